@@ -1,0 +1,2 @@
+//! tumble
+pub mod error;
