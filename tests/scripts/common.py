@@ -17,7 +17,7 @@ def campaign_text(value):
 def _lay_out(value, depth):
     pad, end = " " * (depth + 1), " " * depth
     flat = json.dumps(value, ensure_ascii=False)
-    if len(flat) <= 100 - depth or not value or (isinstance(value, dict) and not any(
+    if len(flat) <= 130 - depth or not value or (isinstance(value, dict) and not any(
             isinstance(v, (dict, list)) for v in value.values()) and "position" in value):
         return flat
     if isinstance(value, dict):
