@@ -1,3 +1,4 @@
 //! tumble
 pub mod error;
 pub mod estimate;
+pub mod uncertainty;
