@@ -126,6 +126,27 @@ fn assert_terms(combination: &Combination, exact: &[(usize, f64)]) {
     }
 }
 
+/// Copies of one column, exact and to 1e-9 and 1e-10: updated norms cannot order them, the rank must come out all the same.
+#[test]
+fn a_cluster_of_nearly_equal_columns() {
+    let value =
+        |seed: usize, i: usize, j: usize| ((seed * 31 + i * 7919 + j * 104_729) as f64 * 0.618_034).fract() - 0.5;
+    for seed in 0..200 {
+        let a = |i: usize| value(seed, i, 0);
+        let shift = |i: usize, j: usize| match (j + seed) % 5 {
+            0 | 3 => 0.0,
+            1 => 1e-9 * value(seed, i, 1),
+            2 => 1e-10 * value(seed, i, 2),
+            _ => value(seed, i, 3),
+        };
+        let rows = Mat::from_fn(20, 5, |i, j| a(i) + shift(i, j));
+        let estimate = fit(&estimated(rows, &(0..20).map(|i| value(seed, i, 9)).collect::<Vec<f64>>()));
+        assert_eq!(estimate.rank, 4, "seed {seed}");
+        assert_eq!(estimate.not_estimable.len(), 1);
+        assert!((estimate.redundancy.iter().sum::<f64>() - 16.0).abs() < 1e-10);
+    }
+}
+
 /// Two defects at once and a column of zeros; the later unknowns give way to the earlier.
 #[test]
 fn several_defects_and_a_column_of_zeros() {

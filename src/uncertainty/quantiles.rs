@@ -6,17 +6,16 @@
 //! freedom not positive) and where the answer exceeds a double.
 
 use super::tails::{self, Tails};
-use statrs::function::erf::{erfc, erfc_inv};
-use std::f64::consts::{LN_2, SQRT_2, TAU};
+use statrs::function::erf::erfc_inv;
+use std::f64::consts::SQRT_2;
 
 /// Above this Student t is expanded about the normal distribution.
 const NEARLY_NORMAL: f64 = 1e6;
-/// Above this one parameter of F is taken as infinite up to terms of its inverse square.
-const NEARLY_INFINITE: f64 = 1e8;
 
 /// `P(Z <= z)`.
 pub fn normal_cdf(z: f64) -> Option<f64> {
-    (!z.is_nan()).then(|| 0.5 * erfc(-z / SQRT_2))
+    let Tails { upper, .. } = normal_tails(z);
+    (!z.is_nan()).then_some(if z > 0.0 { 1.0 - 0.5 * upper } else { 0.5 * upper })
 }
 
 /// `P(Z > z)`.
@@ -31,7 +30,13 @@ pub fn normal_survival(z: f64) -> Option<f64> {
 /// assert!((normal_quantile(0.975).unwrap() - 1.959963984540054).abs() < 1e-14);
 /// ```
 pub fn normal_quantile(p: f64) -> Option<f64> {
-    in_unit(p).then(|| -SQRT_2 * erfc_inv(2.0 * p))
+    if !in_unit(p) || p == 0.5 {
+        return (p == 0.5).then_some(0.0);
+    }
+    let one_sided = p.min(1.0 - p);
+    let start = (SQRT_2 * erfc_inv(2.0 * one_sided)).ln();
+    let z = solve(start, two_sided_target(one_sided), normal_tails)?;
+    Some(if p < 0.5 { -z } else { z })
 }
 
 /// `P(T <= t)` for `nu` degrees of freedom.
@@ -77,11 +82,9 @@ pub fn student_t_quantile(p: f64, nu: f64) -> Option<f64> {
         return Some(0.0);
     }
     let one_sided = p.min(1.0 - p);
-    // Both exact: `1 - p` loses nothing above one half, nor `1 - 2 p` above one quarter.
-    let target = Target::of_smaller(1.0 - 2.0 * one_sided, 2.0 * one_sided);
     let z = normal_quantile(one_sided)?;
     let start = 0.5 * (nu.ln() + (z * z / nu * (1.0 + 0.5 / nu)).min(700.0).exp_m1().ln());
-    let t = solve(start, target, |t| student_t_tails(t, nu))?;
+    let t = solve(start, two_sided_target(one_sided), |t| student_t_tails(t, nu))?;
     Some(if p < 0.5 { -t } else { t })
 }
 
@@ -159,13 +162,19 @@ fn in_unit(p: f64) -> bool {
     p > 0.0 && p < 1.0
 }
 
+/// `P(|Z| <= |z|)` and `P(|Z| > |z|)`; statrs's `erfc` has ten digits only.
+fn normal_tails(z: f64) -> Tails {
+    if z.is_infinite() {
+        return Tails { lower: 1.0, upper: 0.0, density: 0.0 };
+    }
+    let Tails { lower, upper, density } = tails::gamma(0.5, 0.5 * z * z);
+    Tails { lower, upper, density: 2.0 * density }
+}
+
 /// `P(|T| <= t)` and `P(|T| > t)`, `t` not negative.
 fn student_t_tails(t: f64, nu: f64) -> Tails {
     if nu > NEARLY_NORMAL {
-        let u = normal_deviate(t, nu);
-        let upper = erfc(u / SQRT_2);
-        let lower = statrs::function::erf::erf(u / SQRT_2);
-        return Tails { lower, upper, density: 2.0 * t * (-0.5 * u * u).exp() / TAU.sqrt() };
+        return normal_tails(normal_deviate(t, nu));
     }
     // x = 1/(1 + t^2/nu), and y = 1 - x from the same quotient.
     let ratio = t / nu.sqrt() * (t / nu.sqrt());
@@ -213,10 +222,10 @@ fn fisher_f_pair(f: f64, d1: f64, d2: f64) -> Tails {
         let lower = if f >= 1.0 { 1.0 } else { 0.0 };
         return Tails { lower, upper: 1.0 - lower, density: 0.0 };
     }
-    if d2 > NEARLY_INFINITE && d2 > d1 {
+    if nearly_infinite(d2, d1) {
         return nearly_chi_square(f, d1, d2);
     }
-    if d1 > NEARLY_INFINITE {
+    if nearly_infinite(d1, d2) {
         let Tails { lower, upper, density } = nearly_chi_square(1.0 / f, d2, d1);
         return Tails { lower: upper, upper: lower, density };
     }
@@ -225,12 +234,22 @@ fn fisher_f_pair(f: f64, d1: f64, d2: f64) -> Tails {
     tails::beta(0.5 * d1, 0.5 * d2, x, y)
 }
 
+/// Whether what [`nearly_chi_square`] leaves is beyond a double's digits.
+fn nearly_infinite(large: f64, small: f64) -> bool {
+    large > 1e8 && (small.powi(3) < 1e-12 * large * large)
+}
+
 /// F with a denominator that is nearly infinite: leading term of the expansion of A. R. DiDonato, A. H. Morris, "Algorithm
 /// 708", ACM TOMS 18 (1992), `I_x(a, b) ~ Q(b, -(a + (b-1)/2) ln x)`; what it leaves is of order `d1^3 / d2^2`.
 fn nearly_chi_square(f: f64, d1: f64, d2: f64) -> Tails {
     let (a, b) = (0.5 * d2, 0.5 * d1);
     let argument = if d2.is_infinite() { b * f } else { (a + 0.5 * (b - 1.0)) * (b * f / a).ln_1p() };
     tails::gamma(b, argument)
+}
+
+/// A two-sided target from the smaller one-sided probability: `1 - 2 p` is exact above one quarter.
+fn two_sided_target(p: f64) -> Target {
+    Target::of_smaller(1.0 - 2.0 * p, 2.0 * p)
 }
 
 /// Which of two complementary probabilities a quantile is sought by, and its logarithm.
@@ -246,29 +265,33 @@ impl Target {
     }
 }
 
-/// `x > 0` where the tails meet the target: Newton's method on the logarithms of both, bracketed.
+/// `x > 0` where the tails meet the target: Newton's method on the logarithms of both, bracketed; `start` is `ln x`.
 fn solve(start: f64, target: Target, tails: impl Fn(f64) -> Tails) -> Option<f64> {
-    let (mut low, mut high) = (-1020.0 * LN_2, 1020.0 * LN_2);
-    let mut y = if start > low && start < high { start } else { 0.0 };
+    const LEAST: f64 = 1e-307;
+    const MOST: f64 = 1e307;
+    let (mut low, mut high) = (LEAST, MOST);
+    let mut x = start.exp();
+    if !(x > low && x < high) {
+        x = 1.0;
+    }
     for _ in 0..200 {
-        let Tails { lower, upper, density } = tails(y.exp());
+        let Tails { lower, upper, density } = tails(x);
         let (excess, slope) = match target {
             Target::Lower(target) => (lower.ln() - target, density / lower),
             Target::Upper(target) => (target - upper.ln(), density / upper),
         };
         if excess > 0.0 {
-            high = y
+            high = x
         } else {
-            low = y
+            low = x
         }
-        let newton = y - excess / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        let settled = (next - y).abs() <= 2.0 * f64::EPSILON * y.abs().max(1.0);
-        y = next;
-        if settled || high - low <= 0.0 {
+        let newton = x + x * (-excess / slope).exp_m1();
+        let next = if newton > low && newton < high { newton } else { low.sqrt() * high.sqrt() };
+        let settled = (next / x - 1.0).abs() <= 2.0 * f64::EPSILON;
+        x = next;
+        if settled {
             break;
         }
     }
-    let inside = y > -1019.0 * LN_2 && y < 1019.0 * LN_2;
-    inside.then(|| y.exp())
+    (x > 10.0 * LEAST && x < 0.1 * MOST).then_some(x)
 }
