@@ -16,7 +16,8 @@ fn system(m: usize, n: usize) -> System {
     };
     System {
         rows: faer::Mat::from_fn(m, n, derivative),
-        observed: (0..m).map(|i| (i as f64 * 1.3).sin()).collect(),
+        // Spread evenly over -1..1 in no particular order.
+        observed: (0..m).map(|i| (i * i * 7919 + 13) as f64 * 0.618_034 % 2.0 - 1.0).collect(),
         u: vec![0.9e-3; m],
         group: vec![Group::Estimated(0); m],
     }

@@ -34,7 +34,7 @@ pub(super) fn condition(r: &Mat<f64>) -> Option<f64> {
 fn orthogonalise(a: &mut [f64], b: &mut [f64]) -> f64 {
     let (aa, bb, ab) = (dot(a, a), dot(b, b), dot(a, b));
     let cosine = ab.abs() / (aa * bb).sqrt();
-    if !(cosine > 1e-9) {
+    if cosine.is_nan() || cosine <= 1e-9 {
         return 0.0;
     }
     let zeta = (bb - aa) / (2.0 * ab);

@@ -30,7 +30,7 @@ pub(super) fn solve(factor: &Factor, rows: MatRef<'_, f64>, observed: &[f64], li
     let mut last_change = f64::INFINITY;
     while best.steps < limit {
         let Some((next, change)) = step(factor, rows, observed, &best) else { break };
-        if !(change < last_change) {
+        if change.is_nan() || change >= last_change {
             break;
         }
         best = next;
