@@ -189,10 +189,7 @@ fn smoothness(node: Node<'_, (Option<bool>, Option<f64>)>, depends: &dyn Fn(&str
     }
 }
 
-fn angle_degree(
-    node: Node<'_, (Option<f64>, Option<f64>)>,
-    degree: &dyn Fn(&str) -> Option<f64>,
-) -> Option<f64> {
+fn angle_degree(node: Node<'_, (Option<f64>, Option<f64>)>, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
     match node {
         Node::Number(_) | Node::Pi => Some(0.0),
         Node::Name(name) => degree(name),

@@ -50,19 +50,19 @@ fn line<'a>() -> impl Parser<'a, &'a str, Vec<Item>, extra::Err<Refusal<'a>>> {
         let digits = text::digits::<_, extra::Err<Refusal<'a>>>(10);
         let exponent = one_of("eE").then(one_of("+-").or_not()).then(digits);
         let mantissa = digits.then(just('.').then(digits.or_not()).or_not()).to_slice();
-        let number = choice((mantissa, just('.').then(digits).to_slice()))
-            .then(exponent.or_not())
-            .to_slice()
-            .validate(|text: &str, extra, emitter| {
+        let number = choice((mantissa, just('.').then(digits).to_slice())).then(exponent.or_not()).to_slice().validate(
+            |text: &str, extra, emitter| {
                 let number = text.parse().unwrap_or(f64::INFINITY);
                 if !number.is_finite() {
                     emitter.emit(Rich::custom(extra.span(), number_too_large(text, extra.span())));
                 }
                 vec![Item::Number(number)]
-            });
+            },
+        );
         let group = line.delimited_by(just('('), just(')')).boxed();
         let word = text::ascii::ident();
-        let call = word.map_with(|word, extra| (word, extra.span())).then_ignore(text::whitespace()).then(group.clone());
+        let call =
+            word.map_with(|word, extra| (word, extra.span())).then_ignore(text::whitespace()).then(group.clone());
         let call = call.validate(|((word, span), mut argument): ((&str, SimpleSpan), Vec<Item>), _, emitter| {
             match Function::from_name(word) {
                 Some(function) => argument.push(Item::Call(function)),

@@ -104,7 +104,9 @@ impl Tape {
                 Node::Negate(x) => (Kind::Negate, x, x),
                 Node::Call(function, Source::Constant(x)) => return Source::Constant(function.value(x)),
                 Node::Call(function, x) => (Kind::Call(function), x, x),
-                Node::Binary(operator, Source::Constant(x), Source::Constant(y)) => return Source::Constant(operator.value(x, y)),
+                Node::Binary(operator, Source::Constant(x), Source::Constant(y)) => {
+                    return Source::Constant(operator.value(x, y));
+                }
                 Node::Binary(Operator::Power, x, Source::Constant(y)) if small_integer(y).is_some() => {
                     (Kind::Power(small_integer(y).unwrap_or_default()), x, x)
                 }

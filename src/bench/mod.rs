@@ -198,9 +198,12 @@ impl Bench {
             let path = format!("sensors.{}", sensor.id);
             identifier(&sensor.id).map_err(|e| e.at_path(&path))?;
             if self.chain.iter().any(|link| link.name() == sensor.id) {
-                return Err(Malformed::new(Fault::NameClash, format!("'{}' is a sensor and a link of the chain", sensor.id))
-                    .expected("different names for both")
-                    .at_path(path));
+                return Err(Malformed::new(
+                    Fault::NameClash,
+                    format!("'{}' is a sensor and a link of the chain", sensor.id),
+                )
+                .expected("different names for both")
+                .at_path(path));
             }
             for (axis, direction) in &sensor.axes {
                 let path = format!("sensors.{}.axes.{axis}", sensor.id);
@@ -224,13 +227,11 @@ impl Bench {
                 }
             }
         }
-        if let Some(site) = &self.site {
-            if !(site.latitude_deg.abs() <= 90.0) {
-                return Err(Malformed::new(Fault::Value, "the latitude is not on Earth")
-                    .expected("-90 to 90")
-                    .found(site.latitude_deg.to_string())
-                    .at_path("site.latitude_deg"));
-            }
+        if let Some(site) = self.site.filter(|site| !(site.latitude_deg.abs() <= 90.0)) {
+            return Err(Malformed::new(Fault::Value, "the latitude is not on Earth")
+                .expected("-90 to 90")
+                .found(site.latitude_deg.to_string())
+                .at_path("site.latitude_deg"));
         }
         Ok(self)
     }

@@ -74,10 +74,13 @@ impl Campaign {
             }
             let path = format!("{section}.{name}");
             if is_input(&bench, &readings, name) {
-                return Err(Malformed::new(Fault::NameClash, format!("'{name}' is an input here, so it cannot be a parameter"))
-                    .expected("a coefficient or tilt whose name is not also a joint, axis input or column of the readings")
-                    .found(input_description(&bench, &readings, name))
-                    .at_path(path));
+                return Err(Malformed::new(
+                    Fault::NameClash,
+                    format!("'{name}' is an input here, so it cannot be a parameter"),
+                )
+                .expected("a coefficient or tilt whose name is not also a joint, axis input or column of the readings")
+                .found(input_description(&bench, &readings, name))
+                .at_path(path));
             }
             let list: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
             Err(Malformed::new(Fault::UnknownName, format!("the bench '{}' has no parameter '{name}'", bench.id))
@@ -96,7 +99,8 @@ impl Campaign {
                     .at_path(format!("known.{name}")));
             }
         }
-        let kind_of = |name: &str| names.iter().find(|(other, _)| other == name).map_or(Kind::Coefficient, |(_, kind)| *kind);
+        let kind_of =
+            |name: &str| names.iter().find(|(other, _)| other == name).map_or(Kind::Coefficient, |(_, kind)| *kind);
         let mut parameters = Vec::with_capacity(names.len());
         for (name, asked) in request.estimate {
             parameters.push(Parameter::estimated(&bench, &name, kind_of(&name), asked)?);
@@ -158,7 +162,9 @@ fn parameter_names(bench: &Bench, readings: &Readings) -> Vec<(String, Kind)> {
 
 /// Is this name an input (of any sensor's line) rather than a parameter?
 fn is_input(bench: &Bench, readings: &Readings, name: &str) -> bool {
-    is_axis_input(bench, name) || bench.joints().any(|joint| joint == name) || readings.columns.iter().any(|c| c == name)
+    is_axis_input(bench, name)
+        || bench.joints().any(|joint| joint == name)
+        || readings.columns.iter().any(|c| c == name)
 }
 
 /// Is this the name of a rate or specific force along an axis, `w_<axis>` or `a_<axis>`, of any sensor or of the last frame?
@@ -182,14 +188,20 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression) -> Result
     for name in line.names() {
         if campaign.parameter_index(name).is_none() {
             let list: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-            return Err(Malformed::new(Fault::UnknownName, format!("the derived quantity '{id}' uses '{name}', which is no parameter"))
-                .expected(format!("parameters of this bench: {}", list.join(", ")))
-                .found(format!("'{name}'")));
+            return Err(Malformed::new(
+                Fault::UnknownName,
+                format!("the derived quantity '{id}' uses '{name}', which is no parameter"),
+            )
+            .expected(format!("parameters of this bench: {}", list.join(", ")))
+            .found(format!("'{name}'")));
         }
     }
     if campaign.parameter_index(id).is_some() {
-        return Err(Malformed::new(Fault::NameClash, format!("the derived quantity '{id}' has the name of a parameter"))
-            .expected("a name of its own"));
+        return Err(Malformed::new(
+            Fault::NameClash,
+            format!("the derived quantity '{id}' has the name of a parameter"),
+        )
+        .expected("a name of its own"));
     }
     Ok(Derived { id: id.to_string(), line })
 }

@@ -214,5 +214,8 @@ fn unit_scale(kind: Kind, unit: Option<&str>, path: &str) -> Result<(f64, String
 }
 
 fn not_finite(path: &str, value: f64) -> Malformed {
-    Malformed::new(Fault::Value, "not a finite number").expected("a finite number").found(value.to_string()).at_path(path)
+    Malformed::new(Fault::Value, "not a finite number")
+        .expected("a finite number")
+        .found(value.to_string())
+        .at_path(path)
 }

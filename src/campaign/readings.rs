@@ -86,7 +86,14 @@ impl Readings {
                 }
             }
         }
-        Reading { position: String::new(), joints, columns, observations: Vec::new(), remarks: Vec::new(), place: String::new() }
+        Reading {
+            position: String::new(),
+            joints,
+            columns,
+            observations: Vec::new(),
+            remarks: Vec::new(),
+            place: String::new(),
+        }
     }
 }
 
@@ -129,17 +136,25 @@ impl JointState {
                 .expected(format!("{joint}_deg (its angle) or {joint}_deg_s (its rate)"))
                 .found("neither")),
             (Some(angle_deg), None | Some(0.0), None) => Ok(JointState::Held { angle_deg }),
-            (None, Some(0.0), _) => Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' stands still, but where?"))
-                .expected(format!("{joint}_deg beside {joint}_deg_s = 0"))
-                .found("a rate of zero and no angle")
-                .at_path(format!("{joint}_deg_s"))),
+            (None, Some(0.0), _) => {
+                Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' stands still, but where?"))
+                    .expected(format!("{joint}_deg beside {joint}_deg_s = 0"))
+                    .found("a rate of zero and no angle")
+                    .at_path(format!("{joint}_deg_s")))
+            }
             (None, Some(rate_deg_s), None) => Ok(JointState::WholeTurns { rate_deg_s }),
             (None, Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => Ok(JointState::WholeTurns { rate_deg_s }),
-            (None, Some(_), Some(_)) => Err(Malformed::new(Fault::Missing, format!("a part of a turn of '{joint}' needs its start"))
-                .expected(format!("{joint}_deg, the angle at the start"))
-                .at_path(format!("{joint}_turns"))),
-            (Some(_), Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => Ok(JointState::WholeTurns { rate_deg_s }),
-            (Some(start_deg), Some(rate_deg_s), Some(turns)) => Ok(JointState::PartTurns { start_deg, rate_deg_s, turns }),
+            (None, Some(_), Some(_)) => {
+                Err(Malformed::new(Fault::Missing, format!("a part of a turn of '{joint}' needs its start"))
+                    .expected(format!("{joint}_deg, the angle at the start"))
+                    .at_path(format!("{joint}_turns")))
+            }
+            (Some(_), Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => {
+                Ok(JointState::WholeTurns { rate_deg_s })
+            }
+            (Some(start_deg), Some(rate_deg_s), Some(turns)) => {
+                Ok(JointState::PartTurns { start_deg, rate_deg_s, turns })
+            }
             (Some(angle_deg), Some(rate_deg_s), None) => Ok(JointState::Passing { angle_deg, rate_deg_s }),
             (Some(angle_deg), None, Some(_)) => Ok(JointState::Held { angle_deg }),
         }
@@ -164,8 +179,12 @@ impl JointState {
 impl Reading {
     /// Check that the means are well defined: at most one joint is averaged over, and none other turns meanwhile.
     pub(crate) fn check_turning(&self, joints: &[&str]) -> Result<()> {
-        let turning: Vec<&str> =
-            joints.iter().zip(&self.joints).filter(|(_, state)| state.rate_deg_s() != 0.0).map(|(name, _)| *name).collect();
+        let turning: Vec<&str> = joints
+            .iter()
+            .zip(&self.joints)
+            .filter(|(_, state)| state.rate_deg_s() != 0.0)
+            .map(|(name, _)| *name)
+            .collect();
         if turning.len() > 1 && self.joints.iter().any(JointState::is_averaged) {
             return Err(Malformed::new(Fault::Value, format!("two joints turn in one mean: {}", turning.join(" and ")))
                 .expected("one turning joint for each averaged reading; give every turning joint its angle too for an instantaneous sample")

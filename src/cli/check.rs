@@ -49,7 +49,11 @@ fn check(path: &Path) -> Result<String> {
     let readings = campaign.readings.rows.len();
     let what = if campaign.is_measured() { "a campaign" } else { "a schedule" };
     let unknowns: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-    Ok(format!("{what} on {} with {readings} readings; to estimate: {}", campaign.bench.id, or_none(&unknowns.join(", "))))
+    Ok(format!(
+        "{what} on {} with {readings} readings; to estimate: {}",
+        campaign.bench.id,
+        or_none(&unknowns.join(", "))
+    ))
 }
 
 fn or_none(list: &str) -> &str {

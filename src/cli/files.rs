@@ -13,8 +13,9 @@ pub(super) fn read(path: &Path) -> Result<Source> {
     if path.is_dir() {
         return Err(Malformed::new(Fault::File, format!("'{name}' is a folder")).expected("a file").in_file(name));
     }
-    let bytes = std::fs::read(path)
-        .map_err(|error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file"))?;
+    let bytes = std::fs::read(path).map_err(|error| {
+        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
+    })?;
     Source::from_bytes(name, bytes)
 }
 
@@ -29,7 +30,8 @@ pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source)> {
 /// Write a file whole or not at all.
 pub(super) fn write(path: &Path, text: &str) -> Result<()> {
     let fault = |error: std::io::Error| {
-        Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display())).expected("a folder that can be written to")
+        Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
+            .expected("a folder that can be written to")
     };
     let mut name = path.file_name().map(|n| n.to_os_string()).unwrap_or_default();
     name.push(format!(".{}.tmp", std::process::id()));

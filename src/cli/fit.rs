@@ -33,7 +33,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.campaign)?;
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
-    let settings = fit::Settings { exact: arguments.exact, level: arguments.level, weighting, ..fit::Settings::default() };
+    let settings =
+        fit::Settings { exact: arguments.exact, level: arguments.level, weighting, ..fit::Settings::default() };
     let fit = fit::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
     let report = report::fit_report(&fit);
     let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");

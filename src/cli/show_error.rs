@@ -38,7 +38,9 @@ fn render(error: &Malformed, colour: bool) -> String {
         diagnostic = diagnostic.with_help(help);
     }
     let text = quoted(&place.file);
-    let label = place.span.filter(|(start, len)| text.as_ref().is_some_and(|t| start + len <= t.len() && t.is_char_boundary(*start)));
+    let label = place
+        .span
+        .filter(|(start, len)| text.as_ref().is_some_and(|t| start + len <= t.len() && t.is_char_boundary(*start)));
     let report = match (text, label) {
         (Some(text), Some((start, len))) => {
             let diagnostic = diagnostic.with_label(LabeledSpan::underline((start, len)));

@@ -180,7 +180,12 @@ fn printed(file: PrintedFile) -> Result<Printed> {
     Ok(Printed {
         title: file.title,
         last_digit: file.last_digit * unit,
-        groups: file.groups.0.into_iter().filter_map(|(group, values)| Some((group.parse().ok()?, scaled(values)))).collect(),
+        groups: file
+            .groups
+            .0
+            .into_iter()
+            .filter_map(|(group, values)| Some((group.parse().ok()?, scaled(values))))
+            .collect(),
         means: scaled(file.means),
         row: expressions(file.row)?,
         values,
@@ -188,8 +193,12 @@ fn printed(file: PrintedFile) -> Result<Printed> {
 }
 
 fn sorted_values(campaign: &Campaign, sensor: usize) -> Vec<f64> {
-    let mut values: Vec<f64> =
-        campaign.readings.rows.iter().flat_map(|r| r.observations.iter().filter(|o| o.sensor == sensor).map(|o| o.value)).collect();
+    let mut values: Vec<f64> = campaign
+        .readings
+        .rows
+        .iter()
+        .flat_map(|r| r.observations.iter().filter(|o| o.sensor == sensor).map(|o| o.value))
+        .collect();
     values.sort_by(f64::total_cmp);
     values
 }

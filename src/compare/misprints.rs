@@ -45,7 +45,9 @@ pub(super) fn find(
         }
     }
     for (k, id) in quantities.iter().enumerate() {
-        let (Some(computed), Some((_, print))) = (mean.get(k).copied().flatten(), printed.means.iter().find(|(own, _)| own == id)) else {
+        let (Some(computed), Some((_, print))) =
+            (mean.get(k).copied().flatten(), printed.means.iter().find(|(own, _)| own == id))
+        else {
             continue;
         };
         // a mean may have been formed from the rounded entries, and may be printed with fewer digits
@@ -64,7 +66,12 @@ pub(super) fn find(
         } else {
             "not the mean of the table".to_string()
         };
-        misprints.push(Misprint { what: format!("mean of {id}"), printed: Some(*print), computed: Some(computed), explanation });
+        misprints.push(Misprint {
+            what: format!("mean of {id}"),
+            printed: Some(*print),
+            computed: Some(computed),
+            explanation,
+        });
     }
     misprints.extend(printed.row.iter().filter_map(|(id, line)| row_misprint(campaign, fit, id, line)));
     misprints
@@ -97,6 +104,11 @@ fn row_misprint(campaign: &Campaign, fit: &Fit, id: &str, line: &crate::algebra:
         what: format!("coefficient of {id} in the printed equation"),
         printed: Some(print),
         computed: Some(exact),
-        explanation: if opposite { "the chain of rotations gives the opposite sign" } else { "the chain of rotations gives another value" }.into(),
+        explanation: if opposite {
+            "the chain of rotations gives the opposite sign"
+        } else {
+            "the chain of rotations gives another value"
+        }
+        .into(),
     })
 }

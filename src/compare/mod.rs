@@ -61,8 +61,11 @@ pub struct GroupComparison {
 pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) -> Result<Comparison> {
     let sensor = campaign.bench.sensors.iter().position(|s| s.id == forms.sensor);
     let Some(sensor) = sensor else {
-        return Err(Malformed::new(Fault::UnknownName, format!("the closed forms are for a sensor '{}'", forms.sensor))
-            .expected("a bench with this sensor"));
+        return Err(Malformed::new(
+            Fault::UnknownName,
+            format!("the closed forms are for a sensor '{}'", forms.sensor),
+        )
+        .expected("a bench with this sensor"));
     };
     let all = fit::fit(campaign, settings)?;
     let without_earth = without_earth_rate(campaign);
@@ -127,9 +130,12 @@ fn group_values(campaign: &Campaign, forms: &ClosedForms) -> Result<Vec<f64>> {
     let mut values = Vec::new();
     for reading in &campaign.readings.rows {
         let Some(value) = forms.group_of(campaign, reading) else {
-            return Err(Malformed::new(Fault::Missing, format!("the closed forms go by {}, and a reading lacks it", forms.group_by))
-                .expected(format!("{} in every reading", forms.group_by))
-                .at_path(reading.place.clone()));
+            return Err(Malformed::new(
+                Fault::Missing,
+                format!("the closed forms go by {}, and a reading lacks it", forms.group_by),
+            )
+            .expected(format!("{} in every reading", forms.group_by))
+            .at_path(reading.place.clone()));
         };
         if !values.contains(&value) {
             values.push(value);
@@ -140,7 +146,13 @@ fn group_values(campaign: &Campaign, forms: &ClosedForms) -> Result<Vec<f64>> {
 }
 
 /// The closed forms on one group: each symbol is the mean of the readings that match it.
-fn by_formulas(campaign: &Campaign, forms: &ClosedForms, sensor: usize, group: f64, subset: &Readings) -> Result<Vec<Option<f64>>> {
+fn by_formulas(
+    campaign: &Campaign,
+    forms: &ClosedForms,
+    sensor: usize,
+    group: f64,
+    subset: &Readings,
+) -> Result<Vec<Option<f64>>> {
     let mut names: Vec<String> = vec![forms.group_symbol.clone()];
     let mut values: Vec<Option<f64>> = vec![Some(group)];
     for (symbol, criteria) in &forms.readings {
@@ -181,7 +193,9 @@ fn by_formulas(campaign: &Campaign, forms: &ClosedForms, sensor: usize, group: f
 }
 
 fn matches(campaign: &Campaign, reading: &Reading, key: &str, criterion: Criterion) -> bool {
-    let Some(value) = campaign.readings.columns.iter().position(|c| c == key).and_then(|k| reading.columns.get(k)).copied().flatten() else {
+    let Some(value) =
+        campaign.readings.columns.iter().position(|c| c == key).and_then(|k| reading.columns.get(k)).copied().flatten()
+    else {
         return false;
     };
     match criterion {

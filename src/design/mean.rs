@@ -69,7 +69,10 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
             let sense = rate_deg_s.signum();
             let mut nodes = Vec::new();
             if whole > 0.0 {
-                nodes.extend(whole_turn(smoothness).map(|(angle, weight)| at(joint, start_deg + sense * angle, weight * whole / turns)));
+                nodes.extend(
+                    whole_turn(smoothness)
+                        .map(|(angle, weight)| at(joint, start_deg + sense * angle, weight * whole / turns)),
+                );
             }
             // panels short enough that 8 points integrate the highest harmonic to rounding
             let panel_deg = match smoothness {

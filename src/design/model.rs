@@ -79,7 +79,9 @@ impl SensorModel {
                 match line.trig_degree(&degree) {
                     Some(degree) => Smoothness::Trigonometric(degree),
                     None if slots.contains(&Slot::Joint(joint)) => Smoothness::Rough,
-                    None if line.is_smooth_in(&|name| !matches!(degree(name), NameDegree::Constant)) => Smoothness::Smooth,
+                    None if line.is_smooth_in(&|name| !matches!(degree(name), NameDegree::Constant)) => {
+                        Smoothness::Smooth
+                    }
                     None => Smoothness::Rough,
                 }
             })
@@ -114,7 +116,9 @@ impl SensorModel {
     fn missing_column<'a>(&self, readings: &'a Readings, reading: usize) -> Option<&'a str> {
         let row = readings.rows.get(reading)?;
         self.slots.iter().find_map(|slot| match slot {
-            Slot::Column(k) if row.columns.get(*k).copied().flatten().is_none() => readings.columns.get(*k).map(String::as_str),
+            Slot::Column(k) if row.columns.get(*k).copied().flatten().is_none() => {
+                readings.columns.get(*k).map(String::as_str)
+            }
             _ => None,
         })
     }
@@ -175,11 +179,16 @@ impl Model {
         work: &mut Workspace,
     ) -> Result<f64> {
         gradient.fill(0.0);
-        let (Some(model), Some(row)) = (self.sensors.get(sensor), campaign.readings.rows.get(reading)) else { return Ok(0.0) };
+        let (Some(model), Some(row)) = (self.sensors.get(sensor), campaign.readings.rows.get(reading)) else {
+            return Ok(0.0);
+        };
         if let Some(column) = model.missing_column(&campaign.readings, reading) {
-            return Err(Malformed::new(Fault::Missing, format!("the model line uses the column '{column}', and a reading lacks it"))
-                .expected(format!("a number for {column} in every reading"))
-                .at_path(row.place.clone()));
+            return Err(Malformed::new(
+                Fault::Missing,
+                format!("the model line uses the column '{column}', and a reading lacks it"),
+            )
+            .expected(format!("a number for {column} in every reading"))
+            .at_path(row.place.clone()));
         }
         work.tilts.clear();
         work.tilts.extend(self.tilts.iter().map(|k| point.get(*k).copied().unwrap_or_default()));
@@ -272,7 +281,8 @@ fn axis_input(bench: &Bench, sensor: &Sensor, name: &str) -> Result<Option<(bool
 }
 
 fn axis_names(sensor: &Sensor) -> String {
-    let mut names: Vec<String> = sensor.axes.iter().flat_map(|(axis, _)| [format!("w_{axis}"), format!("a_{axis}")]).collect();
+    let mut names: Vec<String> =
+        sensor.axes.iter().flat_map(|(axis, _)| [format!("w_{axis}"), format!("a_{axis}")]).collect();
     names.extend(["w_x", "w_y", "w_z", "a_x", "a_y", "a_z"].map(str::to_string));
     names.join(", ")
 }

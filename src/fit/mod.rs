@@ -130,10 +130,15 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     }
     if !campaign.is_measured() {
         let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
-        let what = if campaign.readings.rows.is_empty() { "there are no readings" } else { "no reading has a sensor value" };
+        let what =
+            if campaign.readings.rows.is_empty() { "there are no readings" } else { "no reading has a sensor value" };
         return Err(Malformed::new(Fault::Missing, what)
             .expected(format!("readings with a value for {}", sensors.join(" or ")))
-            .found(if campaign.readings.rows.is_empty() { "an empty list" } else { "a schedule (positions without values)" })
+            .found(if campaign.readings.rows.is_empty() {
+                "an empty list"
+            } else {
+                "a schedule (positions without values)"
+            })
             .at_path("readings"));
     }
     let model = Model::new(campaign)?;

@@ -69,7 +69,11 @@ pub struct DerivedResult {
 }
 
 /// Known parameters with an uncertainty, and how the solution follows each: `d x / d p = -A^+ df/dp`, priors untouched.
-fn known_inputs<'a>(campaign: &'a Campaign, design: &DesignMatrix, estimate: &Estimate) -> Vec<(&'a str, Known, Vec<f64>)> {
+fn known_inputs<'a>(
+    campaign: &'a Campaign,
+    design: &DesignMatrix,
+    estimate: &Estimate,
+) -> Vec<(&'a str, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
     for (k, parameter) in campaign.parameters.iter().enumerate() {
         let Role::Known(known) = parameter.role else { continue };
@@ -87,7 +91,13 @@ fn known_inputs<'a>(campaign: &'a Campaign, design: &DesignMatrix, estimate: &Es
 }
 
 /// Uncertainty of a linear function `c . x` of the unknowns from the readings: one contribution for each group of rows.
-fn from_readings(campaign: &Campaign, design: &DesignMatrix, system: &System, estimate: &Estimate, along: &[f64]) -> Vec<Contribution> {
+fn from_readings(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    system: &System,
+    estimate: &Estimate,
+    along: &[f64],
+) -> Vec<Contribution> {
     let weights = row_weights(estimate, along);
     // sensors in bench order, then priors
     let sensors = campaign.bench.sensors.len();
@@ -169,7 +179,8 @@ pub(super) fn results(
             if let Some(one) = along.get_mut(k) {
                 *one = 1.0;
             }
-            let budget = if estimable { budget_along(campaign, design, system, estimate, &known, &along) } else { Vec::new() };
+            let budget =
+                if estimable { budget_along(campaign, design, system, estimate, &known, &along) } else { Vec::new() };
             ParameterResult {
                 id: parameter.id.clone(),
                 kind: parameter.kind,
@@ -235,7 +246,8 @@ pub(super) fn derived(
             let mut gradient: Vec<f64> = vec![0.0; ids.len()];
             let value = tape.gradient(point, &mut Scratch::default(), &mut gradient);
             let along = gradient.get(..campaign.unknowns()).unwrap_or_default();
-            let needed = along.iter().enumerate().all(|(k, c)| *c == 0.0 || estimate.estimable.get(k).copied().unwrap_or(false));
+            let needed =
+                along.iter().enumerate().all(|(k, c)| *c == 0.0 || estimate.estimable.get(k).copied().unwrap_or(false));
             let usable = needed && value.is_finite() && gradient.iter().all(|c| c.is_finite());
             let mut budget = if usable { from_readings(campaign, design, system, estimate, along) } else { Vec::new() };
             if usable {

@@ -76,10 +76,15 @@ fn stated_uncertainties(campaign: &Campaign) -> Result<Vec<bool>> {
             let here = observation.u.is_some();
             if slot.is_some_and(|before| before != here) {
                 let id = campaign.bench.sensors.get(observation.sensor).map_or("", |s| s.id.as_str());
-                return Err(Malformed::new(Fault::Missing, format!("some readings of {id} have a stated uncertainty and some have none"))
-                    .expected(format!("{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"))
-                    .found(if here { format!("{id}_u here, and none before") } else { format!("no {id}_u here") })
-                    .at_path(reading.place.clone()));
+                return Err(Malformed::new(
+                    Fault::Missing,
+                    format!("some readings of {id} have a stated uncertainty and some have none"),
+                )
+                .expected(format!(
+                    "{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"
+                ))
+                .found(if here { format!("{id}_u here, and none before") } else { format!("no {id}_u here") })
+                .at_path(reading.place.clone()));
             }
             *slot = Some(here);
         }

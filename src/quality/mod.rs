@@ -43,7 +43,8 @@ pub fn rows(system: &System, estimate: &Estimate) -> Vec<RowQuality> {
                 _ => Some(1.0),
             };
             let u = scale.map(|scale| scale * at(&system.u));
-            let (residual, leverage, redundancy) = (at(&estimate.residuals), at(&estimate.leverage), at(&estimate.redundancy));
+            let (residual, leverage, redundancy) =
+                (at(&estimate.residuals), at(&estimate.leverage), at(&estimate.redundancy));
             let checked = u.filter(|u| redundancy > UNCHECKED && *u > 0.0);
             let studentized = checked.map(|u| residual / (u * redundancy.sqrt()));
             let mdb = checked.map(|u| delta * u / redundancy.sqrt());

@@ -149,6 +149,7 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
 /// Factor to the unit in which a person reads a quantity.
 fn scale(comparison: &Comparison, id: &str) -> (f64, String) {
     let parameter = comparison.all.parameters.iter().find(|p| p.id == id);
-    let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt) || comparison.all.derived.iter().any(|d| d.id == id && d.is_angle);
+    let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt)
+        || comparison.all.derived.iter().any(|d| d.id == id && d.is_angle);
     if angle { (ARCSEC, "arcsec".into()) } else { (1.0, parameter.map(|p| p.unit.clone()).unwrap_or_default()) }
 }

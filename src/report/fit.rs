@@ -380,7 +380,8 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
         type_a: uncertainty.map(|c| c.type_a),
         type_b: uncertainty.map(|c| c.type_b),
         budget: budget(&result.budget),
-        arcsec: (result.kind == Kind::Tilt && result.state != State::NotEstimable).then(|| arcsec(result.value, uncertainty)),
+        arcsec: (result.kind == Kind::Tilt && result.state != State::NotEstimable)
+            .then(|| arcsec(result.value, uncertainty)),
         state: result.state.name().into(),
     }
 }
@@ -424,7 +425,9 @@ fn summary(fit: &Fit) -> FitSummary {
     let estimated = fit.system.group.iter().any(|g| matches!(g, crate::estimate::Group::Estimated(_)));
     let mut sensor_sd = BTreeMap::new();
     for (origin, group) in fit.design.rows.iter().zip(&fit.system.group) {
-        if let (crate::estimate::Group::Estimated(g), Some(sensor)) = (group, fit.campaign.bench.sensors.get(origin.sensor)) {
+        if let (crate::estimate::Group::Estimated(g), Some(sensor)) =
+            (group, fit.campaign.bench.sensors.get(origin.sensor))
+        {
             sensor_sd.entry(sensor.id.clone()).or_insert_with(|| estimate.group_scale.get(*g).copied().flatten());
         }
     }

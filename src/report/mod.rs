@@ -9,8 +9,9 @@ pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use fit::{
-    ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary, IterationReport,
-    KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport, fit_report, position_keys,
+    ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
+    FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
+    fit_report, position_keys,
 };
 
 /// Version of the program, as every report says it.

@@ -35,7 +35,7 @@ fn looks_numeric(cell: &str) -> bool {
     cell.is_empty() || cell == "-" || cell == "inf" || cell.trim_end_matches(" %").parse::<f64>().is_ok()
 }
 
-/// A value rounded to the last digit that its uncertainty's second significant digit reaches (GUM 7.2.6).
+/// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2 (GUM 7.2.6).
 ///
 /// ```
 /// use tumble::report::table::rounded;
@@ -45,8 +45,9 @@ fn looks_numeric(cell: &str) -> bool {
 pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
     match uncertainty.filter(|u| *u > 0.0 && u.is_finite()) {
         Some(u) => {
-            let digits = 1 - leading_digit(u);
-            if digits > 12 || digits < -6 {
+            let lead = leading_digit(u);
+            let digits = if u < 3.0 * 10f64.powi(lead) { 2 - lead } else { 1 - lead };
+            if !(-6..=12).contains(&digits) {
                 return format!("{value:.6e}");
             }
             format!("{value:.*}", digits.max(0) as usize)
@@ -79,12 +80,12 @@ fn optional(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
     value.map_or("-".into(), format)
 }
 
-/// Degrees of freedom: whole ones without a point, infinite ones as `inf`.
+/// Degrees of freedom: whole ones (to rounding) without a point, infinite ones as `inf`.
 fn degrees_of_freedom(dof: Option<f64>, known: bool) -> String {
     match dof {
         None if known => "inf".into(),
         None => "-".into(),
-        Some(dof) if dof.fract() == 0.0 => format!("{dof:.0}"),
+        Some(dof) if (dof - dof.round()).abs() < 1e-6 => format!("{dof:.0}"),
         Some(dof) => format!("{dof:.1}"),
     }
 }
@@ -127,17 +128,51 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     for p in &report.parameters {
         let line = match p.arcsec {
-            Some(a) => Line { id: &p.id, unit: "arcsec", value: a.value, u: a.u, expanded: a.expanded, dof: p.dof, k: p.k, state: &p.state },
-            None => Line { id: &p.id, unit: &p.unit, value: p.value, u: p.u, expanded: p.expanded, dof: p.dof, k: p.k, state: &p.state },
+            Some(a) => Line {
+                id: &p.id,
+                unit: "arcsec",
+                value: a.value,
+                u: a.u,
+                expanded: a.expanded,
+                dof: p.dof,
+                k: p.k,
+                state: &p.state,
+            },
+            None => Line {
+                id: &p.id,
+                unit: &p.unit,
+                value: p.value,
+                u: p.u,
+                expanded: p.expanded,
+                dof: p.dof,
+                k: p.k,
+                state: &p.state,
+            },
         };
         rows.push(line.cells());
     }
     for d in &report.derived {
         let line = match d.arcsec {
-            Some(a) => {
-                Line { id: &d.id, unit: "arcsec", value: a.value, u: a.u, expanded: a.expanded, dof: d.dof, k: d.k, state: "derived" }
-            }
-            None => Line { id: &d.id, unit: &d.unit, value: d.value, u: d.u, expanded: d.expanded, dof: d.dof, k: d.k, state: "derived" },
+            Some(a) => Line {
+                id: &d.id,
+                unit: "arcsec",
+                value: a.value,
+                u: a.u,
+                expanded: a.expanded,
+                dof: d.dof,
+                k: d.k,
+                state: "derived",
+            },
+            None => Line {
+                id: &d.id,
+                unit: &d.unit,
+                value: d.value,
+                u: d.u,
+                expanded: d.expanded,
+                dof: d.dof,
+                k: d.k,
+                state: "derived",
+            },
         };
         rows.push(line.cells());
     }
@@ -168,7 +203,13 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
 fn summary(report: &FitReport) -> String {
     let fit = &report.fit;
     let priors = if fit.priors > 0 { format!(" + {} priors", fit.priors) } else { String::new() };
-    let mut text = format!("{} readings{priors}, rank {} of {}, {} degrees of freedom", fit.readings, fit.rank, report.parameters.len(), fit.dof);
+    let mut text = format!(
+        "{} readings{priors}, rank {} of {}, {} degrees of freedom",
+        fit.readings,
+        fit.rank,
+        report.parameters.len(),
+        fit.dof
+    );
     if let Some(condition) = fit.condition {
         text.push_str(&format!(", condition {}", significant(condition, 3)));
     }
@@ -191,7 +232,10 @@ fn summary(report: &FitReport) -> String {
         _ => {
             for (sensor, sd) in &fit.sensor_sd {
                 match sd {
-                    Some(sd) => text.push_str(&format!("residual sd of {sensor}: {}, estimated from these readings\n", significant(*sd, 4))),
+                    Some(sd) => text.push_str(&format!(
+                        "residual sd of {sensor}: {}, estimated from these readings\n",
+                        significant(*sd, 4)
+                    )),
                     None => text.push_str(&format!(
                         "residual sd of {sensor}: none (no degrees of freedom), so no uncertainty can be given\n"
                     )),
@@ -217,7 +261,12 @@ fn summary(report: &FitReport) -> String {
 
 fn known_text(known: &super::KnownReport) -> String {
     let u = if known.u > 0.0 { format!(" (u {})", significant(known.u, 2)) } else { String::new() };
-    format!("{} = {}{}{u}", known.id, known.value, if known.unit.is_empty() { String::new() } else { format!(" {}", known.unit) })
+    format!(
+        "{} = {}{}{u}",
+        known.id,
+        known.value,
+        if known.unit.is_empty() { String::new() } else { format!(" {}", known.unit) }
+    )
 }
 
 fn defects(report: &FitReport) -> String {
@@ -264,7 +313,8 @@ fn readings(report: &FitReport) -> String {
 
 /// A comparison as a person reads it.
 pub fn compare(report: &super::CompareReport) -> String {
-    let mut text = format!("tumble {}: published closed forms on {}\n  {}\n\n", report.tumble, report.bench, report.source);
+    let mut text =
+        format!("tumble {}: published closed forms on {}\n  {}\n\n", report.tumble, report.bench, report.source);
     let digits = |v: Option<f64>| optional(v, |v| format!("{v:.3}"));
     let print = |v: Option<f64>| optional(v, |v| format!("{v:.1}"));
     let mut rows = Vec::new();
@@ -281,7 +331,15 @@ pub fn compare(report: &super::CompareReport) -> String {
             ]);
         }
     }
-    let header = [&report.group_title, "angle", "closed form", "least squares,\u{a0}no\u{a0}Earth\u{a0}rate", "least squares", "printed", "unit"];
+    let header = [
+        &report.group_title,
+        "angle",
+        "closed form",
+        "least squares,\u{a0}no\u{a0}Earth\u{a0}rate",
+        "least squares",
+        "printed",
+        "unit",
+    ];
     text.push_str(&plain(&header, &rows));
     text.push('\n');
     let rows: Vec<Vec<String>> = report
@@ -290,7 +348,10 @@ pub fn compare(report: &super::CompareReport) -> String {
         .iter()
         .map(|q| vec![q.id.clone(), digits(q.closed_form), digits(q.least_squares), print(q.printed), q.unit.clone()])
         .collect();
-    text.push_str(&plain(&["angle", "mean of closed forms", "least squares, all readings", "printed mean", "unit"], &rows));
+    text.push_str(&plain(
+        &["angle", "mean of closed forms", "least squares, all readings", "printed mean", "unit"],
+        &rows,
+    ));
     text.push('\n');
     if let Some(difference) = report.largest_relative_difference {
         text.push_str(&format!(
@@ -304,7 +365,9 @@ pub fn compare(report: &super::CompareReport) -> String {
         text.push_str("\nmisprints that this comparison finds:\n");
         for m in &report.misprints {
             let values = match (m.printed, m.computed) {
-                (Some(printed), Some(computed)) => format!(" printed {}, computed {}:", significant(printed, 4), significant(computed, 4)),
+                (Some(printed), Some(computed)) => {
+                    format!(" printed {}, computed {}:", significant(printed, 4), significant(computed, 4))
+                }
                 _ => String::new(),
             };
             text.push_str(&format!("- {}:{values} {}\n", m.what, m.explanation));

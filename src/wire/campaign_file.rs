@@ -180,11 +180,13 @@ impl CampaignFile {
             ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
             ReadingsRef::Path(path) => csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?)?,
         };
-        let estimate = self.estimate.0.into_iter().map(|(id, e)| Ok((id.clone(), e.into_asked(&id)?))).collect::<Result<_>>()?;
+        let estimate =
+            self.estimate.0.into_iter().map(|(id, e)| Ok((id.clone(), e.into_asked(&id)?))).collect::<Result<_>>()?;
         let known = self.known.0.into_iter().map(|(id, known)| (id, known.into_given())).collect();
         let mut campaign = Campaign::new(bench, campaign::Request { estimate, known }, readings)?;
         for (k, constraint) in self.constraints.into_iter().enumerate() {
-            let constraint = constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
+            let constraint =
+                constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
             campaign.constraints.push(constraint);
         }
         for (id, text) in self.derived.0 {
@@ -242,7 +244,8 @@ impl KnownFile {
             Some(DistributionFile::Triangular) => Distribution::Triangular,
             Some(DistributionFile::Arcsine) => Distribution::Arcsine,
         };
-        let known = Known { value: self.value, u: self.u.unwrap_or(0.0), dof: self.dof.unwrap_or(f64::INFINITY), distribution };
+        let known =
+            Known { value: self.value, u: self.u.unwrap_or(0.0), dof: self.dof.unwrap_or(f64::INFINITY), distribution };
         Given { known, unit: self.unit }
     }
 }
@@ -254,9 +257,16 @@ impl ConstraintFile {
                 Some(k) if matches!(campaign.parameters.get(k).map(|p| &p.role), Some(Role::Estimated { .. })) => Ok(k),
                 found => {
                     let list: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-                    Err(Malformed::new(Fault::UnknownName, format!("a constraint names '{id}', which is not estimated"))
-                        .expected(format!("estimated parameters: {}", list.join(", ")))
-                        .found(if found.is_some() { "a known or assumed parameter" } else { "no such parameter" }))
+                    Err(Malformed::new(
+                        Fault::UnknownName,
+                        format!("a constraint names '{id}', which is not estimated"),
+                    )
+                    .expected(format!("estimated parameters: {}", list.join(", ")))
+                    .found(if found.is_some() {
+                        "a known or assumed parameter"
+                    } else {
+                        "no such parameter"
+                    }))
                 }
             }
         };
@@ -265,10 +275,13 @@ impl ConstraintFile {
             None => Ok(1.0),
             Some(symbol) => match AngleUnit::named(symbol) {
                 Some(unit) if all_tilts => Ok(unit.radians()),
-                Some(_) => Err(Malformed::new(Fault::Value, "the bounds are in an angle unit, but not every parameter is a tilt")
-                    .expected("no angle unit, and factors that bring every term to the unit of the bounds")
-                    .found(format!("'{symbol}'"))
-                    .at_path("unit")),
+                Some(_) => Err(Malformed::new(
+                    Fault::Value,
+                    "the bounds are in an angle unit, but not every parameter is a tilt",
+                )
+                .expected("no angle unit, and factors that bring every term to the unit of the bounds")
+                .found(format!("'{symbol}'"))
+                .at_path("unit")),
                 None if all_tilts => Err(Malformed::new(Fault::Value, "tilts are angles")
                     .expected(format!("one of {}", AngleUnit::NAMES))
                     .found(format!("'{symbol}'"))
@@ -280,17 +293,25 @@ impl ConstraintFile {
             if value.is_finite() {
                 return Ok(value);
             }
-            Err(Malformed::new(Fault::Value, "not a finite number").expected("a finite number").found(value.to_string()).at_path(key))
+            Err(Malformed::new(Fault::Value, "not a finite number")
+                .expected("a finite number")
+                .found(value.to_string())
+                .at_path(key))
         };
         match (self.of, self.norm_of, self.between, self.equals, self.at_most) {
             (Some(of), None, between, equals, None) if between.is_some() != equals.is_some() => {
                 if of.is_empty() || of.0.iter().any(|(_, factor)| !factor.is_finite()) {
-                    return Err(Malformed::new(Fault::Value, "a constraint needs at least one parameter with a finite factor")
-                        .expected("for example { \"dtheta_y2\": 1 }")
-                        .at_path("of"));
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        "a constraint needs at least one parameter with a finite factor",
+                    )
+                    .expected("for example { \"dtheta_y2\": 1 }")
+                    .at_path("of"));
                 }
                 let terms: Vec<(usize, f64)> =
-                    of.0.iter().map(|(id, factor)| Ok((index(id).map_err(|e| e.at_path(format!("of.{id}")))?, *factor))).collect::<Result<_>>()?;
+                    of.0.iter()
+                        .map(|(id, factor)| Ok((index(id).map_err(|e| e.at_path(format!("of.{id}")))?, *factor)))
+                        .collect::<Result<_>>()?;
                 let scale = scale(terms.iter().all(|(k, _)| is_tilt(k)))?;
                 let (lower, upper) = match (between, equals) {
                     (Some([lower, upper]), _) => (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)),
@@ -314,10 +335,13 @@ impl ConstraintFile {
                     .map(|(k, id)| index(id).map_err(|e| e.at_path(format!("norm_of[{k}]"))))
                     .collect::<Result<_>>()?;
                 if of.is_empty() || !(finite(at_most, "at_most")? > 0.0) {
-                    return Err(Malformed::new(Fault::Value, "a norm constraint bounds at least one parameter by a positive number")
-                        .expected("\"norm_of\": [names], \"at_most\": a positive number")
-                        .found(format!("{} parameters, at_most {at_most}", of.len()))
-                        .at_path("at_most"));
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        "a norm constraint bounds at least one parameter by a positive number",
+                    )
+                    .expected("\"norm_of\": [names], \"at_most\": a positive number")
+                    .found(format!("{} parameters, at_most {at_most}", of.len()))
+                    .at_path("at_most"));
                 }
                 let scale = scale(of.iter().all(is_tilt))?;
                 Ok(Constraint::Norm { of, at_most: at_most * scale })

@@ -11,8 +11,11 @@ use crate::error::{Fault, Malformed, Result};
 /// Errors: a ragged row, a column that stands twice, a joint, sensor or uncertainty that is not a number; with the line and the column's name.
 pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
     let delimiter = delimiter(&source.text);
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).comment(Some(b'#')).from_reader(source.text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .delimiter(delimiter)
+        .comment(Some(b'#'))
+        .from_reader(source.text.as_bytes());
     let headers = reader.headers().map_err(|error| csv_error(&error, source))?.clone();
     if headers.is_empty() || headers.iter().all(str::is_empty) {
         return Err(Malformed::new(Fault::Missing, "the CSV file is empty")
@@ -91,7 +94,9 @@ fn csv_error(error: &csv::Error, source: &Source) -> Malformed {
                 .expected(format!("{expected_len} cells, as the first line names"))
                 .found(format!("{len} cells"))
         }
-        _ => Malformed::new(Fault::Syntax, "this is not a CSV file").expected("rows of comma-separated cells").found(error.to_string()),
+        _ => Malformed::new(Fault::Syntax, "this is not a CSV file")
+            .expected("rows of comma-separated cells")
+            .found(error.to_string()),
     };
     malformed.at_line(line, 1).in_file(&source.name)
 }

@@ -94,10 +94,12 @@ fn find<'a>(text: &'a str, path: &str) -> Option<(usize, &'a str)> {
     let mut here: &'a RawValue = serde_json::from_str(text).ok()?;
     for step in steps(path) {
         let next = match step {
-            Step::Key(key) => serde_json::from_str::<RawObject<'a>>(here.get())
-                .ok()
-                .and_then(|RawObject(entries)| entries.into_iter().find(|(name, _)| name == key).map(|(_, value)| value)),
-            Step::Index(k) => serde_json::from_str::<Vec<&'a RawValue>>(here.get()).ok().and_then(|list| list.get(k).copied()),
+            Step::Key(key) => serde_json::from_str::<RawObject<'a>>(here.get()).ok().and_then(|RawObject(entries)| {
+                entries.into_iter().find(|(name, _)| name == key).map(|(_, value)| value)
+            }),
+            Step::Index(k) => {
+                serde_json::from_str::<Vec<&'a RawValue>>(here.get()).ok().and_then(|list| list.get(k).copied())
+            }
         };
         match next {
             Some(value) => here = value,

@@ -13,7 +13,9 @@ mod schema;
 mod write;
 
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
-pub use campaign_file::{BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef};
+pub use campaign_file::{
+    BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
 pub use locate::{line_and_column, locate};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
@@ -119,9 +121,11 @@ fn json_error(error: &serde_json::Error, path: String, source: &Source) -> Malfo
     };
     let (line, column) = (error.line(), error.column());
     let malformed = match message.split_once(", expected ") {
-        Some((what, expected)) if unknown => Malformed::new(Fault::UnknownKey, what.replace("unknown field", "unknown key"))
-            .expected(expected.replace('`', ""))
-            .found(what.trim_start_matches("unknown field ").to_string()),
+        Some((what, expected)) if unknown => {
+            Malformed::new(Fault::UnknownKey, what.replace("unknown field", "unknown key"))
+                .expected(expected.replace('`', ""))
+                .found(what.trim_start_matches("unknown field ").to_string())
+        }
         Some((what, expected)) => Malformed::new(fault, what.to_string()).expected(expected.to_string()),
         None => {
             let malformed = Malformed::new(fault, message.to_string());

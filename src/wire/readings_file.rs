@@ -105,7 +105,10 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
     let mut columns: Vec<String> = Vec::new();
     for (_, row) in &rows {
         for (key, cell) in &row.0 {
-            let input = matches!(meaning(bench, key), Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_));
+            let input = matches!(
+                meaning(bench, key),
+                Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_)
+            );
             if input && matches!(cell, Cell::Number(_)) && !columns.contains(key) {
                 columns.push(key.clone());
             }
@@ -125,7 +128,8 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
             .found(format!("'{column}', {clash}"))
             .at_path(format!("{place}.{column}")));
     }
-    let rows = rows.into_iter().map(|(place, row)| reading(bench, &joints, &columns, place, row)).collect::<Result<_>>()?;
+    let rows =
+        rows.into_iter().map(|(place, row)| reading(bench, &joints, &columns, place, row)).collect::<Result<_>>()?;
     Ok(Readings { columns, rows })
 }
 
@@ -154,7 +158,9 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
             }
             (Cell::Text(text), _) => return Err(not_a_number(&place, &key, &format!("'{text}'"))),
             (Cell::List(_), _) => return Err(not_a_number(&place, &key, "a list")),
-            (Cell::Number(value), _) if !value.is_finite() => return Err(not_a_number(&place, &key, &value.to_string())),
+            (Cell::Number(value), _) if !value.is_finite() => {
+                return Err(not_a_number(&place, &key, &value.to_string()));
+            }
             (Cell::Number(value), _) => value,
         };
         if let Some(slot) = columns.iter().position(|column| *column == key).and_then(|k| numbers.get_mut(k)) {
@@ -163,7 +169,10 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
         let path = || format!("{place}.{key}");
         match meaning {
             Meaning::Samples if !(number > 0.0) => {
-                return Err(Malformed::new(Fault::Value, "n is not a number of samples").expected("a positive number").found(number.to_string()).at_path(path()));
+                return Err(Malformed::new(Fault::Value, "n is not a number of samples")
+                    .expected("a positive number")
+                    .found(number.to_string())
+                    .at_path(path()));
             }
             Meaning::Samples => samples = number,
             Meaning::SensorU(_) if !(number > 0.0) => {
@@ -183,7 +192,9 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
     let joint_states = joints
         .iter()
         .zip(&states)
-        .map(|(joint, [deg, deg_s, turns])| JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|e| e.under(&place)))
+        .map(|(joint, [deg, deg_s, turns])| {
+            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|e| e.under(&place))
+        })
         .collect::<Result<_>>()?;
     let mut observations = Vec::new();
     for (k, (sensor, (value, u))) in bench.sensors.iter().zip(&values).enumerate() {

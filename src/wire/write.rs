@@ -1,7 +1,11 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
-use super::bench_file::{AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, SiteFile, UnitsFile};
-use super::campaign_file::{BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef};
+use super::bench_file::{
+    AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, SiteFile, UnitsFile,
+};
+use super::campaign_file::{
+    BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
 use super::{Cell, Named, ReadingFile};
 use crate::bench::{Axis, Bench, ForceUnit, Link, RateUnit, Sensor};
 use crate::campaign::{Campaign, Constraint, Distribution, Reading, Role};
@@ -86,7 +90,10 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
                     Distribution::Arcsine => Some(DistributionFile::Arcsine),
                 };
                 let dof = own.dof.is_finite().then_some(own.dof);
-                known.push((parameter.id.clone(), KnownFile { value: own.value, unit, u: Some(own.u), dof, distribution }));
+                known.push((
+                    parameter.id.clone(),
+                    KnownFile { value: own.value, unit, u: Some(own.u), dof, distribution },
+                ));
             }
             Role::AssumedZero => {}
         }
@@ -97,7 +104,9 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         estimate: Named(estimate),
         constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
         derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), d.line.to_string())).collect()),
-        readings: ReadingsRef::Inline(campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect()),
+        readings: ReadingsRef::Inline(
+            campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),
+        ),
     }
 }
 
@@ -113,9 +122,11 @@ fn constraint_file(campaign: &Campaign, constraint: &Constraint) -> ConstraintFi
                 ConstraintFile { of, between: Some([bound(*lower), bound(*upper)]), ..ConstraintFile::default() }
             }
         }
-        Constraint::Norm { of, at_most } => {
-            ConstraintFile { norm_of: Some(of.iter().map(id).collect()), at_most: Some(*at_most), ..ConstraintFile::default() }
-        }
+        Constraint::Norm { of, at_most } => ConstraintFile {
+            norm_of: Some(of.iter().map(id).collect()),
+            at_most: Some(*at_most),
+            ..ConstraintFile::default()
+        },
     }
 }
 
