@@ -5,16 +5,25 @@ use std::f64::consts::PI;
 /// A function of one argument that a model line may call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
+    /// Sine, of radians.
     Sin,
+    /// Cosine, of radians.
     Cos,
+    /// Tangent, of radians.
     Tan,
+    /// Inverse sine, in radians.
     Asin,
+    /// Inverse cosine, in radians.
     Acos,
+    /// Inverse tangent, in radians.
     Atan,
+    /// Square root.
     Sqrt,
+    /// Absolute value; its derivative at 0 is taken as 0.
     Abs,
     /// -1, 0 or 1; its derivative is taken as 0 everywhere.
     Sign,
+    /// Exponential.
     Exp,
     /// 1 where the argument is at least 0, else 0; its derivative is taken as 0 everywhere.
     Step,
