@@ -96,9 +96,10 @@ fn from_readings(
     design: &DesignMatrix,
     system: &System,
     estimate: &Estimate,
+    sensitivities: &Mat<f64>,
     along: &[f64],
 ) -> Vec<Contribution> {
-    let weights = row_weights(estimate, along);
+    let weights = row_weights(sensitivities, along);
     // sensors in bench order, then priors
     let sensors = campaign.bench.sensors.len();
     let mut square = vec![0.0; sensors + 1];
@@ -139,11 +140,17 @@ fn from_readings(
     contributions
 }
 
-/// `d(c . x)/d y` for every row.
-fn row_weights(estimate: &Estimate, along: &[f64]) -> Vec<f64> {
-    let sensitivities = estimate.factor.sensitivities();
-    let (n, m) = (sensitivities.nrows().min(along.len()), sensitivities.ncols());
-    (0..m).map(|i| (0..n).map(|j| along.get(j).copied().unwrap_or_default() * sensitivities[(j, i)]).sum()).collect()
+/// `d(c . x)/d y` for every row, from the sensitivities `d x / d y` (unknowns x rows).
+fn row_weights(sensitivities: &Mat<f64>, along: &[f64]) -> Vec<f64> {
+    let mut weights = vec![0.0; sensitivities.ncols()];
+    for (j, c) in along.iter().enumerate().take(sensitivities.nrows()) {
+        if *c != 0.0 {
+            for (i, weight) in weights.iter_mut().enumerate() {
+                *weight += c * sensitivities[(j, i)];
+            }
+        }
+    }
+    weights
 }
 
 /// Is every scale that this estimate needs determined?
@@ -161,6 +168,7 @@ pub(super) fn results(
     level: f64,
 ) -> (Vec<ParameterResult>, Mat<f64>) {
     let known = known_inputs(campaign, design, estimate);
+    let sensitivities = estimate.factor.sensitivities();
     let mut covariance = estimate.covariance.clone();
     for (_, input, c) in &known {
         for i in 0..covariance.nrows().min(c.len()) {
@@ -179,8 +187,11 @@ pub(super) fn results(
             if let Some(one) = along.get_mut(k) {
                 *one = 1.0;
             }
-            let budget =
-                if estimable { budget_along(campaign, design, system, estimate, &known, &along) } else { Vec::new() };
+            let budget = if estimable {
+                budget_along(campaign, design, system, estimate, &sensitivities, &known, &along)
+            } else {
+                Vec::new()
+            };
             ParameterResult {
                 id: parameter.id.clone(),
                 kind: parameter.kind,
@@ -202,10 +213,11 @@ fn budget_along(
     design: &DesignMatrix,
     system: &System,
     estimate: &Estimate,
+    sensitivities: &Mat<f64>,
     known: &[(&str, Known, Vec<f64>)],
     along: &[f64],
 ) -> Vec<Contribution> {
-    let mut budget = from_readings(campaign, design, system, estimate, along);
+    let mut budget = from_readings(campaign, design, system, estimate, sensitivities, along);
     for (id, input, c) in known {
         let sensitivity: f64 = along.iter().zip(c).map(|(a, c)| a * c).sum();
         budget.push(known_contribution(id, input, sensitivity));
@@ -237,6 +249,7 @@ pub(super) fn derived(
     level: f64,
 ) -> Result<Vec<DerivedResult>> {
     let known = known_inputs(campaign, design, estimate);
+    let sensitivities = estimate.factor.sensitivities();
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
     campaign
         .derived
@@ -249,7 +262,11 @@ pub(super) fn derived(
             let needed =
                 along.iter().enumerate().all(|(k, c)| *c == 0.0 || estimate.estimable.get(k).copied().unwrap_or(false));
             let usable = needed && value.is_finite() && gradient.iter().all(|c| c.is_finite());
-            let mut budget = if usable { from_readings(campaign, design, system, estimate, along) } else { Vec::new() };
+            let mut budget = if usable {
+                from_readings(campaign, design, system, estimate, &sensitivities, along)
+            } else {
+                Vec::new()
+            };
             if usable {
                 for (id, input, c) in &known {
                     let own = campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
