@@ -78,7 +78,7 @@ pub(super) fn separations(
 }
 
 /// Positions that this bench could take: every joint that the schedule holds still, in steps of 45 degrees; every joint that it turns, with
-/// the states that the schedule has. Columns are those of the first reading. Simplest first: fewer joints away from the first reading's state.
+/// the states that the schedule has, and those with the sense of the rate reversed. Columns are those of the first reading. Simplest first: fewer joints away from the first reading's state.
 pub fn candidates(campaign: &Campaign) -> Readings {
     let Some(first) = campaign.readings.rows.first() else { return Readings::default() };
     let rows = &campaign.readings.rows;
@@ -88,6 +88,12 @@ pub fn candidates(campaign: &Campaign) -> Readings {
         for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
             if seen.len() < 16 && !seen.contains(state) {
                 seen.push(*state);
+            }
+        }
+        for state in seen.clone() {
+            let reversed = state.reversed();
+            if !seen.contains(&reversed) {
+                seen.push(reversed);
             }
         }
         let held = seen.iter().all(|state| matches!(state, JointState::Held { .. }));
