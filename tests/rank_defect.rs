@@ -16,7 +16,8 @@ fn the_plane_cannot_be_told_from_the_zero_offset() {
     assert_eq!(defect.free.text, "V0 + kI*dtheta_y0");
     assert_eq!(defect.estimable.len(), 1);
     assert_eq!(defect.estimable[0].text, "V0 - kI*dtheta_y0");
-    assert!((defect.estimable[0].terms[1].1 + 1.299).abs() < 1e-12);
+    // at the solution the exact derivative is kI times cosines of tilts of 2e-3
+    assert_within(defect.estimable[0].terms[1].1, -1.299, 5e-6, "kI");
     assert_eq!(defect.separate_by, None, "no position of this bench separates the two");
     for parameter in &fit.parameters {
         let free = !["V0", "dtheta_y0"].contains(&parameter.id.as_str());

@@ -21,6 +21,8 @@ const SEPARATES: f64 = 1e-3;
 const STEP_DEG: usize = 45;
 /// More joints than this make the full sweep too long; the rest stay where the first reading has them.
 const SWEPT_JOINTS: usize = 4;
+/// Four joints in steps of 45 degrees.
+const MOST_POSITIONS: usize = 4096;
 
 /// Name every rank defect of an estimate and look for the position that would end it.
 pub(super) fn separations(
@@ -118,7 +120,7 @@ pub fn candidates(campaign: &Campaign) -> Readings {
                     next
                 })
             })
-            .take(20_000)
+            .take(MOST_POSITIONS)
             .collect();
     }
     let away = |joints: &[JointState]| joints.iter().zip(&first.joints).filter(|(a, b)| a != b).count();
