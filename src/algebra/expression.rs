@@ -187,3 +187,16 @@ impl Expression {
         results.pop().unwrap_or_default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_found_as_a_whole_word_only() {
+        let line = Expression::parse("kII*1.e3 + k_I + e3*kI").unwrap();
+        assert_eq!(line.span_of("kI"), Some((20, 2)));
+        assert_eq!(line.span_of("e3"), Some((17, 2)));
+        assert_eq!(line.span_of("k"), None);
+    }
+}
