@@ -19,8 +19,10 @@ mod function;
 mod parse;
 mod print;
 mod tape;
+mod terms;
 
 pub use analysis::NameDegree;
 pub use expression::Expression;
 pub use function::Function;
 pub use tape::{Scratch, Tape};
+pub use terms::Term;

@@ -7,10 +7,12 @@
 mod angle_unit;
 mod parameters;
 mod readings;
+mod units;
 
 pub use angle_unit::AngleUnit;
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
+pub use units::coefficient_unit;
 
 use crate::algebra::Expression;
 use crate::bench::Bench;

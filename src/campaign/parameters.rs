@@ -1,6 +1,6 @@
 //! Parameters: every coefficient of a model line and every tilt of the chain, with what is claimed to be known of it.
 
-use super::{AngleUnit, Asked, Given};
+use super::{AngleUnit, Asked, Given, coefficient_unit};
 use crate::algebra::Expression;
 use crate::bench::{Bench, Link};
 use crate::error::{Fault, Malformed, Result};
@@ -21,7 +21,7 @@ pub struct Parameter {
     pub id: String,
     /// Tilt or coefficient.
     pub kind: Kind,
-    /// `rad` for tilts; for coefficients as given, or empty.
+    /// `rad` for tilts; for coefficients as given, else as the model line tells, else empty.
     pub unit: String,
     /// What it means, for a person; may be empty.
     pub meaning: String,
@@ -126,7 +126,7 @@ pub enum Constraint {
 impl Parameter {
     pub(super) fn estimated(bench: &Bench, id: &str, kind: Kind, asked: Asked) -> Result<Self> {
         let path = format!("estimate.{id}");
-        let (scale, unit) = unit_scale(kind, asked.unit.as_deref(), &path)?;
+        let (scale, unit) = unit_scale(bench, id, kind, asked.unit.as_deref(), &path)?;
         let finite = |value: Option<f64>, key: &str| match value {
             Some(v) if !v.is_finite() => Err(not_finite(&format!("{path}.{key}"), v)),
             other => Ok(other.map(|v| v * scale)),
@@ -150,7 +150,7 @@ impl Parameter {
 
     pub(super) fn known(bench: &Bench, id: &str, kind: Kind, given: Given) -> Result<Self> {
         let path = format!("known.{id}");
-        let (scale, unit) = unit_scale(kind, given.unit.as_deref(), &path)?;
+        let (scale, unit) = unit_scale(bench, id, kind, given.unit.as_deref(), &path)?;
         let Known { value, u, dof, distribution } = given.known;
         if !value.is_finite() {
             return Err(not_finite(&format!("{path}.value"), value));
@@ -172,8 +172,8 @@ impl Parameter {
     }
 
     pub(super) fn assumed_zero(bench: &Bench, id: &str, kind: Kind) -> Self {
-        let unit = if kind == Kind::Tilt { "rad" } else { "" };
-        Parameter { id: id.into(), kind, unit: unit.into(), meaning: meaning(bench, id), role: Role::AssumedZero }
+        let unit = if kind == Kind::Tilt { "rad".to_string() } else { coefficient_unit(bench, id).unwrap_or_default() };
+        Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::AssumedZero }
     }
 
     /// The value at which the model is linearised: start, else prior, else known value, else zero.
@@ -199,9 +199,10 @@ fn meaning(bench: &Bench, id: &str) -> String {
 }
 
 /// Factor to internal units and the internal unit's name. Coefficients are carried in whatever unit the user names.
-fn unit_scale(kind: Kind, unit: Option<&str>, path: &str) -> Result<(f64, String)> {
+fn unit_scale(bench: &Bench, id: &str, kind: Kind, unit: Option<&str>, path: &str) -> Result<(f64, String)> {
     match (kind, unit) {
-        (Kind::Coefficient, unit) => Ok((1.0, unit.unwrap_or_default().to_string())),
+        (Kind::Coefficient, Some(unit)) => Ok((1.0, unit.to_string())),
+        (Kind::Coefficient, None) => Ok((1.0, coefficient_unit(bench, id).unwrap_or_default())),
         (Kind::Tilt, None) => Ok((1.0, "rad".into())),
         (Kind::Tilt, Some(symbol)) => match AngleUnit::named(symbol) {
             Some(unit) => Ok((unit.radians(), "rad".into())),
