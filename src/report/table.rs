@@ -277,7 +277,8 @@ fn defects(report: &FitReport) -> String {
         if only.is_empty() {
             text.push_str(" no reading responds to it");
         } else {
-            text.push_str(&format!(" only {} is estimable here", only.join(" and ")));
+            let verb = if only.len() == 1 { "is" } else { "are" };
+            text.push_str(&format!(" only {} {verb} estimable here", only.join(" and ")));
         }
         match &defect.separate_by {
             Some(position) => {
