@@ -5,6 +5,8 @@
 
 mod compare;
 mod fit;
+pub mod html;
+pub mod markdown;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
