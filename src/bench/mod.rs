@@ -9,9 +9,11 @@
 //! active and take sensor components to the ground. Deliberately absent: lever arms, dynamics, file formats (`wire` knows those).
 
 mod builtin;
+mod modulation;
 mod rotation;
 
 pub use builtin::{BuiltIn, built_in, built_ins};
+pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
 use crate::algebra::{Expression, Function};
@@ -141,7 +143,8 @@ pub enum Link {
         /// What it is, for a person; may be empty.
         meaning: String,
     },
-    /// A small unknown rotation: a parameter, in radians.
+    /// A small unknown rotation: a parameter, in radians. Where it follows a joint's angle, the parameter times a factor; its own
+    /// rate `tilt * d factor/dt` is left out (over whole turns a positioning error closes).
     Tilt {
         /// Name of the parameter.
         name: String,
@@ -149,6 +152,8 @@ pub enum Link {
         about: Axis,
         /// What is tilted against what, for a person.
         meaning: String,
+        /// The factor by which it follows the joints' angles; `None` for a constant tilt.
+        times: Option<Modulation>,
     },
 }
 

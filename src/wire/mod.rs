@@ -10,6 +10,7 @@ mod locate;
 mod named;
 mod readings_file;
 mod schema;
+mod truth_file;
 mod write;
 
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
@@ -20,6 +21,7 @@ pub use locate::{line_and_column, locate};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use schema::{SCHEMAS, schema};
+pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;
