@@ -22,7 +22,7 @@ pub(super) fn dof(dof: Option<f64>, known: bool) -> String {
     match dof {
         None if known => "\u{221e}".into(),
         None => dash(),
-        Some(dof) if (dof - dof.round()).abs() < 1e-6 => format!("{dof:.0}"),
+        Some(dof) if (dof - dof.round()).abs() < 0.05 => format!("{dof:.0}"),
         Some(dof) => format!("{dof:.1}"),
     }
 }

@@ -63,7 +63,7 @@ pub(super) fn estimate_figures(report: &FitReport) -> Result<Vec<Figure>> {
         Figure {
             caption: "Standard uncertainties, divided by each source's share of the variance.".into(),
             description: String::new(),
-            svg: plot::bars(&bars, "standard uncertainty, arcsec", plot::HALF)?,
+            svg: plot::bars(&bars, ("standard uncertainty", "arcsec"), plot::HALF)?,
             wide: false,
         },
     ])
@@ -85,7 +85,7 @@ pub(super) fn budget_figures(report: &FitReport) -> Result<Vec<Figure>> {
     Ok(vec![Figure {
         caption: "Coefficients: each source's share of the variance. Sources below 0.5 % are left white.".into(),
         description: String::new(),
-        svg: plot::bars(&bars, "share of the variance, %", plot::WIDE)?,
+        svg: plot::bars(&bars, ("share of the variance", "%"), plot::WIDE)?,
         wide: true,
     }])
 }

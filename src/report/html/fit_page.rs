@@ -18,7 +18,7 @@ pub fn fit_page(fit: &Fit, report: &FitReport, comparison: Option<&CompareReport
     page.facts = facts(fit, report, inputs);
     page.colophon = colophon(inputs);
     let mut page = page
-        .section(answer(report))
+        .section(answer(fit, report))
         .section(estimates(fit, report)?)
         .section(not_estimable(report))
         .section(correction(fit, report))
@@ -46,8 +46,10 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input]) -> Vec<(String, String
     if let Some(input) = inputs.first() {
         facts.push(("Campaign".into(), input.name.clone()));
     }
-    let models = bench.sensors.iter().map(|s| ("Model".to_string(), format!("`{} = {}`", s.id, s.model)));
-    facts.extend(models);
+    for (k, sensor) in bench.sensors.iter().enumerate() {
+        let name = if k == 0 { "Model" } else { "" };
+        facts.push((name.into(), format!("`{} = {}`", sensor.id, sensor.model)));
+    }
     let estimator = match report.estimator.as_str() {
         "linear" => "one least-squares step from the reference point",
         _ => "Gauss-Newton on the exact rotations",
@@ -56,7 +58,7 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input]) -> Vec<(String, String
     facts
 }
 
-fn answer(report: &FitReport) -> Section {
+fn answer(of: &Fit, report: &FitReport) -> Section {
     let fit = &report.fit;
     let mut section = Section::new("Result");
     for defect in &report.not_estimable {
@@ -108,47 +110,56 @@ fn answer(report: &FitReport) -> Section {
         let steps = cells::count(record.iterations.len(), "iteration");
         section = section.verdict(tone, format!("Gauss-Newton {word} after {steps}."));
     }
-    section.prose(summary(report))
+    section.prose(summary(of, report))
 }
 
-fn summary(report: &FitReport) -> String {
-    let fit = &report.fit;
+fn summary(fit: &Fit, report: &FitReport) -> String {
+    let sums = &report.fit;
     let mut text = format!(
         "From {}{} the fit estimates {} (rank {}, {} of freedom).",
-        cells::count(fit.readings, "reading"),
-        if fit.priors > 0 { format!(" and {}", cells::count(fit.priors, "prior")) } else { String::new() },
+        cells::count(sums.readings, "reading"),
+        if sums.priors > 0 { format!(" and {}", cells::count(sums.priors, "prior")) } else { String::new() },
         cells::count(report.parameters.len(), "parameter"),
-        fit.rank,
-        cells::count(fit.dof, "degree"),
+        sums.rank,
+        cells::count(sums.dof, "degree"),
     );
     let mut angles: Vec<(&str, f64)> =
         report.parameters.iter().filter_map(|p| Some((p.id.as_str(), p.arcsec.and_then(|a| a.expanded)?))).collect();
     angles.sort_by(|a, b| a.1.total_cmp(&b.1));
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     if let (Some((best, low)), Some((worst, high)), true) = (angles.first(), angles.last(), angles.len() > 1) {
+        let [low, high] = [low, high].map(|u| significant(*u, 2));
         text.push_str(&if low == high {
-            format!(" At {}, every angle is known to {} arcsec.", cells::level(level), significant(*high, 2))
+            format!(" At {}, every angle is known to {} arcsec.", cells::level(level), high)
         } else {
             format!(
                 " At {}, the angles are known to between {} arcsec (`{best}`) and {} arcsec (`{worst}`).",
                 cells::level(level),
-                significant(*low, 2),
-                significant(*high, 2)
+                low,
+                high
             )
         });
     }
-    let scatter: Vec<String> = fit
+    let scatter: Vec<String> = sums
         .sensor_sd
         .iter()
-        .filter_map(|(sensor, sd)| Some(format!("{} for `{sensor}`", significant((*sd)?, 3))))
+        .filter_map(|(sensor, sd)| Some(format!("{} for `{sensor}`", with_unit((*sd)?, &unit_of(fit, sensor)))))
         .collect();
     if !scatter.is_empty() {
         text.push_str(&format!(" Residual standard deviation: {}.", scatter.join(", ")));
     }
-    if let Some(condition) = fit.condition {
+    if let Some(condition) = sums.condition {
         text.push_str(&format!(" The scaled design matrix has condition number {}.", significant(condition, 3)));
     }
     text
+}
+
+fn unit_of(fit: &Fit, sensor: &str) -> String {
+    fit.campaign.bench.sensors.iter().find(|s| s.id == sensor).map(|s| s.unit.clone()).unwrap_or_default()
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    format!("{} {unit}", significant(value, 3)).trim_end().to_string()
 }
 
 fn estimates(fit: &Fit, report: &FitReport) -> Result<Section> {
@@ -304,8 +315,9 @@ fn correction(fit: &Fit, report: &FitReport) -> Section {
             .map(|p| p.id.as_str())
             .collect();
         if !others.is_empty() {
-            let verb = if others.len() == 1 { "belongs" } else { "belong" };
-            section = section.prose(format!("{} {verb} to the bench and stay there.", cells::names(&others)));
+            let verb =
+                if others.len() == 1 { "belongs to the bench and stays" } else { "belong to the bench and stay" };
+            section = section.prose(format!("{} {verb} there.", cells::names(&others)));
         }
     }
     section
@@ -335,7 +347,7 @@ fn budget(report: &FitReport) -> Result<Section> {
     for (id, budget) in parameters.chain(derived) {
         let mut first = true;
         for line in budget {
-            if line.share < 1e-4 {
+            if line.share < 5e-4 {
                 hidden += 1;
                 continue;
             }
@@ -360,7 +372,7 @@ fn budget(report: &FitReport) -> Result<Section> {
     if hidden > 0 {
         table
             .note
-            .push_str(&format!(" {} below 0.01 % of the variance left out.", cells::count(hidden, "contribution")));
+            .push_str(&format!(" {} below 0.05 % of the variance left out.", cells::count(hidden, "contribution")));
     }
     section = section.table(table);
     Ok(section)
@@ -458,7 +470,7 @@ fn readings(fit: &Fit, report: &FitReport) -> Section {
         let tenth = r.u.map(|u| u / 10.0);
         cells.extend([
             r.sensor.clone(),
-            cells::value(Some(r.value), tenth),
+            as_read(r.value, tenth),
             cells::value(Some(r.fitted), tenth),
             cells::value(Some(r.residual), tenth),
             cells::decimals(r.studentized, 2),
@@ -481,6 +493,12 @@ fn readings(fit: &Fit, report: &FitReport) -> Section {
         ));
     }
     Section::new("Readings").table(table)
+}
+
+/// A value as the file gives it, unless it has more digits than anyone wants to see.
+fn as_read(value: f64, u: Option<f64>) -> String {
+    let text = value.to_string();
+    if text.len() <= 9 { text } else { cells::value(Some(value), u) }
 }
 
 fn key(state: &JointState, suffix: &str) -> Option<f64> {

@@ -45,7 +45,7 @@ const STYLE: &str = include_str!("../../../data/templates/page.css");
 /// use tumble::report::html::{Block, Page, Section, render};
 /// let page = Page::new("A <b> page").section(Section::new("Result").prose("`V0` is 3 < 4"));
 /// let html = render(&page)?;
-/// assert!(html.contains("A &lt;b&gt; page") && html.contains("<code>V0</code> is 3 &lt; 4"));
+/// assert!(html.contains("A &lt;b&gt; page") && html.contains(">V0</code> is 3 &lt; 4"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn render(page: &Page) -> Result<String> {
