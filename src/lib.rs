@@ -24,6 +24,7 @@
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
 //! | [`mod@compare`] | the published closed forms beside least squares; misprints |
+//! | [`plan`] | a schedule judged before anyone measures; the best positions |
 //! | [`report`] | results as stable JSON and as tables |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |
 //!
@@ -45,6 +46,7 @@ pub mod design;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+pub mod plan;
 pub mod quality;
 pub mod report;
 pub mod uncertainty;

@@ -23,7 +23,7 @@ const STEP_DEG: usize = 45;
 const SWEPT_JOINTS: usize = 4;
 
 /// Name every rank defect of an estimate and look for the position that would end it.
-pub(super) fn separations(
+pub(crate) fn separations(
     campaign: &Campaign,
     model: &Model,
     design: &DesignMatrix,
