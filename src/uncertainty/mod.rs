@@ -10,4 +10,4 @@ mod budget;
 pub mod quantiles;
 mod tails;
 
-pub use budget::{Combined, Contribution, Evaluation, combine};
+pub use budget::{Combined, Contribution, Evaluation, combine, combine_together};
