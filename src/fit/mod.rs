@@ -12,6 +12,7 @@ mod least_absolute;
 mod names;
 mod noise;
 mod parameters;
+mod propagate;
 mod robust;
 mod rules;
 mod separate;
@@ -23,12 +24,13 @@ pub use gauss_newton::{Convergence, Iteration};
 pub use names::{NamedCombination, describe};
 pub use noise::{Noise, Source};
 pub use parameters::{DerivedResult, ParameterResult, State};
+pub use propagate::{Drawn, Joint, draw};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub use separate::{Separation, candidates};
 pub use system::{Weighting, weigh};
 
-use crate::campaign::{Campaign, Role};
+use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, System};
@@ -103,6 +105,8 @@ pub struct Fit {
     pub derived: Vec<DerivedResult>,
     /// What scatters in the readings, and how the estimates follow each of them.
     pub noise: Noise,
+    /// Known inputs with an uncertainty (parameter index), and how the estimated parameters follow each.
+    pub known_sensitivities: Vec<(usize, Known, Vec<f64>)>,
     /// What became of the constraints.
     pub constraints: Constraints,
     /// What the robust estimator did, where one was asked for.
@@ -203,6 +207,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let parameters = grounds.parameters(&point, &free, &at_bound, allowed);
     let covariance = grounds.covariance();
     let derived = grounds.derived(&point)?;
+    let known_sensitivities = grounds.known_sensitivities();
     let quality = quality::rows(&system, &estimate);
     let global_test = quality::global_test(&system, &estimate, settings.level);
     let not_estimable = separate::separations(campaign, &model, &design, &estimate);
@@ -217,6 +222,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
         covariance,
         derived,
         noise,
+        known_sensitivities,
         constraints,
         robust,
         settled,

@@ -4,6 +4,7 @@ use super::system::Remounting;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::estimate::{Component, Components, Estimate, Group, System};
+use crate::uncertainty::monte_carlo::Scatter;
 use crate::uncertainty::{Contribution, Evaluation};
 use faer::Mat;
 
@@ -169,6 +170,29 @@ impl Noise {
             correction: estimated.then(|| adjusted.correction.clone()),
             determined: !estimated || estimate.dof > 0,
         }
+    }
+
+    /// Every source's covariance of the unknowns, factored, with its degrees of freedom.
+    pub(super) fn scatter(&self) -> Vec<Scatter> {
+        let (n, m) = (self.sensitivities.nrows(), self.sensitivities.ncols());
+        let mut all = Vec::new();
+        for source in self.sources.iter().filter(|s| s.variance > 0.0) {
+            // columns of the square root of V: rows, or offsets
+            let count = if source.offset.is_empty() { m } else { source.offset.iter().max().map_or(0, |k| k + 1) };
+            let mut moved = Mat::<f64>::zeros(n, count);
+            for (at, (row, u)) in source.rows.iter().enumerate() {
+                let column = source.offset.get(at).copied().unwrap_or(*row);
+                for j in 0..n {
+                    moved[(j, column)] += self.sensitivities[(j, *row)] * u * source.variance.sqrt();
+                }
+            }
+            let factor = super::propagate::factor(&(&moved * moved.transpose()));
+            all.push(Scatter { factor, dof: source.dof });
+        }
+        if let Some(correction) = &self.correction {
+            all.push(Scatter { factor: super::propagate::factor(correction), dof: f64::INFINITY });
+        }
+        all
     }
 
     /// `d (c . x) / d y`.

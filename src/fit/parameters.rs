@@ -111,8 +111,9 @@ impl<'a> Grounds<'a> {
     }
 
     /// How the estimated parameters follow each known input that has an uncertainty.
-    pub(super) fn known_sensitivities(&self) -> impl Iterator<Item = (&str, Known, &[f64])> {
-        self.known.iter().map(|(id, known, c)| (*id, *known, c.as_slice()))
+    pub(super) fn known_sensitivities(&self) -> Vec<(usize, Known, Vec<f64>)> {
+        let index = |id: &str| self.campaign.parameter_index(id);
+        self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone()))).collect()
     }
 
     /// Full covariance of the estimated parameters: readings and known inputs.

@@ -5,6 +5,8 @@
 
 mod compare;
 mod fit;
+mod fit_checks;
+pub mod fit_checks_table;
 pub mod html;
 pub mod markdown;
 pub mod plot;
@@ -15,6 +17,12 @@ pub use fit::{
     ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
     FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
     fit_report, position_keys,
+};
+
+pub use fit_checks::{
+    ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
+    MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
+    monte_carlo_report,
 };
 
 /// Version of the program, as every report says it.
