@@ -1,2 +1,3 @@
 //! tumble
 pub mod error;
+pub mod navigate;
