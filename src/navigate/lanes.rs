@@ -7,7 +7,7 @@
 
 use super::course::{Block, Course, Truth};
 use super::errors::{ImuErrors, TriadErrors};
-use super::mechanise::{self, ERRORS, STATES, Setting};
+use super::mechanise::{self, CHUNK, ERRORS, Memory, STATES, Setting};
 use super::mission::Mission;
 use super::quadrature::MAX_STEPS;
 use pulp::{Arch, Simd, WithSimd};
@@ -22,8 +22,7 @@ pub const GROUP: usize = 8;
 #[derive(Debug, Clone)]
 struct Group {
     used: usize,
-    errors: Box<[[f64; GROUP]; ERRORS]>,
-    state: Box<[[f64; GROUP]; STATES]>,
+    memory: Box<Memory>,
     /// Standard deviation of one increment, gyro and accelerometer, and the generator, of each noisy lane.
     noise: Vec<(usize, f64, f64, Pcg64Mcg)>,
     drawn: Vec<[[f64; GROUP]; 6]>,
@@ -75,7 +74,7 @@ impl Fleet {
     pub fn belief(&self, index: usize) -> Option<Belief> {
         let group = self.groups.get(index / GROUP)?;
         let lane = index % GROUP;
-        let at = |i: usize| group.state[i][lane];
+        let at = |i: usize| group.memory.state[i][lane];
         (lane < group.used).then(|| Belief {
             quaternion: [at(0), at(1), at(2), at(3)],
             velocity: [at(4), at(5)],
@@ -100,11 +99,22 @@ impl WithSimd for Advance<'_> {
         course.advance(limit, block);
         for group in groups {
             group.draw(block.steps);
-            let Group { used, errors, state, drawn, .. } = group;
-            let mut from = 0;
-            while from < *used {
-                mechanise::fly(simd, *setting, block, errors, state, drawn, from);
-                from += S::F64_LANES;
+            let Group { used, memory, drawn, .. } = group;
+            // Which register is known when this is compiled, for each instruction set.
+            let registers = used.div_ceil(S::F64_LANES);
+            mechanise::fly::<S, 0, 1>(simd, *setting, block, memory, drawn);
+            if S::F64_LANES <= 4 && registers > 1 {
+                mechanise::fly::<S, 1, 1>(simd, *setting, block, memory, drawn);
+            }
+            if S::F64_LANES <= 2 && registers > 2 {
+                mechanise::fly::<S, 2, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 3, 1>(simd, *setting, block, memory, drawn);
+            }
+            if S::F64_LANES == 1 && registers > 4 {
+                mechanise::fly::<S, 4, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 5, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 6, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 7, 1>(simd, *setting, block, memory, drawn);
             }
         }
     }
@@ -114,27 +124,35 @@ impl Group {
     fn new(chunk: &[ImuErrors], step: f64, truth: &Truth, past: &[[f64; 6]; 2], seed: u64, first: usize) -> Group {
         let mut group = Group {
             used: chunk.len(),
-            errors: Box::new([[0.0; GROUP]; ERRORS]),
-            state: Box::new([[0.0; GROUP]; STATES]),
+            memory: Box::new(Memory {
+                errors: [[0.0; GROUP]; ERRORS],
+                state: [[0.0; GROUP]; STATES],
+                reported: [[[0.0; GROUP]; 6]; CHUNK + 2],
+                track: [[[0.0; GROUP]; 7]; CHUNK],
+            }),
             noise: Vec::new(),
             drawn: Vec::new(),
         };
         let (sine, cosine) = truth.latitude.sin_cos();
         let [w, x, y, z] = truth.quaternion;
         let [east, north] = truth.velocity;
-        let own = [w, x, y, z, east, north, truth.latitude, truth.longitude, sine, cosine];
+        let own = [w, x, y, z, east, north, truth.latitude, truth.longitude, sine, cosine, east, north];
         for lane in 0..GROUP {
             let errors = chunk.get(lane).copied().unwrap_or_default();
             let columns = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
-            for (slot, value) in group.errors.iter_mut().zip(columns) {
+            for (slot, value) in group.memory.errors.iter_mut().zip(columns) {
                 slot[lane] = value;
             }
             // The navigator remembers what its own unit reported before the start.
             let newer = measured(&errors, &past[1], step);
             let older = measured(&errors, &past[0], step);
-            let values = own.into_iter().chain(newer).chain(older);
-            for (slot, value) in group.state.iter_mut().zip(values) {
+            for (slot, value) in group.memory.state.iter_mut().zip(own) {
                 slot[lane] = value;
+            }
+            for (slots, values) in group.memory.reported.iter_mut().zip([older, newer]) {
+                for (slot, value) in slots.iter_mut().zip(values) {
+                    slot[lane] = value;
+                }
             }
             if errors.is_noisy() && lane < chunk.len() {
                 let root = step.sqrt();

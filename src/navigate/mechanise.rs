@@ -3,29 +3,35 @@
 //! Local-level, east-north-up, on the ellipsoid; the vertical channel is held (no vertical velocity, the altitude of
 //! the site). With `a`, `v` the increments of angle and velocity of one step as the unit reports them:
 //!
-//! 1. *Coning and sculling* together, as one Magnus step of the rigid motion `(omega, f)` with rates that are quadratic
-//!    through this and the two steps before (`a1`, `a2`: the one before, and the one before that):
+//! 1. *Coning and sculling* together, as one Magnus step of the rigid motion `(omega, f)`, from this step's increments
+//!    and those of the two steps before (`a1`, `a2`: the one before, and the one before that):
 //!
 //!    ```text
-//!    phi = a + c1 a1 x a + c2 a2 x a + c3 a2 x a1            c1 = 121/720, c2 = -31/720, c3 = 1/720
-//!    u   = v + the same combinations of (a_i x v_j + v_i x a_j)
+//!    p   = c1 a1 + c2 a2,  b = a + 3/2 a1,                   c1 = 17/120, c2 = -1/60     (likewise pv, bv)
+//!    phi = a + p x b
+//!    u   = v + p x bv + pv x b
 //!    dv  = u + (1 - cos phi)/phi^2 phi x u + (phi - sin phi)/phi^3 phi x (phi x u)
 //!    ```
-//! 2. *Velocity* `v' = C dv - zeta/2 x C dv - h (2 w_ie + w_en) x v`, Coriolis terms at mid-step.
-//! 3. *Position* by the trapezoid of old and new velocity over the radii of curvature.
+//!
+//!    `p x b` stands for half the integral of `alpha x omega`. Its three coefficients (of `a1 x a`, `a2 x a`, `a2 x a1`)
+//!    follow from three demands: right to third and to fourth order of the step for any smooth rate, and, in pure coning
+//!    of frequency `w`, a drift that is wrong by `(w h)^6` only.
+//! 2. *Velocity* `v' = v + C dv - zeta/2 x C dv - h (2 w_ie + w_en) x v_mid`, with `v_mid` at mid-step.
+//! 3. *Position* by `h v_mid` over the radii of curvature.
 //! 4. *Attitude* `q' = (1, -zeta/2) q (cos phi/2, sin(phi/2) phi/phi)`, `zeta = h (w_ie + w_en)` at mid-step.
 //!
-//! All of it is of fourth order in the step for a smooth motion (the Magnus step's third commutators are the first
+//! In attitude it is of fourth order in the step for a smooth motion (the Magnus step's third commutators are the first
 //! thing left out); terms that hang on the position are linear over a block, and exact at its start.
 
 use super::course::Block;
 use super::earth::{EARTH_RATE, ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS};
+use super::quadrature::MAX_STEPS;
 use super::vector::{Real, Triple};
 use pulp::Simd;
 
-/// Numbers that a navigator keeps: quaternion 4, velocity 2, latitude and longitude, sine and cosine of latitude, and
-/// two past increments of six.
-pub const STATES: usize = 22;
+/// Numbers that a navigator keeps: quaternion 4, velocity 2, latitude and longitude, sine and cosine of latitude,
+/// velocity with half of the last step's Coriolis terms 2.
+pub const STATES: usize = 12;
 /// Numbers that the errors of a unit come to: bias, matrix and square of two triads.
 pub const ERRORS: usize = 30;
 
@@ -40,13 +46,13 @@ pub struct Setting {
 
 /// A triad's errors, scaled to increments: bias times step, `1 + K`, square over step.
 #[derive(Clone, Copy)]
-struct Triad<S: Simd> {
-    bias: Triple<S>,
-    rows: [Triple<S>; 3],
-    square: Triple<S>,
+struct Triad<S: Simd, const K: usize> {
+    bias: Triple<S, K>,
+    rows: [Triple<S, K>; 3],
+    square: Triple<S, K>,
 }
 
-impl<S: Simd> Triad<S> {
+impl<S: Simd, const K: usize> Triad<S, K> {
     #[inline(always)]
     fn load(simd: S, columns: &[[f64; 8]], from: usize) -> Self {
         let at = |i: usize| triple(simd, columns, i, from);
@@ -55,9 +61,9 @@ impl<S: Simd> Triad<S> {
 
     /// What the sensors report of true increments.
     #[inline(always)]
-    fn measure(&self, t: Triple<S>) -> Triple<S> {
+    fn measure(&self, t: Triple<S, K>) -> Triple<S, K> {
         let [x, y, z] = self.rows;
-        let axis = |row: Triple<S>, bias: Real<S>, square: Real<S>, own: Real<S>| {
+        let axis = |row: Triple<S, K>, bias: Real<S, K>, square: Real<S, K>, own: Real<S, K>| {
             let squared = (square * own).times_plus(own, bias);
             row.x.times_plus(t.x, row.y.times_plus(t.y, row.z.times_plus(t.z, squared)))
         };
@@ -70,166 +76,261 @@ impl<S: Simd> Triad<S> {
 }
 
 #[inline(always)]
-fn triple<S: Simd>(simd: S, columns: &[[f64; 8]], i: usize, from: usize) -> Triple<S> {
-    let at = |i: usize| Real::load(simd, &columns[i][from..]);
+fn triple<S: Simd, const K: usize>(simd: S, columns: &[[f64; 8]], i: usize, from: usize) -> Triple<S, K> {
+    let at = |i: usize| Real::<S, K>::load(simd, &columns[i], from);
     Triple { x: at(i), y: at(i + 1), z: at(i + 2) }
 }
 
 #[inline(always)]
-fn keep<S: Simd>(value: Triple<S>, columns: &mut [[f64; 8]], i: usize, from: usize) {
-    value.x.store(&mut columns[i][from..]);
-    value.y.store(&mut columns[i + 1][from..]);
-    value.z.store(&mut columns[i + 2][from..]);
+fn keep<S: Simd, const K: usize>(value: Triple<S, K>, columns: &mut [[f64; 8]], i: usize, from: usize) {
+    value.x.store(&mut columns[i], from);
+    value.y.store(&mut columns[i + 1], from);
+    value.z.store(&mut columns[i + 2], from);
 }
 
-/// Fly one block with the lanes `from..from + width` of a group of eight.
+/// Steps whose increments are made in one go before the navigator takes them.
+pub const CHUNK: usize = 16;
+/// Increments of one step in all lanes: velocity 3, vector part of the turn 3, its scalar part.
+pub type Track = [[[f64; 8]; 7]; CHUNK];
+
+/// A group's memory: what is wrong with its units, its navigators' states, and room for increments.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    /// Scaled errors of the units.
+    pub errors: [[f64; 8]; ERRORS],
+    /// The navigators.
+    pub state: [[f64; 8]; STATES],
+    /// What the units report: two past steps, then the steps of a chunk.
+    pub reported: [[[f64; 8]; 6]; CHUNK + 2],
+    /// Increments on their way from units to navigators.
+    pub track: Track,
+}
+
+/// Fly one block with `K` registers of a group's eight lanes, from register `FROM`.
 ///
-/// `noise` holds, for each step and lane, six increments of noise; it is empty where there is none.
+/// Increments of a chunk of steps first, which do not depend on each other, then the navigators' own chains of steps,
+/// `K` of them interleaved so that none waits for itself. `noise` holds, for each step and lane, six increments of
+/// noise; it is empty where there is none.
 #[inline(always)]
-pub fn fly<S: Simd>(
+pub fn fly<S: Simd, const FROM: usize, const K: usize>(
     simd: S,
     setting: Setting,
     block: &Block,
-    errors: &[[f64; 8]; ERRORS],
-    state: &mut [[f64; 8]; STATES],
+    memory: &mut Memory,
     noise: &[[[f64; 8]; 6]],
-    from: usize,
 ) {
-    let number = |value: f64| Real::splat(simd, value);
-    let at = |state: &[[f64; 8]; STATES], i: usize| Real::load(simd, &state[i][from..]);
-    let gyro = Triad::load(simd, &errors[..15], from);
-    let accelerometer = Triad::load(simd, &errors[15..], from);
-
-    let mut w = at(state, 0);
-    let mut q = triple(simd, &state[..], 1, from);
-    let (mut east, mut north) = (at(state, 4), at(state, 5));
-    let (sine, cosine) = (at(state, 8), at(state, 9));
-    let mut a1 = triple(simd, &state[..], 10, from);
-    let mut v1 = triple(simd, &state[..], 13, from);
-    let mut a2 = triple(simd, &state[..], 16, from);
-    let mut v2 = triple(simd, &state[..], 19, from);
-
-    // Everything that hangs on the latitude, as value and slope at the block's start.
-    let one = number(1.0);
-    let altitude = number(setting.altitude);
-    let e2 = number(ECCENTRICITY_SQUARED);
-    let root = (sine * sine).times_from(e2, one).reciprocal_root();
-    let prime = number(SEMI_MAJOR_AXIS) * root;
-    let meridian = prime * root * root * number(1.0 - ECCENTRICITY_SQUARED);
-    // dR_N/dL = R_N e2 s c / w2, dR_M/dL = 3 R_M e2 s c / w2
-    let bend = e2 * sine * cosine * root * root;
-    let m0 = (meridian + altitude).reciprocal();
-    let m1 = -(number(3.0) * meridian * bend * m0 * m0);
-    let n0 = (prime + altitude).reciprocal();
-    let n1 = -(prime * bend * n0 * n0);
-    let secant = cosine.reciprocal();
-    let tangent = sine * secant;
-    let t0 = tangent * n0;
-    let t1 = tangent * n1 + secant * secant * n0;
-    let s0 = secant * n0;
-    let s1 = secant * n1 + secant * tangent * n0;
-    let rate = number(EARTH_RATE);
-    let (level, vertical) = (rate * cosine, rate * sine);
-
-    let h = number(setting.step);
-    let half = number(0.5);
-    let half_h = number(0.5 * setting.step);
-    let (c1, c2, c3) = (number(121.0 / 720.0), number(-31.0 / 720.0), number(1.0 / 720.0));
-    let two = number(2.0);
-    let mut latitude = number(0.0);
-    let mut longitude = number(0.0);
-
-    for i in 0..block.steps {
-        let seen = |axis: usize| number(block.increments[axis][i]);
-        let mut a = gyro.measure(Triple { x: seen(0), y: seen(1), z: seen(2) });
-        let mut v = accelerometer.measure(Triple { x: seen(3), y: seen(4), z: seen(5) });
-        if let Some(noise) = noise.get(i) {
-            let n = |axis: usize| Real::load(simd, &noise[axis][from..]);
-            a = Triple { x: a.x + n(0), y: a.y + n(1), z: a.z + n(2) };
-            v = Triple { x: v.x + n(3), y: v.y + n(4), z: v.z + n(5) };
+    let Memory { errors, state, reported, track } = memory;
+    let mut navigator = Navigator::<S, K>::load(simd, setting, state, FROM);
+    let mut done = 0;
+    while done < block.steps {
+        let steps = CHUNK.min(block.steps - done);
+        let noise = noise.get(done..).unwrap_or(&[]);
+        measure::<S, K>(simd, block, done, errors, noise, FROM, &mut reported[2..2 + steps]);
+        for (three, slot) in reported.array_windows::<3>().zip(track[..steps].iter_mut()) {
+            compensate::<S, K>(simd, three, FROM, slot);
         }
+        for increment in &track[..steps] {
+            navigator.step(simd, increment, FROM);
+        }
+        for (old, new) in [(0, steps), (1, steps + 1)] {
+            let new = reported[new];
+            for (slot, value) in reported[old].iter_mut().zip(&new) {
+                Real::<S, K>::load(simd, value, FROM).store(slot, FROM);
+            }
+        }
+        done += steps;
+    }
+    navigator.store(simd, state, FROM);
+}
 
-        // Coning and sculling.
-        let pa = a1.scaled_plus(c1, a2.scaled(c2));
-        let pv = v1.scaled_plus(c1, v2.scaled(c2));
-        let (k2a, k2v) = (a2.scaled(c3), v2.scaled(c3));
-        let phi = k2a.cross_plus(a1, pa.cross_plus(a, a));
-        let u = k2v.cross_plus(a1, k2a.cross_plus(v1, pv.cross_plus(a, pa.cross_plus(v, v))));
-        (a2, v2, a1, v1) = (a1, v1, a, v);
+/// What the units report in a chunk of steps.
+#[inline(always)]
+fn measure<S: Simd, const K: usize>(
+    simd: S,
+    block: &Block,
+    done: usize,
+    errors: &[[f64; 8]; ERRORS],
+    noise: &[[[f64; 8]; 6]],
+    lane: usize,
+    reported: &mut [[[f64; 8]; 6]],
+) {
+    let gyro = Triad::<S, K>::load(simd, &errors[..15], lane);
+    let accelerometer = Triad::<S, K>::load(simd, &errors[15..], lane);
+    let columns: &[[f64; MAX_STEPS]; 6] = &block.increments;
+    for (i, slot) in reported.iter_mut().enumerate() {
+        let seen = |axis: usize| Real::<S, K>::splat(simd, columns[axis][(done + i) % MAX_STEPS]);
+        keep(gyro.measure(Triple { x: seen(0), y: seen(1), z: seen(2) }), slot, 0, lane);
+        keep(accelerometer.measure(Triple { x: seen(3), y: seen(4), z: seen(5) }), slot, 3, lane);
+    }
+    for (slot, noise) in reported.iter_mut().zip(noise) {
+        for (value, noise) in slot.iter_mut().zip(noise) {
+            (Real::<S, K>::load(simd, value, lane) + Real::<S, K>::load(simd, noise, lane)).store(value, lane);
+        }
+    }
+}
 
-        // Velocity increment in the body at the step's start, then in east-north-up.
-        let square = phi.dot(phi);
-        let first = square.times_plus(square.times_from(number(-1.0 / 720.0), number(-1.0 / 24.0)), half);
-        let second = square.times_from(number(1.0 / 120.0), number(1.0 / 6.0));
-        let turned = phi.cross(u);
-        let dv = phi.cross(turned).scaled_plus(second, turned.scaled_plus(first, u));
-        let twice = q.cross(dv).scaled(two);
-        let dn = q.cross_plus(twice, twice.scaled_plus(w, dv));
+/// Coning and sculling: the body's turn and velocity increment in one step, from its increments and two past ones.
+#[inline(always)]
+fn compensate<S: Simd, const K: usize>(simd: S, reported: &[[[f64; 8]; 6]; 3], lane: usize, slot: &mut [[f64; 8]; 7]) {
+    let number = |value: f64| Real::<S, K>::splat(simd, value);
+    let [older, newer, now] = reported;
+    let (a2, v2) = (triple(simd, older, 0, lane), triple(simd, older, 3, lane));
+    let (a1, v1) = (triple(simd, newer, 0, lane), triple(simd, newer, 3, lane));
+    let (a, v) = (triple(simd, now, 0, lane), triple(simd, now, 3, lane));
+    let (c1, c2, c3) = (number(17.0 / 120.0), number(-1.0 / 60.0), number(1.5));
+    let (p, b) = (a1.scaled_plus(c1, a2.scaled(c2)), a1.scaled_plus(c3, a));
+    let (pv, bv) = (v1.scaled_plus(c1, v2.scaled(c2)), v1.scaled_plus(c3, v));
+    let phi = p.cross_plus(b, a);
+    let u = pv.cross_plus(b, p.cross_plus(bv, v));
 
-        // Rates of the frame at mid-step, from the velocity expected there.
-        let (east_mid, north_mid) = (dn.x.times_plus(half, east), dn.y.times_plus(half, north));
-        let lat_mid = (half_h * m0).times_plus(north_mid, latitude);
-        let w_north = lat_mid.times_from(vertical, level);
-        let w_up = lat_mid.times_plus(level, vertical);
-        let m = m1.times_plus(lat_mid, m0);
-        let n = n1.times_plus(lat_mid, n0);
-        let t = t1.times_plus(lat_mid, t0);
-        let transport_up = east_mid * t;
-        let zx = -(h * north_mid * m);
-        let zy = h * east_mid.times_plus(n, w_north);
-        let zz = h * (w_up + transport_up);
-        let coriolis = h * two.times_plus(w_up, transport_up);
-        let east_new = coriolis.times_plus(north_mid, east + dn.x) - half * zz.times_from(dn.y, zy * dn.z);
-        let north_new = coriolis.times_from(east_mid, north + dn.y) - half * zx.times_from(dn.z, zz * dn.x);
+    let half = number(0.5);
+    let square = phi.dot(phi);
+    let first = square.times_plus(number(-1.0 / 24.0), half);
+    let second = square.times_plus(number(-1.0 / 120.0), number(1.0 / 6.0));
+    let turned = phi.cross(u);
+    let sine = square.times_plus(square.times_plus(number(1.0 / 3840.0), number(-1.0 / 48.0)), half);
+    let cosine = square.times_plus(square.times_plus(number(1.0 / 384.0), number(-0.125)), number(1.0));
+    keep(phi.cross(turned).scaled_plus(second, turned.scaled_plus(first, u)), slot, 0, lane);
+    keep(phi.scaled(sine), slot, 3, lane);
+    cosine.store(&mut slot[6], lane);
+}
 
-        // Position and the frame's turn, with the mean of old and new velocity.
-        let east_mean = half * (east + east_new);
-        let north_mean = half * (north + north_new);
-        (east, north) = (east_new, north_new);
-        let north_turn = h * north_mean * m;
-        latitude = latitude + north_turn;
-        longitude = (h * east_mean).times_plus(s1.times_plus(lat_mid, s0), longitude);
-        let zeta = Triple {
-            x: half * north_turn,
-            y: -(half_h * east_mean.times_plus(n, w_north)),
-            z: -(half_h * east_mean.times_plus(t, w_up)),
-        };
+/// A value that hangs on the latitude: at the block's start, and its slope.
+#[derive(Clone, Copy)]
+struct Slope<S: Simd, const K: usize>(Real<S, K>, Real<S, K>);
 
-        // Attitude.
-        let sinc = square.times_plus(square.times_plus(number(1.0 / 3840.0), number(-1.0 / 48.0)), half);
-        let cos = square.times_plus(
-            square.times_plus(square.times_plus(number(-1.0 / 46080.0), number(1.0 / 384.0)), number(-0.125)),
-            one,
-        );
-        let turn = phi.scaled(sinc);
-        let w_body = w * cos - q.dot(turn);
-        let q_body = q.cross_plus(turn, turn.scaled_plus(w, q.scaled(cos)));
-        w = w_body - zeta.dot(q_body);
-        q = zeta.cross_plus(q_body, zeta.scaled_plus(w_body, q_body));
+impl<S: Simd, const K: usize> Slope<S, K> {
+    #[inline(always)]
+    fn at(self, latitude: Real<S, K>) -> Real<S, K> {
+        self.1.times_plus(latitude, self.0)
+    }
+}
+
+/// One register of navigators during a block; angles of the Earth times the step.
+#[derive(Clone, Copy)]
+struct Navigator<S: Simd, const K: usize> {
+    w: Real<S, K>,
+    q: Triple<S, K>,
+    east: Real<S, K>,
+    north: Real<S, K>,
+    /// The same, and half of the last step's Coriolis and frame terms.
+    east_ahead: Real<S, K>,
+    north_ahead: Real<S, K>,
+    sine: Real<S, K>,
+    cosine: Real<S, K>,
+    /// Since the block's start.
+    latitude: Real<S, K>,
+    longitude: Real<S, K>,
+    /// `h/(R_M + h)`, `h/(R_N + h)`, and the latter times the latitude's tangent and secant.
+    meridian: Slope<S, K>,
+    prime: Slope<S, K>,
+    tangent: Slope<S, K>,
+    secant: Slope<S, K>,
+    /// Earth rate times the step, north and up.
+    level: Slope<S, K>,
+    vertical: Slope<S, K>,
+}
+
+impl<S: Simd, const K: usize> Navigator<S, K> {
+    #[inline(always)]
+    fn load(simd: S, setting: Setting, state: &[[f64; 8]; STATES], from: usize) -> Self {
+        let number = |value: f64| Real::<S, K>::splat(simd, value);
+        let at = |i: usize| Real::<S, K>::load(simd, &state[i], from);
+        let (sine, cosine) = (at(8), at(9));
+        let (one, h) = (number(1.0), number(setting.step));
+        let altitude = number(setting.altitude);
+        let e2 = number(ECCENTRICITY_SQUARED);
+        let root = (sine * sine).times_from(e2, one).reciprocal_root();
+        let prime = number(SEMI_MAJOR_AXIS) * root;
+        let meridian = prime * root * root * number(1.0 - ECCENTRICITY_SQUARED);
+        // dR_N/dL = R_N e2 s c / w2, dR_M/dL = 3 R_M e2 s c / w2
+        let bend = e2 * sine * cosine * root * root;
+        let secant = cosine.reciprocal();
+        let tangent = sine * secant;
+        let m = (meridian + altitude).reciprocal();
+        let n = (prime + altitude).reciprocal();
+        let dn = -(prime * bend * n * n);
+        let rate = h * number(EARTH_RATE);
+        let (level, vertical) = (rate * cosine, rate * sine);
+        Navigator {
+            w: at(0),
+            q: triple(simd, &state[..], 1, from),
+            east: at(4),
+            north: at(5),
+            east_ahead: at(10),
+            north_ahead: at(11),
+            sine,
+            cosine,
+            latitude: number(0.0),
+            longitude: number(0.0),
+            meridian: Slope(h * m, -(h * number(3.0) * meridian * bend * m * m)),
+            prime: Slope(h * n, h * dn),
+            tangent: Slope(h * tangent * n, h * (tangent * dn + secant * secant * n)),
+            secant: Slope(h * secant * n, h * (secant * dn + secant * tangent * n)),
+            level: Slope(level, -vertical),
+            vertical: Slope(vertical, level),
+        }
     }
 
-    // Unit length again, by one Newton step of the reciprocal root; the sine and cosine follow the latitude.
-    let length = q.dot(q) + w * w;
-    let scale = half.times_from(length, number(1.5));
-    let d2 = latitude * latitude;
-    let (sd, cd) = (
-        latitude * d2.times_from(number(1.0 / 6.0), one),
-        d2.times_plus(d2.times_plus(number(1.0 / 24.0), number(-0.5)), one),
-    );
-    let new_sine = sine * cd + cosine * sd;
-    let new_cosine = cosine * cd - sine * sd;
-    let unit = half.times_from(new_sine * new_sine + new_cosine * new_cosine, number(1.5));
+    #[inline(always)]
+    fn step(&mut self, simd: S, increment: &[[f64; 8]; 7], from: usize) {
+        let half = Real::<S, K>::splat(simd, 0.5);
+        let (w, q) = (self.w, self.q);
+        let dv = triple(simd, increment, 0, from);
+        let turn = triple(simd, increment, 3, from);
+        let cosine = Real::<S, K>::load(simd, &increment[6], from);
+        let twice = q.cross(dv);
+        let twice = Triple { x: twice.x + twice.x, y: twice.y + twice.y, z: twice.z + twice.z };
+        let dv = q.cross_plus(twice, twice.scaled_plus(w, dv));
 
-    (w * scale).store(&mut state[0][from..]);
-    keep(q.scaled(scale), &mut state[..], 1, from);
-    east.store(&mut state[4][from..]);
-    north.store(&mut state[5][from..]);
-    (at(state, 6) + latitude).store(&mut state[6][from..]);
-    (at(state, 7) + longitude).store(&mut state[7][from..]);
-    (new_sine * unit).store(&mut state[8][from..]);
-    (new_cosine * unit).store(&mut state[9][from..]);
-    keep(a1, &mut state[..], 10, from);
-    keep(v1, &mut state[..], 13, from);
-    keep(a2, &mut state[..], 16, from);
-    keep(v2, &mut state[..], 19, from);
+        // Velocity at mid-step: half of this step's increment, and half of the last one's Coriolis and frame terms.
+        let (east_mid, north_mid) = (dv.x.times_plus(half, self.east_ahead), dv.y.times_plus(half, self.north_ahead));
+        let middle = (half * self.meridian.0).times_plus(self.north, self.latitude);
+        let (level, vertical) = (self.level.at(middle), self.vertical.at(middle));
+        // The frame's turn in the step is zeta = (-zx, zy, zz).
+        let zx = north_mid * self.meridian.at(middle);
+        let zy = east_mid.times_plus(self.prime.at(middle), level);
+        let zz = east_mid.times_plus(self.tangent.at(middle), vertical);
+        let coriolis = zz + vertical;
+        let east_turn = half.times_from(zz.times_from(dv.y, zy * dv.z), coriolis * north_mid);
+        let north_turn = -half.times_plus(zx.times_plus(dv.z, zz * dv.x), coriolis * east_mid);
+        self.east = self.east + dv.x + east_turn;
+        self.north = self.north + dv.y + north_turn;
+        self.east_ahead = half.times_plus(east_turn, self.east);
+        self.north_ahead = half.times_plus(north_turn, self.north);
+        self.latitude = self.latitude + zx;
+        self.longitude = east_mid.times_plus(self.secant.at(middle), self.longitude);
+
+        let minus_half = Real::<S, K>::splat(simd, -0.5);
+        let zeta = Triple { x: half * zx, y: minus_half * zy, z: minus_half * zz };
+        let w_body = q.z.times_from(turn.z, q.y.times_from(turn.y, q.x.times_from(turn.x, w * cosine)));
+        let q_body = q.cross_plus(turn, turn.scaled_plus(w, q.scaled(cosine)));
+        self.w = zeta.z.times_from(q_body.z, zeta.y.times_from(q_body.y, zeta.x.times_from(q_body.x, w_body)));
+        self.q = zeta.cross_plus(q_body, zeta.scaled_plus(w_body, q_body));
+    }
+
+    /// Unit length again, by one Newton step of the reciprocal root; sine and cosine follow the latitude.
+    #[inline(always)]
+    fn store(self, simd: S, state: &mut [[f64; 8]; STATES], from: usize) {
+        let number = |value: f64| Real::<S, K>::splat(simd, value);
+        let (half, three_halves) = (number(0.5), number(1.5));
+        let scale = half.times_from(self.w.times_plus(self.w, self.q.dot(self.q)), three_halves);
+        let d = self.latitude;
+        let d2 = d * d;
+        let sd = d * d2.times_from(number(1.0 / 6.0), number(1.0));
+        let cd = d2.times_plus(d2.times_plus(number(1.0 / 24.0), number(-0.5)), number(1.0));
+        let sine = self.sine * cd + self.cosine * sd;
+        let cosine = self.cosine * cd - self.sine * sd;
+        let unit = half.times_from(sine * sine + cosine * cosine, three_halves);
+        let old = |i: usize, state: &[[f64; 8]; STATES]| Real::<S, K>::load(simd, &state[i], from);
+        let (latitude, longitude) = (old(6, state) + d, old(7, state) + self.longitude);
+        (self.w * scale).store(&mut state[0], from);
+        keep(self.q.scaled(scale), &mut state[..], 1, from);
+        let values = [self.east, self.north, latitude, longitude, sine * unit, cosine * unit];
+        self.east_ahead.store(&mut state[10], from);
+        self.north_ahead.store(&mut state[11], from);
+        for (value, slot) in values.into_iter().zip(&mut state[4..10]) {
+            value.store(slot, from);
+        }
+    }
 }
