@@ -21,14 +21,14 @@ fn swing() -> Motion {
 #[test]
 fn lanes_per_second() {
     let site = Site { latitude: 45.7796f64.to_radians(), longitude: 126.6705f64.to_radians(), altitude: 0.0 };
-    let mission = Mission::new(site, 0.01, 2.0 * 3600.0, 60.0, swing()).unwrap();
+    let mission = Mission::new(site, 0.01, 1.0 * 3600.0, 60.0, swing()).unwrap();
     for lanes in [1, 4, 8, 16, 24] {
         let scenarios: Vec<Scenario> = Source::first_order()
             .into_iter()
             .take(lanes)
             .map(|s| Scenario { id: s.id(), errors: ImuErrors::single(s, 1e-6) })
             .collect();
-        let best = (0..6)
+        let best = (0..12)
             .map(|_| {
                 let start = Instant::now();
                 run::fly(&mission, &mission.motion, &scenarios, &mut |_| Continue::Yes);
@@ -43,7 +43,7 @@ fn lanes_per_second() {
 fn perfect_unit_stays_at_zero() {
     let site = Site { latitude: 45.7796f64.to_radians(), longitude: 126.6705f64.to_radians(), altitude: 0.0 };
     for step in [0.04, 0.02, 0.01] {
-        let mission = Mission::new(site, step, 42.0 * 3600.0, 60.0, swing()).unwrap();
+        let mission = Mission::new(site, step, 41.0 * 3600.0, 60.0, swing()).unwrap();
         let perfect = Scenario { id: "none".into(), errors: ImuErrors::default() };
         let flight = run::fly(&mission, &mission.motion, &[perfect], &mut |_| Continue::Yes);
         println!("{step}: {:?}", flight.outcomes[0]);

@@ -77,7 +77,7 @@ impl Course {
         // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's own curvature terms
         // are linear over a block).
         let span = (0.1 * motion.shortest_period()).min(0.64);
-        let longest = ((span / mission.step).round() as usize).clamp(1, MAX_STEPS);
+        let longest = 2 * ((0.5 * span / mission.step).round() as usize).clamp(1, MAX_STEPS / 2);
         let constant = schedule.is_empty() && motion.shortest_period() == f64::INFINITY;
         Course {
             site: mission.site,
@@ -125,18 +125,17 @@ impl Course {
         }
     }
 
-    /// The increments of the two steps before the start, which a navigator that has just been switched on remembers:
-    /// `[older, newer]`, each of rates and specific forces.
-    pub fn before_start(&mut self) -> [[f64; 6]; 2] {
-        let span = 2.0 * self.step;
-        let rule = Quadrature::new(2);
-        self.evaluate(&rule, -span, span);
+    /// The increments of the step before the start (rates, then specific forces), which a navigator that has just been
+    /// switched on remembers.
+    pub fn before_start(&mut self) -> [f64; 6] {
+        let rule = Quadrature::new(1);
+        self.evaluate(&rule, -self.step, self.step);
         let mut block = Block::default();
-        integrate(&rule, &self.values, span, &mut block);
-        [0, 1].map(|i| block.increments.each_ref().map(|row| row[i]))
+        integrate(&rule, &self.values, self.step, &mut block);
+        block.increments.each_ref().map(|row| row[0])
     }
 
-    /// Advance by one block of at most `limit` steps and fill `block` with its increments.
+    /// Advance by one block of at most `limit` steps (an even number) and fill `block` with its increments.
     ///
     /// Inlined into its caller, so that it is compiled for the vector instructions that were found at run time.
     #[inline(always)]

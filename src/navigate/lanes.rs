@@ -121,14 +121,14 @@ impl WithSimd for Advance<'_> {
 }
 
 impl Group {
-    fn new(chunk: &[ImuErrors], step: f64, truth: &Truth, past: &[[f64; 6]; 2], seed: u64, first: usize) -> Group {
+    fn new(chunk: &[ImuErrors], step: f64, truth: &Truth, past: &[f64; 6], seed: u64, first: usize) -> Group {
         let mut group = Group {
             used: chunk.len(),
             memory: Box::new(Memory {
                 errors: [[0.0; GROUP]; ERRORS],
                 state: [[0.0; GROUP]; STATES],
-                reported: [[[0.0; GROUP]; 6]; CHUNK + 2],
-                track: [[[0.0; GROUP]; 7]; CHUNK],
+                reported: [[[0.0; GROUP]; 6]; CHUNK + 1],
+                track: [[[0.0; GROUP]; 7]; CHUNK / 2],
             }),
             noise: Vec::new(),
             drawn: Vec::new(),
@@ -144,15 +144,12 @@ impl Group {
                 slot[lane] = value;
             }
             // The navigator remembers what its own unit reported before the start.
-            let newer = measured(&errors, &past[1], step);
-            let older = measured(&errors, &past[0], step);
+            let past = measured(&errors, past, step);
             for (slot, value) in group.memory.state.iter_mut().zip(own) {
                 slot[lane] = value;
             }
-            for (slots, values) in group.memory.reported.iter_mut().zip([older, newer]) {
-                for (slot, value) in slots.iter_mut().zip(values) {
-                    slot[lane] = value;
-                }
+            for (slot, value) in group.memory.reported[0].iter_mut().zip(past) {
+                slot[lane] = value;
             }
             if errors.is_noisy() && lane < chunk.len() {
                 let root = step.sqrt();

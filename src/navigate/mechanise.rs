@@ -1,24 +1,25 @@
-//! The strapdown mechanisation: what a navigator makes of increments, one step for all lanes of a register.
+//! The strapdown mechanisation: what a navigator makes of increments, two samples of the unit at a time, in all lanes of a
+//! register.
 //!
 //! Local-level, east-north-up, on the ellipsoid; the vertical channel is held (no vertical velocity, the altitude of
-//! the site). With `a`, `v` the increments of angle and velocity of one step as the unit reports them:
+//! the site). With `a`, `v` the increments of angle and velocity of one step `h` as the unit reports them:
 //!
-//! 1. *Coning and sculling* together, as one Magnus step of the rigid motion `(omega, f)`, from this step's increments
-//!    and those of the two steps before (`a1`, `a2`: the one before, and the one before that):
+//! 1. *Coning and sculling* together, over pairs of samples (the two-sample algorithm, one sample of the pair before,
+//!    `a0`, added), as one Magnus step of the rigid motion `(omega, f)`:
 //!
 //!    ```text
-//!    p   = c1 a1 + c2 a2,  b = a + 3/2 a1,                   c1 = 17/120, c2 = -1/60     (likewise pv, bv)
-//!    phi = a + p x b
-//!    u   = v + p x bv + pv x b
+//!    p   = 7/10 a1 - 1/30 a0,   b = a2 - a1                  (likewise pv, bv)
+//!    phi = a1 + a2 + p x b
+//!    u   = v1 + v2 + p x bv + pv x b
 //!    dv  = u + (1 - cos phi)/phi^2 phi x u + (phi - sin phi)/phi^3 phi x (phi x u)
 //!    ```
 //!
-//!    `p x b` stands for half the integral of `alpha x omega`. Its three coefficients (of `a1 x a`, `a2 x a`, `a2 x a1`)
-//!    follow from three demands: right to third and to fourth order of the step for any smooth rate, and, in pure coning
-//!    of frequency `w`, a drift that is wrong by `(w h)^6` only.
-//! 2. *Velocity* `v' = v + C dv - zeta/2 x C dv - h (2 w_ie + w_en) x v_mid`, with `v_mid` at mid-step.
-//! 3. *Position* by `h v_mid` over the radii of curvature.
-//! 4. *Attitude* `q' = (1, -zeta/2) q (cos phi/2, sin(phi/2) phi/phi)`, `zeta = h (w_ie + w_en)` at mid-step.
+//!    `p x b` is `2/3 a1 x a2 + 1/30 (a2 - a1) x (a0 - a1)`: Miller's two-sample term, right to fourth order for any
+//!    smooth rate, and a term of fifth order that makes its drift in pure coning of frequency `w` wrong by `(w h)^6`
+//!    only. With `H = 2 h` the time of a pair:
+//! 2. *Velocity* `v' = v + C dv - zeta/2 x C dv - H (2 w_ie + w_en) x v_mid`, with `v_mid` at the middle of the pair.
+//! 3. *Position* by `H v_mid` over the radii of curvature.
+//! 4. *Attitude* `q' = (1, -zeta/2) q (cos phi/2, sin(phi/2) phi/phi)`, `zeta = H (w_ie + w_en)` at the middle.
 //!
 //! In attitude it is of fourth order in the step for a smooth motion (the Magnus step's third commutators are the first
 //! thing left out); terms that hang on the position are linear over a block, and exact at its start.
@@ -88,10 +89,10 @@ fn keep<S: Simd, const K: usize>(value: Triple<S, K>, columns: &mut [[f64; 8]], 
     value.z.store(&mut columns[i + 2], from);
 }
 
-/// Steps whose increments are made in one go before the navigator takes them.
+/// Steps whose increments are made in one go before the navigator takes them; an even number.
 pub const CHUNK: usize = 16;
-/// Increments of one step in all lanes: velocity 3, vector part of the turn 3, its scalar part.
-pub type Track = [[[f64; 8]; 7]; CHUNK];
+/// Increments of each pair of steps in all lanes: velocity 3, vector part of the turn 3, its scalar part.
+pub type Track = [[[f64; 8]; 7]; CHUNK / 2];
 
 /// A group's memory: what is wrong with its units, its navigators' states, and room for increments.
 #[derive(Debug, Clone)]
@@ -100,8 +101,8 @@ pub struct Memory {
     pub errors: [[f64; 8]; ERRORS],
     /// The navigators.
     pub state: [[f64; 8]; STATES],
-    /// What the units report: two past steps, then the steps of a chunk.
-    pub reported: [[[f64; 8]; 6]; CHUNK + 2],
+    /// What the units report: one past step, then the steps of a chunk.
+    pub reported: [[[f64; 8]; 6]; CHUNK + 1],
     /// Increments on their way from units to navigators.
     pub track: Track,
 }
@@ -125,18 +126,17 @@ pub fn fly<S: Simd, const FROM: usize, const K: usize>(
     while done < block.steps {
         let steps = CHUNK.min(block.steps - done);
         let noise = noise.get(done..).unwrap_or(&[]);
-        measure::<S, K>(simd, block, done, errors, noise, FROM, &mut reported[2..2 + steps]);
-        for (three, slot) in reported.array_windows::<3>().zip(track[..steps].iter_mut()) {
+        measure::<S, K>(simd, block, done, errors, noise, FROM, &mut reported[1..1 + steps]);
+        let pairs = steps / 2;
+        for (three, slot) in reported.array_windows::<3>().step_by(2).zip(track[..pairs].iter_mut()) {
             compensate::<S, K>(simd, three, FROM, slot);
         }
-        for increment in &track[..steps] {
+        for increment in &track[..pairs] {
             navigator.step(simd, increment, FROM);
         }
-        for (old, new) in [(0, steps), (1, steps + 1)] {
-            let new = reported[new];
-            for (slot, value) in reported[old].iter_mut().zip(&new) {
-                Real::<S, K>::load(simd, value, FROM).store(slot, FROM);
-            }
+        let last = reported[steps];
+        for (slot, value) in reported[0].iter_mut().zip(&last) {
+            Real::<S, K>::load(simd, value, FROM).store(slot, FROM);
         }
         done += steps;
     }
@@ -169,19 +169,19 @@ fn measure<S: Simd, const K: usize>(
     }
 }
 
-/// Coning and sculling: the body's turn and velocity increment in one step, from its increments and two past ones.
+/// Coning and sculling: the body's turn and velocity increment in a pair of steps, from its increments and a past one.
 #[inline(always)]
 fn compensate<S: Simd, const K: usize>(simd: S, reported: &[[[f64; 8]; 6]; 3], lane: usize, slot: &mut [[f64; 8]; 7]) {
     let number = |value: f64| Real::<S, K>::splat(simd, value);
-    let [older, newer, now] = reported;
-    let (a2, v2) = (triple(simd, older, 0, lane), triple(simd, older, 3, lane));
-    let (a1, v1) = (triple(simd, newer, 0, lane), triple(simd, newer, 3, lane));
-    let (a, v) = (triple(simd, now, 0, lane), triple(simd, now, 3, lane));
-    let (c1, c2, c3) = (number(17.0 / 120.0), number(-1.0 / 60.0), number(1.5));
-    let (p, b) = (a1.scaled_plus(c1, a2.scaled(c2)), a1.scaled_plus(c3, a));
-    let (pv, bv) = (v1.scaled_plus(c1, v2.scaled(c2)), v1.scaled_plus(c3, v));
-    let phi = p.cross_plus(b, a);
-    let u = pv.cross_plus(b, p.cross_plus(bv, v));
+    let [past, first, second] = reported;
+    let (a0, v0) = (triple(simd, past, 0, lane), triple(simd, past, 3, lane));
+    let (a1, v1) = (triple(simd, first, 0, lane), triple(simd, first, 3, lane));
+    let (a2, v2) = (triple(simd, second, 0, lane), triple(simd, second, 3, lane));
+    let (c0, c1) = (number(-1.0 / 30.0), number(0.7));
+    let (p, b) = (a1.scaled_plus(c1, a0.scaled(c0)), a2.minus(a1));
+    let (pv, bv) = (v1.scaled_plus(c1, v0.scaled(c0)), v2.minus(v1));
+    let phi = p.cross_plus(b, a1.plus(a2));
+    let u = pv.cross_plus(b, p.cross_plus(bv, v1.plus(v2)));
 
     let half = number(0.5);
     let square = phi.dot(phi);
@@ -237,7 +237,7 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         let number = |value: f64| Real::<S, K>::splat(simd, value);
         let at = |i: usize| Real::<S, K>::load(simd, &state[i], from);
         let (sine, cosine) = (at(8), at(9));
-        let (one, h) = (number(1.0), number(setting.step));
+        let (one, h) = (number(1.0), number(2.0 * setting.step));
         let altitude = number(setting.altitude);
         let e2 = number(ECCENTRICITY_SQUARED);
         let root = (sine * sine).times_from(e2, one).reciprocal_root();

@@ -5,7 +5,7 @@ use super::motion::{Motion, Path};
 use crate::error::{Fault, Malformed, Result};
 
 /// The fastest rotation that one step may hold, rad: beyond it the series of the attitude update lose digits.
-const FASTEST_STEP: f64 = 0.1;
+const FASTEST_STEP: f64 = 0.05;
 /// The local-level frame has no east or north at a pole; missions keep this far from one, rad.
 const POLE_MARGIN: f64 = 1.0 * std::f64::consts::PI / 180.0;
 
@@ -46,7 +46,8 @@ pub struct Mission {
 impl Mission {
     /// Check a mission: a regular latitude, a step, a duration, and motions that fit into both.
     ///
-    /// `duration` and `row_interval` in s; both are held to whole steps. Errors: [`Malformed`] with the path of the
+    /// `duration` and `row_interval` in s; both are held to an even number of steps, as the navigator takes samples in
+    /// pairs. Errors: [`Malformed`] with the path of the
     /// key in a mission file.
     pub fn new(site: Site, step: f64, duration: f64, row_interval: f64, motion: Motion) -> Result<Mission> {
         let wrong = |what: &str, path: &str, expected: &str, found: f64| {
@@ -68,8 +69,8 @@ impl Mission {
         if !(1e-5..=10.0).contains(&step) {
             return Err(wrong("the step is not usable", "step_s", "0.00001 to 10 s", step));
         }
-        if !(duration >= step && duration.is_finite()) {
-            return Err(wrong("the mission has no duration", "duration_h", "at least one step", duration / 3600.0));
+        if !(duration >= 2.0 * step && duration.is_finite()) {
+            return Err(wrong("the mission has no duration", "duration_h", "at least two steps", duration / 3600.0));
         }
         if !(duration / step <= 1e13) {
             let expected = "at most 1e13 steps";
@@ -78,8 +79,9 @@ impl Mission {
         if !(row_interval > 0.0 && row_interval.is_finite()) {
             return Err(wrong("rows need a time between them", "output_every_s", "more than 0 s", row_interval));
         }
-        let steps = (duration / step).round().max(1.0) as u64;
-        let steps_per_row = ((row_interval / step).round().max(1.0) as u64).min(steps);
+        let pairs = |time: f64| 2 * (0.5 * time / step).round().max(1.0) as u64;
+        let steps = pairs(duration);
+        let steps_per_row = pairs(row_interval.min(duration));
         let mission = Mission {
             title: String::new(),
             site,

@@ -185,14 +185,14 @@ impl Legs {
                 return wrong("not a leg", path("duration_s"), "a duration above 0 s", found);
             }
             let duration = if open { end - time } else { leg.duration };
-            if !(duration > 0.5 * step) || time + duration > end + 0.5 * step {
+            if !(duration > step) || time + duration > end + step {
                 let found = format!("the leg starts at {time} s of {end} s and needs {} s", leg.duration);
                 return wrong("the legs leave no time", path("duration_s"), "legs that end with the mission", found);
             }
-            let steps = duration / step;
-            if (steps - steps.round()).abs() > 1e-6 * steps.max(1.0) {
-                let found = format!("{steps} steps");
-                return wrong("a leg ends within a step", path("duration_s"), "a whole number of steps", found);
+            let pairs = 0.5 * duration / step;
+            if (pairs - pairs.round()).abs() > 1e-6 {
+                let found = format!("{} steps", 2.0 * pairs);
+                return wrong("a leg ends within a step", path("duration_s"), "an even number of steps", found);
             }
             let turning = if leg.acceleration == 0.0 { 0.0 } else { -speed / leg.acceleration };
             if turning > 0.0 && turning < duration {
@@ -207,7 +207,7 @@ impl Legs {
                 return wrong("the legs reach an impossible speed", path("acceleration_m_s2"), "below 3 km/s", found);
             }
         }
-        if self.legs.is_empty() || time < end - 0.5 * step {
+        if self.legs.is_empty() || time < end - step {
             let found = format!("{time} s of legs in {end} s");
             return wrong("the legs end before the mission", "legs.legs".into(), "a last leg without duration", found);
         }

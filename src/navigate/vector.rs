@@ -158,6 +158,18 @@ impl<S: Simd, const K: usize> Triple<S, K> {
         }
     }
 
+    /// `self + b`.
+    #[inline(always)]
+    pub fn plus(self, b: Self) -> Self {
+        Triple { x: self.x + b.x, y: self.y + b.y, z: self.z + b.z }
+    }
+
+    /// `self - b`.
+    #[inline(always)]
+    pub fn minus(self, b: Self) -> Self {
+        Triple { x: self.x - b.x, y: self.y - b.y, z: self.z - b.z }
+    }
+
     /// Dot product.
     #[inline(always)]
     pub fn dot(self, b: Self) -> Real<S, K> {
