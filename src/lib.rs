@@ -1,3 +1,53 @@
-//! tumble
+//! **tumble** calibrates inertial sensors from multi-position tests.
+//!
+//! ```text
+//! reading = f(inputs at this position; coefficients) + noise
+//! inputs  = rate w_* and specific force a_* along the sensor's axes, from the bench's chain of rotations
+//! row     = d reading / d unknowns at the stated reference point       (unknowns: coefficients and small tilts)
+//! x       = argmin sum ((reading - f) / u)^2                           (column-pivoted QR, never normal equations)
+//! ```
+//!
+//! # The pipeline, and the map of the rooms
+//!
+//! Data flows one way; a room knows only the rooms that stand before it.
+//!
+//! | room | what is in it |
+//! |---|---|
+//! | [`error`] | the question is malformed: where, what was expected, what was found |
+//! | [`algebra`] | a model line: parsed, printed, differentiated |
+//! | [`bench`] | the chain of rotations, the site, the sensors; the built-in benches |
+//! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
+//! | [`wire`] | bench, campaign and CSV files in and out, their JSON Schemas |
+//! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |
+//! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks |
+//! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
+//! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
+//! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
+//! | [`mod@compare`] | the published closed forms beside least squares; misprints |
+//! | [`navigate`] | what calibration errors do to a strapdown navigator over hours |
+//! | [`report`] | results as stable JSON and as tables |
+//! | [`cli`] | the program: the only room that reads files, writes files and prints |
+//!
+//! # Invariants
+//!
+//! * Frames: ground x east, y north, z up; rotations are active and take sensor components to the ground.
+//! * Inside, tilts are in radians and everything else is in the bench's declared units; a bare number's name carries its unit.
+//! * No small angles: rows are exact derivatives at the reference point. The papers' rows fall out at zero tilts.
+//! * No normal equations, no hidden prior, damping, clipping or repair. A prior is a row; what is assumed zero is listed.
+//! * Outcomes (rank defect, failed test, no convergence) are values. [`error::Malformed`] means that the question is malformed.
+//! * Nothing panics, whatever the input; the library neither prints nor reads files.
+
+pub mod algebra;
+pub mod bench;
+pub mod campaign;
+pub mod cli;
+pub mod compare;
+pub mod design;
 pub mod error;
+pub mod estimate;
+pub mod fit;
 pub mod navigate;
+pub mod quality;
+pub mod report;
+pub mod uncertainty;
+pub mod wire;

@@ -1,0 +1,221 @@
+//! What kind of function a model line is in some of its names: affine, trigonometric, smooth, of what degree in angles.
+
+use super::expression::{Expression, Node};
+use super::function::{Function, Operator, number_of};
+
+/// What a name is while one joint turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NameDegree {
+    /// Does not change with the angle: a coefficient, another joint, a column.
+    Constant,
+    /// A trigonometric polynomial of degree 1 in the angle: a component of rate or specific force.
+    Harmonic,
+    /// The angle of the turning joint itself.
+    Angle,
+}
+
+/// Degrees above this are not told: no mean over a turn is taken with so many nodes.
+const HIGHEST: usize = 10_000;
+
+/// How a node depends on a set of names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+enum Dependence {
+    #[default]
+    None,
+    Affine,
+    Other,
+}
+
+/// A node as a function of the turning angle t.
+#[derive(Debug, Clone, Copy, Default)]
+struct Harmonics {
+    /// Degree as a trigonometric polynomial in t.
+    degree: Option<usize>,
+    /// k, where the node is k*t + constant.
+    turns: Option<f64>,
+    number: Option<f64>,
+}
+
+impl Expression {
+    /// Whether the expression is affine in these names jointly: each at most once in a product, none inside a function.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let model = Expression::parse("V0 + kI*w_I + kII*w_I^2")?;
+    /// assert!(model.linear_in(&["V0", "kI", "kII"]));
+    /// assert!(!model.linear_in(&["kI", "w_I"]));
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn linear_in(&self, names: &[&str]) -> bool {
+        let (dependence, _) = self.fold(|node: Node<'_, (Dependence, Option<f64>)>| {
+            let number = number_of(&node.of(|(_, number)| *number));
+            let dependence = match node {
+                Node::Number(_) | Node::Pi => Dependence::None,
+                Node::Name(name) if names.contains(&name) => Dependence::Affine,
+                Node::Name(_) => Dependence::None,
+                Node::Negate((x, _)) => x,
+                Node::Call(_, (Dependence::None, _)) => Dependence::None,
+                Node::Call(..) => Dependence::Other,
+                Node::Binary(operator, (left, _), (right, exponent)) => match operator {
+                    Operator::Add | Operator::Subtract => left.max(right),
+                    Operator::Multiply if left == Dependence::None || right == Dependence::None => left.max(right),
+                    Operator::Divide if right == Dependence::None => left,
+                    Operator::Power if exponent == Some(0.0) => Dependence::None,
+                    Operator::Power if exponent == Some(1.0) => left,
+                    Operator::Power if left.max(right) == Dependence::None => Dependence::None,
+                    _ => Dependence::Other,
+                },
+            };
+            (dependence, number)
+        });
+        dependence < Dependence::Other
+    }
+
+    /// Degree as a trigonometric polynomial in one turning angle; `None` where it is not one.
+    ///
+    /// The mean over whole turns is then exact with more equally spaced nodes than the degree. A function of the angle is a
+    /// polynomial's part only as `sin` or `cos` of a whole multiple of it plus a constant.
+    ///
+    /// ```
+    /// use tumble::algebra::{Expression, NameDegree};
+    /// let of = |name: &str| if name.starts_with("w_") { NameDegree::Harmonic } else { NameDegree::Constant };
+    /// assert_eq!(Expression::parse("V0 + kIO*w_I*w_O")?.trig_degree(&of), Some(2));
+    /// assert_eq!(Expression::parse("kA*abs(w_I)")?.trig_degree(&of), None);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn trig_degree(&self, of: &dyn Fn(&str) -> NameDegree) -> Option<usize> {
+        self.fold(|node| harmonics(node, of)).degree
+    }
+
+    /// Whether the expression has every derivative, everywhere, in the names for which `depends` holds.
+    ///
+    /// `abs`, `sign`, `step`, `sqrt`, `tan`, `asin`, `acos`, division and powers other than whole ones break it.
+    pub fn is_smooth_in(&self, depends: &dyn Fn(&str) -> bool) -> bool {
+        let state = self.fold(|node: Node<'_, (Option<bool>, Option<f64>)>| {
+            let number = number_of(&node.of(|(_, number)| *number));
+            (smoothness(node, depends), number)
+        });
+        state.0.is_some()
+    }
+
+    /// Degree of the result in units of angle, by homogeneity; `None` where it cannot be said.
+    ///
+    /// `degree` tells the degree of each name: 1 for an angle, 0 for a pure number, `None` where unknown.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let tilt = |name: &str| name.starts_with("dtheta").then_some(1.0);
+    /// let total = Expression::parse("sqrt(dtheta_y2^2 + dtheta_z2^2)")?;
+    /// assert_eq!(total.angle_degree(&tilt), Some(1.0));
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn angle_degree(&self, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
+        let state = self.fold(|node: Node<'_, (Option<f64>, Option<f64>)>| {
+            let number = number_of(&node.of(|(_, number)| *number));
+            (angle_degree(node, degree), number)
+        });
+        state.0
+    }
+}
+
+fn harmonics(node: Node<'_, Harmonics>, of: &dyn Fn(&str) -> NameDegree) -> Harmonics {
+    let number = number_of(&node.of(|x| x.number));
+    let (degree, turns) = match node {
+        Node::Number(_) | Node::Pi => (Some(0), Some(0.0)),
+        Node::Name(name) => match of(name) {
+            NameDegree::Constant => (Some(0), Some(0.0)),
+            NameDegree::Harmonic => (Some(1), None),
+            NameDegree::Angle => (None, Some(1.0)),
+        },
+        Node::Negate(x) => (x.degree, x.turns.map(|k| -k)),
+        Node::Call(_, x) if x.degree == Some(0) => (Some(0), Some(0.0)),
+        Node::Call(Function::Sin | Function::Cos, x) => (x.turns.and_then(whole), None),
+        Node::Call(..) => (None, None),
+        Node::Binary(operator, left, right) => binary_harmonics(operator, left, right),
+    };
+    // What does not turn is a constant, and a constant does not turn.
+    match (degree, turns) {
+        (Some(0), _) | (_, Some(0.0)) => Harmonics { degree: Some(0), turns: Some(0.0), number },
+        _ => Harmonics { degree: degree.filter(|degree| *degree <= HIGHEST), turns, number },
+    }
+}
+
+fn binary_harmonics(operator: Operator, left: Harmonics, right: Harmonics) -> (Option<usize>, Option<f64>) {
+    let both = |f: fn(usize, usize) -> usize| Some(f(left.degree?, right.degree?));
+    let turning = |f: fn(f64, f64) -> f64| Some(f(left.turns?, right.turns?));
+    match operator {
+        Operator::Add => (both(usize::max), turning(|a, b| a + b)),
+        Operator::Subtract => (both(usize::max), turning(|a, b| a - b)),
+        Operator::Multiply => {
+            let scaled = |x: &Harmonics, by: &Harmonics| Some(x.turns? * by.number?);
+            (both(usize::saturating_add), scaled(&left, &right).or_else(|| scaled(&right, &left)))
+        }
+        Operator::Divide if right.degree == Some(0) => (left.degree, left.turns.zip(right.number).map(|(k, c)| k / c)),
+        Operator::Power => match right.number {
+            _ if left.degree == Some(0) && right.degree == Some(0) => (Some(0), Some(0.0)),
+            Some(1.0) => (left.degree, left.turns),
+            Some(exponent) => {
+                (left.degree.zip(whole(exponent)).filter(|_| exponent >= 0.0).map(|(d, k)| d.saturating_mul(k)), None)
+            }
+            None => (None, None),
+        },
+        Operator::Divide => (None, None),
+    }
+}
+
+/// The size of a number that is whole, and not too large.
+fn whole(number: f64) -> Option<usize> {
+    (number == number.trunc() && number.abs() <= HIGHEST as f64).then_some(number.abs() as usize)
+}
+
+/// Whether a smooth node depends on the names; `None` where it is not smooth in them.
+fn smoothness(node: Node<'_, (Option<bool>, Option<f64>)>, depends: &dyn Fn(&str) -> bool) -> Option<bool> {
+    match node {
+        Node::Number(_) | Node::Pi => Some(false),
+        Node::Name(name) => Some(depends(name)),
+        Node::Negate((x, _)) => x,
+        Node::Call(Function::Sin | Function::Cos | Function::Atan | Function::Exp, (x, _)) => x,
+        Node::Call(_, (x, _)) => x.filter(|depends| !depends),
+        Node::Binary(operator, (left, base), (right, exponent)) => {
+            let (left, right) = (left?, right?);
+            let smooth = match operator {
+                Operator::Add | Operator::Subtract | Operator::Multiply => true,
+                Operator::Divide => !right,
+                Operator::Power if right => !left && base.is_some_and(|base| base > 0.0),
+                Operator::Power => !left || exponent.is_some_and(|exponent| exponent >= 0.0 && exponent.fract() == 0.0),
+            };
+            smooth.then_some(left || right)
+        }
+    }
+}
+
+fn angle_degree(node: Node<'_, (Option<f64>, Option<f64>)>, degree: &dyn Fn(&str) -> Option<f64>) -> Option<f64> {
+    match node {
+        Node::Number(_) | Node::Pi => Some(0.0),
+        Node::Name(name) => degree(name),
+        Node::Negate((x, _)) => x,
+        Node::Call(function, (x, _)) => {
+            let x = x?;
+            match function {
+                Function::Sqrt => Some(x / 2.0),
+                Function::Abs => Some(x),
+                Function::Sign | Function::Step => Some(0.0),
+                Function::Asin | Function::Acos | Function::Atan => (x == 0.0).then_some(1.0),
+                Function::Sin | Function::Cos | Function::Tan => (x == 0.0 || x == 1.0).then_some(0.0),
+                Function::Exp => (x == 0.0).then_some(0.0),
+            }
+        }
+        Node::Binary(operator, (left, _), (right, exponent)) => {
+            let (left, right) = (left?, right?);
+            match operator {
+                Operator::Add | Operator::Subtract => (left == right).then_some(left),
+                Operator::Multiply => Some(left + right),
+                Operator::Divide => Some(left - right),
+                Operator::Power => match exponent {
+                    Some(exponent) => Some(left * exponent),
+                    None => (left == 0.0 && right == 0.0).then_some(0.0),
+                },
+            }
+        }
+    }
+}

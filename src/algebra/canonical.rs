@@ -1,0 +1,176 @@
+//! One spelling for terms that are the same product or sum in another order.
+
+use super::expression::{Expression, Node};
+use super::function::{Operator, integer_power, small_integer};
+use super::print::number;
+use std::collections::BTreeMap;
+
+/// What is raised to a power inside a term; plain names sort before everything else.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum Base {
+    Name(String),
+    /// A function or a sum in parentheses.
+    Operand(String),
+    /// A power that no integer exponent describes.
+    Power(String),
+}
+
+/// The factors of a term with their exponents, none of them 0; no factors is the number 1.
+type Factors = BTreeMap<Base, i32>;
+
+/// A sum of terms, each its factors times a number that is not 0; no terms is the number 0.
+#[derive(Debug, Default)]
+struct Sum(BTreeMap<Factors, f64>);
+
+impl Expression {
+    /// The expression with sorted factors and terms: the same for `a_S*a_I` and `a_I*a_S`.
+    ///
+    /// Numbers are multiplied out, equal factors become powers, equal terms are added; products of sums are not expanded.
+    /// Names come before functions in a product, and a plain number is a sum's last term.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// assert_eq!(Expression::parse("a_S*a_I")?.canonical(), "a_I*a_S");
+    /// assert_eq!(Expression::parse("cos(beta*2) * gamma_deg_s")?.canonical(), "gamma_deg_s*cos(2*beta)");
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn canonical(&self) -> String {
+        let mut finite = true;
+        let sum = self.fold(|node| {
+            let sum = sum_of(node);
+            finite &= sum.0.values().all(|number| number.is_finite());
+            sum
+        });
+        // Numbers multiplied out of range leave the line as it stands.
+        if finite { sum.text() } else { self.to_string() }
+    }
+}
+
+fn sum_of(node: Node<'_, Sum>) -> Sum {
+    match node {
+        Node::Number(number) => Sum::term(Factors::new(), number),
+        Node::Pi => Sum::factor(Base::Name("pi".to_string()), 1),
+        Node::Name(name) => Sum::factor(Base::Name(name.to_string()), 1),
+        Node::Negate(x) => x.negated(),
+        Node::Call(function, x) => Sum::factor(Base::Operand(format!("{}({})", function.name(), x.text())), 1),
+        Node::Binary(Operator::Add, left, right) => left.added(right),
+        Node::Binary(Operator::Subtract, left, right) => left.added(right.negated()),
+        Node::Binary(Operator::Multiply, left, right) => left.multiplied(right),
+        Node::Binary(Operator::Divide, left, right) => left.multiplied(right.raised(-1)),
+        Node::Binary(Operator::Power, left, right) => match right.number().and_then(small_integer) {
+            Some(exponent) => left.raised(exponent),
+            None => Sum::factor(Base::Power(format!("{}^{}", left.operand(), right.operand())), 1),
+        },
+    }
+}
+
+impl Sum {
+    fn term(factors: Factors, number: f64) -> Sum {
+        Sum(BTreeMap::from([(factors, number)]).into_iter().filter(|(_, number)| *number != 0.0).collect())
+    }
+
+    fn factor(base: Base, exponent: i32) -> Sum {
+        Sum::term(Factors::from([(base, exponent)]), 1.0)
+    }
+
+    /// The number that the sum is, if it is one.
+    fn number(&self) -> Option<f64> {
+        match (self.0.len(), self.0.first_key_value()) {
+            (0, _) => Some(0.0),
+            (1, Some((factors, number))) if factors.is_empty() => Some(*number),
+            _ => None,
+        }
+    }
+
+    fn negated(mut self) -> Sum {
+        self.0.values_mut().for_each(|number| *number = -*number);
+        self
+    }
+
+    fn added(mut self, other: Sum) -> Sum {
+        for (factors, number) in other.0 {
+            let total = self.0.get(&factors).map_or(number, |own| own + number);
+            if total == 0.0 {
+                self.0.remove(&factors);
+            } else {
+                self.0.insert(factors, total);
+            }
+        }
+        self
+    }
+
+    /// The sum as one term: a sum of several becomes a factor in parentheses.
+    fn into_term(mut self) -> (Factors, f64) {
+        if self.0.len() > 1 {
+            return (Factors::from([(Base::Operand(format!("({})", self.text())), 1)]), 1.0);
+        }
+        self.0.pop_first().unwrap_or_default()
+    }
+
+    fn multiplied(self, other: Sum) -> Sum {
+        let (mut factors, number) = self.into_term();
+        let (more, other_number) = other.into_term();
+        for (base, exponent) in more {
+            let total = factors.get(&base).map_or(exponent, |own| own.saturating_add(exponent));
+            if total == 0 {
+                factors.remove(&base);
+            } else {
+                factors.insert(base, total);
+            }
+        }
+        Sum::term(factors, number * other_number)
+    }
+
+    fn raised(self, exponent: i32) -> Sum {
+        if exponent == 1 {
+            return self;
+        }
+        let (mut factors, number) = self.into_term();
+        factors.values_mut().for_each(|own| *own = own.saturating_mul(exponent));
+        factors.retain(|_, own| *own != 0);
+        Sum::term(factors, integer_power(number, exponent))
+    }
+
+    fn text(&self) -> String {
+        let (numbers, terms): (Vec<_>, Vec<_>) = self.0.iter().partition(|(factors, _)| factors.is_empty());
+        let mut text = String::new();
+        for (factors, number) in terms.into_iter().chain(numbers) {
+            if *number < 0.0 {
+                text.push('-');
+            } else if !text.is_empty() {
+                text.push('+');
+            }
+            text.push_str(&term_text(factors, number.abs()));
+        }
+        if text.is_empty() { "0".to_string() } else { text }
+    }
+
+    /// The text as an operand of a power.
+    fn operand(&self) -> String {
+        let text = self.text();
+        let single = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '.');
+        if single { text } else { format!("({text})") }
+    }
+}
+
+fn term_text(factors: &Factors, size: f64) -> String {
+    let above: Vec<String> = factors.iter().filter(|(_, e)| **e > 0).map(|(base, e)| power_text(base, *e)).collect();
+    let mut text = match (size == 1.0, above.is_empty()) {
+        (true, false) => above.join("*"),
+        (_, true) => number(size),
+        (false, false) => format!("{}*{}", number(size), above.join("*")),
+    };
+    for (base, exponent) in factors.iter().filter(|(_, exponent)| **exponent < 0) {
+        text.push('/');
+        text.push_str(&power_text(base, exponent.saturating_neg()));
+    }
+    text
+}
+
+fn power_text(base: &Base, exponent: i32) -> String {
+    match (base, exponent) {
+        (Base::Name(text) | Base::Operand(text) | Base::Power(text), 1) => text.clone(),
+        (Base::Name(text) | Base::Operand(text), _) => format!("{text}^{exponent}"),
+        (Base::Power(text), _) => format!("({text})^{exponent}"),
+    }
+}

@@ -1,0 +1,188 @@
+//! The tree of a model line, kept in postfix order, and how trees are put together.
+
+use super::function::{Function, Operator};
+use crate::error::{Fault, Malformed, Result};
+
+/// A model line: its tree and its text. Two are equal when their trees are.
+///
+/// ```
+/// use tumble::algebra::Expression;
+/// let model = Expression::parse("V0 + kI*w_I")?;
+/// assert_eq!(model.names(), ["V0", "kI", "w_I"]);
+/// assert_eq!(model.plus(&Expression::parse("D_S*a_S")?).to_string(), "V0 + kI*w_I + D_S*a_S");
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Expression {
+    /// Operands before their operator: `a + b*c` is `a b c * +`.
+    postfix: Vec<Item>,
+    text: String,
+}
+
+/// One item of the postfix order.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Item {
+    /// Finite and not negative: a minus sign is always an item of its own.
+    Number(f64),
+    Pi,
+    Name(String),
+    Negate,
+    Call(Function),
+    Binary(Operator),
+}
+
+/// One node of the tree with what was found for its operands.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Node<'a, T> {
+    Number(f64),
+    Pi,
+    Name(&'a str),
+    Negate(T),
+    Call(Function, T),
+    Binary(Operator, T, T),
+}
+
+impl<'a, T> Node<'a, T> {
+    /// The same node seen through one part of what was found for its operands.
+    pub(super) fn of<U>(&self, part: impl Fn(&T) -> U) -> Node<'a, U> {
+        match self {
+            Node::Number(number) => Node::Number(*number),
+            Node::Pi => Node::Pi,
+            Node::Name(name) => Node::Name(name),
+            Node::Negate(x) => Node::Negate(part(x)),
+            Node::Call(function, x) => Node::Call(*function, part(x)),
+            Node::Binary(operator, left, right) => Node::Binary(*operator, part(left), part(right)),
+        }
+    }
+}
+
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        self.postfix == other.postfix
+    }
+}
+
+impl Expression {
+    /// Reads a model line.
+    ///
+    /// Errors are [`Fault::Syntax`], with the span in bytes of `text`, what was expected and what was found.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let error = Expression::parse("V0 + * w_I").unwrap_err();
+    /// assert_eq!(error.place().span, Some((5, 1)));
+    /// assert_eq!(error.expectation(), Some("a number, a name, a function or '('"));
+    /// assert_eq!(error.finding(), Some("'*'"));
+    /// ```
+    pub fn parse(text: &str) -> Result<Expression> {
+        Ok(Expression { postfix: super::parse::postfix(text)?, text: text.to_string() })
+    }
+
+    /// The expression that is one number; an error where it is not finite.
+    pub fn number(value: f64) -> Result<Expression> {
+        if !value.is_finite() {
+            return Err(Malformed::new(Fault::Value, "a model line can only hold finite numbers")
+                .expected("a finite number")
+                .found(value.to_string()));
+        }
+        let mut postfix = vec![Item::Number(value.abs())];
+        if value.is_sign_negative() {
+            postfix.push(Item::Negate);
+        }
+        Ok(Expression::of(postfix))
+    }
+
+    /// The text that was parsed, or, for an expression put together from others, its printed form.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The distinct names in order of first appearance; functions and `pi` are not names.
+    pub fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for item in &self.postfix {
+            if let Item::Name(name) = item
+                && !names.contains(&name.as_str())
+            {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// Where a name first stands in [`Expression::text`]: its first byte and its length.
+    pub fn span_of(&self, name: &str) -> Option<(usize, usize)> {
+        let in_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        self.text.match_indices(name).map(|(start, _)| start).find_map(|start| {
+            let before = self.text.get(..start)?.chars().next_back();
+            let after = self.text.get(start + name.len()..)?.chars().next();
+            let whole = !before.is_some_and(in_word) && !after.is_some_and(in_word);
+            whole.then_some((start, name.len()))
+        })
+    }
+
+    /// `self + other`.
+    pub fn plus(&self, other: &Expression) -> Expression {
+        self.with(other, Operator::Add)
+    }
+
+    /// `self * other`.
+    pub fn times(&self, other: &Expression) -> Expression {
+        self.with(other, Operator::Multiply)
+    }
+
+    /// Every `name` replaced by `value`.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let squared = Expression::parse("x^2")?.substitute("x", &Expression::parse("a + b")?);
+    /// assert_eq!(squared.to_string(), "(a + b)^2");
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn substitute(&self, name: &str, value: &Expression) -> Expression {
+        let mut postfix = Vec::with_capacity(self.postfix.len());
+        for item in &self.postfix {
+            match item {
+                Item::Name(found) if found == name => postfix.extend_from_slice(&value.postfix),
+                kept => postfix.push(kept.clone()),
+            }
+        }
+        Expression::of(postfix)
+    }
+
+    fn with(&self, other: &Expression, operator: Operator) -> Expression {
+        let mut postfix = self.postfix.clone();
+        postfix.extend_from_slice(&other.postfix);
+        postfix.push(Item::Binary(operator));
+        Expression::of(postfix)
+    }
+
+    fn of(postfix: Vec<Item>) -> Expression {
+        let mut expression = Expression { postfix, text: String::new() };
+        expression.text = expression.to_string();
+        expression
+    }
+
+    /// Works through the tree from its leaves: `rule` gets each node with the results of its operands.
+    ///
+    /// A postfix order always holds the operands of its operators, so the default of `T` is never met.
+    pub(super) fn fold<'a, T: Default>(&'a self, mut rule: impl FnMut(Node<'a, T>) -> T) -> T {
+        let mut results: Vec<T> = Vec::new();
+        for item in &self.postfix {
+            let mut operand = || results.pop().unwrap_or_default();
+            let node = match item {
+                Item::Number(number) => Node::Number(*number),
+                Item::Pi => Node::Pi,
+                Item::Name(name) => Node::Name(name),
+                Item::Negate => Node::Negate(operand()),
+                Item::Call(function) => Node::Call(*function, operand()),
+                Item::Binary(operator) => {
+                    let right = operand();
+                    Node::Binary(*operator, operand(), right)
+                }
+            };
+            results.push(rule(node));
+        }
+        results.pop().unwrap_or_default()
+    }
+}

@@ -1,0 +1,165 @@
+//! The operators and functions of a model line: their names, values and derivatives.
+
+use std::f64::consts::PI;
+
+/// A function of one argument that a model line may call.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Function {
+    /// Sine, of radians.
+    Sin,
+    /// Cosine, of radians.
+    Cos,
+    /// Tangent, of radians.
+    Tan,
+    /// Inverse sine, in radians.
+    Asin,
+    /// Inverse cosine, in radians.
+    Acos,
+    /// Inverse tangent, in radians.
+    Atan,
+    /// Square root.
+    Sqrt,
+    /// Absolute value; its derivative at 0 is taken as 0.
+    Abs,
+    /// -1, 0 or 1; its derivative is taken as 0 everywhere.
+    Sign,
+    /// Exponential.
+    Exp,
+    /// 1 where the argument is at least 0, else 0; its derivative is taken as 0 everywhere.
+    Step,
+}
+
+impl Function {
+    /// Every function, in the order in which messages list them.
+    pub const ALL: [Function; 11] = [
+        Function::Sin,
+        Function::Cos,
+        Function::Tan,
+        Function::Asin,
+        Function::Acos,
+        Function::Atan,
+        Function::Sqrt,
+        Function::Abs,
+        Function::Sign,
+        Function::Exp,
+        Function::Step,
+    ];
+
+    /// The function's name in a model line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Function::Sin => "sin",
+            Function::Cos => "cos",
+            Function::Tan => "tan",
+            Function::Asin => "asin",
+            Function::Acos => "acos",
+            Function::Atan => "atan",
+            Function::Sqrt => "sqrt",
+            Function::Abs => "abs",
+            Function::Sign => "sign",
+            Function::Exp => "exp",
+            Function::Step => "step",
+        }
+    }
+
+    /// The function of that name, if there is one.
+    pub fn from_name(name: &str) -> Option<Function> {
+        Function::ALL.into_iter().find(|function| function.name() == name)
+    }
+
+    pub(super) fn value(self, x: f64) -> f64 {
+        match self {
+            Function::Sin => x.sin(),
+            Function::Cos => x.cos(),
+            Function::Tan => x.tan(),
+            Function::Asin => x.asin(),
+            Function::Acos => x.acos(),
+            Function::Atan => x.atan(),
+            Function::Sqrt => x.sqrt(),
+            Function::Abs => x.abs(),
+            Function::Sign if x == 0.0 => 0.0,
+            Function::Sign => x.signum(),
+            Function::Exp => x.exp(),
+            Function::Step if x.is_nan() => x,
+            Function::Step => f64::from(u8::from(x >= 0.0)),
+        }
+    }
+
+    /// Derivative at `x`, where the function's own value is `value`.
+    pub(super) fn derivative(self, x: f64, value: f64) -> f64 {
+        match self {
+            Function::Sin => x.cos(),
+            Function::Cos => -x.sin(),
+            Function::Tan => 1.0 + value * value,
+            Function::Asin => 1.0 / ((1.0 - x) * (1.0 + x)).sqrt(),
+            Function::Acos => -1.0 / ((1.0 - x) * (1.0 + x)).sqrt(),
+            Function::Atan => 1.0 / (1.0 + x * x),
+            Function::Sqrt => 0.5 / value,
+            Function::Abs => Function::Sign.value(x),
+            Function::Exp => value,
+            Function::Sign | Function::Step => 0.0,
+        }
+    }
+}
+
+/// An operator between two operands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+}
+
+impl Operator {
+    pub(super) fn symbol(self) -> char {
+        match self {
+            Operator::Add => '+',
+            Operator::Subtract => '-',
+            Operator::Multiply => '*',
+            Operator::Divide => '/',
+            Operator::Power => '^',
+        }
+    }
+
+    pub(super) fn value(self, left: f64, right: f64) -> f64 {
+        match self {
+            Operator::Add => left + right,
+            Operator::Subtract => left - right,
+            Operator::Multiply => left * right,
+            Operator::Divide => left / right,
+            Operator::Power => match small_integer(right) {
+                Some(exponent) => integer_power(left, exponent),
+                None => left.powf(right),
+            },
+        }
+    }
+}
+
+/// The number as an exponent for repeated multiplication: an integer of at most 64 in size.
+pub(super) fn small_integer(number: f64) -> Option<i32> {
+    (number.abs() <= 64.0 && number == number.trunc()).then_some(number as i32)
+}
+
+/// `x^exponent` by repeated multiplication; `x^0` is 1.
+pub(super) fn integer_power(x: f64, exponent: i32) -> f64 {
+    let mut power = 1.0;
+    for _ in 0..exponent.unsigned_abs() {
+        power *= x;
+    }
+    if exponent < 0 { 1.0 / power } else { power }
+}
+
+/// The value of a node whose operands are all numbers; `None` where one of them is a name.
+pub(super) fn number_of(node: &super::expression::Node<'_, Option<f64>>) -> Option<f64> {
+    use super::expression::Node;
+    match *node {
+        Node::Number(number) => Some(number),
+        Node::Pi => Some(PI),
+        Node::Name(_) => None,
+        Node::Negate(x) => x.map(|x| -x),
+        Node::Call(function, x) => x.map(|x| function.value(x)),
+        Node::Binary(operator, left, right) => Some(operator.value(left?, right?)),
+    }
+}

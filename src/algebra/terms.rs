@@ -1,0 +1,87 @@
+//! A model line as a sum of products: which names stand in each term, to which power.
+
+use super::expression::{Expression, Node};
+use super::function::{Function, Operator, number_of};
+
+/// One term of a sum: names and their powers; numbers, and functions of anything, are left out.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Term {
+    /// Name and power, in order of first appearance.
+    pub powers: Vec<(String, f64)>,
+}
+
+/// More terms than this are not listed: nobody writes such a line.
+const MOST: usize = 256;
+
+impl Expression {
+    /// The terms of the expanded sum; `None` where it is not one of products of names (a quotient by a sum, say).
+    ///
+    /// `abs` keeps its argument's term and `sqrt` halves it; other functions count as pure numbers.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let terms = Expression::parse("V0 + 2*kIO*w_I*w_O^2")?.terms().unwrap();
+    /// assert_eq!(terms[1].powers, [("kIO".to_string(), 1.0), ("w_I".to_string(), 1.0), ("w_O".to_string(), 2.0)]);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn terms(&self) -> Option<Vec<Term>> {
+        let state = self.fold(|node: Node<'_, (Option<Vec<Term>>, Option<f64>)>| {
+            let number = number_of(&node.of(|(_, number)| *number));
+            let terms = match node {
+                Node::Number(_) | Node::Pi => Some(vec![Term::default()]),
+                Node::Name(name) => Some(vec![Term { powers: vec![(name.to_string(), 1.0)] }]),
+                Node::Negate((x, _)) => x,
+                Node::Call(Function::Abs, (x, _)) => x.filter(|terms| terms.len() == 1),
+                Node::Call(Function::Sqrt, (x, _)) => x.and_then(|terms| power(&terms, 0.5)),
+                Node::Call(..) => Some(vec![Term::default()]),
+                Node::Binary(operator, (left, _), (right, exponent)) => match operator {
+                    Operator::Add | Operator::Subtract => sum(left, right),
+                    Operator::Multiply => product(left, right),
+                    Operator::Divide => product(left, right.and_then(|terms| power(&terms, -1.0))),
+                    Operator::Power => exponent.and_then(|exponent| left.and_then(|terms| power(&terms, exponent))),
+                },
+            };
+            (terms, number)
+        });
+        state.0
+    }
+}
+
+fn sum(left: Option<Vec<Term>>, right: Option<Vec<Term>>) -> Option<Vec<Term>> {
+    let (mut left, right) = (left?, right?);
+    left.extend(right);
+    (left.len() <= MOST).then_some(left)
+}
+
+fn product(left: Option<Vec<Term>>, right: Option<Vec<Term>>) -> Option<Vec<Term>> {
+    let (left, right) = (left?, right?);
+    if left.len() * right.len() > MOST {
+        return None;
+    }
+    let pairs = left.iter().flat_map(|a| right.iter().map(move |b| (a, b)));
+    Some(pairs.map(|(a, b)| times(a, b)).collect())
+}
+
+fn times(a: &Term, b: &Term) -> Term {
+    let mut powers = a.powers.clone();
+    for (name, power) in &b.powers {
+        match powers.iter_mut().find(|(own, _)| own == name) {
+            Some((_, own)) => *own += power,
+            None => powers.push((name.clone(), *power)),
+        }
+    }
+    powers.retain(|(_, power)| *power != 0.0);
+    Term { powers }
+}
+
+/// A single term to a power; a sum to a small whole power is expanded.
+fn power(terms: &[Term], exponent: f64) -> Option<Vec<Term>> {
+    if let [term] = terms {
+        let powers = term.powers.iter().map(|(name, power)| (name.clone(), power * exponent)).collect();
+        return Some(vec![Term { powers }]);
+    }
+    if exponent.fract() != 0.0 || !(1.0..=4.0).contains(&exponent) {
+        return None;
+    }
+    (1..exponent as usize).try_fold(terms.to_vec(), |so_far, _| product(Some(so_far), Some(terms.to_vec())))
+}

@@ -1,0 +1,32 @@
+//! The benches that ship with the program. A new one is a new file under `data/benches` and a new line here.
+
+/// A bench that ships with the program.
+#[derive(Debug, Clone, Copy)]
+pub struct BuiltIn {
+    /// The id that campaigns may name.
+    pub id: &'static str,
+    /// The bench file's text.
+    pub text: &'static str,
+}
+
+const BUILT_INS: &[BuiltIn] = &[
+    BuiltIn { id: "gyro-turntable", text: include_str!("../../data/benches/gyro-turntable.bench.json") },
+    BuiltIn {
+        id: "accelerometer-plumb-plane",
+        text: include_str!("../../data/benches/accelerometer-plumb-plane.bench.json"),
+    },
+];
+
+/// All built-in benches, in the order of the papers.
+pub fn built_ins() -> &'static [BuiltIn] {
+    BUILT_INS
+}
+
+/// The built-in bench with this id.
+///
+/// ```
+/// assert!(tumble::bench::built_in("gyro-turntable").is_some());
+/// ```
+pub fn built_in(id: &str) -> Option<&'static BuiltIn> {
+    BUILT_INS.iter().find(|bench| bench.id == id)
+}

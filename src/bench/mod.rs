@@ -1,0 +1,290 @@
+//! The bench: a chain of rotations from the ground to the sensor, and each sensor's error model as one line of algebra.
+//!
+//! ```text
+//! inputs = (R1 R2 ... Rn)^T (earth rate, specific force)  +  the rates of the turning joints, carried to the sensor
+//! reading = model line(inputs; coefficients)
+//! ```
+//!
+//! A bench is data: no system that a bench file can describe has code of its own. Frames: ground x east, y north, z up; rotations are
+//! active and take sensor components to the ground. Deliberately absent: lever arms, dynamics, file formats (`wire` knows those).
+
+mod builtin;
+mod rotation;
+
+pub use builtin::{BuiltIn, built_in, built_ins};
+pub use rotation::{Axis, sin_cos_deg};
+
+use crate::algebra::{Expression, Function};
+use crate::error::{Fault, Malformed, Result};
+use nalgebra::Vector3;
+
+/// Earth's rotation rate used where a site gives none (design convention), in degrees per hour.
+pub const EARTH_RATE_DEG_H: f64 = 15.041067;
+/// Standard gravity, in metres per second squared for each g (CGPM 1901).
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+
+/// A bench: where it stands, in which units it speaks, its chain of rotations and its sensors.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    /// Short name, for example `gyro-turntable`.
+    pub id: String,
+    /// One line for a person.
+    pub title: String,
+    /// The paper and its equations, or whatever the description was taken from.
+    pub source: String,
+    /// Latitude, Earth rate and gravity; `None` means no Earth rate and 1 g.
+    pub site: Option<Site>,
+    /// Units of rates and specific forces in the model lines.
+    pub units: Units,
+    /// Rotations from the ground (first) to the sensor (last).
+    pub chain: Vec<Link>,
+    /// The sensors that are read, in the file's order.
+    pub sensors: Vec<Sensor>,
+}
+
+/// Where the bench stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// Geodetic latitude in degrees, north positive.
+    pub latitude_deg: f64,
+    /// Rotation rate of the Earth in degrees per hour.
+    pub earth_rate_deg_h: f64,
+    /// Local gravity in units of standard gravity.
+    pub gravity_g: f64,
+}
+
+/// Units in which the inputs enter the model lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Units {
+    /// Unit of `w_*`.
+    pub rate: RateUnit,
+    /// Unit of `a_*`.
+    pub force: ForceUnit,
+}
+
+/// Unit of angular rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RateUnit {
+    /// Degrees per second.
+    #[default]
+    DegreesPerSecond,
+    /// Degrees per hour.
+    DegreesPerHour,
+    /// Radians per second.
+    RadiansPerSecond,
+    /// Arcseconds per second.
+    ArcsecondsPerSecond,
+}
+
+impl RateUnit {
+    /// How many of this unit make one degree per second.
+    ///
+    /// ```
+    /// assert_eq!(tumble::bench::RateUnit::DegreesPerHour.per_deg_s(), 3600.0);
+    /// ```
+    pub fn per_deg_s(self) -> f64 {
+        match self {
+            RateUnit::DegreesPerSecond => 1.0,
+            RateUnit::DegreesPerHour | RateUnit::ArcsecondsPerSecond => 3600.0,
+            RateUnit::RadiansPerSecond => std::f64::consts::PI / 180.0,
+        }
+    }
+
+    /// As files write it.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            RateUnit::DegreesPerSecond => "deg/s",
+            RateUnit::DegreesPerHour => "deg/h",
+            RateUnit::RadiansPerSecond => "rad/s",
+            RateUnit::ArcsecondsPerSecond => "arcsec/s",
+        }
+    }
+}
+
+/// Unit of specific force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ForceUnit {
+    /// Standard gravity.
+    #[default]
+    StandardGravity,
+    /// Metres per second squared.
+    MetresPerSecondSquared,
+}
+
+impl ForceUnit {
+    /// How many of this unit make one g.
+    pub fn per_g(self) -> f64 {
+        match self {
+            ForceUnit::StandardGravity => 1.0,
+            ForceUnit::MetresPerSecondSquared => STANDARD_GRAVITY_M_S2,
+        }
+    }
+
+    /// As files write it.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            ForceUnit::StandardGravity => "g",
+            ForceUnit::MetresPerSecondSquared => "m/s^2",
+        }
+    }
+}
+
+/// One rotation of the chain.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Link {
+    /// A commanded joint: each reading says its angle or its rate.
+    Joint {
+        /// Name; a reading's keys are `<name>_deg`, `<name>_deg_s`, `<name>_turns`.
+        name: String,
+        /// The axis it turns about, in the frame before it.
+        about: Axis,
+        /// What it is, for a person; may be empty.
+        meaning: String,
+    },
+    /// A small unknown rotation: a parameter, in radians.
+    Tilt {
+        /// Name of the parameter.
+        name: String,
+        /// The axis it turns about, in the frame before it.
+        about: Axis,
+        /// What is tilted against what, for a person.
+        meaning: String,
+    },
+}
+
+impl Link {
+    /// The joint's or tilt's name.
+    pub fn name(&self) -> &str {
+        match self {
+            Link::Joint { name, .. } | Link::Tilt { name, .. } => name,
+        }
+    }
+}
+
+/// A sensor: its axes in the last frame of the chain, and its model line.
+#[derive(Debug, Clone)]
+pub struct Sensor {
+    /// Name; the key of its readings.
+    pub id: String,
+    /// Unit of its readings, for example `V`.
+    pub unit: String,
+    /// Named axes as direction cosines in the last frame; inputs are `w_<name>` and `a_<name>`.
+    pub axes: Vec<(String, Vector3<f64>)>,
+    /// reading = this line.
+    pub model: Expression,
+}
+
+impl Bench {
+    /// Check what no single entry can know: repeated names, axes that clash, direction cosines that are none.
+    ///
+    /// Errors: `NameClash` for a joint, tilt, sensor or axis that repeats; `Value` for numbers out of range.
+    pub fn checked(self) -> Result<Self> {
+        for (k, link) in self.chain.iter().enumerate() {
+            let path = format!("chain[{k}]");
+            identifier(link.name()).map_err(|e| e.at_path(&path))?;
+            if let Some(first) = self.chain.iter().take(k).position(|other| other.name() == link.name()) {
+                return Err(Malformed::new(Fault::NameClash, format!("the chain has '{}' twice", link.name()))
+                    .expected("each joint and tilt once; two rotations need two names")
+                    .found(format!("chain[{first}] and chain[{k}]"))
+                    .at_path(path));
+            }
+        }
+        if self.sensors.is_empty() {
+            return Err(Malformed::new(Fault::Missing, "the bench has no sensor")
+                .expected("at least one entry, for example \"V\": { \"unit\": \"V\", \"model\": \"V0 + k*x\" }")
+                .at_path("sensors"));
+        }
+        for sensor in &self.sensors {
+            let path = format!("sensors.{}", sensor.id);
+            identifier(&sensor.id).map_err(|e| e.at_path(&path))?;
+            if self.chain.iter().any(|link| link.name() == sensor.id) {
+                return Err(Malformed::new(
+                    Fault::NameClash,
+                    format!("'{}' is a sensor and a link of the chain", sensor.id),
+                )
+                .expected("different names for both")
+                .at_path(path));
+            }
+            for (axis, direction) in &sensor.axes {
+                let path = format!("sensors.{}.axes.{axis}", sensor.id);
+                let norm = direction.norm();
+                if !norm.is_finite() || (norm - 1.0).abs() > 1e-3 {
+                    return Err(Malformed::new(Fault::Value, format!("axis {axis} is not a direction"))
+                        .expected("three direction cosines whose squares sum to 1 (within 1e-3)")
+                        .found(format!("length {norm}"))
+                        .at_path(path));
+                }
+                let fixed = match axis.as_str() {
+                    "x" => Some(Vector3::x()),
+                    "y" => Some(Vector3::y()),
+                    "z" => Some(Vector3::z()),
+                    _ => None,
+                };
+                if fixed.is_some_and(|own| own != *direction) {
+                    return Err(Malformed::new(Fault::NameClash, format!("axis {axis} of {} is not the frame's {axis}", sensor.id))
+                        .expected("w_x, w_y, w_z, a_x, a_y, a_z belong to the last frame of the chain; give the axis another name")
+                        .at_path(path));
+                }
+            }
+        }
+        if let Some(site) = self.site.filter(|site| !(site.latitude_deg.abs() <= 90.0)) {
+            return Err(Malformed::new(Fault::Value, "the latitude is not on Earth")
+                .expected("-90 to 90")
+                .found(site.latitude_deg.to_string())
+                .at_path("site.latitude_deg"));
+        }
+        Ok(self)
+    }
+
+    /// The joints' names, in chain order.
+    pub fn joints(&self) -> impl Iterator<Item = &str> {
+        self.chain.iter().filter_map(|link| match link {
+            Link::Joint { name, .. } => Some(name.as_str()),
+            Link::Tilt { .. } => None,
+        })
+    }
+
+    /// The tilts' names, in chain order.
+    pub fn tilts(&self) -> impl Iterator<Item = &str> {
+        self.chain.iter().filter_map(|link| match link {
+            Link::Tilt { name, .. } => Some(name.as_str()),
+            Link::Joint { .. } => None,
+        })
+    }
+
+    /// Earth rate in the ground frame, `[0, W cos(lat), W sin(lat)]`, in the bench's rate unit.
+    pub fn earth_rate(&self) -> Vector3<f64> {
+        match self.site {
+            None => Vector3::zeros(),
+            Some(site) => {
+                let (sin, cos) = sin_cos_deg(site.latitude_deg);
+                let rate = site.earth_rate_deg_h / 3600.0 * self.units.rate.per_deg_s();
+                Vector3::new(0.0, rate * cos, rate * sin)
+            }
+        }
+    }
+
+    /// Specific force at rest in the ground frame, `[0, 0, +g]`, in the bench's force unit.
+    pub fn specific_force(&self) -> Vector3<f64> {
+        let gravity_g = self.site.map_or(1.0, |site| site.gravity_g);
+        Vector3::new(0.0, 0.0, gravity_g * self.units.force.per_g())
+    }
+}
+
+/// Is `name` one that a model line can use?
+pub(crate) fn identifier(name: &str) -> Result<()> {
+    let mut letters = name.chars();
+    let good = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if good && (name == "pi" || Function::from_name(name).is_some()) {
+        return Err(Malformed::new(Fault::NameClash, format!("'{name}' is a function or constant of the algebra"))
+            .expected("another name")
+            .found(format!("'{name}'")));
+    }
+    if good {
+        return Ok(());
+    }
+    Err(Malformed::new(Fault::Value, format!("'{name}' cannot be a name"))
+        .expected("a letter or underscore, then letters, digits or underscores")
+        .found(format!("'{name}'")))
+}

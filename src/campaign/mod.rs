@@ -1,0 +1,209 @@
+//! The campaign: which unknowns are asked for, what is known, and the readings. A schedule is a campaign without sensor values.
+//!
+//! Everything here is checked once, when it is made: names resolve, every joint of every reading has a state, numbers are finite.
+//! Tilts are in radians, joints in degrees (exact at quarter turns), rates in degrees per second. Deliberately absent: file formats
+//! (`wire`), rows (`design`).
+
+mod angle_unit;
+mod parameters;
+mod readings;
+mod units;
+
+pub use angle_unit::AngleUnit;
+pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
+pub use readings::{JointState, Observation, Reading, Readings};
+pub use units::coefficient_unit;
+
+use crate::algebra::Expression;
+use crate::bench::Bench;
+use crate::error::{Fault, Malformed, Result};
+
+/// A bench, its parameters and its readings: the whole question.
+#[derive(Debug, Clone)]
+pub struct Campaign {
+    /// Where and with what was measured.
+    pub bench: Bench,
+    /// Every coefficient and tilt: the estimated first (in the campaign's order), then the known, then those assumed zero.
+    pub parameters: Vec<Parameter>,
+    /// What must hold between estimated parameters.
+    pub constraints: Vec<Constraint>,
+    /// Quantities computed from parameters.
+    pub derived: Vec<Derived>,
+    /// The readings, or the positions of a schedule.
+    pub readings: Readings,
+}
+
+/// What a campaign asks for, before it is matched with the bench's names.
+#[derive(Debug, Clone, Default)]
+pub struct Request {
+    /// Estimated parameters, in order.
+    pub estimate: Vec<(String, Asked)>,
+    /// Known parameters, in order.
+    pub known: Vec<(String, Given)>,
+}
+
+/// An estimated parameter as asked for: numbers in `unit`.
+#[derive(Debug, Clone, Default)]
+pub struct Asked {
+    /// Where a nonlinear estimate begins.
+    pub start: Option<f64>,
+    /// Prior value and its standard uncertainty.
+    pub prior: Option<Prior>,
+    /// Unit of these numbers; tilts are converted to radians.
+    pub unit: Option<String>,
+}
+
+/// A known parameter as given: numbers in `unit`.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// Value, standard uncertainty, degrees of freedom, distribution.
+    pub known: Known,
+    /// Unit of these numbers; tilts are converted to radians.
+    pub unit: Option<String>,
+}
+
+impl Campaign {
+    /// Match a request with the names of the bench: every tilt of the chain and every coefficient of the model lines becomes a parameter.
+    ///
+    /// A name in a model line is, in this order: an axis input (`w_I`, `a_x`), a joint, a numeric column of the readings, and otherwise a
+    /// coefficient (or a tilt). Errors: `UnknownName` for a parameter that the bench does not have, `NameClash` for one that is also an
+    /// input, or both known and estimated.
+    pub fn new(bench: Bench, request: Request, readings: Readings) -> Result<Self> {
+        let names = parameter_names(&bench, &readings);
+        let check = |section: &str, name: &str| -> Result<()> {
+            if names.iter().any(|(known, _)| known == name) {
+                return Ok(());
+            }
+            let path = format!("{section}.{name}");
+            if is_input(&bench, &readings, name) {
+                return Err(Malformed::new(
+                    Fault::NameClash,
+                    format!("'{name}' is an input here, so it cannot be a parameter"),
+                )
+                .expected("a coefficient or tilt whose name is not also a joint, axis input or column of the readings")
+                .found(input_description(&bench, &readings, name))
+                .at_path(path));
+            }
+            let list: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+            Err(Malformed::new(Fault::UnknownName, format!("the bench '{}' has no parameter '{name}'", bench.id))
+                .expected(format!("one of {}", list.join(", ")))
+                .found(format!("'{name}'"))
+                .at_path(path))
+        };
+        for (name, _) in &request.estimate {
+            check("estimate", name)?;
+        }
+        for (name, _) in &request.known {
+            check("known", name)?;
+            if request.estimate.iter().any(|(other, _)| other == name) {
+                return Err(Malformed::new(Fault::NameClash, format!("'{name}' is both known and estimated"))
+                    .expected("one of the two; a value that is known only roughly is a prior: \"estimate\": { name: { \"prior\": v, \"prior_u\": u } }")
+                    .at_path(format!("known.{name}")));
+            }
+        }
+        let kind_of =
+            |name: &str| names.iter().find(|(other, _)| other == name).map_or(Kind::Coefficient, |(_, kind)| *kind);
+        let mut parameters = Vec::with_capacity(names.len());
+        for (name, asked) in request.estimate {
+            parameters.push(Parameter::estimated(&bench, &name, kind_of(&name), asked)?);
+        }
+        for (name, given) in request.known {
+            parameters.push(Parameter::known(&bench, &name, kind_of(&name), given)?);
+        }
+        for (name, kind) in &names {
+            if !parameters.iter().any(|p| p.id == *name) {
+                parameters.push(Parameter::assumed_zero(&bench, name, *kind));
+            }
+        }
+        Ok(Campaign { bench, parameters, constraints: Vec::new(), derived: Vec::new(), readings })
+    }
+
+    /// How many parameters are estimated; they are the first of [`Campaign::parameters`].
+    pub fn unknowns(&self) -> usize {
+        self.parameters.iter().take_while(|p| matches!(p.role, Role::Estimated { .. })).count()
+    }
+
+    /// The estimated parameters, in order.
+    pub fn estimated(&self) -> &[Parameter] {
+        self.parameters.get(..self.unknowns()).unwrap_or_default()
+    }
+
+    /// The index of a parameter.
+    pub fn parameter_index(&self, id: &str) -> Option<usize> {
+        self.parameters.iter().position(|p| p.id == id)
+    }
+
+    /// The stated reference point: every parameter's start, prior, known value or zero.
+    pub fn reference_point(&self) -> Vec<f64> {
+        self.parameters.iter().map(Parameter::reference).collect()
+    }
+
+    /// The same question about other readings.
+    pub fn with_readings(&self, readings: Readings) -> Self {
+        Campaign { readings, ..self.clone() }
+    }
+
+    /// Does the schedule carry any sensor value? Without one it is a schedule, to be simulated or planned.
+    pub fn is_measured(&self) -> bool {
+        self.readings.rows.iter().any(|reading| !reading.observations.is_empty())
+    }
+}
+
+/// Every parameter that the bench has with these readings: tilts in chain order, then coefficients in the order of the model lines.
+fn parameter_names(bench: &Bench, readings: &Readings) -> Vec<(String, Kind)> {
+    let mut names: Vec<(String, Kind)> = bench.tilts().map(|name| (name.to_string(), Kind::Tilt)).collect();
+    for sensor in &bench.sensors {
+        for name in sensor.model.names() {
+            if !is_input(bench, readings, name) && !names.iter().any(|(other, _)| other == name) {
+                names.push((name.to_string(), Kind::Coefficient));
+            }
+        }
+    }
+    names
+}
+
+/// Is this name an input (of any sensor's line) rather than a parameter?
+fn is_input(bench: &Bench, readings: &Readings, name: &str) -> bool {
+    is_axis_input(bench, name)
+        || bench.joints().any(|joint| joint == name)
+        || readings.columns.iter().any(|c| c == name)
+}
+
+/// Is this the name of a rate or specific force along an axis, `w_<axis>` or `a_<axis>`, of any sensor or of the last frame?
+pub(crate) fn is_axis_input(bench: &Bench, name: &str) -> bool {
+    let Some(axis) = name.strip_prefix("w_").or_else(|| name.strip_prefix("a_")) else { return false };
+    matches!(axis, "x" | "y" | "z") || bench.sensors.iter().any(|sensor| sensor.axes.iter().any(|(own, _)| own == axis))
+}
+
+fn input_description(bench: &Bench, readings: &Readings, name: &str) -> String {
+    if is_axis_input(bench, name) {
+        format!("{name}, a rate or specific force along an axis")
+    } else if readings.columns.iter().any(|c| c == name) {
+        format!("{name}, a numeric column of the readings")
+    } else {
+        format!("{name}, a joint of the chain")
+    }
+}
+
+/// Check that a derived quantity uses only parameters.
+pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression) -> Result<Derived> {
+    for name in line.names() {
+        if campaign.parameter_index(name).is_none() {
+            let list: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+            return Err(Malformed::new(
+                Fault::UnknownName,
+                format!("the derived quantity '{id}' uses '{name}', which is no parameter"),
+            )
+            .expected(format!("parameters of this bench: {}", list.join(", ")))
+            .found(format!("'{name}'")));
+        }
+    }
+    if campaign.parameter_index(id).is_some() {
+        return Err(Malformed::new(
+            Fault::NameClash,
+            format!("the derived quantity '{id}' has the name of a parameter"),
+        )
+        .expected("a name of its own"));
+    }
+    Ok(Derived { id: id.to_string(), line })
+}

@@ -1,0 +1,222 @@
+//! Parameters: every coefficient of a model line and every tilt of the chain, with what is claimed to be known of it.
+
+use super::{AngleUnit, Asked, Given, coefficient_unit};
+use crate::algebra::Expression;
+use crate::bench::{Bench, Link};
+use crate::error::{Fault, Malformed, Result};
+
+/// Coefficient of a model line or tilt of the chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A small rotation of the chain, in radians.
+    Tilt,
+    /// A coefficient of a model line, in the units that make its term the sensor's unit.
+    Coefficient,
+}
+
+/// A parameter of the model.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// Its name in the chain or the model line.
+    pub id: String,
+    /// Tilt or coefficient.
+    pub kind: Kind,
+    /// `rad` for tilts; for coefficients as given, else as the model line tells, else empty.
+    pub unit: String,
+    /// What it means, for a person; may be empty.
+    pub meaning: String,
+    /// Estimated, known or assumed zero.
+    pub role: Role,
+}
+
+/// What the campaign says about a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Role {
+    /// Unknown, to be estimated.
+    Estimated {
+        /// Where the estimate begins, if stated.
+        start: Option<f64>,
+        /// A stated prior: a row of its own.
+        prior: Option<Prior>,
+    },
+    /// Known, with a Type B uncertainty.
+    Known(Known),
+    /// Neither known nor estimated: taken as zero, and listed.
+    AssumedZero,
+}
+
+/// A prior value: the row `1 * parameter = value` with standard uncertainty `u`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Prior value.
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub u: f64,
+}
+
+/// A known value and its Type B standard uncertainty (GUM 4.3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Value.
+    pub value: f64,
+    /// Standard uncertainty; zero for an exact value.
+    pub u: f64,
+    /// Degrees of freedom of `u`; infinite unless stated.
+    pub dof: f64,
+    /// Shape of the distribution; for Monte Carlo and for the budget's column.
+    pub distribution: Distribution,
+}
+
+/// Shape of the distribution of a known value. `u` is its standard deviation whatever the shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Distribution {
+    /// Gaussian.
+    #[default]
+    Normal,
+    /// Rectangular: half width `u sqrt 3`.
+    Rectangular,
+    /// Triangular: half width `u sqrt 6`.
+    Triangular,
+    /// Arcsine (U-shaped): half width `u sqrt 2`.
+    Arcsine,
+}
+
+impl Distribution {
+    /// As files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Distribution::Normal => "normal",
+            Distribution::Rectangular => "rectangular",
+            Distribution::Triangular => "triangular",
+            Distribution::Arcsine => "arcsine",
+        }
+    }
+}
+
+/// A quantity computed from parameters.
+#[derive(Debug, Clone)]
+pub struct Derived {
+    /// Its name.
+    pub id: String,
+    /// The line of algebra that gives it.
+    pub line: Expression,
+}
+
+/// Something that must hold between estimated parameters; parameters by index, numbers in internal units (radians for tilts).
+#[derive(Debug, Clone, PartialEq)]
+pub enum Constraint {
+    /// `lower <= sum c_j x_j <= upper`; equal bounds make an equality.
+    Linear {
+        /// Parameter index and coefficient.
+        terms: Vec<(usize, f64)>,
+        /// Lower bound, may be minus infinity.
+        lower: f64,
+        /// Upper bound, may be infinity.
+        upper: f64,
+    },
+    /// `sqrt(sum x_j^2) <= at_most`: a cone on a total misalignment.
+    Norm {
+        /// Parameter indices.
+        of: Vec<usize>,
+        /// Largest norm.
+        at_most: f64,
+    },
+}
+
+impl Parameter {
+    pub(super) fn estimated(bench: &Bench, id: &str, kind: Kind, asked: Asked) -> Result<Self> {
+        let path = format!("estimate.{id}");
+        let (scale, unit) = unit_scale(bench, id, kind, asked.unit.as_deref(), &path)?;
+        let finite = |value: Option<f64>, key: &str| match value {
+            Some(v) if !v.is_finite() => Err(not_finite(&format!("{path}.{key}"), v)),
+            other => Ok(other.map(|v| v * scale)),
+        };
+        let start = finite(asked.start, "start")?;
+        let prior = match asked.prior {
+            None => None,
+            Some(Prior { value, u }) => {
+                if !(u > 0.0 && u.is_finite()) {
+                    return Err(Malformed::new(Fault::Value, format!("the prior of '{id}' has no usable uncertainty"))
+                        .expected("prior_u above zero; a value known exactly belongs in \"known\"")
+                        .found(u.to_string())
+                        .at_path(format!("{path}.prior_u")));
+                }
+                let value = finite(Some(value), "prior")?.unwrap_or_default();
+                Some(Prior { value, u: u * scale })
+            }
+        };
+        Ok(Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::Estimated { start, prior } })
+    }
+
+    pub(super) fn known(bench: &Bench, id: &str, kind: Kind, given: Given) -> Result<Self> {
+        let path = format!("known.{id}");
+        let (scale, unit) = unit_scale(bench, id, kind, given.unit.as_deref(), &path)?;
+        let Known { value, u, dof, distribution } = given.known;
+        if !value.is_finite() {
+            return Err(not_finite(&format!("{path}.value"), value));
+        }
+        if !(u >= 0.0 && u.is_finite()) {
+            return Err(Malformed::new(Fault::Value, format!("the standard uncertainty of '{id}' cannot be used"))
+                .expected("zero (exact) or a positive number")
+                .found(u.to_string())
+                .at_path(format!("{path}.u")));
+        }
+        if !(dof > 0.0) {
+            return Err(Malformed::new(Fault::Value, format!("the degrees of freedom of '{id}' cannot be used"))
+                .expected("a positive number")
+                .found(dof.to_string())
+                .at_path(format!("{path}.dof")));
+        }
+        let known = Known { value: value * scale, u: u * scale, dof, distribution };
+        Ok(Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::Known(known) })
+    }
+
+    pub(super) fn assumed_zero(bench: &Bench, id: &str, kind: Kind) -> Self {
+        let unit = if kind == Kind::Tilt { "rad".to_string() } else { coefficient_unit(bench, id).unwrap_or_default() };
+        Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::AssumedZero }
+    }
+
+    /// The value at which the model is linearised: start, else prior, else known value, else zero.
+    pub fn reference(&self) -> f64 {
+        match &self.role {
+            Role::Estimated { start: Some(start), .. } => *start,
+            Role::Estimated { start: None, prior: Some(prior) } => prior.value,
+            Role::Estimated { .. } | Role::AssumedZero => 0.0,
+            Role::Known(known) => known.value,
+        }
+    }
+}
+
+fn meaning(bench: &Bench, id: &str) -> String {
+    bench
+        .chain
+        .iter()
+        .find_map(|link| match link {
+            Link::Tilt { name, meaning, .. } if name == id => Some(meaning.clone()),
+            _ => None,
+        })
+        .unwrap_or_default()
+}
+
+/// Factor to internal units and the internal unit's name. Coefficients are carried in whatever unit the user names.
+fn unit_scale(bench: &Bench, id: &str, kind: Kind, unit: Option<&str>, path: &str) -> Result<(f64, String)> {
+    match (kind, unit) {
+        (Kind::Coefficient, Some(unit)) => Ok((1.0, unit.to_string())),
+        (Kind::Coefficient, None) => Ok((1.0, coefficient_unit(bench, id).unwrap_or_default())),
+        (Kind::Tilt, None) => Ok((1.0, "rad".into())),
+        (Kind::Tilt, Some(symbol)) => match AngleUnit::named(symbol) {
+            Some(unit) => Ok((unit.radians(), "rad".into())),
+            None => Err(Malformed::new(Fault::Value, "a tilt is an angle")
+                .expected(format!("one of {}", AngleUnit::NAMES))
+                .found(format!("'{symbol}'"))
+                .at_path(format!("{path}.unit"))),
+        },
+    }
+}
+
+fn not_finite(path: &str, value: f64) -> Malformed {
+    Malformed::new(Fault::Value, "not a finite number")
+        .expected("a finite number")
+        .found(value.to_string())
+        .at_path(path)
+}

@@ -1,0 +1,195 @@
+//! Readings: one position of the bench, and what the sensors said there.
+
+use crate::error::{Fault, Malformed, Result};
+
+/// All readings of a campaign, in the file's order.
+#[derive(Debug, Clone, Default)]
+pub struct Readings {
+    /// Names of the numeric columns that a model line may use, for example `time_s`.
+    pub columns: Vec<String>,
+    /// One entry for each reading.
+    pub rows: Vec<Reading>,
+}
+
+/// One reading: where every joint stood or how it turned, and the values read.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// Label; readings that share it were taken without remounting. Empty if the file gives none.
+    pub position: String,
+    /// State of each joint, in chain order.
+    pub joints: Vec<JointState>,
+    /// Values of the numeric columns, in the order of [`Readings::columns`]; `None` where the file has none.
+    pub columns: Vec<Option<f64>>,
+    /// What was read, in the bench's sensor order.
+    pub observations: Vec<Observation>,
+    /// Texts that are no inputs (operator, remark), carried along.
+    pub remarks: Vec<(String, String)>,
+    /// Where the file has this reading, for messages: `readings[3]` or `line 5`.
+    pub place: String,
+}
+
+/// One sensor's value at one reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// Index of the sensor in the bench.
+    pub sensor: usize,
+    /// The value, in the sensor's unit.
+    pub value: f64,
+    /// Its standard uncertainty, if stated.
+    pub u: Option<f64>,
+    /// Samples averaged into the value; 1 unless stated.
+    pub samples: f64,
+}
+
+/// How one joint stood or turned during a reading. Angles in degrees (exact at quarter turns), rates in degrees per second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointState {
+    /// It stood still.
+    Held {
+        /// Joint angle.
+        angle_deg: f64,
+    },
+    /// It turned; the reading is the mean of the model line over whole turns.
+    WholeTurns {
+        /// Joint rate.
+        rate_deg_s: f64,
+    },
+    /// It turned; the reading is the mean of the model line over `turns` turns from `start_deg`.
+    PartTurns {
+        /// Angle at the start.
+        start_deg: f64,
+        /// Joint rate; its sign is the sense.
+        rate_deg_s: f64,
+        /// How many turns, positive, not necessarily whole.
+        turns: f64,
+    },
+    /// It turned; the reading is one sample as the joint passed this angle.
+    Passing {
+        /// Joint angle at the sample.
+        angle_deg: f64,
+        /// Joint rate.
+        rate_deg_s: f64,
+    },
+}
+
+impl Readings {
+    /// A further position with these joint states: no values, other columns as in `like`, and the joints' own columns
+    /// (`<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`) following the states.
+    pub fn position(&self, joint_names: &[&str], like: &Reading, joints: Vec<JointState>) -> Reading {
+        let mut columns = like.columns.clone();
+        for (name, state) in joint_names.iter().zip(&joints) {
+            let (deg, deg_s, turns) = state.keys();
+            for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
+                let column = self.columns.iter().position(|c| c.strip_prefix(name) == Some(suffix));
+                if let Some(slot) = column.and_then(|k| columns.get_mut(k)) {
+                    *slot = value;
+                }
+            }
+        }
+        Reading {
+            position: String::new(),
+            joints,
+            columns,
+            observations: Vec::new(),
+            remarks: Vec::new(),
+            place: String::new(),
+        }
+    }
+}
+
+impl JointState {
+    /// The values of `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns` that say this state.
+    pub fn keys(&self) -> (Option<f64>, Option<f64>, Option<f64>) {
+        match *self {
+            JointState::Held { angle_deg } => (Some(angle_deg), None, None),
+            JointState::WholeTurns { rate_deg_s } => (None, Some(rate_deg_s), None),
+            JointState::PartTurns { start_deg, rate_deg_s, turns } => (Some(start_deg), Some(rate_deg_s), Some(turns)),
+            JointState::Passing { angle_deg, rate_deg_s } => (Some(angle_deg), Some(rate_deg_s), None),
+        }
+    }
+
+    /// The state that `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns` say.
+    ///
+    /// Errors: `Missing` where neither angle nor rate is given, `Value` for a rate of zero without an angle, or turns that are not positive.
+    ///
+    /// ```
+    /// use tumble::campaign::JointState;
+    /// assert_eq!(JointState::from_keys("gamma", None, Some(20.0), None).unwrap(), JointState::WholeTurns { rate_deg_s: 20.0 });
+    /// assert!(JointState::from_keys("gamma", None, None, None).is_err());
+    /// ```
+    pub fn from_keys(joint: &str, deg: Option<f64>, deg_s: Option<f64>, turns: Option<f64>) -> Result<Self> {
+        if let Some(turns) = turns {
+            if !(turns > 0.0) {
+                return Err(Malformed::new(Fault::Value, format!("{joint}_turns must be positive"))
+                    .expected("a positive number of turns; the sign of the rate is the sense")
+                    .found(turns.to_string())
+                    .at_path(format!("{joint}_turns")));
+            }
+            if deg_s.is_none_or(|rate| rate == 0.0) {
+                return Err(Malformed::new(Fault::Missing, format!("{joint}_turns needs a rate"))
+                    .expected(format!("{joint}_deg_s other than zero beside {joint}_turns"))
+                    .at_path(format!("{joint}_turns")));
+            }
+        }
+        match (deg, deg_s, turns) {
+            (None, None, _) => Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' has no state"))
+                .expected(format!("{joint}_deg (its angle) or {joint}_deg_s (its rate)"))
+                .found("neither")),
+            (Some(angle_deg), None | Some(0.0), None) => Ok(JointState::Held { angle_deg }),
+            (None, Some(0.0), _) => {
+                Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' stands still, but where?"))
+                    .expected(format!("{joint}_deg beside {joint}_deg_s = 0"))
+                    .found("a rate of zero and no angle")
+                    .at_path(format!("{joint}_deg_s")))
+            }
+            (None, Some(rate_deg_s), None) => Ok(JointState::WholeTurns { rate_deg_s }),
+            (None, Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => Ok(JointState::WholeTurns { rate_deg_s }),
+            (None, Some(_), Some(_)) => {
+                Err(Malformed::new(Fault::Missing, format!("a part of a turn of '{joint}' needs its start"))
+                    .expected(format!("{joint}_deg, the angle at the start"))
+                    .at_path(format!("{joint}_turns")))
+            }
+            (Some(_), Some(rate_deg_s), Some(turns)) if turns.fract() == 0.0 => {
+                Ok(JointState::WholeTurns { rate_deg_s })
+            }
+            (Some(start_deg), Some(rate_deg_s), Some(turns)) => {
+                Ok(JointState::PartTurns { start_deg, rate_deg_s, turns })
+            }
+            (Some(angle_deg), Some(rate_deg_s), None) => Ok(JointState::Passing { angle_deg, rate_deg_s }),
+            (Some(angle_deg), None, Some(_)) => Ok(JointState::Held { angle_deg }),
+        }
+    }
+
+    /// The joint's rate in degrees per second; zero when it stands still.
+    pub fn rate_deg_s(&self) -> f64 {
+        match *self {
+            JointState::Held { .. } => 0.0,
+            JointState::WholeTurns { rate_deg_s }
+            | JointState::PartTurns { rate_deg_s, .. }
+            | JointState::Passing { rate_deg_s, .. } => rate_deg_s,
+        }
+    }
+
+    /// Is the reading a mean over this joint's turning?
+    pub fn is_averaged(&self) -> bool {
+        matches!(self, JointState::WholeTurns { .. } | JointState::PartTurns { .. })
+    }
+}
+
+impl Reading {
+    /// Check that the means are well defined: at most one joint is averaged over, and none other turns meanwhile.
+    pub(crate) fn check_turning(&self, joints: &[&str]) -> Result<()> {
+        let turning: Vec<&str> = joints
+            .iter()
+            .zip(&self.joints)
+            .filter(|(_, state)| state.rate_deg_s() != 0.0)
+            .map(|(name, _)| *name)
+            .collect();
+        if turning.len() > 1 && self.joints.iter().any(JointState::is_averaged) {
+            return Err(Malformed::new(Fault::Value, format!("two joints turn in one mean: {}", turning.join(" and ")))
+                .expected("one turning joint for each averaged reading; give every turning joint its angle too for an instantaneous sample")
+                .found(turning.iter().map(|name| format!("{name}_deg_s")).collect::<Vec<_>>().join(", ")));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! `tumble check FILE...` and `tumble schema KIND`.
+
+use super::{Outcome, files};
+use crate::design::Model;
+use crate::error::{Fault, Malformed, Result};
+use crate::wire;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Files to check.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Bench files (*.bench.json) and campaign files.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+}
+
+/// Kind of schema.
+#[derive(Debug, Args)]
+pub(super) struct SchemaArguments {
+    /// bench, campaign or fit-report.
+    kind: String,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    for path in &arguments.files {
+        let line = check(path)?;
+        super::print(&format!("{}: {line}\n", path.display()));
+    }
+    Ok(Outcome::Done)
+}
+
+/// One file: a bench if its name says so, else a campaign.
+fn check(path: &Path) -> Result<String> {
+    if path.to_string_lossy().ends_with(".bench.json") {
+        let bench = wire::read_bench(&files::read(path)?)?;
+        let joints: Vec<&str> = bench.joints().collect();
+        let tilts: Vec<&str> = bench.tilts().collect();
+        let sensors: Vec<String> = bench.sensors.iter().map(|s| format!("{} = {}", s.id, s.model)).collect();
+        return Ok(format!(
+            "a bench; joints: {}; tilts: {}; {}",
+            or_none(&joints.join(", ")),
+            or_none(&tilts.join(", ")),
+            sensors.join("; ")
+        ));
+    }
+    let (campaign, source) = files::campaign(path)?;
+    Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
+    let readings = campaign.readings.rows.len();
+    let what = if campaign.is_measured() { "a campaign" } else { "a schedule" };
+    let unknowns: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+    Ok(format!(
+        "{what} on {} with {readings} readings; to estimate: {}",
+        campaign.bench.id,
+        or_none(&unknowns.join(", "))
+    ))
+}
+
+fn or_none(list: &str) -> &str {
+    if list.is_empty() { "none" } else { list }
+}
+
+pub(super) fn run_schema(arguments: &SchemaArguments) -> Result<Outcome> {
+    let Some(schema) = crate::report::schema(&arguments.kind) else {
+        return Err(Malformed::new(Fault::UnknownName, format!("there is no schema '{}'", arguments.kind))
+            .expected(format!("one of {}", crate::report::schemas().join(", ")))
+            .found(format!("'{}'", arguments.kind)));
+    };
+    super::print(&files::json(&schema)?);
+    Ok(Outcome::Done)
+}

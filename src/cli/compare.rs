@@ -1,0 +1,36 @@
+//! `tumble compare CAMPAIGN`.
+
+use super::{Outcome, files};
+use crate::compare;
+use crate::error::Result;
+use crate::fit;
+use crate::report;
+use crate::wire;
+use clap::Args;
+use std::path::PathBuf;
+
+/// What to compare and what to write.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The campaign file (JSON), on a bench whose closed forms are published.
+    campaign: PathBuf,
+    /// Write the report as JSON to a file, or to stdout with '-'.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let forms = compare::closed_forms(&campaign.bench.id)?;
+    let comparison =
+        compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
+    let report = report::compare_report(&comparison);
+    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
+    if let Some(path) = &arguments.json {
+        files::write_or_print(path, &files::json(&report)?)?;
+    }
+    if !to_stdout {
+        super::print(&report::table::compare(&report));
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,63 @@
+//! Reading and writing files. Nothing is ever half-written: a temporary name first, then a rename.
+
+use crate::campaign::Campaign;
+use crate::error::{Fault, Malformed, Result};
+use crate::wire::{self, Source};
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Read a file as text.
+pub(super) fn read(path: &Path) -> Result<Source> {
+    let name = path.display().to_string();
+    if path.is_dir() {
+        return Err(Malformed::new(Fault::File, format!("'{name}' is a folder")).expected("a file").in_file(name));
+    }
+    let bytes = std::fs::read(path).map_err(|error| {
+        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
+    })?;
+    Source::from_bytes(name, bytes)
+}
+
+/// Read a campaign; what it refers to is looked for beside it. Also gives its source, for errors that come later.
+pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source)> {
+    let source = read(path)?;
+    let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    let campaign = wire::read_campaign(&source, &mut |name| read(&folder.join(name)))?;
+    Ok((campaign, source))
+}
+
+/// Write a file whole or not at all.
+pub(super) fn write(path: &Path, text: &str) -> Result<()> {
+    let fault = |error: std::io::Error| {
+        Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
+            .expected("a folder that can be written to")
+    };
+    let mut name = path.file_name().map(|n| n.to_os_string()).unwrap_or_default();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = std::fs::File::create(&temporary)
+        .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
+        .and_then(|()| std::fs::rename(&temporary, path));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&temporary);
+    }
+    written.map_err(fault)
+}
+
+/// A value as JSON text that ends with a line break.
+pub(super) fn json(value: &impl Serialize) -> Result<String> {
+    match serde_json::to_string_pretty(value) {
+        Ok(text) => Ok(text + "\n"),
+        Err(error) => Err(Malformed::new(Fault::Value, format!("the report cannot be written as JSON: {error}"))),
+    }
+}
+
+/// Write text to a file, or to stdout for `-`.
+pub(super) fn write_or_print(path: &Path, text: &str) -> Result<()> {
+    if path == Path::new("-") {
+        super::print(text);
+        return Ok(());
+    }
+    write(path, text)
+}

@@ -1,0 +1,86 @@
+//! The command line: the only room that reads files, writes files and prints.
+//!
+//! Results go to stdout, progress, notes and errors to stderr. Exit codes: 0 done; 1 the question is malformed; 2 done, and the answer is
+//! "rejected" (rank defect, failed global test, missing effect).
+
+mod bench;
+mod check;
+mod compare;
+mod files;
+mod fit;
+mod show_error;
+
+use crate::error::Result;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Calibrate inertial sensors from multi-position tests.
+#[derive(Debug, Parser)]
+#[command(name = "tumble", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Estimate every angle and coefficient of a campaign, each with its uncertainty.
+    Fit(fit::Arguments),
+    /// The same angles by the published closed forms, side by side with least squares and the printed table.
+    Compare(compare::Arguments),
+    /// Built-in benches: list them, or show one as a file.
+    #[command(subcommand)]
+    Bench(bench::Arguments),
+    /// Check bench and campaign files without fitting anything.
+    Check(check::Arguments),
+    /// Print the JSON Schema of a kind of file.
+    Schema(check::SchemaArguments),
+}
+
+/// How a command that could be carried out ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// Exit code 0.
+    Done,
+    /// Exit code 2: the answer is "rejected".
+    Rejected,
+}
+
+/// Run the program with the arguments of the process.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let malformed = error.use_stderr();
+            // printing can fail only where there is no terminal left to tell
+            let _ = error.print();
+            return ExitCode::from(u8::from(malformed));
+        }
+    };
+    match run(cli.command) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Rejected) => ExitCode::from(2),
+        Err(error) => {
+            show_error::show(&error);
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn run(command: Command) -> Result<Outcome> {
+    match command {
+        Command::Fit(arguments) => fit::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Schema(arguments) => check::run_schema(&arguments),
+    }
+}
+
+/// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error.
+fn print(text: &str) {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes());
+    let _ = out.flush();
+}

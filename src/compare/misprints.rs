@@ -1,0 +1,114 @@
+//! Where a printed table disagrees with what its own readings and formulas give.
+
+use super::{GroupComparison, Printed};
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::Campaign;
+use crate::fit::Fit;
+
+/// A place where print and computation disagree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Misprint {
+    /// What is misprinted, for example `mean of dtheta_y2`.
+    pub what: String,
+    /// As printed, in internal units.
+    pub printed: Option<f64>,
+    /// As computed, in internal units.
+    pub computed: Option<f64>,
+    /// What seems to have happened.
+    pub explanation: String,
+}
+
+/// Compare a printed table with the closed forms, its means with the means, and its printed row with the exact derivatives.
+pub(super) fn find(
+    campaign: &Campaign,
+    fit: &Fit,
+    printed: &Printed,
+    quantities: &[String],
+    groups: &[GroupComparison],
+    mean: &[Option<f64>],
+) -> Vec<Misprint> {
+    // half a unit of the last digit, and the rounding of the comparison itself
+    let half = printed.last_digit * (0.5 + 1e-6);
+    let mut misprints = Vec::new();
+    for group in groups {
+        for ((id, computed), print) in quantities.iter().zip(&group.closed_form).zip(&group.printed) {
+            if let (Some(computed), Some(print)) = (computed, print)
+                && (computed - print).abs() > half
+            {
+                misprints.push(Misprint {
+                    what: format!("{id} at {}", group.group),
+                    printed: Some(*print),
+                    computed: Some(*computed),
+                    explanation: "the table's own readings give another value".into(),
+                });
+            }
+        }
+    }
+    for (k, id) in quantities.iter().enumerate() {
+        let (Some(computed), Some((_, print))) =
+            (mean.get(k).copied().flatten(), printed.means.iter().find(|(own, _)| own == id))
+        else {
+            continue;
+        };
+        // a mean may have been formed from the rounded entries, and may be printed with fewer digits
+        let entries: Vec<f64> = groups.iter().filter_map(|g| g.printed.get(k).copied().flatten()).collect();
+        let of_entries = entries.iter().sum::<f64>() / entries.len().max(1) as f64;
+        let slack = if whole(*print, printed.last_digit) { half * 10.0 } else { half };
+        let agrees = |value: f64| (value - print).abs() <= slack;
+        if agrees(computed) || agrees(of_entries) {
+            continue;
+        }
+        let same_as = groups.iter().find(|g| g.printed.get(k).copied().flatten() == Some(*print));
+        let explanation = if agrees(-computed) || agrees(-of_entries) {
+            "printed with the opposite sign to the table and the formulas".to_string()
+        } else if let Some(group) = same_as {
+            format!("this is the value of group {}, not the mean", group.group)
+        } else {
+            "not the mean of the table".to_string()
+        };
+        misprints.push(Misprint {
+            what: format!("mean of {id}"),
+            printed: Some(*print),
+            computed: Some(computed),
+            explanation,
+        });
+    }
+    misprints.extend(printed.row.iter().filter_map(|(id, line)| row_misprint(campaign, fit, id, line)));
+    misprints
+}
+
+/// Is a printed value a whole number of ten last digits (printed without its decimal)?
+fn whole(value: f64, last_digit: f64) -> bool {
+    let tens = value / (10.0 * last_digit);
+    (tens - tens.round()).abs() < 1e-6
+}
+
+/// A printed coefficient of the row against the exact derivative at the first reading.
+fn row_misprint(campaign: &Campaign, fit: &Fit, id: &str, line: &crate::algebra::Expression) -> Option<Misprint> {
+    let Some(column) = campaign.parameter_index(id) else {
+        return Some(Misprint {
+            what: format!("{id} in the printed equation"),
+            printed: None,
+            computed: None,
+            explanation: format!("the printed equation has {id}, the printed chain of rotations has not"),
+        });
+    };
+    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+    let print = Tape::compile(line, &ids).ok()?.value(&fit.point, &mut Scratch::default());
+    let exact = if fit.design.rows.is_empty() { return None } else { fit.design.jacobian[(0, column)] };
+    if (exact - print).abs() <= 1e-6 * print.abs() {
+        return None;
+    }
+    let opposite = (exact + print).abs() <= 1e-6 * print.abs();
+    Some(Misprint {
+        what: format!("coefficient of {id} in the printed equation"),
+        printed: Some(print),
+        computed: Some(exact),
+        explanation: if opposite {
+            "the chain of rotations gives the opposite sign"
+        } else {
+            "the chain of rotations gives another value"
+        }
+        .into(),
+    })
+}

@@ -1,0 +1,77 @@
+//! The design matrix: one row for each value read, from exact derivatives of the exact rotation chain and of the model line.
+//!
+//! ```text
+//! row = d reading / d parameters   at the stated reference point
+//! ```
+//!
+//! Nobody hand-derives rows: the papers' small-angle rows fall out, because at zero tilts the exact derivative *is* the small-angle
+//! coefficient. Deliberately absent: weights and solving (`estimate`), opinions about what is estimable.
+
+mod kinematics;
+mod mean;
+mod model;
+
+pub use kinematics::{Instant, Kinematics, kinematics};
+pub use mean::{Node, Smoothness, nodes};
+pub use model::{Context, Model, SensorModel, Workspace};
+
+use crate::campaign::Campaign;
+use crate::error::Result;
+use faer::Mat;
+
+/// Predictions and their derivatives with respect to *every* parameter of the campaign (estimated, known, assumed zero).
+#[derive(Debug, Clone)]
+pub struct DesignMatrix {
+    /// Which value each row stands for.
+    pub rows: Vec<RowOrigin>,
+    /// The reference point, one value for each parameter, in [`Campaign::parameters`] order.
+    pub point: Vec<f64>,
+    /// Model line at the reference point, one for each row.
+    pub predicted: Vec<f64>,
+    /// rows x parameters; the first columns belong to the estimated parameters.
+    pub jacobian: Mat<f64>,
+}
+
+/// The value that a row predicts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowOrigin {
+    /// Index of the reading.
+    pub reading: usize,
+    /// Index of the sensor in the bench.
+    pub sensor: usize,
+}
+
+/// The rows of a campaign: one for each value that was read; for a schedule, one for each reading and sensor.
+///
+/// Errors: a model line that uses a column which a reading does not have.
+pub fn rows(campaign: &Campaign) -> Vec<RowOrigin> {
+    let measured = campaign.is_measured();
+    let mut rows = Vec::new();
+    for (reading, row) in campaign.readings.rows.iter().enumerate() {
+        if measured {
+            rows.extend(row.observations.iter().map(|o| RowOrigin { reading, sensor: o.sensor }));
+        } else {
+            rows.extend((0..campaign.bench.sensors.len()).map(|sensor| RowOrigin { reading, sensor }));
+        }
+    }
+    rows
+}
+
+/// Predict every reading at `point` and differentiate it there.
+///
+/// Errors: `Missing` for a column that a model line uses and a reading lacks, with the reading's place.
+pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<DesignMatrix> {
+    let rows = rows(campaign);
+    let mut jacobian = Mat::zeros(rows.len(), campaign.parameters.len());
+    let mut predicted = Vec::with_capacity(rows.len());
+    let mut gradient = vec![0.0; campaign.parameters.len()];
+    let mut work = model.workspace();
+    for (i, origin) in rows.iter().enumerate() {
+        let value = model.predict(campaign, origin.reading, origin.sensor, point, &mut gradient, &mut work)?;
+        predicted.push(value);
+        for (j, derivative) in gradient.iter().enumerate() {
+            jacobian[(i, j)] = *derivative;
+        }
+    }
+    Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian })
+}

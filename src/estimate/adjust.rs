@@ -1,0 +1,180 @@
+//! One call from a system to an estimate.
+
+use super::basis::Combination;
+use super::condition::condition;
+use super::factor::Factor;
+use super::{Group, Settings, System, groups, refine};
+use crate::error::{Fault, Malformed, Result};
+use faer::Mat;
+
+/// What the readings say about the unknowns, and how well. Every number in it is finite.
+#[derive(Debug, Clone)]
+pub struct Estimate {
+    /// Best linear unbiased estimate of the unknowns, `n`; unknowns outside the basis are zero (a basic solution).
+    pub solution: Vec<f64>,
+    /// Number of independent columns.
+    pub rank: usize,
+    /// Whether the readings determine the unknown by itself, `n`.
+    pub estimable: Vec<bool>,
+    /// `(A' P A)^-1` with `P = 1/u^2` (`1/(s_g u)^2` where several scales were estimated), `n x n`; zero outside the basis.
+    pub cofactor: Mat<f64>,
+    /// Covariance of the solution, `n x n`; a scale that is not determined enters as 1, so see `standard_uncertainty`.
+    pub covariance: Mat<f64>,
+    /// Standard uncertainty of each unknown; `None` where it is not estimable, or depends on a scale that is not determined.
+    pub standard_uncertainty: Vec<Option<f64>>,
+    /// Observed minus fitted, `m`, in the unit of the reading.
+    pub residuals: Vec<f64>,
+    /// Diagonal of the hat matrix `Q Q'`, `m`, from 0 to 1.
+    pub leverage: Vec<f64>,
+    /// Redundancy number of each row, `1 - leverage`; they sum to `dof`.
+    pub redundancy: Vec<f64>,
+    /// `sum (v/u)^2` with `u` as it was given: chi-square where every `u` is known.
+    pub sum_of_squares: f64,
+    /// Degrees of freedom, rows minus rank.
+    pub dof: usize,
+    /// Scale `s_g` of each estimated group; `None` for a group without redundancy.
+    pub group_scale: Vec<Option<f64>>,
+    /// Sum of the redundancy numbers of each estimated group.
+    pub group_redundancy: Vec<f64>,
+    /// Steps that the scales of several groups took; 0 where none were needed.
+    pub group_iterations: usize,
+    /// Whether the scales settled.
+    pub group_converged: bool,
+    /// Condition number in the 2-norm of the weighted, column-scaled basis; `None` if it is empty.
+    pub condition: Option<f64>,
+    /// Directions in which the unknowns are free, one per rank defect.
+    pub not_estimable: Vec<Combination>,
+    /// What is determined of the unknowns that are not estimable alone.
+    pub estimable_combinations: Vec<Combination>,
+    /// Steps of iterative refinement.
+    pub refinements: usize,
+    /// The factorisation, for sensitivities, projections and other right-hand sides.
+    pub factor: Factor,
+}
+
+impl Estimate {
+    /// Residual standard deviation of unit weight, `sqrt(sum_of_squares / dof)`; `None` without degrees of freedom.
+    pub fn residual_sd(&self) -> Option<f64> {
+        (self.dof > 0).then(|| (self.sum_of_squares / self.dof as f64).sqrt())
+    }
+}
+
+/// Adjusts a system by weighted least squares.
+///
+/// ```text
+/// x = argmin sum ((y - A x) / (s_g u))^2,   cov x = (A' diag(s_g u)^-2 A)^-1
+/// ```
+///
+/// One estimated group alone has `s^2 = v'Pv / dof` (GUM H.3); several, or a mixture with known ones, are iterated.
+/// A rank defect is a result. Errors: sizes that disagree, numbers that are not finite, a `u` that is not positive.
+///
+/// ```
+/// use tumble::estimate::{Group, Settings, System, adjust};
+/// // A straight line through (0, 1), (1, 3), (2, 4): intercept 7/6, slope 3/2, s^2 = 1/6.
+/// let system = System {
+///     rows: faer::mat![[1.0, 0.0], [1.0, 1.0], [1.0, 2.0]],
+///     observed: vec![1.0, 3.0, 4.0],
+///     u: vec![1.0; 3],
+///     group: vec![Group::Estimated(0); 3],
+/// };
+/// let line = adjust(&system, &Settings::default())?;
+/// assert!((line.solution[0] - 7.0 / 6.0).abs() < 1e-15 && (line.solution[1] - 1.5).abs() < 1e-15);
+/// assert!((line.covariance[(1, 1)] - 1.0 / 12.0).abs() < 1e-15);
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
+    system.check()?;
+    let count = groups::count(&system.group);
+    let alone = count == 1 && !system.group.contains(&Group::Known);
+    let scales = if count == 0 || alone {
+        groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
+    } else {
+        groups::estimate(system, count, settings)?
+    };
+    let entering: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
+    let weight = groups::weights(system, &entering);
+    let factor = Factor::new(system.rows.as_ref(), weight, 0, settings.rank_tolerance)?;
+    let fit = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements);
+
+    let (m, n) = system.shape();
+    let rank = factor.rank();
+    let dof = m - rank;
+    let leverage = factor.leverages();
+    let redundancy: Vec<f64> = leverage.iter().map(|h| 1.0 - h).collect();
+    let sum_of_squares: f64 = fit.residuals.iter().zip(&system.u).map(|(v, u)| (v / u) * (v / u)).sum();
+    let mut group_redundancy = vec![0.0; count];
+    for (group, r) in system.group.iter().zip(&redundancy) {
+        if let Group::Estimated(g) = group {
+            group_redundancy[*g] += r;
+        }
+    }
+
+    let mut group_scale = scales.scale;
+    let cofactor = factor.cofactor();
+    let mut covariance = cofactor.clone();
+    if alone && dof > 0 {
+        let variance = sum_of_squares / dof as f64;
+        group_scale = vec![Some(variance.sqrt())];
+        covariance *= faer::Scale(variance);
+    }
+    let estimable = factor.dependence.estimable(&factor.basis, n);
+    let undetermined = depends_on_undetermined(system, &factor, &group_scale);
+    let standard_uncertainty =
+        (0..n).map(|j| (estimable[j] && !undetermined[j]).then(|| covariance[(j, j)].sqrt())).collect();
+    let estimate = Estimate {
+        rank,
+        cofactor,
+        covariance,
+        standard_uncertainty,
+        leverage,
+        redundancy,
+        sum_of_squares,
+        dof,
+        group_scale,
+        group_redundancy,
+        group_iterations: scales.iterations,
+        group_converged: scales.converged,
+        condition: condition(&factor.r),
+        not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
+        estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),
+        estimable,
+        solution: fit.solution,
+        residuals: fit.residuals,
+        refinements: fit.steps,
+        factor,
+    };
+    estimate.in_range()
+}
+
+/// Which unknowns follow readings of a group whose scale is not determined, `n`.
+fn depends_on_undetermined(system: &System, factor: &Factor, scale: &[Option<f64>]) -> Vec<bool> {
+    let n = system.rows.ncols();
+    let undetermined =
+        |group: &Group| matches!(group, Group::Estimated(g) if scale.get(*g).is_none_or(Option::is_none));
+    if !system.group.iter().any(undetermined) {
+        return vec![false; n];
+    }
+    let sensitivities = factor.sensitivities();
+    let depends = |j: usize| {
+        let share = |i: usize| sensitivities[(j, i)].abs() / factor.weight[i];
+        let most = (0..system.u.len()).map(share).fold(0.0_f64, f64::max);
+        system.group.iter().enumerate().any(|(i, group)| undetermined(group) && share(i) > 1e-10 * most)
+    };
+    (0..n).map(depends).collect()
+}
+
+impl Estimate {
+    /// The promise that every number is finite, kept or refused.
+    fn in_range(self) -> Result<Self> {
+        let matrices = [&self.cofactor, &self.covariance];
+        let entries = matrices.into_iter().flat_map(|matrix| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)));
+        let mut values = self.solution.iter().chain(&self.residuals).chain([&self.sum_of_squares]).chain(entries);
+        let finite = values.all(|value| value.is_finite());
+        drop(values);
+        if finite {
+            return Ok(self);
+        }
+        Err(Malformed::new(Fault::Value, "the adjusted values leave the range of a double")
+            .expected("units in which observations, derivatives and uncertainties lie nearer to 1"))
+    }
+}

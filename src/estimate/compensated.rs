@@ -1,0 +1,89 @@
+//! Sums of products in twice the working precision, by error-free transformations.
+//!
+//! T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971), and
+//! T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26 (2005). Written without
+//! fused multiply-add, which is slow where the processor's own is not compiled for.
+
+/// `a + b = sum + error`, exactly (Knuth).
+#[inline(always)]
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let virtual_b = sum - a;
+    (sum, (a - (sum - virtual_b)) + (b - virtual_b))
+}
+
+/// `a = high + low` with at most 26 bits each (Veltkamp); overflows above 1e300.
+#[inline(always)]
+fn split(a: f64) -> (f64, f64) {
+    let shifted = 134_217_729.0 * a;
+    let high = shifted - (shifted - a);
+    (high, a - high)
+}
+
+/// `a b = product + error`, exactly while nothing under- or overflows (Dekker).
+#[inline(always)]
+fn two_product(a: f64, (a_high, a_low): (f64, f64), b: f64) -> (f64, f64) {
+    let product = a * b;
+    let (b_high, b_low) = split(b);
+    (product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low)
+}
+
+/// `sum += factor * column`, element by element, the sum being `high + low`.
+pub(super) fn accumulate(high: &mut [f64], low: &mut [f64], factor: f64, column: &[f64]) {
+    let factor_parts = split(factor);
+    for ((high, low), &a) in high.iter_mut().zip(low.iter_mut()).zip(column) {
+        let (product, product_error) = two_product(factor, factor_parts, a);
+        let (sum, sum_error) = two_sum(*high, product);
+        *high = sum;
+        *low += product_error + sum_error;
+    }
+}
+
+/// `a . b` as if computed in twice the working precision and rounded once.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 4;
+    let mut high = [0.0; LANES];
+    let mut low = [0.0; LANES];
+    let (a_blocks, a_rest) = a.as_chunks::<LANES>();
+    let (b_blocks, b_rest) = b.as_chunks::<LANES>();
+    let mut step = |lane: usize, a: f64, b: f64| {
+        let (product, product_error) = two_product(a, split(a), b);
+        let (sum, sum_error) = two_sum(high[lane], product);
+        high[lane] = sum;
+        low[lane] += product_error + sum_error;
+    };
+    for (a, b) in a_blocks.iter().zip(b_blocks) {
+        for lane in 0..LANES {
+            step(lane, a[lane], b[lane]);
+        }
+    }
+    for (&a, &b) in a_rest.iter().zip(b_rest) {
+        step(0, a, b);
+    }
+    let (left, left_error) = two_sum(high[0], high[1]);
+    let (right, right_error) = two_sum(high[2], high[3]);
+    let (sum, error) = two_sum(left, right);
+    sum + (error + left_error + right_error + ((low[0] + low[1]) + (low[2] + low[3])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cancellation_leaves_the_exact_rest() {
+        // 1e16 + 3 - 1e16 + 0.01 - 0.01: plain summation gives 4.
+        let a = [1e8, 3.0, -1e8, 0.1, -0.1];
+        let b = [1e8, 1.0, 1e8, 0.1, 0.1];
+        assert_eq!(dot(&a, &b), 3.0);
+    }
+
+    #[test]
+    fn accumulating_keeps_what_plain_sums_lose() {
+        let (mut high, mut low) = (vec![1e20, 1.0], vec![0.0, 0.0]);
+        accumulate(&mut high, &mut low, 3.0, &[1.0, 1e-20]);
+        accumulate(&mut high, &mut low, -1e10, &[1e10, 0.0]);
+        assert_eq!(high[0] + low[0], 3.0);
+        assert!((low[1] / 3e-20 - 1.0).abs() < 1e-15);
+    }
+}

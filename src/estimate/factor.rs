@@ -1,0 +1,292 @@
+//! Weighted, column-scaled, column-pivoted QR: `W A D^-1 P = Q R`, and what others reuse of it.
+//!
+//! The factorisation is faer's, sequential: Householder reflections with column pivoting, thin `Q` formed explicitly so
+//! that leverages and projections cost one pass. See G. H. Golub, C. F. Van Loan, Matrix Computations, 5.4-5.5.
+
+use super::basis::{self, Dependence};
+use crate::error::{Fault, Malformed, Result};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::{householder, qr, triangular_inverse};
+use faer::{Conj, Mat, MatRef, Par};
+
+/// The factorisation behind an estimate: `W A D^-1` restricted to independent columns equals `Q R`.
+///
+/// `W = diag(1/u)`, `D` = norms of the weighted columns. Column `k` of `Q` and `R` belongs to unknown `basis()[k]`.
+#[derive(Debug, Clone)]
+pub struct Factor {
+    pub(super) q: Mat<f64>,
+    pub(super) r: Mat<f64>,
+    pub(super) r_inverse: Mat<f64>,
+    pub(super) basis: Vec<usize>,
+    pub(super) dependence: Dependence,
+    pub(super) weight: Vec<f64>,
+    pub(super) scale: Vec<f64>,
+    pub(super) tolerance: f64,
+}
+
+/// A pivoted QR of some columns, before anything is said about rank.
+pub(super) struct Pivoted {
+    /// Thin, `m x min(m, k)`.
+    pub q: Mat<f64>,
+    /// Upper trapezoidal, `min(m, k) x k`; below its diagonal lies what faer keeps there.
+    pub r: Mat<f64>,
+    /// Columns in pivot order.
+    pub order: Vec<usize>,
+    /// How many leading diagonal elements stand above the tolerance.
+    pub rank: usize,
+}
+
+impl Factor {
+    /// Weights, scales and factorises; `rows_total` counts rows that were folded into these.
+    pub(super) fn new(
+        rows: MatRef<'_, f64>,
+        weight: Vec<f64>,
+        rows_total: usize,
+        tolerance: Option<f64>,
+    ) -> Result<Self> {
+        let (m, n) = rows.shape();
+        let mut scaled = Mat::from_fn(m, n, |i, j| weight[i] * rows[(i, j)]);
+        let mut scale = Vec::with_capacity(n);
+        for j in 0..n {
+            scale.push(normalise(scaled.col_as_slice_mut(j)).ok_or_else(|| out_of_range(j))?);
+        }
+        let size = rows_total.max(n).max(1);
+        let tolerance = tolerance.unwrap_or(32.0 * f64::EPSILON * (size as f64).sqrt());
+        let (pivoted, dependence) = basis::reveal(&scaled, tolerance);
+        let rank = pivoted.rank;
+        let r = Mat::from_fn(rank, rank, |i, j| if i <= j { pivoted.r[(i, j)] } else { 0.0 });
+        let mut r_inverse = Mat::zeros(rank, rank);
+        triangular_inverse::invert_upper_triangular(r_inverse.as_mut(), r.as_ref(), Par::Seq);
+        let q = if pivoted.q.ncols() == rank { pivoted.q } else { pivoted.q.subcols(0, rank).to_owned() };
+        let basis = pivoted.order[..rank].to_vec();
+        Ok(Factor { q, r, r_inverse, basis, dependence, weight, scale, tolerance })
+    }
+
+    /// Number of independent columns.
+    pub fn rank(&self) -> usize {
+        self.basis.len()
+    }
+
+    /// The unknowns that the columns of `Q` and `R` belong to, in pivot order.
+    pub fn basis(&self) -> &[usize] {
+        &self.basis
+    }
+
+    /// Thin `Q`, `m x rank`, of the weighted rows.
+    pub fn thin_q(&self) -> MatRef<'_, f64> {
+        self.q.as_ref()
+    }
+
+    /// Upper triangular `R`, `rank x rank`, of the weighted rows with columns scaled to unit norm.
+    pub fn r(&self) -> MatRef<'_, f64> {
+        self.r.as_ref()
+    }
+
+    /// Weights `1/u` of the rows, group scales included where several were estimated.
+    pub fn weight(&self) -> &[f64] {
+        &self.weight
+    }
+
+    /// Norms of the weighted columns (1 for a column of zeros).
+    pub fn scale(&self) -> &[f64] {
+        &self.scale
+    }
+
+    /// Rank tolerance that was used, relative to `|R_11|`.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Least-squares solution, `n`, for another right-hand side, `m` (not weighted); dependent unknowns stay zero.
+    pub fn solve(&self, observed: &[f64]) -> Result<Vec<f64>> {
+        self.check_rows(observed)?;
+        let weighted: Vec<f64> = observed.iter().zip(&self.weight).map(|(y, w)| w * y).collect();
+        Ok(self.spread(&self.back_substitute(self.onto_basis(&weighted))))
+    }
+
+    /// What is left of a column, `m` (not weighted), when the columns of the system are projected out of it; weighted.
+    pub fn project_out(&self, column: &[f64]) -> Result<Vec<f64>> {
+        self.check_rows(column)?;
+        let mut rest: Vec<f64> = column.iter().zip(&self.weight).map(|(y, w)| w * y).collect();
+        // Twice is enough for orthogonality to working precision (W. Kahan; B. Parlett, Symmetric Eigenvalue Problem).
+        for _ in 0..2 {
+            let along = self.onto_basis(&rest);
+            self.subtract_span(&along, &mut rest);
+        }
+        Ok(rest)
+    }
+
+    /// Sensitivities `d x / d y`, `n x m`: how each unknown follows each reading.
+    pub fn sensitivities(&self) -> Mat<f64> {
+        let (m, n) = (self.weight.len(), self.scale.len());
+        let mut sensitivities = Mat::zeros(n, m);
+        for (k, &j) in self.basis.iter().enumerate() {
+            for l in k..self.rank() {
+                let factor = self.r_inverse[(k, l)] / self.scale[j];
+                for (i, (q, w)) in self.q.col_as_slice(l).iter().zip(&self.weight).enumerate() {
+                    sensitivities[(j, i)] += factor * q * w;
+                }
+            }
+        }
+        sensitivities
+    }
+
+    /// Squared norms of the rows of `Q`: the leverages.
+    pub(super) fn leverages(&self) -> Vec<f64> {
+        let mut leverage = vec![0.0; self.weight.len()];
+        for k in 0..self.rank() {
+            for (h, q) in leverage.iter_mut().zip(self.q.col_as_slice(k)) {
+                *h += q * q;
+            }
+        }
+        leverage.iter_mut().for_each(|h| *h = h.min(1.0));
+        leverage
+    }
+
+    /// `(A' W^2 A)^-1` on the independent unknowns, `n x n`, zero elsewhere.
+    pub(super) fn cofactor(&self) -> Mat<f64> {
+        let (rank, n) = (self.rank(), self.scale.len());
+        let mut cofactor = Mat::zeros(n, n);
+        for (a, &i) in self.basis.iter().enumerate() {
+            for (b, &j) in self.basis.iter().enumerate().take(a + 1) {
+                let sum: f64 = (a..rank).map(|k| self.r_inverse[(a, k)] * self.r_inverse[(b, k)]).sum();
+                let value = sum / self.scale[i] / self.scale[j];
+                cofactor[(i, j)] = value;
+                cofactor[(j, i)] = value;
+            }
+        }
+        cofactor
+    }
+
+    /// `Q' y` for a weighted `y`.
+    pub(super) fn onto_basis(&self, weighted: &[f64]) -> Vec<f64> {
+        (0..self.rank()).map(|k| self.q.col_as_slice(k).iter().zip(weighted).map(|(q, y)| q * y).sum()).collect()
+    }
+
+    /// `y -= Q c`.
+    pub(super) fn subtract_span(&self, along: &[f64], weighted: &mut [f64]) {
+        for (k, c) in along.iter().enumerate() {
+            for (y, q) in weighted.iter_mut().zip(self.q.col_as_slice(k)) {
+                *y -= c * q;
+            }
+        }
+    }
+
+    /// `R^-1 c`, the scaled solution in pivot order.
+    pub(super) fn back_substitute(&self, mut c: Vec<f64>) -> Vec<f64> {
+        for k in (0..self.rank()).rev() {
+            let column = self.r.col_as_slice(k);
+            let z = c[k] / column[k];
+            c[k] = z;
+            for (c, r) in c.iter_mut().zip(&column[..k]) {
+                *c -= z * r;
+            }
+        }
+        c
+    }
+
+    /// `R^-T c`.
+    pub(super) fn forward_substitute(&self, mut c: Vec<f64>) -> Vec<f64> {
+        for k in 0..self.rank() {
+            let column = self.r.col_as_slice(k);
+            let before: f64 = column[..k].iter().zip(&c).map(|(r, c)| r * c).sum();
+            c[k] = (c[k] - before) / column[k];
+        }
+        c
+    }
+
+    /// From the scaled solution in pivot order to the unknowns in the user's order.
+    pub(super) fn spread(&self, scaled: &[f64]) -> Vec<f64> {
+        let mut solution = vec![0.0; self.scale.len()];
+        for (z, &j) in scaled.iter().zip(&self.basis) {
+            solution[j] = z / self.scale[j];
+        }
+        solution
+    }
+
+    fn check_rows(&self, column: &[f64]) -> Result<()> {
+        if column.len() == self.weight.len() {
+            return Ok(());
+        }
+        Err(Malformed::new(Fault::Value, "a column does not fit the system")
+            .expected(format!("{} values, one per row", self.weight.len()))
+            .found(column.len().to_string()))
+    }
+}
+
+/// Scales a column to unit norm and returns the norm, 1 for a column of zeros, `None` if it cannot be represented.
+fn normalise(column: &mut [f64]) -> Option<f64> {
+    let squares: f64 = column.iter().map(|a| a * a).sum();
+    let norm = if squares > 1e-280 && squares < 1e280 {
+        squares.sqrt()
+    } else {
+        let largest = column.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
+        if largest == 0.0 {
+            return Some(1.0);
+        }
+        let reduced: f64 = column.iter().map(|a| (a / largest) * (a / largest)).sum();
+        largest * reduced.sqrt()
+    };
+    if !(norm.is_finite() && norm >= f64::MIN_POSITIVE) {
+        return None;
+    }
+    let reciprocal = norm.recip();
+    if reciprocal.is_normal() {
+        column.iter_mut().for_each(|a| *a *= reciprocal);
+    } else {
+        column.iter_mut().for_each(|a| *a /= norm);
+    }
+    Some(norm)
+}
+
+fn out_of_range(j: usize) -> Malformed {
+    Malformed::new(
+        Fault::Value,
+        "a column, divided by its standard uncertainties, is too large or too small for a double",
+    )
+    .at_path(format!("rows[..][{j}]"))
+    .expected("units in which numbers lie between 1e-300 and 1e300")
+}
+
+/// Column-pivoted Householder QR of the columns `active` of `scaled`, whose norms are 1.
+pub(super) fn pivoted_qr(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pivoted {
+    let (m, k) = (scaled.nrows(), active.len());
+    let size = m.min(k);
+    let mut work = Mat::zeros(m, k);
+    for (l, &j) in active.iter().enumerate() {
+        work.col_as_slice_mut(l).copy_from_slice(scaled.col_as_slice(j));
+    }
+    let block = qr::no_pivoting::factor::recommended_block_size::<f64>(m, k).clamp(1, size.max(1));
+    let mut coefficients = Mat::zeros(block, size);
+    let (mut order, mut inverse) = (vec![0_usize; k], vec![0_usize; k]);
+    let needed = StackReq::any_of(&[
+        qr::col_pivoting::factor::qr_in_place_scratch::<usize, f64>(m, k, block, Par::Seq, Default::default()),
+        householder::apply_block_householder_sequence_on_the_left_in_place_scratch::<f64>(m, block, size),
+    ]);
+    let mut memory = MemBuffer::new(needed);
+    let stack = MemStack::new(&mut memory);
+    qr::col_pivoting::factor::qr_in_place(
+        work.as_mut(),
+        coefficients.as_mut(),
+        &mut order,
+        &mut inverse,
+        Par::Seq,
+        stack,
+        Default::default(),
+    );
+    let mut q = Mat::zeros(m, size);
+    q.diagonal_mut().fill(1.0);
+    householder::apply_block_householder_sequence_on_the_left_in_place_with_conj(
+        work.subcols(0, size),
+        coefficients.as_ref(),
+        Conj::No,
+        q.as_mut(),
+        Par::Seq,
+        stack,
+    );
+    let largest = if size > 0 { work[(0, 0)].abs() } else { 0.0 };
+    // Negated, so that anything not comparable counts as dependent.
+    let rank = (0..size).take_while(|&i| work[(i, i)].abs() > tolerance * largest).count();
+    order.iter_mut().for_each(|l| *l = active[*l]);
+    Pivoted { q, r: work.subrows(0, size).to_owned(), order, rank }
+}

@@ -1,0 +1,130 @@
+//! Least-squares adjustment of plain matrices; this room knows nothing of benches.
+//!
+//! ```text
+//! y = A x + e,   E(e) = 0,   V(e) = diag((s_g u)^2)
+//! ```
+//!
+//! `A` are the rows, `y` the observed minus predicted readings, `u` their standard uncertainties, and `s_g` the scale of
+//! the group that a row belongs to: 1 where `u` is known, estimated from the residuals where it is not.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
+//! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
+//! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
+//! | `refine.rs` | iterative refinement with residuals in twice the working precision |
+//! | `groups.rs` | the scales `s_g` of several groups |
+//! | `fold.rs` | the same estimate from rows that come in blocks |
+//!
+//! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
+//! among solutions silently.
+
+mod adjust;
+mod basis;
+mod compensated;
+mod condition;
+mod factor;
+mod fold;
+mod groups;
+mod refine;
+
+pub use adjust::{Estimate, adjust};
+pub use basis::Combination;
+pub use factor::Factor;
+pub use fold::{Fold, Folded};
+
+use crate::error::{Fault, Malformed, Result};
+use faer::Mat;
+
+/// Whether the standard uncertainty of a row is known, or only relative to its group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Group {
+    /// `u` is the standard uncertainty itself: a reading with a stated one, or a prior.
+    #[default]
+    Known,
+    /// `u` is relative; the common scale of this group is estimated from its residuals. Groups count from 0.
+    Estimated(usize),
+}
+
+/// The linear system to adjust: `m` rows in `n` unknowns, not yet weighted.
+#[derive(Debug, Clone)]
+pub struct System {
+    /// Derivatives of the readings by the unknowns, `m x n`.
+    pub rows: Mat<f64>,
+    /// Readings minus predictions at the reference point, `m`.
+    pub observed: Vec<f64>,
+    /// Standard uncertainty of each row, absolute or relative according to its group, `m`; positive.
+    pub u: Vec<f64>,
+    /// The group of each row, `m`.
+    pub group: Vec<Group>,
+}
+
+/// How [`adjust`] works; the default is right unless there is a reason.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// A column counts as dependent where `|R_kk| <= rank_tolerance * |R_11|` (columns scaled to unit norm);
+    /// `None` is `32 eps sqrt(max(m, n))`.
+    pub rank_tolerance: Option<f64>,
+    /// Most steps of iterative refinement; it stops as soon as a step no longer matters, usually after one.
+    pub refinements: usize,
+    /// Most steps to the scales of several groups.
+    pub group_iterations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { rank_tolerance: None, refinements: 5, group_iterations: 100 }
+    }
+}
+
+impl System {
+    /// Rows and columns.
+    pub fn shape(&self) -> (usize, usize) {
+        (self.rows.nrows(), self.rows.ncols())
+    }
+
+    /// The system as a question: sizes agree, everything is finite, uncertainties are positive, groups count from 0.
+    pub fn check(&self) -> Result<()> {
+        let (m, n) = self.shape();
+        for (name, len) in [("observed", self.observed.len()), ("u", self.u.len()), ("group", self.group.len())] {
+            if len != m {
+                return Err(Malformed::new(Fault::Value, format!("the system's '{name}' has the wrong length"))
+                    .at_path(name)
+                    .expected(format!("{m}, one per row"))
+                    .found(len.to_string()));
+            }
+        }
+        for j in 0..n {
+            if let Some(i) = self.rows.col_as_slice(j).iter().position(|a| !a.is_finite()) {
+                return Err(not_finite("a row's derivative", format!("rows[{i}][{j}]"), self.rows[(i, j)]));
+            }
+        }
+        if let Some((i, y)) = self.observed.iter().enumerate().find(|(_, y)| !y.is_finite()) {
+            return Err(not_finite("an observed value", format!("observed[{i}]"), *y));
+        }
+        if let Some((i, u)) = self.u.iter().enumerate().find(|(_, u)| !(u.is_finite() && **u > 0.0)) {
+            return Err(Malformed::new(Fault::Value, "a standard uncertainty is not positive")
+                .at_path(format!("u[{i}]"))
+                .expected("a positive, finite number")
+                .found(u.to_string()));
+        }
+        for (i, group) in self.group.iter().enumerate() {
+            if let Group::Estimated(g) = group
+                && *g >= m
+            {
+                return Err(Malformed::new(Fault::Value, "a group's number is larger than the number of rows")
+                    .at_path(format!("group[{i}]"))
+                    .expected(format!("a number from 0 to {}", m - 1))
+                    .found(g.to_string()));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn not_finite(what: &str, path: String, found: f64) -> Malformed {
+    Malformed::new(Fault::Value, format!("{what} is not finite"))
+        .at_path(path)
+        .expected("a finite number")
+        .found(found.to_string())
+}

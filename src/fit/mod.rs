@@ -1,0 +1,174 @@
+//! From a campaign to every parameter with its uncertainty: the pipeline in one call, and its result as a value.
+//!
+//! ```text
+//! campaign -> design matrix -> system (weights, priors as rows) -> estimate -> quality, uncertainty
+//! ```
+//!
+//! Linear by default: one least-squares step from the stated reference point. Exact on request: Gauss-Newton on the exact rotations.
+
+mod gauss_newton;
+mod names;
+mod parameters;
+mod separate;
+mod system;
+
+pub use gauss_newton::{Convergence, Iteration};
+pub use names::{NamedCombination, describe};
+pub use parameters::{DerivedResult, ParameterResult, State};
+pub use separate::{Separation, candidates};
+pub use system::{Weighting, weigh};
+
+use crate::campaign::{Campaign, Role};
+use crate::design::{self, DesignMatrix, Model};
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::{self, Estimate, System};
+use crate::quality::{self, GlobalTest, RowQuality};
+use faer::Mat;
+
+/// How to fit.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    /// Iterate Gauss-Newton on the exact model instead of one linear step.
+    pub exact: bool,
+    /// What stated standard uncertainties of readings mean.
+    pub weighting: Weighting,
+    /// Coverage probability of expanded uncertainties, between 0 and 1; one minus it is the significance of the global test.
+    pub level: f64,
+    /// Settings of the adjustment itself.
+    pub adjust: estimate::Settings,
+    /// Most Gauss-Newton iterations.
+    pub iterations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            exact: false,
+            weighting: Weighting::AsStated,
+            level: 0.95,
+            adjust: estimate::Settings::default(),
+            iterations: 100,
+        }
+    }
+}
+
+/// Everything that a fit found.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The question.
+    pub campaign: Campaign,
+    /// How it was answered.
+    pub settings: Settings,
+    /// The design matrix at the point of linearisation.
+    pub design: DesignMatrix,
+    /// The weighted system; rows of the design first, then one row for each prior.
+    pub system: System,
+    /// The adjustment.
+    pub estimate: Estimate,
+    /// Estimated values, all parameters in campaign order (those not estimable at their reference).
+    pub point: Vec<f64>,
+    /// Results for the estimated parameters.
+    pub parameters: Vec<ParameterResult>,
+    /// Full covariance of the estimated parameters: readings and known inputs.
+    pub covariance: Mat<f64>,
+    /// Results for derived quantities.
+    pub derived: Vec<DerivedResult>,
+    /// Quality of each row of the system.
+    pub quality: Vec<RowQuality>,
+    /// The global test, where every uncertainty is stated.
+    pub global_test: Option<GlobalTest>,
+    /// What only combinations of parameters determine.
+    pub not_estimable: Vec<Separation>,
+    /// The record of Gauss-Newton; `None` for the linear estimator.
+    pub convergence: Option<Convergence>,
+    /// Largest difference, over the readings and in units of their standard uncertainty, between the exact model at the solution and the
+    /// linear one; `None` where no uncertainty is known.
+    pub linearisation_error: Option<f64>,
+}
+
+impl Fit {
+    /// Is the answer "rejected": a rank defect, a failed global test, or no convergence?
+    pub fn is_rejected(&self) -> bool {
+        !self.not_estimable.is_empty()
+            || self.global_test.is_some_and(|test| test.rejected)
+            || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
+    }
+
+    /// Parameters of the bench that are taken as zero.
+    pub fn assumed_zero(&self) -> impl Iterator<Item = &str> {
+        self.campaign.parameters.iter().filter(|p| p.role == Role::AssumedZero).map(|p| p.id.as_str())
+    }
+}
+
+/// Fit a campaign.
+///
+/// `x = x0 + argmin sum ((y - f(x0) - J (x - x0)) / u)^2`, or with `exact` its fixed point.
+/// Errors: no readings, nothing to estimate, a level outside (0, 1), a sensor whose readings have a stated uncertainty only here and there,
+/// a model line that uses what a reading lacks. Rank defects, failed tests and non-convergence are part of the result.
+///
+/// ```
+/// use tumble::{fit, wire};
+/// let text = r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } },
+///     "estimate": { "a": {}, "b": {} },
+///     "readings": [ {"x": 0, "y": 1}, {"x": 1, "y": 3}, {"x": 2, "y": 4} ] }"#;
+/// let source = wire::Source { name: "line".into(), text: text.into() };
+/// let campaign = wire::read_campaign(&source, &mut |_| unreachable!())?;
+/// let fit = fit::fit(&campaign, &fit::Settings::default())?;
+/// assert!((fit.point[1] - 1.5).abs() < 1e-15);
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
+    if !(settings.level > 0.0 && settings.level < 1.0) {
+        return Err(Malformed::new(Fault::Value, "the level is no probability")
+            .expected("a number between 0 and 1, for example 0.95")
+            .found(settings.level.to_string()));
+    }
+    if campaign.unknowns() == 0 {
+        return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
+            .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
+            .at_path("estimate"));
+    }
+    if !campaign.is_measured() {
+        let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+        let what =
+            if campaign.readings.rows.is_empty() { "there are no readings" } else { "no reading has a sensor value" };
+        return Err(Malformed::new(Fault::Missing, what)
+            .expected(format!("readings with a value for {}", sensors.join(" or ")))
+            .found(if campaign.readings.rows.is_empty() {
+                "an empty list"
+            } else {
+                "a schedule (positions without values)"
+            })
+            .at_path("readings"));
+    }
+    let model = Model::new(campaign)?;
+    let reference = campaign.reference_point();
+    let design = design::assemble(campaign, &model, &reference)?;
+    let (design, system, estimate, convergence) = gauss_newton::run(campaign, &model, design, settings)?;
+    let mut point = design.point.clone();
+    for (value, step) in point.iter_mut().zip(&estimate.solution) {
+        *value += step;
+    }
+    let linearisation_error = gauss_newton::linearisation_error(campaign, &model, &design, &system, &estimate, &point)?;
+    let (parameters, covariance) = parameters::results(campaign, &design, &system, &estimate, &point, settings.level);
+    let derived = parameters::derived(campaign, &design, &system, &estimate, &point, settings.level)?;
+    let quality = quality::rows(&system, &estimate);
+    let global_test = quality::global_test(&system, &estimate, settings.level);
+    let not_estimable = separate::separations(campaign, &model, &design, &estimate);
+    Ok(Fit {
+        campaign: campaign.clone(),
+        settings: *settings,
+        design,
+        system,
+        estimate,
+        point,
+        parameters,
+        covariance,
+        derived,
+        quality,
+        global_test,
+        not_estimable,
+        convergence,
+        linearisation_error,
+    })
+}

@@ -1,0 +1,93 @@
+//! From a design matrix and readings to the weighted system: one row for each value, then one for each prior.
+
+use crate::campaign::{Campaign, Role};
+use crate::design::DesignMatrix;
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::{Group, System};
+use faer::Mat;
+
+/// What the stated standard uncertainties of the readings mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Weighting {
+    /// They are the standard uncertainties; where there are none, each sensor's is estimated from its residuals.
+    #[default]
+    AsStated,
+    /// They are relative weights; each sensor's scale is estimated from its residuals (in geodesy: a posteriori).
+    Relative,
+}
+
+/// The system of a campaign at the design's reference point.
+///
+/// `observed = value - prediction`; `u` as stated, or `1/sqrt(n)` for a mean of `n` samples whose scatter is to be estimated, one group for
+/// each sensor. A prior is the row `1 * parameter = prior - reference`. Errors: a sensor whose `u` is stated only here and there.
+pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -> Result<System> {
+    let unknowns = campaign.unknowns();
+    let stated = stated_uncertainties(campaign)?;
+    let mut groups: Vec<Option<usize>> = vec![None; campaign.bench.sensors.len()];
+    let (mut observed, mut u, mut group) = (Vec::new(), Vec::new(), Vec::new());
+    let mut next_group = 0;
+    for (origin, predicted) in design.rows.iter().zip(&design.predicted) {
+        let reading = campaign.readings.rows.get(origin.reading);
+        let Some(value) = reading.and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor)) else {
+            continue;
+        };
+        observed.push(value.value - predicted);
+        u.push(value.u.unwrap_or(1.0 / value.samples.sqrt()));
+        let known = stated.get(origin.sensor).copied().unwrap_or(false) && weighting == Weighting::AsStated;
+        group.push(match groups.get_mut(origin.sensor) {
+            Some(_) if known => Group::Known,
+            Some(slot) => Group::Estimated(*slot.get_or_insert_with(|| {
+                next_group += 1;
+                next_group - 1
+            })),
+            None => Group::Known,
+        });
+    }
+    let priors: Vec<(usize, f64, f64)> = campaign
+        .estimated()
+        .iter()
+        .enumerate()
+        .filter_map(|(k, parameter)| match &parameter.role {
+            Role::Estimated { prior: Some(prior), .. } => {
+                Some((k, prior.value - design.point.get(k).copied().unwrap_or_default(), prior.u))
+            }
+            _ => None,
+        })
+        .collect();
+    let readings = design.rows.len();
+    let rows = Mat::from_fn(readings + priors.len(), unknowns, |i, j| match i.checked_sub(readings) {
+        None => design.jacobian[(i, j)],
+        Some(p) => priors.get(p).map_or(0.0, |(k, _, _)| if *k == j { 1.0 } else { 0.0 }),
+    });
+    for (_, difference, prior_u) in priors {
+        observed.push(difference);
+        u.push(prior_u);
+        group.push(Group::Known);
+    }
+    Ok(System { rows, observed, u, group })
+}
+
+/// For each sensor, whether its readings have stated uncertainties.
+fn stated_uncertainties(campaign: &Campaign) -> Result<Vec<bool>> {
+    let mut stated: Vec<Option<bool>> = vec![None; campaign.bench.sensors.len()];
+    for reading in &campaign.readings.rows {
+        for observation in &reading.observations {
+            let Some(slot) = stated.get_mut(observation.sensor) else { continue };
+            let here = observation.u.is_some();
+            if slot.is_some_and(|before| before != here) {
+                let id = campaign.bench.sensors.get(observation.sensor).map_or("", |s| s.id.as_str());
+                return Err(Malformed::new(
+                    Fault::Missing,
+                    format!("some readings of {id} have a stated uncertainty and some have none"),
+                )
+                .expected(format!(
+                    "{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"
+                ))
+                .found(if here { format!("{id}_u here, and none before") } else { format!("no {id}_u here") })
+                .at_path(reading.place.clone()));
+            }
+            *slot = Some(here);
+        }
+    }
+    Ok(stated.into_iter().map(|s| s.unwrap_or(false)).collect())
+}

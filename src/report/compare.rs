@@ -1,0 +1,155 @@
+//! The comparison report (`tumble compare --json`): angles in arcseconds.
+
+use super::{ARCSEC, VERSION};
+use crate::campaign::Kind;
+use crate::compare::{Comparison, GroupComparison, value_of};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What `tumble compare --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CompareReport {
+    /// Version of the program.
+    pub tumble: String,
+    /// Always `compare`.
+    pub report: String,
+    /// Id of the bench.
+    pub bench: String,
+    /// Where the closed forms come from.
+    pub source: String,
+    /// What the groups are.
+    pub group_title: String,
+    /// Each rate or run.
+    pub groups: Vec<GroupReport>,
+    /// All readings: mean of the closed forms, and one least-squares fit.
+    pub all: GroupReport,
+    /// Largest relative difference between closed form and least squares without Earth rate; null if no closed form could be computed.
+    pub largest_relative_difference: Option<f64>,
+    /// Title of the printed table, if this campaign is the published one.
+    pub printed: Option<String>,
+    /// Where print and computation disagree.
+    pub misprints: Vec<MisprintReport>,
+}
+
+/// One group of readings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GroupReport {
+    /// The rate or run; null for all readings.
+    pub group: Option<f64>,
+    /// How many readings.
+    pub readings: usize,
+    /// Each quantity.
+    pub quantities: Vec<QuantityReport>,
+}
+
+/// One quantity of a group.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct QuantityReport {
+    /// Name.
+    pub id: String,
+    /// `arcsec` for angles, else the parameter's own unit.
+    pub unit: String,
+    /// By the published closed form (for all readings: the mean over the groups).
+    pub closed_form: Option<f64>,
+    /// By least squares without Earth rate (absent for all readings).
+    pub without_earth_rate: Option<f64>,
+    /// By least squares with the site's Earth rate.
+    pub least_squares: Option<f64>,
+    /// As printed.
+    pub printed: Option<f64>,
+}
+
+/// A disagreement between print and computation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MisprintReport {
+    /// What is misprinted.
+    pub what: String,
+    /// As printed (arcsec for angles).
+    pub printed: Option<f64>,
+    /// As computed.
+    pub computed: Option<f64>,
+    /// What seems to have happened.
+    pub explanation: String,
+}
+
+/// The report of a comparison.
+pub fn compare_report(comparison: &Comparison) -> CompareReport {
+    let scales: Vec<(f64, String)> = comparison.quantities.iter().map(|id| scale(comparison, id)).collect();
+    let group = |g: &GroupComparison| GroupReport {
+        group: Some(g.group),
+        readings: g.readings,
+        quantities: (0..comparison.quantities.len())
+            .map(|k| {
+                let (factor, unit) = scales.get(k).cloned().unwrap_or((1.0, String::new()));
+                let at = |list: &[Option<f64>]| list.get(k).copied().flatten().map(|v| v * factor);
+                QuantityReport {
+                    id: comparison.quantities.get(k).cloned().unwrap_or_default(),
+                    unit,
+                    closed_form: at(&g.closed_form),
+                    without_earth_rate: at(&g.like_for_like),
+                    least_squares: at(&g.least_squares),
+                    printed: at(&g.printed),
+                }
+            })
+            .collect(),
+    };
+    let mut largest: Option<f64> = None;
+    for g in &comparison.groups {
+        for (closed, square) in g.closed_form.iter().zip(&g.like_for_like) {
+            if let (Some(closed), Some(square)) = (closed, square) {
+                let relative = (closed - square).abs() / closed.abs().max(square.abs()).max(f64::MIN_POSITIVE);
+                largest = Some(largest.unwrap_or(0.0).max(relative));
+            }
+        }
+    }
+    let all = comparison
+        .quantities
+        .iter()
+        .zip(&comparison.mean)
+        .zip(&scales)
+        .map(|((id, mean), (factor, unit))| QuantityReport {
+            id: id.clone(),
+            unit: unit.clone(),
+            closed_form: mean.map(|v| v * factor),
+            without_earth_rate: None,
+            least_squares: value_of(&comparison.all, id).map(|v| v * factor),
+            printed: comparison
+                .printed
+                .as_ref()
+                .and_then(|p| p.means.iter().find(|(own, _)| own == id))
+                .map(|(_, v)| v * factor),
+        })
+        .collect();
+    CompareReport {
+        tumble: VERSION.into(),
+        report: "compare".into(),
+        bench: comparison.all.campaign.bench.id.clone(),
+        source: comparison.source.clone(),
+        group_title: comparison.group_title.clone(),
+        groups: comparison.groups.iter().map(group).collect(),
+        all: GroupReport { group: None, readings: comparison.all.design.rows.len(), quantities: all },
+        largest_relative_difference: largest,
+        printed: comparison.printed.as_ref().map(|p| p.title.clone()),
+        misprints: comparison
+            .misprints
+            .iter()
+            .map(|m| {
+                let factor = if m.what.starts_with("coefficient") { 1.0 } else { ARCSEC };
+                MisprintReport {
+                    what: m.what.clone(),
+                    printed: m.printed.map(|v| v * factor),
+                    computed: m.computed.map(|v| v * factor),
+                    explanation: m.explanation.clone(),
+                }
+            })
+            .collect(),
+    }
+}
+
+/// Factor to the unit in which a person reads a quantity.
+fn scale(comparison: &Comparison, id: &str) -> (f64, String) {
+    let parameter = comparison.all.parameters.iter().find(|p| p.id == id);
+    let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt)
+        || comparison.all.derived.iter().any(|d| d.id == id && d.is_angle);
+    if angle { (ARCSEC, "arcsec".into()) } else { (1.0, parameter.map(|p| p.unit.clone()).unwrap_or_default()) }
+}

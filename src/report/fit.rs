@@ -1,0 +1,476 @@
+//! The fit report (`--json`).
+
+use super::{ARCSEC, VERSION};
+use crate::campaign::{Campaign, JointState, Kind, Role};
+use crate::fit::{Fit, NamedCombination, State};
+use crate::uncertainty::{Combined, Contribution, Evaluation};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What `tumble fit --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FitReport {
+    /// Version of the program.
+    pub tumble: String,
+    /// Always `fit`.
+    pub report: String,
+    /// Id of the bench.
+    pub bench: String,
+    /// Model line of each sensor.
+    pub model: BTreeMap<String, String>,
+    /// `linear` or `exact`.
+    pub estimator: String,
+    /// The estimated parameters.
+    pub parameters: Vec<ParameterReport>,
+    /// Known parameters, as given.
+    pub known: Vec<KnownReport>,
+    /// Quantities computed from parameters.
+    pub derived: Vec<DerivedReport>,
+    /// Parameters that the bench has and the campaign neither knows nor estimates.
+    pub assumed_zero: Vec<String>,
+    /// Covariance of the estimated parameters, readings and known inputs together.
+    pub covariance: CovarianceReport,
+    /// Sums over the whole fit.
+    pub fit: FitSummary,
+    /// What the readings leave free.
+    pub not_estimable: Vec<NotEstimableReport>,
+    /// Each value that was read.
+    pub readings: Vec<ReadingReport>,
+    /// The record of Gauss-Newton, with `--exact`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub convergence: Option<ConvergenceReport>,
+}
+
+/// An estimated parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ParameterReport {
+    /// Name.
+    pub id: String,
+    /// `tilt` or `coefficient`.
+    pub kind: String,
+    /// Unit of value and uncertainties.
+    pub unit: String,
+    /// Estimate; null where it is not estimable.
+    pub value: Option<f64>,
+    /// Combined standard uncertainty.
+    pub u: Option<f64>,
+    /// Effective degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Coverage factor.
+    pub k: Option<f64>,
+    /// Expanded uncertainty.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+    /// Coverage probability of the expanded uncertainty.
+    pub level: f64,
+    /// Part of `u` evaluated from the scatter of the readings (or their stated uncertainties).
+    pub type_a: Option<f64>,
+    /// Part of `u` from known inputs and priors.
+    pub type_b: Option<f64>,
+    /// Where `u` comes from.
+    pub budget: Vec<BudgetReport>,
+    /// The same in arcseconds, for tilts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arcsec: Option<ArcsecReport>,
+    /// `free`, `at-bound` or `not-estimable`.
+    pub state: String,
+}
+
+/// A line of a budget.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BudgetReport {
+    /// Where it comes from.
+    pub source: String,
+    /// `A` or `B`.
+    #[serde(rename = "type")]
+    pub evaluation: String,
+    /// Shape of the distribution.
+    pub distribution: String,
+    /// Contribution to the standard uncertainty.
+    pub u: f64,
+    /// Sensitivity coefficient, where the source is one quantity.
+    pub c: Option<f64>,
+    /// Standard uncertainty of the source itself, where it is one quantity.
+    pub source_u: Option<f64>,
+    /// Degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Share of the variance.
+    pub share: f64,
+}
+
+/// An angle in arcseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ArcsecReport {
+    /// Estimate.
+    pub value: Option<f64>,
+    /// Standard uncertainty.
+    pub u: Option<f64>,
+    /// Expanded uncertainty.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+}
+
+/// A known parameter as the campaign gives it (tilts in radians).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct KnownReport {
+    /// Name.
+    pub id: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// Standard uncertainty.
+    pub u: f64,
+    /// Degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Shape of the distribution.
+    pub distribution: String,
+}
+
+/// A derived quantity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DerivedReport {
+    /// Name.
+    pub id: String,
+    /// The line of algebra.
+    pub line: String,
+    /// `rad` for angles, else empty.
+    pub unit: String,
+    /// Value; null where it needs what is not estimable.
+    pub value: Option<f64>,
+    /// Standard uncertainty, first order.
+    pub u: Option<f64>,
+    /// Effective degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Coverage factor.
+    pub k: Option<f64>,
+    /// Expanded uncertainty.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+    /// Where `u` comes from.
+    pub budget: Vec<BudgetReport>,
+    /// The same in arcseconds, for angles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arcsec: Option<ArcsecReport>,
+}
+
+/// A covariance matrix.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CovarianceReport {
+    /// Names of the rows and columns.
+    pub order: Vec<String>,
+    /// The matrix, row by row; null for what is not estimable.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+/// Sums over the whole fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FitSummary {
+    /// Values read (rows), without priors.
+    pub readings: usize,
+    /// Prior rows.
+    pub priors: usize,
+    /// Rank of the design matrix.
+    pub rank: usize,
+    /// Rank tolerance, relative to the largest diagonal element of R.
+    pub rank_tolerance: f64,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// `sqrt(sum_of_squares / dof)`: in the sensor's unit where no uncertainty is stated, else a pure number that should be near 1.
+    pub residual_sd: Option<f64>,
+    /// Weighted sum of squared residuals.
+    pub sum_of_squares: f64,
+    /// The same where all uncertainties are stated: chi-square.
+    pub chi_square: Option<f64>,
+    /// Probability of a larger chi-square if the model is right.
+    pub p: Option<f64>,
+    /// Condition number of the scaled design matrix.
+    pub condition: Option<f64>,
+    /// `stated` (uncertainties as given) or `estimated` (from the residuals).
+    pub variance: String,
+    /// Estimated standard deviation of each sensor whose scatter was estimated.
+    pub sensor_sd: BTreeMap<String, Option<f64>>,
+    /// Largest difference between exact and linear model at the solution, in units of the readings' standard uncertainty.
+    pub linearisation_error: Option<f64>,
+    /// Is the answer "rejected" (rank defect, failed global test, no convergence)?
+    pub rejected: bool,
+}
+
+/// A rank defect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NotEstimableReport {
+    /// The combination that the readings leave free.
+    pub combination: BTreeMap<String, f64>,
+    /// The same as a line of text.
+    pub text: String,
+    /// What is determined instead.
+    pub estimable: Vec<CombinationReport>,
+    /// The further position that would separate it, as reading keys; null if no position of this bench would.
+    pub separate_by: Option<PositionReport>,
+}
+
+/// A position as reading keys, for example `{ "alpha_deg": 270, "gamma_deg_s": 20 }`.
+pub type PositionReport = BTreeMap<String, f64>;
+
+/// A combination of parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CombinationReport {
+    /// Coefficient of each parameter.
+    pub combination: BTreeMap<String, f64>,
+    /// The same as a line of text.
+    pub text: String,
+}
+
+/// One value that was read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ReadingReport {
+    /// Number of the reading in the file, from 1.
+    pub index: usize,
+    /// Its position label.
+    pub position: String,
+    /// The sensor.
+    pub sensor: String,
+    /// Value read.
+    pub value: f64,
+    /// Value of the fitted model.
+    pub fitted: f64,
+    /// Value minus fitted.
+    pub residual: f64,
+    /// Standard uncertainty that the adjustment used.
+    pub u: Option<f64>,
+    /// Diagonal of the hat matrix.
+    pub leverage: f64,
+    /// Redundancy number.
+    pub redundancy: f64,
+    /// Internally studentized residual.
+    pub studentized: Option<f64>,
+    /// Minimal detectable bias.
+    pub mdb: Option<f64>,
+}
+
+/// The record of Gauss-Newton.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ConvergenceReport {
+    /// Did it converge?
+    pub converged: bool,
+    /// Each iteration.
+    pub iterations: Vec<IterationReport>,
+    /// Exact minus linear estimate of each parameter.
+    pub change: BTreeMap<String, f64>,
+}
+
+/// One iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct IterationReport {
+    /// Weighted sum of squares before the step.
+    pub sum_of_squares: f64,
+    /// Norm of the weighted change of the predictions.
+    pub step: f64,
+    /// Share of the step taken.
+    pub share: f64,
+}
+
+/// The report of a fit.
+pub fn fit_report(fit: &Fit) -> FitReport {
+    let campaign = &fit.campaign;
+    let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
+    let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
+    let estimable = |k: usize| scales_known && fit.estimate.estimable.get(k).copied().unwrap_or(false);
+    let matrix = (0..order.len())
+        .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
+        .collect();
+    FitReport {
+        tumble: VERSION.into(),
+        report: "fit".into(),
+        bench: campaign.bench.id.clone(),
+        model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
+        estimator: if fit.settings.exact { "exact" } else { "linear" }.into(),
+        parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
+        known: known(campaign),
+        derived: fit.derived.iter().map(derived).collect(),
+        assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
+        covariance: CovarianceReport { order, matrix },
+        fit: summary(fit),
+        not_estimable: fit
+            .not_estimable
+            .iter()
+            .map(|separation| NotEstimableReport {
+                combination: separation.free.terms.iter().cloned().collect(),
+                text: separation.free.text.clone(),
+                estimable: separation.estimable.iter().map(combination).collect(),
+                separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
+            })
+            .collect(),
+        readings: readings(fit),
+        convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
+            converged: record.converged,
+            iterations: record
+                .iterations
+                .iter()
+                .map(|i| IterationReport { sum_of_squares: i.sum_of_squares, step: i.step, share: i.share })
+                .collect(),
+            change: campaign
+                .estimated()
+                .iter()
+                .zip(fit.point.iter().zip(&record.linear))
+                .map(|(p, (exact, linear))| (p.id.clone(), exact - linear))
+                .collect(),
+        }),
+    }
+}
+
+/// Joint states as the keys that a reading would have.
+pub fn position_keys(campaign: &Campaign, joints: &[JointState]) -> PositionReport {
+    let mut keys = BTreeMap::new();
+    for (name, state) in campaign.bench.joints().zip(joints) {
+        let (deg, deg_s, turns) = state.keys();
+        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
+            keys.extend(value.map(|value| (format!("{name}{suffix}"), value)));
+        }
+    }
+    keys
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+fn combination(named: &NamedCombination) -> CombinationReport {
+    CombinationReport { combination: named.terms.iter().cloned().collect(), text: named.text.clone() }
+}
+
+fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
+    let total: f64 = contributions.iter().map(|c| c.u * c.u).sum();
+    contributions
+        .iter()
+        .map(|c| BudgetReport {
+            source: c.source.clone(),
+            evaluation: if c.evaluation == Evaluation::TypeA { "A" } else { "B" }.into(),
+            distribution: c.distribution.into(),
+            u: c.u,
+            c: c.sensitivity,
+            source_u: c.source_u,
+            dof: finite(c.dof),
+            share: if total > 0.0 { c.u * c.u / total } else { 0.0 },
+        })
+        .collect()
+}
+
+fn arcsec(value: Option<f64>, uncertainty: Option<Combined>) -> ArcsecReport {
+    ArcsecReport {
+        value: value.map(|v| v * ARCSEC),
+        u: uncertainty.map(|c| c.u * ARCSEC),
+        expanded: uncertainty.map(|c| c.expanded * ARCSEC),
+    }
+}
+
+fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterReport {
+    let uncertainty = result.uncertainty;
+    ParameterReport {
+        id: result.id.clone(),
+        kind: if result.kind == Kind::Tilt { "tilt" } else { "coefficient" }.into(),
+        unit: result.unit.clone(),
+        value: result.value,
+        u: uncertainty.map(|c| c.u),
+        dof: uncertainty.and_then(|c| finite(c.dof)),
+        k: uncertainty.map(|c| c.coverage_factor),
+        expanded: uncertainty.map(|c| c.expanded),
+        level,
+        type_a: uncertainty.map(|c| c.type_a),
+        type_b: uncertainty.map(|c| c.type_b),
+        budget: budget(&result.budget),
+        arcsec: (result.kind == Kind::Tilt && result.state != State::NotEstimable)
+            .then(|| arcsec(result.value, uncertainty)),
+        state: result.state.name().into(),
+    }
+}
+
+fn derived(result: &crate::fit::DerivedResult) -> DerivedReport {
+    let uncertainty = result.uncertainty;
+    DerivedReport {
+        id: result.id.clone(),
+        line: result.line.clone(),
+        unit: if result.is_angle { "rad" } else { "" }.into(),
+        value: result.value,
+        u: uncertainty.map(|c| c.u),
+        dof: uncertainty.and_then(|c| finite(c.dof)),
+        k: uncertainty.map(|c| c.coverage_factor),
+        expanded: uncertainty.map(|c| c.expanded),
+        budget: budget(&result.budget),
+        arcsec: result.is_angle.then(|| arcsec(result.value, uncertainty)),
+    }
+}
+
+fn known(campaign: &Campaign) -> Vec<KnownReport> {
+    campaign
+        .parameters
+        .iter()
+        .filter_map(|parameter| match parameter.role {
+            Role::Known(known) => Some(KnownReport {
+                id: parameter.id.clone(),
+                value: known.value,
+                unit: parameter.unit.clone(),
+                u: known.u,
+                dof: finite(known.dof),
+                distribution: known.distribution.name().into(),
+            }),
+            _ => None,
+        })
+        .collect()
+}
+
+fn summary(fit: &Fit) -> FitSummary {
+    let estimate = &fit.estimate;
+    let estimated = fit.system.group.iter().any(|g| matches!(g, crate::estimate::Group::Estimated(_)));
+    let mut sensor_sd = BTreeMap::new();
+    for (origin, group) in fit.design.rows.iter().zip(&fit.system.group) {
+        if let (crate::estimate::Group::Estimated(g), Some(sensor)) =
+            (group, fit.campaign.bench.sensors.get(origin.sensor))
+        {
+            sensor_sd.entry(sensor.id.clone()).or_insert_with(|| estimate.group_scale.get(*g).copied().flatten());
+        }
+    }
+    FitSummary {
+        readings: fit.design.rows.len(),
+        priors: fit.system.observed.len() - fit.design.rows.len(),
+        rank: estimate.rank,
+        rank_tolerance: estimate.factor.tolerance(),
+        dof: estimate.dof,
+        residual_sd: estimate.residual_sd(),
+        sum_of_squares: estimate.sum_of_squares,
+        chi_square: fit.global_test.map(|test| test.chi_square),
+        p: fit.global_test.map(|test| test.p),
+        condition: estimate.condition.and_then(finite),
+        variance: if estimated { "estimated" } else { "stated" }.into(),
+        sensor_sd,
+        linearisation_error: fit.linearisation_error,
+        rejected: fit.is_rejected(),
+    }
+}
+
+fn readings(fit: &Fit) -> Vec<ReadingReport> {
+    let mut reports = Vec::with_capacity(fit.design.rows.len());
+    for ((origin, predicted), (quality, observed)) in
+        fit.design.rows.iter().zip(&fit.design.predicted).zip(fit.quality.iter().zip(&fit.system.observed))
+    {
+        let reading = fit.campaign.readings.rows.get(origin.reading);
+        let value = predicted + observed;
+        reports.push(ReadingReport {
+            index: origin.reading + 1,
+            position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+            sensor: fit.campaign.bench.sensors.get(origin.sensor).map(|s| s.id.clone()).unwrap_or_default(),
+            value: reading
+                .and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor))
+                .map_or(value, |observation| observation.value),
+            fitted: value - quality.residual,
+            residual: quality.residual,
+            u: quality.u,
+            leverage: quality.leverage,
+            redundancy: quality.redundancy,
+            studentized: quality.studentized,
+            mdb: quality.mdb,
+        });
+    }
+    reports
+}

@@ -1,0 +1,79 @@
+//! The budget of one quantity: contributions, their combination and its degrees of freedom (GUM 5.1, G.4).
+
+use super::quantiles;
+
+/// How a contribution was evaluated (GUM 2.3.2, 2.3.3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Evaluation {
+    /// From the scatter of these readings.
+    TypeA,
+    /// From anything else: a stated uncertainty, a known coefficient, a prior.
+    TypeB,
+}
+
+/// One line of a budget.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contribution {
+    /// Where it comes from: a known parameter, a sensor's readings, a prior.
+    pub source: String,
+    /// Type A or Type B.
+    pub evaluation: Evaluation,
+    /// Shape of its distribution, in the words of the campaign file.
+    pub distribution: &'static str,
+    /// Standard uncertainty of the source, in the source's unit; `None` where the source is many readings.
+    pub source_u: Option<f64>,
+    /// Sensitivity coefficient, quantity by source; `None` where the source is many readings.
+    pub sensitivity: Option<f64>,
+    /// Contribution to the quantity's standard uncertainty, `|c| u`.
+    pub u: f64,
+    /// Degrees of freedom of the source; may be infinite.
+    pub dof: f64,
+}
+
+/// Combined standard uncertainty with its degrees of freedom and expansion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Combined {
+    /// Combined standard uncertainty, `sqrt(sum u_i^2)`.
+    pub u: f64,
+    /// Root sum of squares of the Type A contributions.
+    pub type_a: f64,
+    /// Root sum of squares of the Type B contributions.
+    pub type_b: f64,
+    /// Effective degrees of freedom; may be infinite.
+    pub dof: f64,
+    /// Coverage factor.
+    pub coverage_factor: f64,
+    /// Expanded uncertainty, `k u`.
+    pub expanded: f64,
+}
+
+/// Combine independent contributions to one quantity.
+///
+/// `u^2 = sum u_i^2` (GUM eq. 11a); `nu_eff = u^4 / sum(u_i^4 / nu_i)` (Welch-Satterthwaite, GUM eq. G.2b), not rounded down;
+/// `k` the two-sided Student quantile at `level`. `None` for a level outside (0, 1) or a contribution without degrees of freedom.
+///
+/// ```
+/// use tumble::uncertainty::{combine, Contribution, Evaluation};
+/// let one = |u, dof| Contribution { source: "x".into(), evaluation: Evaluation::TypeA, distribution: "normal",
+///     source_u: None, sensitivity: None, u, dof };
+/// let combined = combine(&[one(3.0, 4.0), one(4.0, f64::INFINITY)], 0.95).unwrap();
+/// assert_eq!(combined.u, 5.0);
+/// assert!((combined.dof - 625.0 * 4.0 / 81.0).abs() < 1e-9);
+/// ```
+pub fn combine(contributions: &[Contribution], level: f64) -> Option<Combined> {
+    let sum = |of: Option<Evaluation>| -> f64 {
+        contributions.iter().filter(|c| of.is_none_or(|e| c.evaluation == e)).map(|c| c.u * c.u).sum::<f64>().sqrt()
+    };
+    let u = sum(None);
+    let spread: f64 = contributions.iter().filter(|c| c.dof.is_finite()).map(|c| (c.u / u).powi(4) / c.dof).sum();
+    let dof = if u > 0.0 && spread > 0.0 { 1.0 / spread } else { f64::INFINITY };
+    let coverage_factor = quantiles::coverage_factor(level, dof)?;
+    Some(Combined {
+        u,
+        type_a: sum(Some(Evaluation::TypeA)),
+        type_b: sum(Some(Evaluation::TypeB)),
+        dof,
+        coverage_factor,
+        expanded: coverage_factor * u,
+    })
+}

@@ -1,0 +1,13 @@
+//! What is said about uncertainty: budgets, and the distributions behind coverage factors and tests.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `budget.rs` | contributions to one quantity, combined as the GUM says |
+//! | `quantiles.rs` | cdf, survival function and quantile of the normal, Student t, chi-square and F distributions |
+//! | `tails.rs` | the incomplete beta and gamma functions that they rest on, accurate in the far tails |
+
+mod budget;
+pub mod quantiles;
+mod tails;
+
+pub use budget::{Combined, Contribution, Evaluation, combine};

@@ -1,0 +1,229 @@
+//! The bench file (`*.bench.json`).
+
+use super::Named;
+use crate::algebra::Expression;
+use crate::bench::{Axis, Bench, EARTH_RATE_DEG_H, ForceUnit, Link, RateUnit, Sensor, Site, Units};
+use crate::error::{Fault, Malformed, Result};
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A bench: the chain of rotations from the ground to the sensor, and each sensor's error model as one line of algebra.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BenchFile {
+    /// Short name that campaigns use, for example `gyro-turntable`.
+    pub id: String,
+    /// One line for a person.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
+    /// The paper and equation numbers.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub source: String,
+    /// Latitude, Earth rate, gravity. Without it there is no Earth rate, and gravity is 1 g.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub site: Option<SiteFile>,
+    /// Units of the inputs `w_*` and `a_*` in the model lines.
+    #[serde(default)]
+    pub units: UnitsFile,
+    /// Rotations from the ground (first) to the sensor (last). May be empty: then the model line alone is the row.
+    #[serde(default)]
+    pub chain: Vec<LinkFile>,
+    /// The sensors, by the key that readings use.
+    pub sensors: Named<SensorFile>,
+}
+
+/// Where the bench stands.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SiteFile {
+    /// Geodetic latitude in degrees, north positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latitude_deg: Option<f64>,
+    /// Earth rate in degrees per hour; 15.041067 unless given. 0 switches the Earth-rate correction off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub earth_rate_deg_h: Option<f64>,
+    /// Local gravity in units of standard gravity; 1 unless given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity_g: Option<f64>,
+}
+
+/// Units of the inputs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UnitsFile {
+    /// Unit of angular rates.
+    #[serde(default)]
+    pub rate: RateFile,
+    /// Unit of specific forces.
+    #[serde(default)]
+    pub force: ForceFile,
+}
+
+/// Unit of angular rate.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum RateFile {
+    /// Degrees per second.
+    #[default]
+    #[serde(rename = "deg/s")]
+    DegreesPerSecond,
+    /// Degrees per hour.
+    #[serde(rename = "deg/h")]
+    DegreesPerHour,
+    /// Radians per second.
+    #[serde(rename = "rad/s")]
+    RadiansPerSecond,
+    /// Arcseconds per second.
+    #[serde(rename = "arcsec/s")]
+    ArcsecondsPerSecond,
+}
+
+/// Unit of specific force.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ForceFile {
+    /// Standard gravity, 9.80665 m/s^2.
+    #[default]
+    #[serde(rename = "g")]
+    StandardGravity,
+    /// Metres per second squared.
+    #[serde(rename = "m/s^2")]
+    MetresPerSecondSquared,
+}
+
+/// One rotation: either a commanded `joint` or an unknown small `tilt`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LinkFile {
+    /// Name of a commanded joint; readings give `<joint>_deg` or `<joint>_deg_s`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
+    /// Name of a small unknown rotation, a parameter in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt: Option<String>,
+    /// The axis, in the frame before this rotation.
+    pub about: AxisFile,
+    /// What it is, for a person.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub is: String,
+}
+
+/// A coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AxisFile {
+    /// First axis.
+    X,
+    /// Second axis.
+    Y,
+    /// Third axis.
+    Z,
+}
+
+/// A direction in the last frame of the chain: an axis, or three direction cosines.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "\"x\", \"y\", \"z\" or three direction cosines [c, c, c]")]
+pub enum DirectionFile {
+    /// Along a frame axis.
+    Axis(AxisFile),
+    /// Three direction cosines.
+    Cosines([f64; 3]),
+}
+
+/// A sensor of the bench.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SensorFile {
+    /// Unit of the reading, for example `V`.
+    #[serde(default)]
+    pub unit: String,
+    /// Named axes; the model line's inputs are `w_<name>` and `a_<name>`.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub axes: Named<DirectionFile>,
+    /// The error model, one line of algebra, for example `V0 + kI*w_I + kII*w_I^2`.
+    pub model: String,
+}
+
+impl BenchFile {
+    /// Turn the file into a checked bench. Errors carry the path inside the file.
+    pub fn into_bench(self) -> Result<Bench> {
+        let site = self.site.map(SiteFile::into_site).transpose()?;
+        let chain = self.chain.into_iter().enumerate().map(|(k, link)| link.into_link(k)).collect::<Result<_>>()?;
+        let sensors = self
+            .sensors
+            .0
+            .into_iter()
+            .map(|(id, sensor)| {
+                let model = Expression::parse(&sensor.model).map_err(|e| e.at_path(format!("sensors.{id}.model")))?;
+                let axes = sensor.axes.0.into_iter().map(|(name, direction)| (name, direction.vector())).collect();
+                Ok(Sensor { id, unit: sensor.unit, axes, model })
+            })
+            .collect::<Result<_>>()?;
+        let units = Units {
+            rate: match self.units.rate {
+                RateFile::DegreesPerSecond => RateUnit::DegreesPerSecond,
+                RateFile::DegreesPerHour => RateUnit::DegreesPerHour,
+                RateFile::RadiansPerSecond => RateUnit::RadiansPerSecond,
+                RateFile::ArcsecondsPerSecond => RateUnit::ArcsecondsPerSecond,
+            },
+            force: match self.units.force {
+                ForceFile::StandardGravity => ForceUnit::StandardGravity,
+                ForceFile::MetresPerSecondSquared => ForceUnit::MetresPerSecondSquared,
+            },
+        };
+        Bench { id: self.id, title: self.title, source: self.source, site, units, chain, sensors }.checked()
+    }
+}
+
+impl SiteFile {
+    fn into_site(self) -> Result<Site> {
+        let earth_rate_deg_h = match (self.latitude_deg, self.earth_rate_deg_h) {
+            (None, None) => 0.0,
+            (None, Some(rate)) if rate != 0.0 => {
+                return Err(Malformed::new(Fault::Missing, "an Earth rate needs a latitude")
+                    .expected("latitude_deg beside earth_rate_deg_h")
+                    .at_path("site"));
+            }
+            (_, Some(rate)) => rate,
+            (Some(_), None) => EARTH_RATE_DEG_H,
+        };
+        let gravity_g = self.gravity_g.unwrap_or(1.0);
+        for (key, value) in [("earth_rate_deg_h", earth_rate_deg_h), ("gravity_g", gravity_g)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(Malformed::new(Fault::Value, format!("{key} cannot be used"))
+                    .expected("zero or a positive number")
+                    .found(value.to_string())
+                    .at_path(format!("site.{key}")));
+            }
+        }
+        Ok(Site { latitude_deg: self.latitude_deg.unwrap_or(0.0), earth_rate_deg_h, gravity_g })
+    }
+}
+
+impl LinkFile {
+    fn into_link(self, k: usize) -> Result<Link> {
+        let about = match self.about {
+            AxisFile::X => Axis::X,
+            AxisFile::Y => Axis::Y,
+            AxisFile::Z => Axis::Z,
+        };
+        match (self.joint, self.tilt) {
+            (Some(name), None) => Ok(Link::Joint { name, about, meaning: self.is }),
+            (None, Some(name)) => Ok(Link::Tilt { name, about, meaning: self.is }),
+            (joint, tilt) => Err(Malformed::new(Fault::Value, "a link of the chain is one rotation")
+                .expected("either \"joint\": name (commanded) or \"tilt\": name (a small unknown), with \"about\"")
+                .found(if joint.is_some() && tilt.is_some() { "both" } else { "neither" })
+                .at_path(format!("chain[{k}]"))),
+        }
+    }
+}
+
+impl DirectionFile {
+    fn vector(self) -> Vector3<f64> {
+        match self {
+            DirectionFile::Axis(AxisFile::X) => Vector3::x(),
+            DirectionFile::Axis(AxisFile::Y) => Vector3::y(),
+            DirectionFile::Axis(AxisFile::Z) => Vector3::z(),
+            DirectionFile::Cosines([x, y, z]) => Vector3::new(x, y, z),
+        }
+    }
+}

@@ -1,0 +1,353 @@
+//! The campaign file (`*.campaign.json`): what was measured on a bench, and what is asked.
+
+use super::readings_file::{self, ReadingFile};
+use super::{BenchFile, Fetch, Named, Source, csv_readings, locate, read_bench};
+use crate::algebra::Expression;
+use crate::bench::{self, Bench};
+use crate::campaign::{self, AngleUnit, Asked, Campaign, Constraint, Distribution, Given, Kind, Known, Prior, Role};
+use crate::error::{Fault, Malformed, Result};
+use schemars::JsonSchema;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A campaign: a bench, what is known, what is asked, and the readings. Without sensor values it is a schedule.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CampaignFile {
+    /// A built-in bench id, the path of a bench file, or the bench itself.
+    pub bench: BenchRef,
+    /// Known parameters with their Type B standard uncertainties.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub known: Named<KnownFile>,
+    /// Parameters to estimate.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub estimate: Named<EstimateFile>,
+    /// What must hold between estimated parameters.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub constraints: Vec<ConstraintFile>,
+    /// Quantities computed from parameters, each a line of algebra.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub derived: Named<String>,
+    /// The readings, or the path of a CSV file with the same keys as columns.
+    pub readings: ReadingsRef,
+}
+
+/// A bench by name, by path, or in full.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum BenchRef {
+    /// Built-in id or path.
+    Named(String),
+    /// The bench itself.
+    Inline(Box<BenchFile>),
+}
+
+/// Readings in the file or in a CSV beside it.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ReadingsRef {
+    /// Path of a CSV file.
+    Path(String),
+    /// One object for each reading.
+    Inline(Vec<ReadingFile>),
+}
+
+// By hand instead of untagged, so that a fault inside keeps its own line and path.
+impl<'de> Deserialize<'de> for BenchRef {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = BenchRef;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a built-in bench id, the path of a bench file, or a bench object")
+            }
+            fn visit_str<E: Error>(self, text: &str) -> std::result::Result<BenchRef, E> {
+                Ok(BenchRef::Named(text.to_string()))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<BenchRef, A::Error> {
+                let bench = BenchFile::deserialize(value::MapAccessDeserializer::new(map))?;
+                Ok(BenchRef::Inline(Box::new(bench)))
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl<'de> Deserialize<'de> for ReadingsRef {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = ReadingsRef;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a list of readings, or the path of a CSV file")
+            }
+            fn visit_str<E: Error>(self, text: &str) -> std::result::Result<ReadingsRef, E> {
+                Ok(ReadingsRef::Path(text.to_string()))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<ReadingsRef, A::Error> {
+                Ok(ReadingsRef::Inline(Vec::deserialize(value::SeqAccessDeserializer::new(seq))?))
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// A known parameter.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KnownFile {
+    /// Value, in `unit`.
+    pub value: f64,
+    /// Unit; a tilt without one is in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Type B standard uncertainty, in `unit`; 0 for an exact value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<f64>,
+    /// Degrees of freedom of `u`; infinite unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dof: Option<f64>,
+    /// Shape of the distribution; `u` is its standard deviation whatever the shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distribution: Option<DistributionFile>,
+}
+
+/// Shape of a distribution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum DistributionFile {
+    /// Gaussian.
+    Normal,
+    /// Rectangular (uniform).
+    Rectangular,
+    /// Triangular.
+    Triangular,
+    /// Arcsine (U-shaped).
+    Arcsine,
+}
+
+/// An estimated parameter.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EstimateFile {
+    /// Where the estimate begins; needed where the model line is nonlinear in the coefficients.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<f64>,
+    /// Prior value: one more row, with `prior_u` as its standard uncertainty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<f64>,
+    /// Standard uncertainty of the prior.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior_u: Option<f64>,
+    /// Unit of these numbers; a tilt without one is in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+/// A constraint: `of` with `equals` or `between`, or `norm_of` with `at_most`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConstraintFile {
+    /// A combination of estimated parameters, each with its factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<Named<f64>>,
+    /// Estimated parameters whose root sum of squares is bounded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub norm_of: Option<Vec<String>>,
+    /// Lower and upper bound of `of`; null for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<[Option<f64>; 2]>,
+    /// The value of `of`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub equals: Option<f64>,
+    /// The largest value of `norm_of`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_most: Option<f64>,
+    /// Unit of the bounds; angles without one are in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+impl CampaignFile {
+    /// Turn the file into a checked campaign, fetching the bench and the CSV that it refers to.
+    pub fn into_campaign(self, fetch: Fetch<'_>) -> Result<Campaign> {
+        let bench = match self.bench {
+            BenchRef::Inline(file) => file.into_bench().map_err(|e| e.under("bench"))?,
+            BenchRef::Named(name) => named_bench(&name, fetch)?,
+        };
+        let readings = match self.readings {
+            ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
+            ReadingsRef::Path(path) => csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?)?,
+        };
+        let estimate =
+            self.estimate.0.into_iter().map(|(id, e)| Ok((id.clone(), e.into_asked(&id)?))).collect::<Result<_>>()?;
+        let known = self.known.0.into_iter().map(|(id, known)| (id, known.into_given())).collect();
+        let mut campaign = Campaign::new(bench, campaign::Request { estimate, known }, readings)?;
+        for (k, constraint) in self.constraints.into_iter().enumerate() {
+            let constraint =
+                constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
+            campaign.constraints.push(constraint);
+        }
+        for (id, text) in self.derived.0 {
+            let path = format!("derived.{id}");
+            let line = Expression::parse(&text).map_err(|e| e.at_path(&path))?;
+            let derived = campaign::derived(&campaign, &id, line).map_err(|e| e.at_path(&path))?;
+            campaign.derived.push(derived);
+        }
+        Ok(campaign)
+    }
+}
+
+/// A built-in bench, or one that `fetch` finds.
+fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
+    if let Some(built_in) = bench::built_in(name) {
+        return read_bench(&Source { name: format!("{name} (built in)"), text: built_in.text.into() });
+    }
+    let looks_like_a_path = name.contains(['/', '\\', '.']);
+    let source = fetch(name).map_err(|error| {
+        let ids: Vec<&str> = bench::built_ins().iter().map(|b| b.id).collect();
+        let what = if looks_like_a_path {
+            format!("the bench file '{name}' cannot be read")
+        } else {
+            format!("no built-in bench is called '{name}', and no file has that name")
+        };
+        Malformed::new(Fault::File, what)
+            .expected(format!("the path of a bench file (relative to this file), or a built-in id: {}", ids.join(", ")))
+            .found(error.what().to_string())
+            .at_path("bench")
+    })?;
+    read_bench(&source).map_err(|e| locate(e, &source))
+}
+
+impl EstimateFile {
+    fn into_asked(self, id: &str) -> Result<Asked> {
+        let prior = match (self.prior, self.prior_u) {
+            (None, None) => None,
+            (Some(value), Some(u)) => Some(Prior { value, u }),
+            (value, _) => {
+                let (here, missing) = if value.is_some() { ("prior", "prior_u") } else { ("prior_u", "prior") };
+                return Err(Malformed::new(Fault::Missing, format!("'{id}' has {here} but no {missing}"))
+                    .expected("a prior is a row: its value (prior) and its standard uncertainty (prior_u)")
+                    .at_path(format!("estimate.{id}")));
+            }
+        };
+        Ok(Asked { start: self.start, prior, unit: self.unit })
+    }
+}
+
+impl KnownFile {
+    fn into_given(self) -> Given {
+        let distribution = match self.distribution {
+            None | Some(DistributionFile::Normal) => Distribution::Normal,
+            Some(DistributionFile::Rectangular) => Distribution::Rectangular,
+            Some(DistributionFile::Triangular) => Distribution::Triangular,
+            Some(DistributionFile::Arcsine) => Distribution::Arcsine,
+        };
+        let known =
+            Known { value: self.value, u: self.u.unwrap_or(0.0), dof: self.dof.unwrap_or(f64::INFINITY), distribution };
+        Given { known, unit: self.unit }
+    }
+}
+
+impl ConstraintFile {
+    fn into_constraint(self, campaign: &Campaign) -> Result<Constraint> {
+        let index = |id: &str| -> Result<usize> {
+            match campaign.parameter_index(id) {
+                Some(k) if matches!(campaign.parameters.get(k).map(|p| &p.role), Some(Role::Estimated { .. })) => Ok(k),
+                found => {
+                    let list: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+                    Err(Malformed::new(
+                        Fault::UnknownName,
+                        format!("a constraint names '{id}', which is not estimated"),
+                    )
+                    .expected(format!("estimated parameters: {}", list.join(", ")))
+                    .found(if found.is_some() {
+                        "a known or assumed parameter"
+                    } else {
+                        "no such parameter"
+                    }))
+                }
+            }
+        };
+        let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
+        let scale = |all_tilts: bool| match self.unit.as_deref() {
+            None => Ok(1.0),
+            Some(symbol) => match AngleUnit::named(symbol) {
+                Some(unit) if all_tilts => Ok(unit.radians()),
+                Some(_) => Err(Malformed::new(
+                    Fault::Value,
+                    "the bounds are in an angle unit, but not every parameter is a tilt",
+                )
+                .expected("no angle unit, and factors that bring every term to the unit of the bounds")
+                .found(format!("'{symbol}'"))
+                .at_path("unit")),
+                None if all_tilts => Err(Malformed::new(Fault::Value, "tilts are angles")
+                    .expected(format!("one of {}", AngleUnit::NAMES))
+                    .found(format!("'{symbol}'"))
+                    .at_path("unit")),
+                None => Ok(1.0),
+            },
+        };
+        let finite = |value: f64, key: &str| {
+            if value.is_finite() {
+                return Ok(value);
+            }
+            Err(Malformed::new(Fault::Value, "not a finite number")
+                .expected("a finite number")
+                .found(value.to_string())
+                .at_path(key))
+        };
+        match (self.of, self.norm_of, self.between, self.equals, self.at_most) {
+            (Some(of), None, between, equals, None) if between.is_some() != equals.is_some() => {
+                if of.is_empty() || of.0.iter().any(|(_, factor)| !factor.is_finite()) {
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        "a constraint needs at least one parameter with a finite factor",
+                    )
+                    .expected("for example { \"dtheta_y2\": 1 }")
+                    .at_path("of"));
+                }
+                let terms: Vec<(usize, f64)> =
+                    of.0.iter()
+                        .map(|(id, factor)| Ok((index(id).map_err(|e| e.at_path(format!("of.{id}")))?, *factor)))
+                        .collect::<Result<_>>()?;
+                let scale = scale(terms.iter().all(|(k, _)| is_tilt(k)))?;
+                let (lower, upper) = match (between, equals) {
+                    (Some([lower, upper]), _) => (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)),
+                    (None, value) => {
+                        let value = finite(value.unwrap_or_default(), "equals")?;
+                        (value, value)
+                    }
+                };
+                if !(lower <= upper) {
+                    return Err(Malformed::new(Fault::Value, "the lower bound is above the upper")
+                        .expected("[lower, upper]")
+                        .found(format!("[{lower}, {upper}]"))
+                        .at_path("between"));
+                }
+                Ok(Constraint::Linear { terms, lower: lower * scale, upper: upper * scale })
+            }
+            (None, Some(names), None, None, Some(at_most)) => {
+                let of: Vec<usize> = names
+                    .iter()
+                    .enumerate()
+                    .map(|(k, id)| index(id).map_err(|e| e.at_path(format!("norm_of[{k}]"))))
+                    .collect::<Result<_>>()?;
+                if of.is_empty() || !(finite(at_most, "at_most")? > 0.0) {
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        "a norm constraint bounds at least one parameter by a positive number",
+                    )
+                    .expected("\"norm_of\": [names], \"at_most\": a positive number")
+                    .found(format!("{} parameters, at_most {at_most}", of.len()))
+                    .at_path("at_most"));
+                }
+                let scale = scale(of.iter().all(is_tilt))?;
+                Ok(Constraint::Norm { of, at_most: at_most * scale })
+            }
+            _ => Err(Malformed::new(Fault::Value, "this is not a constraint")
+                .expected("\"of\" with either \"between\" or \"equals\", or \"norm_of\" with \"at_most\"")),
+        }
+    }
+}

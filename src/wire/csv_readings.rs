@@ -1,0 +1,102 @@
+//! Readings from a CSV file: the first line names the columns, which are the keys of a JSON reading.
+
+use super::readings_file::{Cell, from_cells};
+use super::{Named, Source};
+use crate::bench::Bench;
+use crate::campaign::Readings;
+use crate::error::{Fault, Malformed, Result};
+
+/// Read a CSV; empty cells are absent values, `position` is a text, every other cell that looks like a number is one.
+///
+/// Errors: a ragged row, a column that stands twice, a joint, sensor or uncertainty that is not a number; with the line and the column's name.
+pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
+    let delimiter = delimiter(&source.text);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .delimiter(delimiter)
+        .comment(Some(b'#'))
+        .from_reader(source.text.as_bytes());
+    let headers = reader.headers().map_err(|error| csv_error(&error, source))?.clone();
+    if headers.is_empty() || headers.iter().all(str::is_empty) {
+        return Err(Malformed::new(Fault::Missing, "the CSV file is empty")
+            .expected("a first line that names the columns, for example position,alpha_deg,beta_deg,gamma_deg_s,V")
+            .at_line(1, 1)
+            .in_file(&source.name));
+    }
+    for (k, name) in headers.iter().enumerate() {
+        if let Some(first) = headers.iter().take(k).position(|other| other == name) {
+            return Err(Malformed::new(Fault::NameClash, format!("the column '{name}' stands twice"))
+                .expected("each column once")
+                .found(format!("columns {} and {}", first + 1, k + 1))
+                .at_line(1, 1)
+                .in_file(&source.name));
+        }
+    }
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| csv_error(&error, source))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cells = headers
+            .iter()
+            .zip(record.iter())
+            .map(|(name, text)| {
+                let cell = match text.parse::<f64>() {
+                    _ if text.is_empty() => Cell::Nothing(()),
+                    _ if name == "position" => Cell::Text(text.to_string()),
+                    Ok(value) => Cell::Number(value),
+                    Err(_) => Cell::Text(text.to_string()),
+                };
+                (name.to_string(), cell)
+            })
+            .collect();
+        rows.push((format!("line {line}"), Named(cells)));
+    }
+    from_cells(bench, rows).map_err(|error| at_line(error, source))
+}
+
+/// `line 5.V` (how `from_cells` names a place here) to line 5, column V.
+fn at_line(error: Malformed, source: &Source) -> Malformed {
+    let path = error.place().path.clone();
+    let Some(rest) = path.strip_prefix("line ") else { return error.in_file(&source.name) };
+    let (line, column) = rest.split_once('.').unwrap_or((rest, ""));
+    let line: usize = line.parse().unwrap_or(0);
+    let error = error.at_line(line, 1).in_file(&source.name);
+    let text = source.text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
+    let header = source.text.lines().find(|l| !l.starts_with('#')).unwrap_or_default();
+    let delimiter = char::from(delimiter(&source.text));
+    let field = header.split(delimiter).position(|name| name.trim().trim_matches('"') == column);
+    match field.and_then(|k| text.split(delimiter).nth(k)) {
+        Some(cell) => {
+            let base = source.text.as_ptr() as usize;
+            let start = (cell.as_ptr() as usize).saturating_sub(base);
+            let in_line = start.saturating_sub((text.as_ptr() as usize).saturating_sub(base));
+            error.at_span(start, cell.len()).at_line(line, in_line + 1)
+        }
+        None => error,
+    }
+}
+
+/// Comma, unless the first line has semicolons or tabs and no comma (as spreadsheets write where the comma is a decimal mark).
+fn delimiter(text: &str) -> u8 {
+    let first = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    match (first.contains(','), first.contains(';'), first.contains('\t')) {
+        (false, true, _) => b';',
+        (false, false, true) => b'\t',
+        _ => b',',
+    }
+}
+
+fn csv_error(error: &csv::Error, source: &Source) -> Malformed {
+    let line = error.position().map_or(0, |p| usize::try_from(p.line()).unwrap_or(0));
+    let malformed = match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            Malformed::new(Fault::Syntax, "a row has another number of cells than the first line")
+                .expected(format!("{expected_len} cells, as the first line names"))
+                .found(format!("{len} cells"))
+        }
+        _ => Malformed::new(Fault::Syntax, "this is not a CSV file")
+            .expected("rows of comma-separated cells")
+            .found(error.to_string()),
+    };
+    malformed.at_line(line, 1).in_file(&source.name)
+}

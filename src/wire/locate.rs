@@ -1,0 +1,148 @@
+//! From a JSON path to a line and a column.
+
+use super::Source;
+use crate::error::Malformed;
+use serde_json::value::RawValue;
+use std::{borrow::Cow, fmt};
+
+/// Give an error its file, line, column and caret from its JSON path, unless it stands in another file already.
+///
+/// A span that the error brings counts from the start of the string value at the path (a model line, say).
+pub fn locate(error: Malformed, source: &Source) -> Malformed {
+    if !error.place().file.is_empty() {
+        return error;
+    }
+    if error.place().path.starts_with("line ") {
+        return error; // a row of a CSV: its own reader knows the file
+    }
+    let named = error.in_file(&source.name);
+    let place = named.place().clone();
+    let Some((start, text)) = find(&source.text, &place.path) else { return named };
+    let (offset, len) = match place.span {
+        // inside a string value: past the quote, as long as no escape shifts it
+        Some((inner, len)) if text.starts_with('"') => (start + 1 + escaped_offset(text, inner), len),
+        _ => (start, text.split(['\n', '\r']).next().unwrap_or(text).len()),
+    };
+    let (line, column) = line_and_column(&source.text, offset);
+    named.at_span(offset, len).at_line(line, column)
+}
+
+/// Offset in the raw JSON string of the `inner`-th byte of its unescaped content.
+fn escaped_offset(raw: &str, inner: usize) -> usize {
+    let body = raw.get(1..).unwrap_or_default();
+    let (mut at, mut plain) = (0, 0);
+    let bytes = body.as_bytes();
+    while plain < inner && at < bytes.len() {
+        at += match (bytes.get(at), bytes.get(at + 1)) {
+            (Some(b'\\'), Some(b'u')) => 6,
+            (Some(b'\\'), _) => 2,
+            _ => 1,
+        };
+        plain += 1;
+    }
+    at
+}
+
+/// Line and column (characters), both from 1, of a byte offset.
+///
+/// ```
+/// assert_eq!(tumble::wire::line_and_column("ab\ncd", 4), (2, 2));
+/// ```
+pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let mut end = offset.min(text.len());
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    let before = text.get(..end).unwrap_or_default();
+    let line_start = before.rfind('\n').map_or(0, |k| k + 1);
+    let line = 1 + before.bytes().filter(|b| *b == b'\n').count();
+    (line, 1 + before.get(line_start..).unwrap_or_default().chars().count())
+}
+
+/// Byte offset of a line and a byte column, both from 1.
+pub(super) fn offset_of(text: &str, line: usize, column: usize) -> Option<usize> {
+    let mut start = 0;
+    for _ in 1..line {
+        start += text.get(start..)?.find('\n')? + 1;
+    }
+    Some((start + column.saturating_sub(1)).min(text.len()))
+}
+
+enum Step<'a> {
+    Key(&'a str),
+    Index(usize),
+}
+
+fn steps(path: &str) -> Vec<Step<'_>> {
+    let mut steps = Vec::new();
+    for part in path.split('.') {
+        let mut pieces = part.split('[');
+        if let Some(key) = pieces.next().filter(|key| !key.is_empty()) {
+            steps.push(Step::Key(key));
+        }
+        for index in pieces {
+            if let Ok(k) = index.trim_end_matches(']').parse() {
+                steps.push(Step::Index(k));
+            }
+        }
+    }
+    steps
+}
+
+/// Start and text of the value at a path, or of the deepest value on the way that exists.
+fn find<'a>(text: &'a str, path: &str) -> Option<(usize, &'a str)> {
+    let mut here: &'a RawValue = serde_json::from_str(text).ok()?;
+    for step in steps(path) {
+        let next = match step {
+            Step::Key(key) => serde_json::from_str::<RawObject<'a>>(here.get()).ok().and_then(|RawObject(entries)| {
+                entries.into_iter().find(|(name, _)| name == key).map(|(_, value)| value)
+            }),
+            Step::Index(k) => {
+                serde_json::from_str::<Vec<&'a RawValue>>(here.get()).ok().and_then(|list| list.get(k).copied())
+            }
+        };
+        match next {
+            Some(value) => here = value,
+            None => break,
+        }
+    }
+    let start = (here.get().as_ptr() as usize).checked_sub(text.as_ptr() as usize)?;
+    Some((start, here.get()))
+}
+
+struct RawObject<'a>(Vec<(Cow<'a, str>, &'a RawValue)>);
+
+impl<'de: 'a, 'a> serde::Deserialize<'de> for RawObject<'a> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entries;
+        impl<'de> serde::de::Visitor<'de> for Entries {
+            type Value = RawObject<'de>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+            fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<RawObject<'de>, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(key) = map.next_key::<String>()? {
+                    entries.push((Cow::Owned(key), map.next_value()?));
+                }
+                Ok(RawObject(entries))
+            }
+        }
+        deserializer.deserialize_map(Entries)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_leads_to_its_value() {
+        let text = "{ \"a\": [1,\n {\"b\": \"V0 + *\"}] }";
+        let (start, value) = find(text, "a[1].b").unwrap();
+        assert_eq!((value, line_and_column(text, start)), ("\"V0 + *\"", (2, 8)));
+        let (_, deepest) = find(text, "a[1].zz.q").unwrap();
+        assert!(deepest.starts_with("{\"b\""));
+        assert!(find("no json", "a").is_none());
+    }
+}

@@ -1,0 +1,140 @@
+//! Files at the edge: JSON and CSV in, domain types out, once, with errors that point at file, line, column and path.
+//!
+//! The only room that knows serde, csv and schemars for input. It reads no files itself: whoever calls it brings the text and a
+//! function that fetches what the text refers to (a bench file, a CSV of readings).
+
+mod bench_file;
+mod campaign_file;
+mod csv_readings;
+mod locate;
+mod named;
+mod readings_file;
+mod schema;
+mod write;
+
+pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
+pub use campaign_file::{
+    BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
+pub use locate::{line_and_column, locate};
+pub use named::Named;
+pub use readings_file::{Cell, ReadingFile};
+pub use schema::{SCHEMAS, schema};
+pub use write::{bench_file, campaign_file};
+
+use crate::bench::Bench;
+use crate::campaign::Campaign;
+use crate::error::{Fault, Malformed, Result};
+use serde::de::DeserializeOwned;
+
+/// A text and the name that errors should give it.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// File name as the user knows it.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+impl Source {
+    /// Take bytes as UTF-8 (a byte order mark is dropped).
+    ///
+    /// Errors: `Syntax` with the line of the first byte that is not UTF-8; UTF-16 is recognised and named.
+    pub fn from_bytes(name: impl Into<String>, bytes: Vec<u8>) -> Result<Self> {
+        let name = name.into();
+        if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+            return Err(Malformed::new(Fault::Syntax, "the file is UTF-16")
+                .expected("UTF-8 text (in a spreadsheet: save as 'CSV UTF-8')")
+                .found("a UTF-16 byte order mark")
+                .at_line(1, 1)
+                .in_file(name));
+        }
+        match String::from_utf8(bytes) {
+            Ok(text) => {
+                let text = text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text);
+                Ok(Source { name, text })
+            }
+            Err(error) => {
+                let at = error.utf8_error().valid_up_to();
+                let bytes = error.into_bytes();
+                let before = bytes.get(..at).unwrap_or_default();
+                let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+                let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
+                let column = 1 + String::from_utf8_lossy(before.get(start..).unwrap_or_default()).chars().count();
+                let byte = bytes.get(at).copied().unwrap_or_default();
+                Err(Malformed::new(Fault::Syntax, "the file is not UTF-8 text")
+                    .expected("UTF-8 (in a spreadsheet: save as 'CSV UTF-8')")
+                    .found(format!("byte 0x{byte:02X}, which is not UTF-8 here (Latin-1?)"))
+                    .at_line(line, column)
+                    .in_file(name))
+            }
+        }
+    }
+}
+
+/// Fetches what a file refers to by a path of its own (relative to that file).
+pub type Fetch<'a> = &'a mut dyn FnMut(&str) -> Result<Source>;
+
+/// Read a bench file.
+///
+/// ```
+/// let text = tumble::bench::built_in("gyro-turntable").unwrap().text;
+/// let source = tumble::wire::Source { name: "gyro-turntable".into(), text: text.into() };
+/// assert_eq!(tumble::wire::read_bench(&source).unwrap().tilts().count(), 6);
+/// ```
+pub fn read_bench(source: &Source) -> Result<Bench> {
+    let file: BenchFile = parse(source)?;
+    file.into_bench().map_err(|error| locate(error, source))
+}
+
+/// Read a campaign file, with the bench and the readings that it refers to.
+///
+/// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
+pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
+    let file: CampaignFile = parse(source)?;
+    file.into_campaign(fetch).map_err(|error| locate(error, source))
+}
+
+/// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.
+pub fn parse<T: DeserializeOwned>(source: &Source) -> Result<T> {
+    let mut json = serde_json::Deserializer::from_str(&source.text);
+    let parsed = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        let path = error.path().to_string();
+        let inner = error.into_inner();
+        json_error(&inner, if path == "." { String::new() } else { path }, source)
+    });
+    let value: T = parsed?;
+    json.end().map_err(|error| json_error(&error, String::new(), source))?;
+    Ok(value)
+}
+
+/// A serde_json error in our words: it ends with "at line L column C", which we carry as numbers.
+fn json_error(error: &serde_json::Error, path: String, source: &Source) -> Malformed {
+    let full = error.to_string();
+    let message = full.rsplit_once(" at line ").map_or(full.as_str(), |(message, _)| message);
+    let unknown = message.starts_with("unknown field");
+    let fault = match (unknown, message.starts_with("missing field")) {
+        (true, _) => Fault::UnknownKey,
+        (_, true) => Fault::Missing,
+        _ if error.is_data() => Fault::Value,
+        _ => Fault::Syntax,
+    };
+    let (line, column) = (error.line(), error.column());
+    let malformed = match message.split_once(", expected ") {
+        Some((what, expected)) if unknown => {
+            Malformed::new(Fault::UnknownKey, what.replace("unknown field", "unknown key"))
+                .expected(expected.replace('`', ""))
+                .found(what.trim_start_matches("unknown field ").to_string())
+        }
+        Some((what, expected)) => Malformed::new(fault, what.to_string()).expected(expected.to_string()),
+        None => {
+            let malformed = Malformed::new(fault, message.to_string());
+            if error.is_eof() { malformed.expected("more text: the file ends too early") } else { malformed }
+        }
+    };
+    let at = malformed.at_path(path).at_line(line, column.max(1)).in_file(&source.name);
+    match locate::offset_of(&source.text, line, column.max(1)) {
+        Some(offset) => at.at_span(offset, 1),
+        None => at,
+    }
+}

@@ -1,0 +1,227 @@
+//! Readings as JSON objects: joint keys, sensor keys, a position, and any further numeric column.
+
+use super::Named;
+use crate::bench::Bench;
+use crate::campaign::is_axis_input;
+use crate::campaign::{JointState, Observation, Reading, Readings};
+use crate::error::{Fault, Malformed, Result};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One reading: keys `<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`, `<sensor>`, `<sensor>_u`, `n`, `position`, and any further column.
+pub type ReadingFile = Named<Cell>;
+
+/// A value of a reading.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a number, a text, null, or (in a schedule) a list of numbers")]
+pub enum Cell {
+    /// A number.
+    Number(f64),
+    /// A text: the position's label, or a remark.
+    Text(String),
+    /// A schedule's list, which stands for one reading each.
+    List(Vec<f64>),
+    /// Nothing was read here.
+    Nothing(()),
+}
+
+/// JSON readings to domain readings; lists of a schedule are expanded.
+pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Readings> {
+    let mut expanded = Vec::with_capacity(rows.len());
+    for (k, row) in rows.into_iter().enumerate() {
+        let place = format!("readings[{k}]");
+        expand(bench, row, &place, &mut expanded)?;
+    }
+    from_cells(bench, expanded)
+}
+
+/// Replace lists by one row for each of their values; the last list of a row runs fastest.
+fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
+    let Some(at) = row.0.iter().position(|(_, cell)| matches!(cell, Cell::List(_))) else {
+        out.push((place.to_string(), row));
+        return Ok(());
+    };
+    let Some((key, Cell::List(values))) = row.0.get(at).cloned() else { return Ok(()) };
+    if let Some(sensor) = bench.sensors.iter().find(|sensor| row.get(&sensor.id).is_some()) {
+        return Err(Malformed::new(Fault::Value, format!("a measured reading has a list for {key}"))
+            .expected(format!("one number; lists belong to schedules, and here {} was read", sensor.id))
+            .at_path(format!("{place}.{key}")));
+    }
+    if values.is_empty() {
+        return Err(Malformed::new(Fault::Value, format!("the list for {key} is empty"))
+            .expected("at least one value")
+            .at_path(format!("{place}.{key}")));
+    }
+    for value in values {
+        let mut single = row.clone();
+        if let Some(entry) = single.0.get_mut(at) {
+            entry.1 = Cell::Number(value);
+        }
+        expand(bench, single, place, out)?;
+    }
+    Ok(())
+}
+
+/// What a key of a reading means on this bench.
+enum Meaning {
+    Position,
+    Samples,
+    Sensor(usize),
+    SensorU(usize),
+    Angle(usize),
+    Rate(usize),
+    Turns(usize),
+    Column,
+}
+
+fn meaning(bench: &Bench, key: &str) -> Meaning {
+    match key {
+        "position" => return Meaning::Position,
+        "n" => return Meaning::Samples,
+        _ => {}
+    }
+    for (k, sensor) in bench.sensors.iter().enumerate() {
+        match key.strip_prefix(sensor.id.as_str()) {
+            Some("") => return Meaning::Sensor(k),
+            Some("_u") => return Meaning::SensorU(k),
+            _ => {}
+        }
+    }
+    for (k, joint) in bench.joints().enumerate() {
+        match key.strip_prefix(joint) {
+            Some("_deg") => return Meaning::Angle(k),
+            Some("_deg_s") => return Meaning::Rate(k),
+            Some("_turns") => return Meaning::Turns(k),
+            _ => {}
+        }
+    }
+    Meaning::Column
+}
+
+/// Cells to readings, shared by JSON and CSV. `rows` pairs the place of each row (for messages) with its cells.
+pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Result<Readings> {
+    let joints: Vec<&str> = bench.joints().collect();
+    // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
+    let mut columns: Vec<String> = Vec::new();
+    for (_, row) in &rows {
+        for (key, cell) in &row.0 {
+            let input = matches!(
+                meaning(bench, key),
+                Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_)
+            );
+            if input && matches!(cell, Cell::Number(_)) && !columns.contains(key) {
+                columns.push(key.clone());
+            }
+        }
+    }
+    for column in &columns {
+        let clash = if bench.chain.iter().any(|link| link.name() == column) {
+            format!("a link of the chain; expected {column}_deg or {column}_deg_s for a joint")
+        } else if is_axis_input(bench, column) {
+            "an input along an axis, which comes from the chain".to_string()
+        } else {
+            continue;
+        };
+        let place = rows.iter().find(|(_, row)| row.get(column).is_some()).map_or("readings", |(place, _)| place);
+        return Err(Malformed::new(Fault::NameClash, format!("the column '{column}' has the name of something else"))
+            .expected("a name that is not a joint, a tilt or an axis input")
+            .found(format!("'{column}', {clash}"))
+            .at_path(format!("{place}.{column}")));
+    }
+    let rows =
+        rows.into_iter().map(|(place, row)| reading(bench, &joints, &columns, place, row)).collect::<Result<_>>()?;
+    Ok(Readings { columns, rows })
+}
+
+fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, row: ReadingFile) -> Result<Reading> {
+    let mut position = String::new();
+    let mut samples = 1.0;
+    let mut remarks = Vec::new();
+    let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); bench.sensors.len()];
+    let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
+    let mut numbers: Vec<Option<f64>> = vec![None; columns.len()];
+    for (key, cell) in row.0 {
+        let meaning = meaning(bench, &key);
+        let number = match (cell, &meaning) {
+            (Cell::Nothing(()), _) => continue,
+            (Cell::Text(text), Meaning::Position) => {
+                position = text;
+                continue;
+            }
+            (Cell::Number(value), Meaning::Position) => {
+                position = value.to_string();
+                continue;
+            }
+            (Cell::Text(text), Meaning::Column) if !columns.contains(&key) => {
+                remarks.push((key, text));
+                continue;
+            }
+            (Cell::Text(text), _) => return Err(not_a_number(&place, &key, &format!("'{text}'"))),
+            (Cell::List(_), _) => return Err(not_a_number(&place, &key, "a list")),
+            (Cell::Number(value), _) if !value.is_finite() => {
+                return Err(not_a_number(&place, &key, &value.to_string()));
+            }
+            (Cell::Number(value), _) => value,
+        };
+        if let Some(slot) = columns.iter().position(|column| *column == key).and_then(|k| numbers.get_mut(k)) {
+            *slot = Some(number);
+        }
+        let path = || format!("{place}.{key}");
+        match meaning {
+            Meaning::Samples if !(number > 0.0) => {
+                return Err(Malformed::new(Fault::Value, "n is not a number of samples")
+                    .expected("a positive number")
+                    .found(number.to_string())
+                    .at_path(path()));
+            }
+            Meaning::Samples => samples = number,
+            Meaning::SensorU(_) if !(number > 0.0) => {
+                return Err(Malformed::new(Fault::Value, format!("{key} cannot be a standard uncertainty"))
+                    .expected("a positive number (leave it out where it is not known)")
+                    .found(number.to_string())
+                    .at_path(path()));
+            }
+            Meaning::Sensor(k) => set(&mut values, k, |v| v.0 = Some(number)),
+            Meaning::SensorU(k) => set(&mut values, k, |v| v.1 = Some(number)),
+            Meaning::Angle(k) => set(&mut states, k, |s| s[0] = Some(number)),
+            Meaning::Rate(k) => set(&mut states, k, |s| s[1] = Some(number)),
+            Meaning::Turns(k) => set(&mut states, k, |s| s[2] = Some(number)),
+            Meaning::Position | Meaning::Column => {}
+        }
+    }
+    let joint_states = joints
+        .iter()
+        .zip(&states)
+        .map(|(joint, [deg, deg_s, turns])| {
+            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|e| e.under(&place))
+        })
+        .collect::<Result<_>>()?;
+    let mut observations = Vec::new();
+    for (k, (sensor, (value, u))) in bench.sensors.iter().zip(&values).enumerate() {
+        match (value, u) {
+            (Some(value), u) => observations.push(Observation { sensor: k, value: *value, u: *u, samples }),
+            (None, Some(_)) => {
+                return Err(Malformed::new(Fault::Missing, format!("{}_u without {}", sensor.id, sensor.id))
+                    .expected(format!("the value that this uncertainty belongs to, as \"{}\"", sensor.id))
+                    .at_path(format!("{place}.{}_u", sensor.id)));
+            }
+            (None, None) => {}
+        }
+    }
+    let reading = Reading { position, joints: joint_states, columns: numbers, observations, remarks, place };
+    reading.check_turning(joints).map_err(|e| e.under(&reading.place))?;
+    Ok(reading)
+}
+
+fn set<T>(list: &mut [T], k: usize, change: impl FnOnce(&mut T)) {
+    if let Some(item) = list.get_mut(k) {
+        change(item);
+    }
+}
+
+fn not_a_number(place: &str, key: &str, found: &str) -> Malformed {
+    Malformed::new(Fault::Value, format!("{key} is not a number"))
+        .expected("a finite number; leave the value out where nothing was read")
+        .found(found.to_string())
+        .at_path(format!("{place}.{key}"))
+}

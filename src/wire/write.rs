@@ -1,0 +1,163 @@
+//! Domain types back to files: what `simulate` and the repair of a model write.
+
+use super::bench_file::{
+    AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, SiteFile, UnitsFile,
+};
+use super::campaign_file::{
+    BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
+use super::{Cell, Named, ReadingFile};
+use crate::bench::{Axis, Bench, ForceUnit, Link, RateUnit, Sensor};
+use crate::campaign::{Campaign, Constraint, Distribution, Reading, Role};
+use nalgebra::Vector3;
+
+/// The file that describes this bench.
+pub fn bench_file(bench: &Bench) -> BenchFile {
+    let axis = |axis: Axis| match axis {
+        Axis::X => AxisFile::X,
+        Axis::Y => AxisFile::Y,
+        Axis::Z => AxisFile::Z,
+    };
+    let link = |link: &Link| match link {
+        Link::Joint { name, about, meaning } => {
+            LinkFile { joint: Some(name.clone()), tilt: None, about: axis(*about), is: meaning.clone() }
+        }
+        Link::Tilt { name, about, meaning } => {
+            LinkFile { joint: None, tilt: Some(name.clone()), about: axis(*about), is: meaning.clone() }
+        }
+    };
+    let rate = match bench.units.rate {
+        RateUnit::DegreesPerSecond => RateFile::DegreesPerSecond,
+        RateUnit::DegreesPerHour => RateFile::DegreesPerHour,
+        RateUnit::RadiansPerSecond => RateFile::RadiansPerSecond,
+        RateUnit::ArcsecondsPerSecond => RateFile::ArcsecondsPerSecond,
+    };
+    let force = match bench.units.force {
+        ForceUnit::StandardGravity => ForceFile::StandardGravity,
+        ForceUnit::MetresPerSecondSquared => ForceFile::MetresPerSecondSquared,
+    };
+    BenchFile {
+        id: bench.id.clone(),
+        title: bench.title.clone(),
+        source: bench.source.clone(),
+        site: bench.site.map(|site| SiteFile {
+            latitude_deg: Some(site.latitude_deg),
+            earth_rate_deg_h: Some(site.earth_rate_deg_h),
+            gravity_g: Some(site.gravity_g),
+        }),
+        units: UnitsFile { rate, force },
+        chain: bench.chain.iter().map(link).collect(),
+        sensors: Named(bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor_file(sensor))).collect()),
+    }
+}
+
+fn sensor_file(sensor: &Sensor) -> SensorFile {
+    let direction = |v: &Vector3<f64>| {
+        if *v == Vector3::x() {
+            DirectionFile::Axis(AxisFile::X)
+        } else if *v == Vector3::y() {
+            DirectionFile::Axis(AxisFile::Y)
+        } else if *v == Vector3::z() {
+            DirectionFile::Axis(AxisFile::Z)
+        } else {
+            DirectionFile::Cosines([v.x, v.y, v.z])
+        }
+    };
+    SensorFile {
+        unit: sensor.unit.clone(),
+        axes: Named(sensor.axes.iter().map(|(name, v)| (name.clone(), direction(v))).collect()),
+        model: sensor.model.to_string(),
+    }
+}
+
+/// The file of this campaign on a bench that is named, given by path or in full.
+pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
+    let mut known = Vec::new();
+    let mut estimate = Vec::new();
+    for parameter in &campaign.parameters {
+        let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
+        match &parameter.role {
+            Role::Estimated { start, prior } => {
+                let unit = if start.is_some() || prior.is_some() { unit } else { None };
+                let (prior, prior_u) = (prior.map(|p| p.value), prior.map(|p| p.u));
+                estimate.push((parameter.id.clone(), EstimateFile { start: *start, prior, prior_u, unit }));
+            }
+            Role::Known(own) => {
+                let distribution = match own.distribution {
+                    Distribution::Normal => None,
+                    Distribution::Rectangular => Some(DistributionFile::Rectangular),
+                    Distribution::Triangular => Some(DistributionFile::Triangular),
+                    Distribution::Arcsine => Some(DistributionFile::Arcsine),
+                };
+                let dof = own.dof.is_finite().then_some(own.dof);
+                known.push((
+                    parameter.id.clone(),
+                    KnownFile { value: own.value, unit, u: Some(own.u), dof, distribution },
+                ));
+            }
+            Role::AssumedZero => {}
+        }
+    }
+    CampaignFile {
+        bench,
+        known: Named(known),
+        estimate: Named(estimate),
+        constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
+        derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), d.line.to_string())).collect()),
+        readings: ReadingsRef::Inline(
+            campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),
+        ),
+    }
+}
+
+fn constraint_file(campaign: &Campaign, constraint: &Constraint) -> ConstraintFile {
+    let id = |k: &usize| campaign.parameters.get(*k).map(|p| p.id.clone()).unwrap_or_default();
+    match constraint {
+        Constraint::Linear { terms, lower, upper } => {
+            let of = Some(Named(terms.iter().map(|(k, factor)| (id(k), *factor)).collect()));
+            if lower == upper {
+                ConstraintFile { of, equals: Some(*lower), ..ConstraintFile::default() }
+            } else {
+                let bound = |v: f64| v.is_finite().then_some(v);
+                ConstraintFile { of, between: Some([bound(*lower), bound(*upper)]), ..ConstraintFile::default() }
+            }
+        }
+        Constraint::Norm { of, at_most } => ConstraintFile {
+            norm_of: Some(of.iter().map(id).collect()),
+            at_most: Some(*at_most),
+            ..ConstraintFile::default()
+        },
+    }
+}
+
+/// One reading with its joint keys, further columns and values, in the order that people write them.
+fn reading_file(campaign: &Campaign, reading: &Reading) -> ReadingFile {
+    let mut cells: Vec<(String, Cell)> = Vec::new();
+    if !reading.position.is_empty() {
+        cells.push(("position".into(), Cell::Text(reading.position.clone())));
+    }
+    for (joint, state) in campaign.bench.joints().zip(&reading.joints) {
+        let (deg, deg_s, turns) = state.keys();
+        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
+            cells.extend(value.map(|value| (format!("{joint}{suffix}"), Cell::Number(value))));
+        }
+    }
+    for (column, value) in campaign.readings.columns.iter().zip(&reading.columns) {
+        if let Some(value) = value.filter(|_| !cells.iter().any(|(key, _)| key == column)) {
+            cells.push((column.clone(), Cell::Number(value)));
+        }
+    }
+    cells.extend(reading.remarks.iter().map(|(key, text)| (key.clone(), Cell::Text(text.clone()))));
+    for observation in &reading.observations {
+        if let Some(sensor) = campaign.bench.sensors.get(observation.sensor) {
+            cells.push((sensor.id.clone(), Cell::Number(observation.value)));
+            if let Some(u) = observation.u {
+                cells.push((format!("{}_u", sensor.id), Cell::Number(u)));
+            }
+        }
+    }
+    if let Some(samples) = reading.observations.first().map(|o| o.samples).filter(|n| *n != 1.0) {
+        cells.push(("n".into(), Cell::Number(samples)));
+    }
+    Named(cells)
+}
