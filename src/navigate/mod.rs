@@ -9,6 +9,7 @@
 //! | [`mission`], [`motion`], [`errors`] | the question: site, step, motion, what is wrong with the unit |
 //! | [`earth`], [`quadrature`], [`course`] | the truth: WGS-84, exact increments, where the vehicle really is |
 //! | [`mechanise`], [`vector`], [`lanes`] | the navigator: one step in all lanes of a register, groups of eight scenarios |
+//! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
@@ -18,6 +19,7 @@ pub mod course;
 pub mod earth;
 pub mod errors;
 pub mod lanes;
+pub mod linear;
 pub mod mechanise;
 pub mod mission;
 pub mod motion;
