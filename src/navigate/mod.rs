@@ -15,6 +15,7 @@
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
 //! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
 
+pub mod carry;
 pub mod course;
 pub mod earth;
 pub mod errors;
