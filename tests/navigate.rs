@@ -7,6 +7,7 @@ use tumble::navigate::{
     mission::{Mission, Site},
     motion::{Attitude, Leg, Legs, Motion, Oscillation},
     run::{self, Continue, NavigationError, Scenario},
+    study,
 };
 
 const HOUR: f64 = 3600.0;
@@ -55,7 +56,8 @@ fn zero_errors_stay_zero() {
         yaw: angle(20.0, 10.0, 45.0),
     })
     .unwrap();
-    for (name, motion) in [("static", Motion::at_rest(0.02, -0.03, 1.0)), ("swing", swing()), ("coning", hard), ("legs", legs())]
+    for (name, motion) in
+        [("static", Motion::at_rest(0.02, -0.03, 1.0)), ("swing", swing()), ("coning", hard), ("legs", legs())]
     {
         let mission = Mission::new(site(), 0.01, 48.0 * HOUR, 60.0, motion).unwrap();
         let scenario = Scenario { id: "none".into(), errors: ImuErrors::default() };
@@ -100,7 +102,13 @@ fn linear_model_agrees() {
                     Kind::Bias => 1e-3,
                     Kind::Installation => 1.0,
                     Kind::ScaleFactor => 1e-5,
-                    Kind::SecondOrder => if s.id().starts_with("gyro") { 3e-4 } else { 1e-5 },
+                    Kind::SecondOrder => {
+                        if s.id().starts_with("gyro") {
+                            3e-4
+                        } else {
+                            1e-5
+                        }
+                    }
                 } * if s.id().starts_with("accelerometer_bias") { 0.1 } else { 1.0 };
                 Scenario { id: s.id(), errors: ImuErrors::single(*s, size * s.si_per_unit()) }
             })
@@ -132,10 +140,10 @@ fn linear_model_agrees() {
                     }
                 }
             }
-            // below: rounding, for gyro second-order terms that see the Earth rate only
-            let floor = [1e-10, 1e-6, 2e-2];
+            // rounding of millions of equal steps, which a vehicle at rest repeats
+            let rounding = [5e-10, 5e-7, 5e-3];
             let ratio: Vec<f64> =
-                worst.iter().zip(floor).map(|(w, fl)| if w.0 > fl { w.1 / w.0 } else { 0.0 }).collect();
+                worst.iter().zip(rounding).map(|(w, r)| if w.1 > r { w.1 / w.0 } else { 0.0 }).collect();
             println!("  {:32} {:9.1e} {:9.1e} {:9.1e}", scenario.id, ratio[0], ratio[1], ratio[2]);
             assert!(ratio.iter().all(|r| *r < 0.01), "{name} {}", scenario.id);
         }
@@ -148,8 +156,11 @@ fn periods_of_the_error_equations() {
     let [earth, slow, fast] = linear::frequencies(site()).unwrap();
     let foucault = TAU / (0.5 * (fast - slow)) / HOUR;
     let expected = TAU / (earth::EARTH_RATE * site().latitude.sin()) / HOUR;
-    println!("Schuler {:.2} min, Earth {:.4} h, Foucault {foucault:.2} h (2 pi / (W sin L) = {expected:.2} h)",
-        TAU / (0.5 * (fast + slow)) / 60.0, TAU / earth / HOUR);
+    println!(
+        "Schuler {:.2} min, Earth {:.4} h, Foucault {foucault:.2} h (2 pi / (W sin L) = {expected:.2} h)",
+        TAU / (0.5 * (fast + slow)) / 60.0,
+        TAU / earth / HOUR
+    );
     assert!((TAU / (0.5 * (fast + slow)) / 60.0 - 84.4).abs() < 0.1);
     assert!((TAU / earth / HOUR - 23.934_47).abs() < 1e-4);
     assert!((foucault / expected - 1.0).abs() < 0.01);
@@ -180,4 +191,46 @@ fn closed_forms_at_rest() {
     let up = last(&mission, &Motion::default(), ImuErrors::single(source("gyro_bias_z"), drift)).attitude[2];
     println!("up gyro bias 0.01 deg/h: {:.4} arcsec, closed form {:.4} arcsec", arcsec(up), arcsec(-drift * t));
     assert!((up / (-drift * t) - 1.0).abs() < 0.01);
+}
+
+/// The source's findings: each group of errors in swing and in slow acceleration, against rest, over 48 h.
+#[test]
+fn findings_of_the_source() {
+    let mut errors = ImuErrors::default();
+    for source in Source::first_order() {
+        let value = match source.kind {
+            Kind::Bias if source.id().starts_with("gyro") => 0.01,
+            Kind::Bias => 1e-4,
+            // not equal in the three axes: equal ones are a scale of the whole vector, which a level navigator ignores
+            Kind::ScaleFactor => [1e-3, -5e-4, 7e-4][source.axis],
+            _ => 10.0,
+        };
+        source.set(&mut errors, value * source.si_per_unit());
+    }
+    let mission =
+        Mission::new(site(), 0.01, 48.0 * HOUR, 60.0, Motion::at_rest(0.0, 0.0, -60f64.to_radians())).unwrap();
+    let yaw = Oscillation { mean: -60f64.to_radians(), ..angle(5.0, 10.0, 45.0) };
+    let swing = Motion::swing(Attitude { pitch: angle(7.0, 6.0, 0.0), roll: angle(10.0, 8.0, 0.0), yaw }).unwrap();
+    let mission = mission.beside(swing).unwrap().beside(legs()).unwrap();
+    let scenarios = study::scenarios(&errors, study::Separation::Groups);
+    let flown = study::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes);
+    for f in &flown {
+        for o in &f.flight.outcomes {
+            println!(
+                "{:8} {:30} tilt {:9.2} arcsec azimuth {:9.2} arcsec v {:8.3} m/s p {:9.1} m",
+                f.motion,
+                o.id,
+                arcsec(o.tilt.rms),
+                arcsec(o.azimuth.rms),
+                o.velocity.rms,
+                o.position.rms
+            );
+        }
+    }
+    for r in study::ratios(&flown) {
+        println!(
+            "{:30} {:6} / static: tilt {:.2?} azimuth {:.2?} velocity {:.2?} position {:.2?}",
+            r.scenario, r.motion, r.tilt, r.azimuth, r.velocity, r.position
+        );
+    }
 }

@@ -80,9 +80,8 @@ pub fn combine(
         }
         sources.push(source);
     }
-    let sigma: DMatrix<f64> = DMatrix::from_fn(n, n, |i, j| {
-        matrix.get(i).and_then(|row| row.get(j).copied().flatten()).unwrap_or_default()
-    });
+    let sigma: DMatrix<f64> =
+        DMatrix::from_fn(n, n, |i, j| matrix.get(i).and_then(|row| row.get(j).copied().flatten()).unwrap_or_default());
     Ok(SourceCovariance { sources, matrix: &factors * sigma * factors.transpose() })
 }
 

@@ -100,15 +100,7 @@ pub fn dynamics(k: &Kinematics) -> Square {
     [
         [0.0, rate[2], -rate[1], 0.0, -m, 0.0, 0.0],
         [-rate[2], 0.0, rate[0], n, 0.0, -EARTH_RATE * sine, 0.0],
-        [
-            rate[1],
-            -rate[0],
-            0.0,
-            tangent * n,
-            0.0,
-            EARTH_RATE * cosine + east * secant * secant * n,
-            0.0,
-        ],
+        [rate[1], -rate[0], 0.0, tangent * n, 0.0, EARTH_RATE * cosine + east * secant * secant * n, 0.0],
         [0.0, -fu, fnorth, north * tangent * n, coriolis, bend * north, 0.0],
         [fu, 0.0, -fe, -coriolis - east * tangent * n, 0.0, -bend * east, 0.0],
         [0.0, 0.0, 0.0, 0.0, m, 0.0, 0.0],
@@ -119,12 +111,7 @@ pub fn dynamics(k: &Kinematics) -> Square {
 /// The kinematics of a vehicle at rest.
 pub fn at_rest(site: Site) -> Kinematics {
     let gravity = earth::normal_gravity(site.latitude, site.altitude);
-    Kinematics {
-        latitude: site.latitude,
-        altitude: site.altitude,
-        velocity: [0.0, 0.0],
-        force: [0.0, 0.0, gravity],
-    }
+    Kinematics { latitude: site.latitude, altitude: site.altitude, velocity: [0.0, 0.0], force: [0.0, 0.0, gravity] }
 }
 
 /// Angular frequencies, rad/s, of the error equations at rest, in rising order: the Earth's, and the two of Schuler's
@@ -142,8 +129,7 @@ pub fn frequencies(site: Site) -> Option<[f64; 3]> {
     // Velocities in units of the orbital one, so that all numbers are of the size of Schuler's frequency.
     let scale = [1.0, 1.0, 1.0, 7900.0, 7900.0, 1.0, 1.0];
     let f = dynamics(&at_rest(site));
-    let scaled =
-        nalgebra::SMatrix::<f64, STATES, STATES>::from_fn(|i, j| f[i][j] * scale[j] / scale[i]) * 1000.0;
+    let scaled = nalgebra::SMatrix::<f64, STATES, STATES>::from_fn(|i, j| f[i][j] * scale[j] / scale[i]) * 1000.0;
     let schur = nalgebra::linalg::Schur::try_new(scaled, 1e-15, 10_000)?;
     let mut found: Vec<f64> =
         schur.complex_eigenvalues().iter().map(|value| value.im / 1000.0).filter(|value| *value > 1e-9).collect();
@@ -213,12 +199,8 @@ struct Drive {
 
 impl Drive {
     fn over(values: &NodeValues, weights: &[f64; NODES], span: f64) -> Drive {
-        let mut drive = Drive {
-            bias: [[0.0; 3]; 3],
-            matrix: [[[[0.0; 3]; 3]; 3]; 2],
-            square: [[[0.0; 3]; 3]; 2],
-            force: [0.0; 3],
-        };
+        let mut drive =
+            Drive { bias: [[0.0; 3]; 3], matrix: [[[[0.0; 3]; 3]; 3]; 2], square: [[[0.0; 3]; 3]; 2], force: [0.0; 3] };
         for (j, weight) in weights.iter().enumerate() {
             for row in 0..3 {
                 for axis in 0..3 {

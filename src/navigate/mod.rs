@@ -26,4 +26,5 @@ pub mod mission;
 pub mod motion;
 pub mod quadrature;
 pub mod run;
+pub mod study;
 pub mod vector;

@@ -5,6 +5,8 @@
 
 mod compare;
 mod fit;
+mod navigate;
+pub mod series;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
@@ -12,6 +14,10 @@ pub use fit::{
     ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
     FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
     fit_report, position_keys,
+};
+pub use navigate::{
+    CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
+    ScenarioReport, SummaryReport, navigate_report,
 };
 
 /// Version of the program, as every report says it.
@@ -22,7 +28,7 @@ pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report"]).collect()
+    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report", "navigate-report"]).collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
@@ -34,6 +40,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
+        "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
         _ => crate::wire::schema(kind),
     }
 }

@@ -29,7 +29,7 @@ pub struct MissionFile {
     pub output_every_s: f64,
     /// The motion.
     pub motion: MotionFile,
-    /// Other motions to compare with it, the first one in plots as the dashed line.
+    /// Other motions to compare with it: ratios are theirs over its; plots draw it dashed and these solid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<MotionFile>,
     /// Errors of the unit.
@@ -319,8 +319,7 @@ impl MissionFile {
             altitude: self.site.altitude_m,
         };
         let motion = self.motion.motion().map_err(|e| e.under("motion"))?;
-        let mut mission =
-            Mission::new(site, self.step_s, self.duration_h * 3600.0, self.output_every_s, motion)?;
+        let mut mission = Mission::new(site, self.step_s, self.duration_h * 3600.0, self.output_every_s, motion)?;
         for (i, file) in self.beside.iter().enumerate() {
             mission = mission.beside(file.motion().map_err(|e| e.under(&format!("beside[{i}]")))?)?;
         }
@@ -409,10 +408,13 @@ impl ErrorsFile {
                 (_, Kind::SecondOrder) => 0.1,
             };
             if !(si.abs() <= limit) {
-                return Err(Malformed::new(Fault::Value, format!("{} is not an error of a navigator's unit", source.id()))
-                    .at_path(key)
-                    .expected(format!("at most {:.4e} {}", limit / source.si_per_unit(), source.unit()))
-                    .found(format!("{value}")));
+                return Err(Malformed::new(
+                    Fault::Value,
+                    format!("{} is not an error of a navigator's unit", source.id()),
+                )
+                .at_path(key)
+                .expected(format!("at most {:.4e} {}", limit / source.si_per_unit(), source.unit()))
+                .found(format!("{value}")));
             }
             source.set(&mut errors, si);
         }
