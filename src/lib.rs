@@ -25,6 +25,8 @@
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
 //! | [`mod@compare`] | the published closed forms beside least squares; misprints |
 //! | [`navigate`] | what calibration errors do to a strapdown navigator over hours |
+//! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
+//! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
 //! | [`report`] | results as stable JSON and as tables |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |
 //!
@@ -43,11 +45,13 @@ pub mod campaign;
 pub mod cli;
 pub mod compare;
 pub mod design;
+pub mod diagnosis;
 pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod navigate;
 pub mod quality;
 pub mod report;
+pub mod simulate;
 pub mod uncertainty;
 pub mod wire;

@@ -5,7 +5,10 @@
 
 mod compare;
 mod fit;
+pub mod html;
+pub mod markdown;
 mod navigate;
+pub mod plot;
 pub mod series;
 pub mod table;
 

@@ -1,10 +1,11 @@
 //! The mission file (`*.mission.json`): where and how a strapdown navigator moves, and what is wrong with its unit.
 
-use super::Named;
+use super::{Named, Source as Text, parse};
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::errors::{ImuErrors, Instrument, Kind, Source};
 use crate::navigate::mission::{Mission, Site};
 use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
+use crate::navigate::study::Separation;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
@@ -328,6 +329,48 @@ impl MissionFile {
         mission.seed = self.seed;
         Ok(mission)
     }
+}
+
+impl ScenariosFile {
+    /// The domain's word for it.
+    pub fn separation(self) -> Separation {
+        match self {
+            ScenariosFile::Together => Separation::Together,
+            ScenariosFile::Groups => Separation::Groups,
+            ScenariosFile::Components => Separation::Components,
+        }
+    }
+}
+
+impl CalibrationFile {
+    /// What each error source is made of.
+    pub fn factors(&self) -> Vec<(String, Vec<(String, f64)>)> {
+        self.carry.0.iter().map(|(id, parts)| (id.clone(), parts.0.clone())).collect()
+    }
+}
+
+/// The part of a fit report that is carried on; its other keys are left alone.
+#[derive(Debug, Clone, Deserialize)]
+pub struct CovarianceFile {
+    /// Names of the rows and columns.
+    pub order: Vec<String>,
+    /// The matrix, row by row; null for what is not estimable.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+/// The covariance in a fit report. Errors: no JSON, or a report without `covariance`.
+pub fn read_covariance(source: &Text) -> Result<CovarianceFile> {
+    #[derive(Deserialize)]
+    struct Report {
+        covariance: Option<CovarianceFile>,
+    }
+    let report: Report = parse(source)?;
+    report.covariance.ok_or_else(|| {
+        Malformed::new(Fault::Missing, "the report has no covariance")
+            .at_path("covariance")
+            .expected("a fit report (tumble fit --json) with \"covariance\": { \"order\": ..., \"matrix\": ... }")
+            .in_file(&source.name)
+    })
 }
 
 impl MotionFile {
