@@ -20,10 +20,12 @@ mod compare_page;
 mod escape;
 mod fit_figures;
 mod fit_page;
+mod navigate;
 mod page;
 
 pub use compare_page::compare_page;
 pub use fit_page::fit_page;
+pub use navigate::navigate_page;
 pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
 
 use crate::error::{Fault, Malformed, Result};

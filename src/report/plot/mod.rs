@@ -6,6 +6,7 @@
 
 mod bars;
 mod correlation;
+mod curves;
 mod normal;
 mod residuals;
 mod scale;
@@ -13,6 +14,7 @@ mod values;
 
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
+pub use curves::{Curve, curves};
 pub use normal::normal;
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
