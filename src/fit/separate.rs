@@ -27,7 +27,7 @@ const SWEPT_JOINTS: usize = 4;
 const MOST_POSITIONS: usize = 4096;
 
 /// Name every rank defect of an estimate and look for the position that would end it.
-pub(super) fn separations(
+pub(crate) fn separations(
     campaign: &Campaign,
     model: &Model,
     design: &DesignMatrix,
