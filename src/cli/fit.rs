@@ -1,6 +1,6 @@
 //! `tumble fit CAMPAIGN`.
 
-use super::{Outcome, files};
+use super::{Outcome, files, pages};
 use crate::error::Result;
 use crate::fit::{self, Weighting};
 use crate::report;
@@ -28,16 +28,20 @@ pub(super) struct Arguments {
     /// Also list every reading with its residual, redundancy and minimal detectable bias.
     #[arg(long)]
     readings: bool,
+    #[command(flatten)]
+    pages: pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
     let settings =
         fit::Settings { exact: arguments.exact, level: arguments.level, weighting, ..fit::Settings::default() };
     let fit = fit::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
     let report = report::fit_report(&fit);
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
+    let pages = arguments.pages.fit(&fit, &report, &inputs)?;
+    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
+    pages.write()?;
     if let Some(path) = &arguments.json {
         files::write_or_print(path, &files::json(&report)?)?;
     }

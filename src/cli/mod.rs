@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod files;
 mod fit;
+mod pages;
 mod show_error;
 mod simulate;
 

@@ -1,7 +1,7 @@
 //! The exact estimator: linearise, adjust, move, repeat; with a record of every step.
 
 use super::{Settings, system::weigh};
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, System};
@@ -67,6 +67,7 @@ pub(super) fn run(
             for (value, dx) in point.iter_mut().zip(&estimate.solution) {
                 *value += share * dx;
             }
+            within_half_a_turn(campaign, &mut point);
             let next = design::assemble(campaign, model, &point)?;
             let next_system = weigh(campaign, &next, settings.weighting)?;
             let after = weighted_square(&next_system.observed, &next_system);
@@ -88,6 +89,17 @@ pub(super) fn run(
         (design, system, estimate) = (next, next_system, adjusted);
     }
     Ok((design, system, estimate, Some(record)))
+}
+
+/// Take whole turns out of tilts: a long first step may end a turn away from the same rotation. A tilt with a prior keeps its value.
+fn within_half_a_turn(campaign: &Campaign, point: &mut [f64]) {
+    use std::f64::consts::{PI, TAU};
+    for (parameter, value) in campaign.parameters.iter().zip(point) {
+        let free = matches!(parameter.role, Role::Estimated { prior: None, .. });
+        if parameter.kind == Kind::Tilt && free && value.abs() > PI {
+            *value -= TAU * (*value / TAU).round();
+        }
+    }
 }
 
 /// Readings (not differences), and priors, in row order: the scale against which a step is negligible.

@@ -15,6 +15,7 @@ mod system;
 pub use gauss_newton::{Convergence, Iteration};
 pub use names::{NamedCombination, describe};
 pub use parameters::{DerivedResult, ParameterResult, State};
+pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
 pub use system::{Weighting, weigh};
 

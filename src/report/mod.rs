@@ -4,15 +4,22 @@
 //! freedom, an infinite number of degrees of freedom) are null. Deliberately absent: computing anything.
 
 mod compare;
+mod correction;
 mod fit;
+pub mod html;
+pub mod markdown;
+pub mod plot;
+mod provenance;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
+pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use fit::{
     ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
     FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
     fit_report, position_keys,
 };
+pub use provenance::Input;
 
 /// Version of the program, as every report says it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -47,23 +47,31 @@ impl<'a> Table<'a> {
     }
 
     /// A term's column for one sensor: its mean at each row of that sensor, zero at the others. `None` where a reading lacks a column.
-    pub fn term(&mut self, sensor: usize, line: &crate::algebra::Expression, rows: &[RowOrigin]) -> Result<Option<Vec<f64>>> {
+    pub fn term(
+        &mut self,
+        sensor: usize,
+        line: &crate::algebra::Expression,
+        rows: &[RowOrigin],
+    ) -> Result<Option<Vec<f64>>> {
         let Some(own) = self.campaign.bench.sensors.get(sensor) else { return Ok(None) };
         let bound = SensorModel::bind(self.campaign, own, line)?;
         let names = line.names();
         let readings = &self.campaign.readings;
-        let used: Vec<usize> =
-            (0..readings.columns.len()).filter(|k| readings.columns.get(*k).is_some_and(|c| names.contains(&c.as_str()))).collect();
+        let used: Vec<usize> = (0..readings.columns.len())
+            .filter(|k| readings.columns.get(*k).is_some_and(|c| names.contains(&c.as_str())))
+            .collect();
         let joint_keys = |column: &str| {
-            self.campaign.bench.joints().any(|joint| {
-                column.strip_prefix(joint).is_some_and(|end| matches!(end, "_deg" | "_deg_s" | "_turns"))
-            })
+            self.campaign
+                .bench
+                .joints()
+                .any(|joint| column.strip_prefix(joint).is_some_and(|end| matches!(end, "_deg" | "_deg_s" | "_turns")))
         };
         let by_state = used.iter().all(|k| readings.columns.get(*k).is_some_and(|c| joint_keys(c)));
         let mut known: Vec<Option<f64>> = vec![None; self.states.len()];
         let mut column = Vec::with_capacity(rows.len());
         for origin in rows {
-            let (Some(reading), Some(&state)) = (readings.rows.get(origin.reading), self.state.get(origin.reading)) else {
+            let (Some(reading), Some(&state)) = (readings.rows.get(origin.reading), self.state.get(origin.reading))
+            else {
                 return Ok(None);
             };
             if origin.sensor != sensor {
@@ -104,8 +112,7 @@ impl<'a> Table<'a> {
         let Some((_, instants)) = computed.iter().find(|(own, _)| *own == smoothness) else { return 0.0 };
         let mut mean = 0.0;
         for (node, kinematics) in instants {
-            let context =
-                Context { kinematics, instant: &node.instant, columns: &reading.columns, point: self.point };
+            let context = Context { kinematics, instant: &node.instant, columns: &reading.columns, point: self.point };
             mean += node.weight * bound.value_at(&context, &mut self.work);
         }
         mean
@@ -146,8 +153,11 @@ pub fn columns(
                 }
                 let column = match regressor {
                     Regressor::Term(line) => table.term(k, line, rows)?.ok_or_else(|| {
-                        Malformed::new(Fault::Missing, format!("the effect '{line}' uses a column that a reading lacks"))
-                            .expected("that column in every reading")
+                        Malformed::new(
+                            Fault::Missing,
+                            format!("the effect '{line}' uses a column that a reading lacks"),
+                        )
+                        .expected("that column in every reading")
                     })?,
                     other => indicator(campaign, rows, other, k),
                 };
