@@ -6,6 +6,7 @@
 mod bench_file;
 mod campaign_file;
 mod csv_readings;
+mod effects_file;
 mod locate;
 mod mission_file;
 mod named;
@@ -18,6 +19,7 @@ pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, S
 pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
+pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use locate::{line_and_column, locate};
 pub use mission_file::{
     AxesFile, CalibrationFile, CovarianceFile, ErrorsFile, InstallationAngles, InstallationFile, LegFile, LegsFile,
