@@ -30,6 +30,8 @@ pub(super) struct Arguments {
     readings: bool,
     #[command(flatten)]
     pages: pages::Pages,
+    #[command(flatten)]
+    certificate: pages::Certificate,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
@@ -39,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         fit::Settings { exact: arguments.exact, level: arguments.level, weighting, ..fit::Settings::default() };
     let fit = fit::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
     let report = report::fit_report(&fit);
-    let pages = arguments.pages.fit(&fit, &report, &inputs)?;
+    let pages = arguments.pages.fit(&fit, &report, &inputs)?.and(arguments.certificate.make(&fit, &report, &source)?);
     let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
     pages.write()?;
     if let Some(path) = &arguments.json {

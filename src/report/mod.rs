@@ -5,6 +5,7 @@
 
 mod compare;
 mod correction;
+pub mod dcc;
 mod fit;
 pub mod html;
 pub mod markdown;

@@ -6,6 +6,7 @@
 mod bench_file;
 mod campaign_file;
 mod csv_readings;
+mod lab;
 mod locate;
 mod named;
 mod readings_file;
@@ -15,6 +16,10 @@ mod write;
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
 pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
+pub use lab::{
+    AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
+    MethodFile, PersonFile, read_lab,
 };
 pub use locate::{line_and_column, locate};
 pub use named::Named;
