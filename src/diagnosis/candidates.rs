@@ -6,7 +6,6 @@ use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Regressor, Table, indicator};
 
-
 /// One effect that might be missing.
 #[derive(Debug, Clone)]
 pub struct Candidate {
@@ -86,7 +85,8 @@ impl Maker<'_> {
                 for (filling, row) in self.scanned(effect, filling, k) {
                     let text = fill(&effect.term, &filling);
                     common = text.starts_with("tilt:") || text.starts_with("known:");
-                    self.member(effect, &filling, &text, k, row).map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
+                    self.member(effect, &filling, &text, k, row)
+                        .map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
                 }
             }
             if common {
@@ -120,7 +120,14 @@ impl Maker<'_> {
         vec![(filling, None)]
     }
 
-    fn member(&mut self, effect: &Effect, filling: &Filling, text: &str, sensor: usize, step: Option<f64>) -> Result<()> {
+    fn member(
+        &mut self,
+        effect: &Effect,
+        filling: &Filling,
+        text: &str,
+        sensor: usize,
+        step: Option<f64>,
+    ) -> Result<()> {
         let campaign = self.campaign;
         let kind = match Regressor::parse(campaign, Some(sensor), text) {
             Ok(kind) => kind,

@@ -74,7 +74,9 @@ pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], steps:
             _ => larger(arena, &sets, size),
         };
         let Some(best) = sets.first().map(|(rss, _)| *rss) else { break };
-        let Some(variance) = sets.first().and_then(|(_, set)| arena.given(set)).map(|g| arena.variance(&g)) else { break };
+        let Some(variance) = sets.first().and_then(|(_, set)| arena.given(set)).map(|g| arena.variance(&g)) else {
+            break;
+        };
         let burden = |set: &[usize]| set.iter().map(|j| handicap.get(*j).copied().unwrap_or_default()).sum::<f64>();
         let mut near: Vec<(f64, &Vec<usize>)> = sets
             .iter()
@@ -133,11 +135,13 @@ fn singles(arena: &Arena) -> Vec<(f64, Vec<usize>)> {
 /// The best pairs of all, best first: `drop = (s_a^2 + s_b^2 - 2 g s_a s_b) / (1 - g^2)`.
 fn pairs(arena: &Arena) -> Vec<(f64, Vec<usize>)> {
     let score = arena.pool.scores();
-    let visible: Vec<usize> = (0..arena.pool.len()).filter(|j| arena.pool.visible().get(*j).is_some_and(|v| *v > 0.0)).collect();
+    let visible: Vec<usize> =
+        (0..arena.pool.len()).filter(|j| arena.pool.visible().get(*j).is_some_and(|v| *v > 0.0)).collect();
     let mut drops: Vec<(f64, usize, usize)> = Vec::new();
     let mut best = 0.0_f64;
     // far from the best no pair can be a rival; the margin holds for any variance up to that of the rest
-    let margin = |best: f64| INDISTINGUISHABLE * (arena.rss - best).max(0.0) / arena.dof.saturating_sub(2).max(1) as f64;
+    let margin =
+        |best: f64| INDISTINGUISHABLE * (arena.rss - best).max(0.0) / arena.dof.saturating_sub(2).max(1) as f64;
     let slack = |best: f64| if arena.from == NoiseFrom::Stated { INDISTINGUISHABLE } else { margin(best).max(0.0) };
     for (n, &a) in visible.iter().enumerate() {
         let cosines = arena.cosines.col_as_slice(a);
@@ -172,7 +176,9 @@ fn larger(arena: &Arena, smaller: &[(f64, Vec<usize>)], size: usize) -> Vec<(f64
             let before = arena.rss_of(&set);
             for place in 0..size {
                 let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, j)| *j).collect();
-                if let Some(better) = extended(arena, &others).filter(|better| arena.rss_of(better) < arena.rss_of(&set)) {
+                if let Some(better) =
+                    extended(arena, &others).filter(|better| arena.rss_of(better) < arena.rss_of(&set))
+                {
                     set = better;
                 }
             }

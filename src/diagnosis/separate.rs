@@ -23,7 +23,8 @@ pub(super) fn positions(
     effect: &Candidate,
     aliases: &[&Candidate],
 ) -> Vec<Vec<JointState>> {
-    let terms: Vec<&Candidate> = aliases.iter().copied().filter(|c| !c.rounding && only_position(campaign, c)).collect();
+    let terms: Vec<&Candidate> =
+        aliases.iter().copied().filter(|c| !c.rounding && only_position(campaign, c)).collect();
     if terms.is_empty() || !only_position(campaign, effect) {
         return Vec::new();
     }
@@ -59,8 +60,10 @@ pub(super) fn positions(
     };
     let Some(own) = predicted(effect, 1.0) else { return Vec::new() };
     let size = own.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-    let others: Vec<Vec<f64>> =
-        terms.iter().filter_map(|alias| predicted(alias, coefficient_ratio(design, effect, alias, unknowns)?)).collect();
+    let others: Vec<Vec<f64>> = terms
+        .iter()
+        .filter_map(|alias| predicted(alias, coefficient_ratio(design, effect, alias, unknowns)?))
+        .collect();
     let mut ranked: Vec<(usize, f64, usize)> = (0..rows.len())
         .map(|k| {
             let difference = |other: &Vec<f64>| match (own.get(k), other.get(k)) {

@@ -5,6 +5,7 @@
 
 mod compare;
 mod correction;
+pub mod dcc;
 mod fit;
 mod fit_checks;
 pub mod fit_checks_table;
