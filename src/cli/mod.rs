@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod files;
 mod fit;
+mod plan;
 mod show_error;
 mod simulate;
 
@@ -31,6 +32,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     Simulate(simulate::Arguments),
+    /// How well a schedule will do before anyone measures, and the best positions to choose or add.
+    Plan(Box<plan::Arguments>),
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand)]
     Bench(bench::Arguments),
@@ -75,6 +78,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),

@@ -7,6 +7,8 @@ mod compare;
 mod fit;
 pub mod html;
 pub mod markdown;
+mod plan;
+mod plan_table;
 pub mod plot;
 pub mod table;
 
@@ -17,6 +19,12 @@ pub use fit::{
     fit_report, position_keys,
 };
 
+pub use plan::{
+    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, NoiseReport, PlanReport,
+    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, WorkReport, plan_report,
+};
+pub use plan_table::plan_table;
+
 /// Version of the program, as every report says it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -25,7 +33,7 @@ pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report"]).collect()
+    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report", "plan-report"]).collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
@@ -37,6 +45,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
+        "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
         _ => crate::wire::schema(kind),
     }
 }

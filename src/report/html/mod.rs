@@ -17,8 +17,10 @@
 
 mod escape;
 mod page;
+mod plan_page;
 
 pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
+pub use plan_page::plan_page;
 
 use crate::error::{Fault, Malformed, Result};
 use minijinja::syntax::SyntaxConfig;

@@ -7,6 +7,7 @@
 mod bars;
 mod correlation;
 mod normal;
+mod positions;
 mod residuals;
 mod scale;
 mod values;
@@ -14,6 +15,7 @@ mod values;
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
 pub use normal::normal;
+pub use positions::{Spot, positions};
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
 
