@@ -12,6 +12,8 @@ pub mod fit_checks_table;
 pub mod html;
 pub mod markdown;
 mod navigate;
+mod plan;
+mod plan_table;
 pub mod plot;
 mod provenance;
 pub mod series;
@@ -36,6 +38,12 @@ pub use navigate::{
     ScenarioReport, SummaryReport, navigate_report,
 };
 
+pub use plan::{
+    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, NoiseReport, PlanReport,
+    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, WorkReport, plan_report,
+};
+pub use plan_table::plan_table;
+
 /// Version of the program, as every report says it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -44,7 +52,11 @@ pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report", "navigate-report"]).collect()
+    crate::wire::SCHEMAS
+        .iter()
+        .copied()
+        .chain(["fit-report", "compare-report", "plan-report", "navigate-report"])
+        .collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
@@ -57,6 +69,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
+        "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
         _ => crate::wire::schema(kind),
     }
 }
