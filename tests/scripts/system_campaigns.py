@@ -38,15 +38,18 @@ def noisy(readings, sd, seed, stated=False):
         for key, value in reading.items():
             row[key] = value
             if key in sd:
-                row[key] = float(f"{value + sd[key] * random.standard_normal():.10g}")
+                if seed is not None:
+                    row[key] = float(f"{value + sd[key] * random.standard_normal():.10g}")
                 if stated:
                     row[key + "_u"] = sd[key]
         rows.append(row)
     return rows
 
 
-def noiseless(name, note, system, truth, estimate, known, readings, starts=None):
+def noiseless(name, note, system, truth, estimate, known, readings, sd, starts=None):
+    """sd is stated with the readings, so that sensors are weighed as they would be, though there is no noise."""
     starts = starts or {}
+    readings = noisy(readings, sd, None, True)
     write(f"simulated/{name}.campaign.json", {
         "bench": system, "known": known, "estimate": {n: ({"start": starts[n]} if n in starts else {}) for n in estimate},
         "readings": readings})
@@ -55,6 +58,7 @@ def noiseless(name, note, system, truth, estimate, known, readings, starts=None)
 
 # --- accelerometer on a dividing head -------------------------------------------------------------------------------------------
 
+HEAD_NOISE = {"A": 5e-6}
 HEAD_TRUTH = {"K0": 1.234e-3, "K1": 1.2992, "K2": 4.2e-5, "K3": -2.7e-5, "KIP": 1.9e-5, "KP": -8.1e-4}
 
 
@@ -65,14 +69,14 @@ def dividing_head():
         schedule = [{"position": str(k + 1), "theta_deg": 360.0 * k / count} for k in range(count)]
         exact = simulate(system, schedule, HEAD_TRUTH)
         example(f"23-accelerometer-dividing-head/head-{count}.campaign.json", {
-            "bench": name, "estimate": {n: {} for n in names}, "readings": noisy(exact, {"A": 5e-6}, 2300 + count)})
+            "bench": name, "estimate": {n: {} for n in names}, "readings": noisy(exact, HEAD_NOISE, 2300 + count)})
         if count == 24:
-            noiseless("dividing-head", "24 equidistant positions, all tilts zero", name, HEAD_TRUTH, names, {}, exact)
+            noiseless("dividing-head", "24 equidistant positions, all tilts zero", name, HEAD_TRUTH, names, {}, exact, HEAD_NOISE)
     tilted = {**HEAD_TRUTH, "head_level": 4e-4, "head_zero": -3e-4, "mount_z": 7e-4, "KIO": 3e-5, "KO": 1.1e-3}
     schedule = [{"position": str(k + 1), "theta_deg": 15.0 * k} for k in range(24)]
     noiseless("dividing-head-tilted", "head axis off level, head zero and mounting tilt known, unlike the Fourier sums assume", name,
               tilted, list(HEAD_TRUTH), {n: {"value": tilted[n]} for n in ("head_level", "head_zero", "mount_z", "KIO", "KO")},
-              simulate(system, schedule, tilted))
+              simulate(system, schedule, tilted), HEAD_NOISE)
 
 
 # --- IMU on a three-axis table --------------------------------------------------------------------------------------------------
@@ -94,7 +98,11 @@ def imu_schedule():
             rate.append({"position": f"middle turns, outer {turned}", "outer_deg": turned, "middle_deg_s": q, "inner_deg": 0})
         for q in [sign * r for r in RATES for sign in (1, -1)]:
             rate.append({"position": f"inner turns, outer {turned + 90}", "outer_deg": turned + 90, "middle_deg": 0, "inner_deg_s": q})
-    return static + rate
+    return static + [{**row, "read": ["Gx", "Gy", "Gz"]} for row in rate]
+
+
+def without(key, rows):
+    return [{k: v for k, v in row.items() if k != key} for row in rows]
 
 
 def imu_truth():
@@ -111,7 +119,7 @@ def imu_truth():
 
 IMU_NOISE = {"Gx": 0.02, "Gy": 0.02, "Gz": 0.02, "Ax": 0.1, "Ay": 0.1, "Az": 0.1}
 IMU_STARTS = {**{f"Kg{a}": 7200.0 for a in "xyz"}, **{f"Ka{a}": 20000.0 for a in "xyz"}}
-TABLE = ["level_x", "level_y", "square_om", "middle_zero"]
+TABLE = ["level_x", "level_y", "square_om", "middle_zero", "middle_linear", "inner_linear"]
 
 
 def imu():
@@ -119,17 +127,14 @@ def imu():
     sensor_names = list(truth)
     estimate = lambda names: {n: ({"start": IMU_STARTS[n]} if n in IMU_STARTS else {}) for n in names}
     exact = simulate(system, imu_schedule(), truth)
-    noiseless("imu-table", "24 positions and 36 rate runs on a perfect table", name, truth, sensor_names, {}, exact, IMU_STARTS)
+    noiseless("imu-table", "24 positions and 36 rate runs on a perfect table", name, truth, sensor_names, {}, exact, IMU_NOISE, IMU_STARTS)
     example("20-imu-three-axis-table/perfect-table.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names), "readings": noisy(exact, IMU_NOISE, 2001)})
     arcsec = np.pi / 648000
-    tilts = {n: float(f"{v * arcsec:.6g}") for n, v in zip(
-        ["level_x", "level_y", "square_om", "middle_zero", "outer_linear", "middle_linear", "inner_linear"],
-        [22, -31, 27, -18, 3, -4, 5])}
-    table = {n: tilts[n] for n in TABLE}
-    shaken = simulate(system, imu_schedule(), {**truth, **table})
-    noiseless("imu-table-tilted", "the same on a table with errors, estimated jointly", name, {**truth, **table},
-              sensor_names + TABLE, {}, shaken, IMU_STARTS)
+    tilts = {n: float(f"{v * arcsec:.6g}") for n, v in zip(TABLE, [22, -31, 27, -18, -4, 5])}
+    shaken = simulate(system, imu_schedule(), {**truth, **tilts})
+    noiseless("imu-table-tilted", "the same on a table with errors, estimated jointly", name, {**truth, **tilts},
+              sensor_names + TABLE, {}, shaken, IMU_NOISE, IMU_STARTS)
     example("20-imu-three-axis-table/table-errors.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names + TABLE), "readings": noisy(shaken, IMU_NOISE, 2002)})
     every = ["level_x", "level_y", "outer_zero", "outer_linear", "square_om", "middle_zero", "middle_linear", "square_mi",
@@ -137,7 +142,7 @@ def imu():
     example("20-imu-three-axis-table/everything.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names + every), "readings": noisy(shaken, IMU_NOISE, 2002)})
     example("20-imu-three-axis-table/schedule.campaign.json", {
-        "bench": name, "estimate": estimate(sensor_names), "readings": imu_schedule()})
+        "bench": name, "estimate": estimate(sensor_names), "readings": without("read", imu_schedule())})
 
 
 SYSTEMS = {"dividing_head": dividing_head, "imu": imu}
