@@ -112,7 +112,7 @@ def read_sensor(bench, name, reading, truth):
     known.update({k: L(v) for k, v in truth.items()})
     known.update({k: L(v) for k, v in reading.items() if isinstance(v, (int, float)) and k not in NOT_INPUTS})
     weights = np.ones(1, dtype=L)
-    if bench["chain"]:
+    if bench.get("chain"):
         w, a, angles, weights = inputs(bench, reading, truth)
         known.update(angles)
         frame = {**AXES, **sensor.get("axes", {})}
