@@ -25,7 +25,8 @@ struct Sum(BTreeMap<Factors, f64>);
 impl Expression {
     /// The expression with sorted factors and terms: the same for `a_S*a_I` and `a_I*a_S`.
     ///
-    /// Numbers are multiplied out, equal factors become powers, equal terms are added; products of sums are not expanded.
+    /// Numbers are multiplied out, equal factors become powers, equal terms are added; a product of sums is not expanded,
+    /// but a sum times a number is.
     /// Names come before functions in a product, and a plain number is a sum's last term.
     ///
     /// ```
@@ -51,10 +52,10 @@ fn sum_of(node: Node<'_, Sum>) -> Sum {
         Node::Number(number) => Sum::term(Factors::new(), number),
         Node::Pi => Sum::factor(Base::Name("pi".to_string()), 1),
         Node::Name(name) => Sum::factor(Base::Name(name.to_string()), 1),
-        Node::Negate(x) => x.negated(),
+        Node::Negate(x) => x.scaled(-1.0),
         Node::Call(function, x) => Sum::factor(Base::Operand(format!("{}({})", function.name(), x.text())), 1),
         Node::Binary(Operator::Add, left, right) => left.added(right),
-        Node::Binary(Operator::Subtract, left, right) => left.added(right.negated()),
+        Node::Binary(Operator::Subtract, left, right) => left.added(right.scaled(-1.0)),
         Node::Binary(Operator::Multiply, left, right) => left.multiplied(right),
         Node::Binary(Operator::Divide, left, right) => left.multiplied(right.raised(-1)),
         Node::Binary(Operator::Power, left, right) => match right.number().and_then(small_integer) {
@@ -82,8 +83,9 @@ impl Sum {
         }
     }
 
-    fn negated(mut self) -> Sum {
-        self.0.values_mut().for_each(|number| *number = -*number);
+    fn scaled(mut self, by: f64) -> Sum {
+        self.0.values_mut().for_each(|number| *number *= by);
+        self.0.retain(|_, number| *number != 0.0);
         self
     }
 
@@ -108,6 +110,11 @@ impl Sum {
     }
 
     fn multiplied(self, other: Sum) -> Sum {
+        match (self.number(), other.number()) {
+            (Some(number), _) => return other.scaled(number),
+            (_, Some(number)) => return self.scaled(number),
+            _ => {}
+        }
         let (mut factors, number) = self.into_term();
         let (more, other_number) = other.into_term();
         for (base, exponent) in more {

@@ -112,7 +112,8 @@ impl Expression {
 
     /// Where a name first stands in [`Expression::text`]: its first byte and its length.
     pub fn span_of(&self, name: &str) -> Option<(usize, usize)> {
-        let in_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        // a point too: the "e3" of 1.e3 is no name
+        let in_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
         self.text.match_indices(name).map(|(start, _)| start).find_map(|start| {
             let before = self.text.get(..start)?.chars().next_back();
             let after = self.text.get(start + name.len()..)?.chars().next();
@@ -184,5 +185,18 @@ impl Expression {
             results.push(rule(node));
         }
         results.pop().unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_found_as_a_whole_word_only() {
+        let line = Expression::parse("kII*1.e3 + k_I + e3*kI").unwrap();
+        assert_eq!(line.span_of("kI"), Some((20, 2)));
+        assert_eq!(line.span_of("e3"), Some((17, 2)));
+        assert_eq!(line.span_of("k"), None);
     }
 }

@@ -144,6 +144,9 @@ pub(super) fn small_integer(number: f64) -> Option<i32> {
 
 /// `x^exponent` by repeated multiplication; `x^0` is 1.
 pub(super) fn integer_power(x: f64, exponent: i32) -> f64 {
+    if exponent == 2 {
+        return x * x;
+    }
     let mut power = 1.0;
     for _ in 0..exponent.unsigned_abs() {
         power *= x;

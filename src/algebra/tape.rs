@@ -25,7 +25,7 @@ pub struct Tape {
     /// Slot of each input register.
     slots: Vec<usize>,
     constants: Vec<f64>,
-    steps: Vec<Step>,
+    steps: Vec<Step<usize>>,
     /// Register of the expression's value.
     result: usize,
 }
@@ -37,39 +37,27 @@ pub struct Scratch {
     bars: Vec<f64>,
 }
 
-/// One operation on earlier registers.
+/// One operation on operands `R`: sources while compiling, registers afterwards.
 #[derive(Debug, Clone, Copy)]
-enum Step {
-    Negate(usize),
-    Call(Function, usize),
-    Power(usize, i32),
-    Binary(Operator, usize, usize),
+enum Step<R> {
+    Negate(R),
+    Call(Function, R),
+    Power(R, i32),
+    Binary(Operator, R, R),
 }
 
-/// Where a node's value is, while registers are not numbered yet.
+/// Where a node's value comes from, while registers have no numbers yet.
 #[derive(Debug, Clone, Copy)]
 enum Source {
-    Constant(f64),
     Input(usize),
+    Constant(f64),
     Step(usize),
 }
 
 impl Default for Source {
     fn default() -> Self {
-        Source::Constant(0.0)
+        Source::Constant(f64::NAN)
     }
-}
-
-/// A step whose operands are not numbered yet.
-type Draft = (Source, Source, Kind);
-
-/// What a drafted step does.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Negate,
-    Call(Function),
-    Power(i32),
-    Binary(Operator),
 }
 
 impl Tape {
@@ -77,98 +65,69 @@ impl Tape {
     ///
     /// Errors: `UnknownName`, with the span in the expression's text, for a name that is not among them.
     pub fn compile(expression: &Expression, names: &[&str]) -> Result<Tape> {
-        if let Some(unknown) = expression.names().into_iter().find(|name| !names.contains(name)) {
-            let error = Malformed::new(Fault::UnknownName, format!("'{unknown}' is not known here"))
-                .expected(format!("one of {}", names.join(", ")))
-                .found(format!("'{unknown}'"));
-            return Err(match expression.span_of(unknown) {
-                Some((start, len)) => error.at_span(start, len),
-                None => error,
-            });
+        let own = expression.names();
+        let mut slots = Vec::with_capacity(own.len());
+        for name in &own {
+            let slot = names.iter().position(|slot| slot == name);
+            slots.push(slot.ok_or_else(|| unknown_name(expression, name, names))?);
         }
-        let mut slots: Vec<usize> = Vec::new();
-        let mut drafts: Vec<Draft> = Vec::new();
-        let result = expression.fold(|node: Node<'_, Source>| {
-            let (kind, left, right) = match node {
+
+        let mut steps: Vec<Step<Source>> = Vec::new();
+        let result = expression.fold(|node| {
+            let step = match node {
                 Node::Number(number) => return Source::Constant(number),
                 Node::Pi => return Source::Constant(PI),
-                Node::Name(name) => {
-                    let slot = names.iter().position(|own| *own == name).unwrap_or_default();
-                    let register = slots.iter().position(|own| *own == slot).unwrap_or_else(|| {
-                        slots.push(slot);
-                        slots.len() - 1
-                    });
-                    return Source::Input(register);
-                }
+                Node::Name(name) => return Source::Input(own.iter().position(|own| *own == name).unwrap_or_default()),
                 Node::Negate(Source::Constant(x)) => return Source::Constant(-x),
-                Node::Negate(x) => (Kind::Negate, x, x),
+                Node::Negate(x) => Step::Negate(x),
                 Node::Call(function, Source::Constant(x)) => return Source::Constant(function.value(x)),
-                Node::Call(function, x) => (Kind::Call(function), x, x),
-                Node::Binary(operator, Source::Constant(x), Source::Constant(y)) => {
-                    return Source::Constant(operator.value(x, y));
+                Node::Call(function, x) => Step::Call(function, x),
+                Node::Binary(operator, Source::Constant(left), Source::Constant(right)) => {
+                    return Source::Constant(operator.value(left, right));
                 }
-                Node::Binary(Operator::Power, x, Source::Constant(y)) if small_integer(y).is_some() => {
-                    (Kind::Power(small_integer(y).unwrap_or_default()), x, x)
-                }
-                Node::Binary(operator, x, y) => (Kind::Binary(operator), x, y),
+                Node::Binary(Operator::Power, base, Source::Constant(exponent)) => match small_integer(exponent) {
+                    Some(exponent) => Step::Power(base, exponent),
+                    None => Step::Binary(Operator::Power, base, Source::Constant(exponent)),
+                },
+                Node::Binary(operator, left, right) => Step::Binary(operator, left, right),
             };
-            drafts.push((left, right, kind));
-            Source::Step(drafts.len() - 1)
+            steps.push(step);
+            Source::Step(steps.len() - 1)
         });
-        // constants stand between inputs and steps, so they are numbered once all inputs are known
-        let mut constants: Vec<f64> = Vec::new();
-        let inputs = slots.len();
-        let constant_of = |x: f64, constants: &mut Vec<f64>| {
-            let at = constants.iter().position(|own| own.to_bits() == x.to_bits()).unwrap_or_else(|| {
-                constants.push(x);
-                constants.len() - 1
-            });
-            inputs + at
-        };
-        for (left, right, _) in &drafts {
-            for source in [left, right] {
-                if let Source::Constant(x) = source {
-                    constant_of(*x, &mut constants);
-                }
+
+        let mut constants = Vec::new();
+        let mut keep = |source: &Source| {
+            if let Source::Constant(number) = source
+                && !constants.iter().any(|kept: &f64| kept.to_bits() == number.to_bits())
+            {
+                constants.push(*number);
             }
-        }
-        if let Source::Constant(x) = result {
-            constant_of(x, &mut constants);
-        }
-        let first_step = inputs + constants.len();
-        let mut register = |source: &Source| match source {
-            Source::Constant(x) => constant_of(*x, &mut constants),
-            Source::Input(k) => *k,
-            Source::Step(k) => first_step + k,
         };
-        let steps = drafts.iter().map(|(left, right, kind)| numbered(register(left), register(right), *kind)).collect();
-        let result = register(&result);
+        steps.iter().for_each(|step| step.operands().into_iter().flatten().for_each(&mut keep));
+        keep(&result);
+        let register = |source: Source| match source {
+            Source::Input(input) => input,
+            Source::Constant(number) => {
+                let place = constants.iter().position(|kept| kept.to_bits() == number.to_bits());
+                slots.len() + place.unwrap_or_default()
+            }
+            Source::Step(step) => slots.len() + constants.len() + step,
+        };
+        let steps = steps.iter().map(|step| step.over(register)).collect();
+        let result = register(result);
         Ok(Tape { slots, constants, steps, result })
     }
 
-    /// Forward sweep: every register's value.
-    fn forward(&self, inputs: &[f64], registers: &mut Vec<f64>) {
-        registers.clear();
-        registers.extend(self.slots.iter().map(|slot| inputs.get(*slot).copied().unwrap_or_default()));
-        registers.extend_from_slice(&self.constants);
-        for step in &self.steps {
-            let value = match *step {
-                Step::Negate(x) => -registers[x],
-                Step::Call(function, x) => function.value(registers[x]),
-                Step::Power(x, exponent) => integer_power(registers[x], exponent),
-                Step::Binary(operator, x, y) => operator.value(registers[x], registers[y]),
-            };
-            registers.push(value);
-        }
-    }
-
-    /// The value at `inputs` (one for each name of [`Tape::compile`]).
+    /// The value at `inputs` (one for each name of [`Tape::compile`]; one that is absent counts as not a number).
     pub fn value(&self, inputs: &[f64], scratch: &mut Scratch) -> f64 {
         self.forward(inputs, &mut scratch.registers);
         scratch.registers[self.result]
     }
 
     /// The value, and in `gradient` (overwritten) its derivative with respect to every name; names that do not occur get zero.
+    ///
+    /// The derivatives of `sign` and `step`, and of `abs` at 0, are taken as 0. The derivative with respect to the exponent
+    /// of a negative number does not exist: it is not a number.
     pub fn gradient(&self, inputs: &[f64], scratch: &mut Scratch, gradient: &mut [f64]) -> f64 {
         self.forward(inputs, &mut scratch.registers);
         let Scratch { registers, bars } = scratch;
@@ -176,8 +135,8 @@ impl Tape {
         bars.resize(registers.len(), 0.0);
         bars[self.result] = 1.0;
         let first_step = self.slots.len() + self.constants.len();
-        for (k, step) in self.steps.iter().enumerate().rev() {
-            let here = first_step + k;
+        for (index, step) in self.steps.iter().enumerate().rev() {
+            let here = first_step + index;
             let (bar, value) = (bars[here], registers[here]);
             if bar == 0.0 {
                 continue; // also keeps a slope that is infinite at a point nobody asks for out of the others
@@ -185,30 +144,34 @@ impl Tape {
             match *step {
                 Step::Negate(x) => bars[x] -= bar,
                 Step::Call(function, x) => bars[x] += bar * function.derivative(registers[x], value),
+                Step::Power(x, 2) => bars[x] += 2.0 * bar * registers[x],
                 Step::Power(_, 0) => {}
-                Step::Power(x, exponent) => {
-                    bars[x] += bar * f64::from(exponent) * integer_power(registers[x], exponent - 1);
+                Step::Power(x, k) => bars[x] += bar * f64::from(k) * integer_power(registers[x], k - 1),
+                Step::Binary(Operator::Add, left, right) => {
+                    bars[left] += bar;
+                    bars[right] += bar;
                 }
-                Step::Binary(Operator::Add, x, y) => {
-                    bars[x] += bar;
-                    bars[y] += bar;
+                Step::Binary(Operator::Subtract, left, right) => {
+                    bars[left] += bar;
+                    bars[right] -= bar;
                 }
-                Step::Binary(Operator::Subtract, x, y) => {
-                    bars[x] += bar;
-                    bars[y] -= bar;
+                Step::Binary(Operator::Multiply, left, right) => {
+                    bars[left] += bar * registers[right];
+                    bars[right] += bar * registers[left];
                 }
-                Step::Binary(Operator::Multiply, x, y) => {
-                    bars[x] += bar * registers[y];
-                    bars[y] += bar * registers[x];
+                Step::Binary(Operator::Divide, left, right) => {
+                    bars[left] += bar / registers[right];
+                    bars[right] -= bar * value / registers[right];
                 }
-                Step::Binary(Operator::Divide, x, y) => {
-                    bars[x] += bar / registers[y];
-                    bars[y] -= bar * value / registers[y];
-                }
-                Step::Binary(Operator::Power, x, y) => {
-                    let (base, exponent) = (registers[x], registers[y]);
-                    bars[x] += bar * exponent * base.powf(exponent - 1.0);
-                    bars[y] += bar * if base == 0.0 { 0.0 } else { value * base.ln() };
+                Step::Binary(Operator::Power, left, right) => {
+                    let (base, exponent) = (registers[left], registers[right]);
+                    if exponent != 0.0 {
+                        bars[left] += bar * exponent * Operator::Power.value(base, exponent - 1.0);
+                    }
+                    // The limit of x^y ln x at x = 0 for y > 0.
+                    if value != 0.0 {
+                        bars[right] += bar * value * base.ln();
+                    }
                 }
             }
         }
@@ -220,14 +183,60 @@ impl Tape {
         }
         registers[self.result]
     }
+
+    /// Forward sweep: every register's value.
+    fn forward(&self, inputs: &[f64], registers: &mut Vec<f64>) {
+        let first_step = self.slots.len() + self.constants.len();
+        registers.resize(first_step + self.steps.len(), 0.0);
+        for (register, slot) in registers.iter_mut().zip(&self.slots) {
+            *register = inputs.get(*slot).copied().unwrap_or(f64::NAN);
+        }
+        registers[self.slots.len()..first_step].copy_from_slice(&self.constants);
+        for (index, step) in self.steps.iter().enumerate() {
+            registers[first_step + index] = match *step {
+                Step::Negate(x) => -registers[x],
+                Step::Call(function, x) => function.value(registers[x]),
+                Step::Power(x, exponent) => integer_power(registers[x], exponent),
+                Step::Binary(operator, x, y) => operator.value(registers[x], registers[y]),
+            };
+        }
+    }
 }
 
-/// A drafted step with its operands' registers.
-fn numbered(left: usize, right: usize, kind: Kind) -> Step {
-    match kind {
-        Kind::Negate => Step::Negate(left),
-        Kind::Call(function) => Step::Call(function, left),
-        Kind::Power(exponent) => Step::Power(left, exponent),
-        Kind::Binary(operator) => Step::Binary(operator, left, right),
+impl<R: Copy> Step<R> {
+    fn operands(&self) -> [Option<&R>; 2] {
+        match self {
+            Step::Negate(x) | Step::Call(_, x) | Step::Power(x, _) => [Some(x), None],
+            Step::Binary(_, left, right) => [Some(left), Some(right)],
+        }
+    }
+
+    fn over<S>(&self, register: impl Fn(R) -> S) -> Step<S> {
+        match *self {
+            Step::Negate(x) => Step::Negate(register(x)),
+            Step::Call(function, x) => Step::Call(function, register(x)),
+            Step::Power(x, exponent) => Step::Power(register(x), exponent),
+            Step::Binary(operator, left, right) => Step::Binary(operator, register(left), register(right)),
+        }
+    }
+}
+
+fn unknown_name(expression: &Expression, name: &str, names: &[&str]) -> Malformed {
+    let (start, length) = expression.span_of(name).unwrap_or_default();
+    Malformed::new(Fault::UnknownName, format!("'{name}' is not known here"))
+        .expected(if names.is_empty() { "no names at all".to_string() } else { format!("one of {}", names.join(", ")) })
+        .found(format!("'{name}'"))
+        .at_span(start, length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_worked_out_once_and_only_used_inputs_are_kept() {
+        let line = Expression::parse("x*(2*pi/180)^2 + -1").unwrap();
+        let tape = Tape::compile(&line, &["unused", "x"]).unwrap();
+        assert_eq!((tape.slots.len(), tape.constants.len(), tape.steps.len()), (1, 2, 2));
     }
 }

@@ -19,10 +19,7 @@ const BUILT_INS: &[BuiltIn] = &[
         id: "accelerometer-dividing-head",
         text: include_str!("../../data/benches/accelerometer-dividing-head.bench.json"),
     },
-    BuiltIn {
-        id: "imu-three-axis-table",
-        text: include_str!("../../data/benches/imu-three-axis-table.bench.json"),
-    },
+    BuiltIn { id: "imu-three-axis-table", text: include_str!("../../data/benches/imu-three-axis-table.bench.json") },
     BuiltIn { id: "gyro-skew-triad", text: include_str!("../../data/benches/gyro-skew-triad.bench.json") },
     BuiltIn { id: "cube-mirror", text: include_str!("../../data/benches/cube-mirror.bench.json") },
 ];

@@ -24,7 +24,7 @@ pub struct Reading {
     pub observations: Vec<Observation>,
     /// Texts that are no inputs (operator, remark), carried along.
     pub remarks: Vec<(String, String)>,
-    /// Where the file has this reading, for messages: `readings[3]` or `line 5`.
+    /// Where the file has this reading, for messages: `readings[3]`, or the line of a CSV file.
     pub place: String,
 }
 

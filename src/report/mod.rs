@@ -5,6 +5,9 @@
 
 mod compare;
 mod fit;
+pub mod html;
+pub mod markdown;
+pub mod plot;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};

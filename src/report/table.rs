@@ -277,7 +277,8 @@ fn defects(report: &FitReport) -> String {
         if only.is_empty() {
             text.push_str(" no reading responds to it");
         } else {
-            text.push_str(&format!(" only {} is estimable here", only.join(" and ")));
+            let verb = if only.len() == 1 { "is" } else { "are" };
+            text.push_str(&format!(" only {} {verb} estimable here", only.join(" and ")));
         }
         match &defect.separate_by {
             Some(position) => {
@@ -316,9 +317,8 @@ pub fn compare(report: &super::CompareReport) -> String {
     let mut text =
         format!("tumble {}: published closed forms on {}\n  {}\n\n", report.tumble, report.bench, report.source);
     let angle = |unit: &str| unit == "arcsec";
-    let digits = |v: Option<f64>, unit: &str| {
-        optional(v, |v| if angle(unit) { format!("{v:.3}") } else { significant(v, 7) })
-    };
+    let digits =
+        |v: Option<f64>, unit: &str| optional(v, |v| if angle(unit) { format!("{v:.3}") } else { significant(v, 7) });
     let print =
         |v: Option<f64>, unit: &str| optional(v, |v| if angle(unit) { format!("{v:.1}") } else { significant(v, 7) });
     let mut rows = Vec::new();
@@ -350,7 +350,15 @@ pub fn compare(report: &super::CompareReport) -> String {
         .all
         .quantities
         .iter()
-        .map(|q| vec![q.id.clone(), digits(q.closed_form, &q.unit), digits(q.least_squares, &q.unit), print(q.printed, &q.unit), q.unit.clone()])
+        .map(|q| {
+            vec![
+                q.id.clone(),
+                digits(q.closed_form, &q.unit),
+                digits(q.least_squares, &q.unit),
+                print(q.printed, &q.unit),
+                q.unit.clone(),
+            ]
+        })
         .collect();
     text.push_str(&plain(
         &["angle", "mean of closed forms", "least squares, all readings", "printed mean", "unit"],

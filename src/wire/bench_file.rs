@@ -2,7 +2,7 @@
 
 use super::Named;
 use crate::algebra::Expression;
-use crate::bench::{Axis, Bench, Modulation, EARTH_RATE_DEG_H, ForceUnit, Link, RateUnit, Sensor, Site, Units};
+use crate::bench::{Axis, Bench, EARTH_RATE_DEG_H, ForceUnit, Link, Modulation, RateUnit, Sensor, Site, Units};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use schemars::JsonSchema;

@@ -19,13 +19,9 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         Axis::Z => AxisFile::Z,
     };
     let link = |link: &Link| match link {
-        Link::Joint { name, about, meaning } => LinkFile {
-            joint: Some(name.clone()),
-            tilt: None,
-            about: axis(*about),
-            is: meaning.clone(),
-            times: None,
-        },
+        Link::Joint { name, about, meaning } => {
+            LinkFile { joint: Some(name.clone()), tilt: None, about: axis(*about), is: meaning.clone(), times: None }
+        }
         Link::Tilt { name, about, meaning, times } => LinkFile {
             joint: None,
             tilt: Some(name.clone()),

@@ -1,0 +1,47 @@
+//! Text into HTML.
+
+/// Escape a text and set what stands between a pair of backticks in code type.
+pub(super) fn inline(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    let mut html = String::with_capacity(text.len() + 16);
+    for (k, part) in parts.iter().enumerate() {
+        let escaped = escape(part);
+        // an odd part is code, unless its closing backtick is missing
+        match (k % 2 == 1, k + 1 < parts.len()) {
+            (true, true) => html.push_str(&format!("<code>{escaped}</code>")),
+            (true, false) => html.push_str(&format!("`{escaped}")),
+            _ => html.push_str(&escaped),
+        }
+    }
+    html
+}
+
+/// Escape what HTML and XML would take for markup; control characters that neither allows become a replacement character.
+pub(crate) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            '\t' | '\n' | '\r' => out.push(c),
+            c if c.is_control() => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markup_of_the_user_stays_text() {
+        assert_eq!(inline("<i> `a<b` & c"), "&lt;i&gt; <code>a&lt;b</code> &amp; c");
+        assert_eq!(inline("one ` alone"), "one ` alone");
+        assert_eq!(escape("a\u{0}b"), "a\u{fffd}b");
+    }
+}

@@ -1,0 +1,54 @@
+//! Reports as pages: one self-contained HTML file, or the same page as markdown (`report::markdown`).
+//!
+//! ```text
+//! report value (serde) -> page (title, verdict, sections of blocks) -> html::render or markdown::render
+//! ```
+//!
+//! A page is data. [`Page`] holds a title, facts and a list of [`Section`]s; a section holds [`Block`]s: prose, a verdict, a list, formula
+//! lines, facts, a table, figures. One template (`data/templates/page.html`) lays out every page, for the screen and for print; it needs no
+//! network and no script. Every text is escaped; a pair of backticks sets a name in code type. A figure is inline SVG from `report::plot`.
+//!
+//! To add a page: a file beside this one with `pub fn <kind>_page(&<Kind>Report, ..) -> Page`, built from sections, and a `pub use` line below;
+//! `cli` then calls [`render`] and `markdown::render`. Numbers are formatted by `report::table` (`rounded`, `significant`) before they enter
+//! a cell; a column of [`Align::Decimal`] aligns them at the decimal point.
+//!
+//! Deliberately absent: computation (a page shows what a report value says), colours (the template and `report::plot` have them), clocks
+//! (the same report always gives the same bytes).
+
+mod escape;
+mod page;
+
+pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
+
+use crate::error::{Fault, Malformed, Result};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, Value, context};
+
+const TEMPLATE: &str = include_str!("../../../data/templates/page.html");
+const STYLE: &str = include_str!("../../../data/templates/page.css");
+
+/// A page as one HTML file.
+///
+/// Errors: none that a page can cause; a fault in the template is reported as `Value`.
+///
+/// ```
+/// use tumble::report::html::{Block, Page, Section, render};
+/// let page = Page::new("A <b> page").section(Section::new("Result").prose("`V0` is 3 < 4"));
+/// let html = render(&page)?;
+/// assert!(html.contains("A &lt;b&gt; page") && html.contains("<code>V0</code> is 3 &lt; 4"));
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn render(page: &Page) -> Result<String> {
+    let fault = |error: minijinja::Error| {
+        Malformed::new(Fault::Value, format!("the page cannot be laid out: {error:#}")).expected("a sound template")
+    };
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fault)?);
+    environment.add_filter("inline", |text: &str| Value::from_safe_string(escape::inline(text)));
+    environment.add_template("page.html", TEMPLATE).map_err(fault)?;
+    let template = environment.get_template("page.html").map_err(fault)?;
+    let page = Serde(page.clone().aligned());
+    template.render(context! { page, style => Value::from_safe_string(STYLE.to_string()) }).map_err(fault)
+}

@@ -1,0 +1,126 @@
+//! Stacked bars, one row each: where an uncertainty comes from.
+
+use super::{
+    Area, BLUE, Drawn, GREEN, INK, ORANGE, PURPLE, RULE, SKY, SMALL, SOFT, TEXT, VERMILLION, YELLOW, fitted, scale,
+    style, svg, text_width,
+};
+use crate::error::Result;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// A bar made of parts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Bar {
+    /// Name of the row.
+    pub label: String,
+    /// Its parts, from the left.
+    pub parts: Vec<Part>,
+}
+
+/// A part of a bar.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Part {
+    /// Where it comes from; parts of one source have one colour.
+    pub source: String,
+    /// Evaluated by other means than the scatter of the readings.
+    pub type_b: bool,
+    /// Its length.
+    pub size: f64,
+}
+
+const ROW: i32 = 46;
+const TYPE_A: [RGBColor; 3] = [BLUE, SKY, GREEN];
+const TYPE_B: [RGBColor; 4] = [VERMILLION, ORANGE, YELLOW, PURPLE];
+
+/// A source, its colour, and whether it is of Type B.
+type Source<'a> = (&'a str, bool, RGBColor);
+
+/// Stacked bars on a common axis from zero, with a legend of sources; `what` titles the axis.
+pub fn bars(rows: &[Bar], what: &str, width: u32) -> Result<String> {
+    let sources = sources(rows);
+    let legend = legend_rows(&sources, width as i32);
+    let height = ROW * rows.len() as i32 + 96 + 36 * legend;
+    svg(width, height as u32, |area| draw(area, rows, what, &sources, (width as i32, height - 36 * legend)))
+}
+
+/// Distinct sources in order of first appearance; the first of each type have colours of their own, the rest share grey.
+fn sources(rows: &[Bar]) -> Vec<Source<'_>> {
+    let mut sources: Vec<Source<'_>> = Vec::new();
+    for part in rows.iter().flat_map(|row| &row.parts) {
+        if !sources.iter().any(|(name, ..)| *name == part.source) {
+            let before = sources.iter().filter(|(_, type_b, _)| *type_b == part.type_b).count();
+            let palette: &[RGBColor] = if part.type_b { &TYPE_B } else { &TYPE_A };
+            sources.push((&part.source, part.type_b, palette.get(before).copied().unwrap_or(SOFT)));
+        }
+    }
+    sources
+}
+
+fn entry((name, type_b, _): &Source<'_>) -> String {
+    fitted(&format!("{name} (Type {})", if *type_b { "B" } else { "A" }), SMALL, 420)
+}
+
+/// Where each entry of the legend stands: column offset and row.
+fn legend_places(sources: &[Source<'_>], width: i32) -> Vec<(i32, i32)> {
+    let (mut x, mut row) = (0, 0);
+    let mut places = Vec::new();
+    for source in sources {
+        let room = text_width(&entry(source), SMALL) + 64;
+        if x > 0 && x + room > width - 24 {
+            x = 0;
+            row += 1;
+        }
+        places.push((x, row));
+        x += room;
+    }
+    places
+}
+
+fn legend_rows(sources: &[Source<'_>], width: i32) -> i32 {
+    legend_places(sources, width).last().map_or(0, |(_, row)| row + 1)
+}
+
+fn draw(area: &Area<'_>, rows: &[Bar], what: &str, sources: &[Source<'_>], (width, height): (i32, i32)) -> Drawn {
+    let total = |row: &Bar| row.parts.iter().map(|p| p.size.max(0.0)).filter(|s| s.is_finite()).sum::<f64>();
+    let exponent = scale::readable_exponent(rows.iter().map(total));
+    let at = |v: f64| scale::scaled(v.max(0.0), exponent);
+    let high = rows.iter().map(|r| at(total(r))).fold(0.0, f64::max);
+    let high = if high > 0.0 { 1.03 * high } else { 1.0 };
+    let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
+    let (right, bottom) = (width - 24, height - 84);
+    let x = |v: f64| left + (v / high * f64::from(right - left)).round() as i32;
+    let (ticks, decimals) = scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 });
+    for tick in ticks {
+        area.draw(&PathElement::new([(x(tick), 0), (x(tick), bottom)], RULE.stroke_width(1)))?;
+        area.draw(&Text::new(
+            scale::label(tick, decimals),
+            (x(tick), bottom + 10),
+            style(SMALL, &SOFT, HPos::Center, VPos::Top),
+        ))?;
+    }
+    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
+    let title = scale::title(what, "", exponent);
+    area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    for (k, row) in rows.iter().enumerate() {
+        let y = ROW * k as i32;
+        let label = fitted(&row.label, TEXT, left - 20);
+        area.draw(&Text::new(label, (left - 16, y + ROW / 2), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
+        let mut from = 0.0;
+        for part in &row.parts {
+            let to = from + at(part.size);
+            let colour = sources.iter().find(|(name, ..)| *name == part.source).map_or(SOFT, |(.., colour)| *colour);
+            if x(to) > x(from) {
+                area.draw(&Rectangle::new([(x(from), y + 9), (x(to), y + ROW - 9)], colour.filled()))?;
+                area.draw(&PathElement::new([(x(to), y + 9), (x(to), y + ROW - 9)], WHITE.stroke_width(2)))?;
+            }
+            from = to;
+        }
+    }
+    area.draw(&PathElement::new([(left, 0), (left, bottom)], SOFT.stroke_width(2)))?;
+    for (source, (column, row)) in sources.iter().zip(legend_places(sources, width)) {
+        let y = height + 36 * row + 14;
+        area.draw(&Rectangle::new([(column + 12, y - 10), (column + 34, y + 10)], source.2.filled()))?;
+        area.draw(&Text::new(entry(source), (column + 44, y), style(SMALL, &INK, HPos::Left, VPos::Center)))?;
+    }
+    Ok(())
+}

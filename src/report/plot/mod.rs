@@ -1,0 +1,117 @@
+//! Charts as inline SVG: text is text, colours are told apart without colour vision and in print, nothing needs a font or the network.
+//!
+//! Sizes are in half points of the page (a figure as wide as the page is [`WIDE`]), so that whole pixels are fine enough. Data are scaled by a power
+//! of a thousand before they are drawn; axis titles say which. The drawing itself is plotters' with its SVG backend only. Deliberately absent:
+//! computation; a chart gets the numbers that it shows.
+
+mod bars;
+mod correlation;
+mod normal;
+mod residuals;
+mod scale;
+mod values;
+
+pub use bars::{Bar, Part, bars};
+pub use correlation::correlation;
+pub use normal::normal;
+pub use residuals::{Residual, residuals};
+pub use values::{Interval, values};
+
+use crate::error::{Fault, Malformed, Result};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Width of a figure as wide as the page.
+pub const WIDE: u32 = 1856;
+/// Width of a figure that shares the page with another.
+pub const HALF: u32 = 900;
+/// Size of the text.
+const TEXT: i32 = 25;
+/// Size of small text.
+const SMALL: i32 = 21;
+
+const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
+const SOFT: RGBColor = RGBColor(0x57, 0x60, 0x6a);
+const RULE: RGBColor = RGBColor(0xd0, 0xd7, 0xde);
+const TINT: RGBColor = RGBColor(0xf3, 0xf5, 0xf7);
+/// Okabe and Ito's colours, apart for every kind of colour vision.
+const BLUE: RGBColor = RGBColor(0x00, 0x72, 0xb2);
+const VERMILLION: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
+const SKY: RGBColor = RGBColor(0x56, 0xb4, 0xe9);
+const ORANGE: RGBColor = RGBColor(0xe6, 0x9f, 0x00);
+const GREEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
+const PURPLE: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
+const YELLOW: RGBColor = RGBColor(0xf0, 0xe4, 0x42);
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
+
+/// Draw on an empty canvas.
+fn svg(width: u32, height: u32, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String> {
+    let mut text = String::new();
+    let drawn = {
+        let area = SVGBackend::with_string(&mut text, (width, height)).into_drawing_area();
+        draw(&area).and_then(|()| Ok(area.present()?))
+    };
+    match drawn {
+        Ok(()) => Ok(text),
+        Err(error) => Err(Malformed::new(Fault::Value, format!("the chart cannot be drawn: {error}"))),
+    }
+}
+
+/// Text of a size and colour, anchored where its point is.
+fn style<'a>(size: i32, colour: &RGBColor, horizontal: HPos, vertical: VPos) -> TextStyle<'a> {
+    ("sans-serif", size).into_font().color(colour).pos(Pos::new(horizontal, vertical))
+}
+
+/// Width that a text will have, near enough for margins and for leaving labels out.
+fn text_width(text: &str, size: i32) -> i32 {
+    (text.chars().count() as f64 * 0.56 * f64::from(size)).ceil() as i32
+}
+
+/// A label that fits into so much room: cut with an ellipsis if need be, control characters gone.
+fn fitted(text: &str, size: i32, room: i32) -> String {
+    let clean: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if text_width(&clean, size) <= room {
+        return clean;
+    }
+    let letters = (f64::from(room) / (0.56 * f64::from(size))).floor() as usize;
+    let mut cut: String = clean.chars().take(letters.saturating_sub(1)).collect();
+    cut.push('\u{2026}');
+    cut
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn charts_survive_hostile_numbers_and_names() {
+        let wild = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MAX, -f64::MAX, f64::MIN_POSITIVE, 1.0, 1.0 + 1e-15];
+        for a in wild {
+            for b in wild {
+                let row = |value, bar| Interval { label: "<&\"\u{0}x".into(), value, expanded: bar };
+                let text = values(&[row(a, b), row(b, a)], "angle, arcsec").unwrap();
+                assert!(!text.contains("<&") && !text.contains('\u{0}'));
+                assert!(values(&[row(a, a)], "angle").is_ok());
+                let part = |size| Part { source: "readings".into(), type_b: false, size };
+                let bar = |size| Bar { label: "x".into(), parts: vec![part(size), part(a)] };
+                assert!(bars(&[bar(a), bar(b)], "u, arcsec", WIDE).is_ok());
+                let point = |value, band| Residual { number: 1, group: "p".into(), value, band, far: false };
+                assert!(residuals(&[point(a, Some(b)), point(b, None)], "residual", "V").is_ok());
+                assert!(normal(&[a, b, 1.0]).is_ok());
+                assert!(correlation(&["a", "b"], &[vec![Some(1.0), Some(a)], vec![Some(b), None]]).is_ok());
+            }
+        }
+        assert!(values(&[], "").is_ok() && bars(&[], "", HALF).is_ok() && residuals(&[], "", "").is_ok());
+        assert!(normal(&[]).is_ok() && correlation(&[], &[]).is_ok());
+    }
+
+    #[test]
+    fn text_is_text() {
+        let row = Interval { label: "dtheta_y2".into(), value: -162.07, expanded: 1.23 };
+        let text = values(&[row], "angle, arcsec").unwrap();
+        assert!(text.contains("<text") && text.contains("dtheta_y2") && text.contains("angle, arcsec"));
+    }
+}

@@ -1,0 +1,73 @@
+//! Values with error bars, one row each.
+
+use super::{
+    Area, BLUE, Drawn, HALF, INK, Interval as Row, RULE, SMALL, SOFT, TEXT, TINT, fitted, scale, style, svg, text_width,
+};
+use crate::error::Result;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// A value and the half length of its error bar.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Interval {
+    /// Name of the row.
+    pub label: String,
+    /// Value.
+    pub value: f64,
+    /// Expanded uncertainty.
+    pub expanded: f64,
+}
+
+const ROW: i32 = 46;
+
+/// Values with error bars on a common axis that holds zero.
+///
+/// ```
+/// use tumble::report::plot::{Interval, values};
+/// let svg = values(&[Interval { label: "tilt".into(), value: -3.0, expanded: 0.5 }], "arcsec")?;
+/// assert!(svg.starts_with("<svg") && svg.contains(">\ntilt\n"));
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn values(rows: &[Row], unit: &str) -> Result<String> {
+    let height = ROW * rows.len() as i32 + 96;
+    svg(HALF, height as u32, |area| draw(area, rows, unit, height))
+}
+
+fn draw(area: &Area<'_>, rows: &[Row], unit: &str, height: i32) -> Drawn {
+    let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
+    let at = |v: f64| scale::scaled(v, exponent);
+    let ends = rows.iter().flat_map(|r| [at(r.value) - at(r.expanded), at(r.value) + at(r.expanded)]);
+    let (low, high) = scale::range(ends.chain([0.0]), 0.04);
+    let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
+    let (right, bottom) = (HALF as i32 - 24, height - 84);
+    let x = |v: f64| left + ((v - low) / (high - low) * f64::from(right - left)).round() as i32;
+    let (ticks, decimals) = scale::ticks(low, high, 5);
+    for (k, _) in rows.iter().enumerate().filter(|(k, _)| k % 2 == 0) {
+        let top = ROW * k as i32;
+        area.draw(&Rectangle::new([(left, top), (right, top + ROW)], TINT.filled()))?;
+    }
+    for tick in ticks {
+        area.draw(&PathElement::new([(x(tick), 0), (x(tick), bottom)], RULE.stroke_width(1)))?;
+        area.draw(&Text::new(
+            scale::label(tick, decimals),
+            (x(tick), bottom + 10),
+            style(SMALL, &SOFT, HPos::Center, VPos::Top),
+        ))?;
+    }
+    area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
+    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
+    let title = scale::title("estimate and expanded uncertainty", unit, exponent);
+    area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    for (k, row) in rows.iter().enumerate() {
+        let y = ROW * k as i32 + ROW / 2;
+        let label = fitted(&row.label, TEXT, left - 20);
+        area.draw(&Text::new(label, (left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
+        let (from, to) = (x(at(row.value) - at(row.expanded)), x(at(row.value) + at(row.expanded)));
+        area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
+        for end in [from, to] {
+            area.draw(&PathElement::new([(end, y - 9), (end, y + 9)], BLUE.stroke_width(3)))?;
+        }
+        area.draw(&Circle::new((x(at(row.value)), y), 7, BLUE.filled()))?;
+    }
+    Ok(())
+}
