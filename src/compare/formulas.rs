@@ -5,11 +5,11 @@ use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, JointState, Reading, Readings, Role};
 use crate::error::Result;
 
-/// Every formula's value; `None` where a position that it needs was not read.
+/// Every formula's value on the readings of one group, in the order of the formulas; `None` where a position that it needs was not read.
 ///
 /// Formulas may use the symbols, the group's value, the known parameters, `g` (specific force at rest), `earth_north`,
 /// `earth_up` (Earth rate), in the bench's units, and the formulas before them. A quantity that the campaign knows or assumes to be zero is not computed: the formulas after it use that value.
-pub(super) fn evaluate(
+pub fn evaluate(
     campaign: &Campaign,
     forms: &ClosedForms,
     group: Option<f64>,

@@ -50,11 +50,13 @@ pub(super) fn run(
     let linear = design.point.iter().zip(&estimate.solution).take(unknowns).map(|(x, dx)| x + dx).collect();
     let mut record = Convergence { converged: false, iterations: Vec::new(), linear };
     while record.iterations.len() < settings.iterations {
-        let before = weighted_square(&system.observed, &system);
+        // the step minimises the squares in units of the readings' scatter, so these, not those in units of the u given, must fall
+        let u = scattered(&system, &estimate);
+        let before = weighted_square(&system.observed, &u);
         let moved: Vec<f64> = system.observed.iter().zip(&estimate.residuals).map(|(y, v)| y - v).collect();
-        let step = weighted_square(&moved, &system).sqrt();
-        let size = weighted_square(&values(campaign, &design, &system), &system).sqrt();
-        let noise = estimate.sum_of_squares.sqrt();
+        let step = weighted_square(&moved, &u).sqrt();
+        let size = weighted_square(&values(&design, &system), &u).sqrt();
+        let noise = weighted_square(&estimate.residuals, &u).sqrt();
         let small = step <= NEGLIGIBLE * size || step <= INVISIBLE * noise;
         if small || !step.is_finite() {
             record.converged = small;
@@ -69,7 +71,7 @@ pub(super) fn run(
             }
             let next = design::assemble(campaign, model, &point)?;
             let next_system = weigh(campaign, &next, settings.weighting)?;
-            let after = weighted_square(&next_system.observed, &next_system);
+            let after = weighted_square(&next_system.observed, &u);
             // rounding of a sum of squares near its minimum must not halve a good step
             if after.is_finite() && after <= before * (1.0 + 1e-10) + (NEGLIGIBLE * size).powi(2) {
                 break Some((next, next_system));
@@ -91,14 +93,22 @@ pub(super) fn run(
 }
 
 /// Readings (not differences), and priors, in row order: the scale against which a step is negligible.
-fn values(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<f64> {
-    let _ = campaign;
+fn values(design: &DesignMatrix, system: &System) -> Vec<f64> {
     let predicted = design.predicted.iter().copied().chain(std::iter::repeat(0.0));
     system.observed.iter().zip(predicted).map(|(difference, predicted)| difference.abs() + predicted.abs()).collect()
 }
 
-fn weighted_square(values: &[f64], system: &System) -> f64 {
-    values.iter().zip(&system.u).map(|(v, u)| (v / u) * (v / u)).sum()
+/// `s_g u` of each row, the scale of its group included where there are several; one group alone needs none.
+fn scattered(system: &System, estimate: &Estimate) -> Vec<f64> {
+    let scale = |group: &Group| match group {
+        Group::Estimated(g) if estimate.group_iterations > 0 => estimate.group_scale.get(*g).copied().flatten(),
+        _ => None,
+    };
+    system.u.iter().zip(&system.group).map(|(u, group)| u * scale(group).unwrap_or(1.0)).collect()
+}
+
+fn weighted_square(values: &[f64], u: &[f64]) -> f64 {
+    values.iter().zip(u).map(|(v, u)| (v / u) * (v / u)).sum()
 }
 
 /// How far the linear model is from the exact one at the solution, in units of the readings' standard uncertainty.
