@@ -92,7 +92,7 @@ fn what_hides_in_what_is_named() {
     let texts: String = fit.not_estimable.iter().flat_map(|s| &s.estimable).map(|c| c.text.clone() + "; ").collect();
     println!("{texts}");
     assert_eq!(fit.not_estimable.len(), 1);
-    assert!(texts.contains("heading + oA") || texts.contains("heading - base"), "{texts}");
+    assert!(texts.contains("heading + d_heading"), "{texts}");
     let state = |fit: &Fit, id: &str| fit.parameters.iter().find(|p| p.id == id).unwrap().value.is_some();
     assert!(!state(&fit, "heading") && state(&fit, "pitch") && state(&fit, "roll") && state(&fit, "cube"));
 }
@@ -102,6 +102,8 @@ fn intervals_hold_what_they_promise() {
     let campaign = near(&campaign(&format!("{FOLDER}/attitude.campaign.json")));
     let truth = truth("tests/data/simulated/cube-mirror.truth.json");
     // the largest part of the roll's uncertainty is rectangular: its interval holds a little more than it promises
+    // (a collimation is a weighted mean of three directions whose scatters are estimated from ten degrees of freedom each: such
+    // weights make its interval short, 92 % instead of 95 %, so the collimations are not asserted)
     coverage("attitude, circle errors rectangular", &campaign, &truth, &|sensor, _| if sensor < 7 { 0.7 } else { 0.9 }, 2000, &exact(), 0.985);
 }
 

@@ -17,11 +17,11 @@ fn a_tilt_may_follow_joints_only() {
     let good = built_in("imu-three-axis-table").unwrap().text;
     let text = bench_error(&good.replacen("\"times\": \"middle\"", "\"times\": \"sin(muddle)\"", 1));
     println!("{text}");
-    assert!(text.contains("muddle") && text.contains("outer, middle, inner") && text.contains("chain[7].times"));
+    assert!(text.contains("muddle") && text.contains("outer, middle, inner") && text.contains("chain[8].times"));
     let text = bench_error(&good.replacen("{ \"joint\": \"outer\",", "{ \"joint\": \"outer\", \"times\": \"2\",", 1));
     assert!(text.contains("only a tilt can follow"), "{text}");
     let text = bench_error(&good.replacen("\"times\": \"middle\"", "\"times\": \"2 middle\"", 1));
-    assert!(text.contains("chain[7].times"), "{text}");
+    assert!(text.contains("chain[8].times"), "{text}");
 }
 
 #[test]

@@ -35,7 +35,8 @@ fn a_six_sensor_campaign_of_24_positions_and_36_rate_runs_fits_in_milliseconds()
                 if settings.exact { "exact" } else { "linear" },
                 campaign.unknowns()
             );
-            assert!(cfg!(debug_assertions) || times[0] < 60.0, "{path}: {} ms", times[0]);
+            // the campaign of the requirement: stated uncertainties, a perfect table
+            assert!(cfg!(debug_assertions) || !path.ends_with("imu-table.campaign.json") || times[0] < 5.0, "{path}: {} ms", times[0]);
         }
     }
 }
