@@ -8,6 +8,8 @@ mod check;
 mod compare;
 mod files;
 mod fit;
+mod navigate;
+mod pages;
 mod show_error;
 mod simulate;
 
@@ -31,6 +33,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     Simulate(simulate::Arguments),
+    /// What calibration errors do to a strapdown navigator over hours.
+    Navigate(navigate::Arguments),
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand)]
     Bench(bench::Arguments),
@@ -75,6 +79,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Navigate(arguments) => navigate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),

@@ -180,6 +180,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     text.push_str(&plain(&["parameter", "estimate", "u", &expanded, "dof", "k", "unit", "state"], &rows));
     text.push('\n');
     text.push_str(&summary(report));
+    text.push_str(&super::fit_checks_table::findings(report));
     text.push_str(&defects(report));
     if let Some(record) = &report.convergence {
         let steps = record.iterations.len();

@@ -7,6 +7,7 @@ mod bench_file;
 mod campaign_file;
 mod csv_readings;
 mod locate;
+mod mission_file;
 mod named;
 mod readings_file;
 mod schema;
@@ -18,6 +19,10 @@ pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
 pub use locate::{line_and_column, locate};
+pub use mission_file::{
+    AxesFile, CalibrationFile, CovarianceFile, ErrorsFile, InstallationAngles, InstallationFile, LegFile, LegsFile,
+    MissionFile, MissionSiteFile, MotionFile, OscillationFile, ScenariosFile, StaticFile, SwingFile, read_covariance,
+};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use schema::{SCHEMAS, schema};

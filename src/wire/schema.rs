@@ -1,10 +1,10 @@
 //! JSON Schemas, generated from the wire types.
 
-use super::{BenchFile, CampaignFile, TruthFile};
+use super::{BenchFile, CampaignFile, MissionFile, TruthFile};
 use serde_json::Value;
 
 /// The kinds of file that have a schema.
-pub const SCHEMAS: &[&str] = &["bench", "campaign", "truth"];
+pub const SCHEMAS: &[&str] = &["bench", "campaign", "mission", "truth"];
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
 ///
@@ -15,6 +15,7 @@ pub fn schema(kind: &str) -> Option<Value> {
     let schema = match kind {
         "bench" => schemars::schema_for!(BenchFile),
         "campaign" => schemars::schema_for!(CampaignFile),
+        "mission" => schemars::schema_for!(MissionFile),
         "truth" => schemars::schema_for!(TruthFile),
         _ => return None,
     };
