@@ -6,6 +6,7 @@
 mod bench;
 mod check;
 mod compare;
+mod diagnose;
 mod files;
 mod fit;
 mod pages;
@@ -30,6 +31,8 @@ enum Command {
     Fit(fit::Arguments),
     /// The same angles by the published closed forms, side by side with least squares and the printed table.
     Compare(compare::Arguments),
+    /// Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
+    Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     Simulate(simulate::Arguments),
     /// Built-in benches: list them, or show one as a file.
@@ -75,6 +78,7 @@ fn run(command: Command) -> Result<Outcome> {
     match command {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

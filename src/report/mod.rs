@@ -5,6 +5,8 @@
 
 mod compare;
 mod correction;
+mod diagnose;
+mod diagnose_table;
 mod fit;
 pub mod html;
 pub mod markdown;
@@ -14,6 +16,11 @@ pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
+pub use diagnose::{
+    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport, LevelReport,
+    NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
+};
+pub use diagnose_table::diagnose_table;
 pub use fit::{
     ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
     FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
@@ -29,7 +36,7 @@ pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report"]).collect()
+    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report", "diagnose-report"]).collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
@@ -40,6 +47,7 @@ pub fn schemas() -> Vec<&'static str> {
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
+        "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         _ => crate::wire::schema(kind),
     }
