@@ -6,6 +6,7 @@
 mod bench;
 mod check;
 mod compare;
+mod diagnose;
 mod files;
 mod fit;
 mod navigate;
@@ -32,6 +33,8 @@ enum Command {
     Fit(fit::Arguments),
     /// The same angles by the published closed forms, side by side with least squares and the printed table.
     Compare(compare::Arguments),
+    /// Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
+    Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     Simulate(simulate::Arguments),
     /// What calibration errors do to a strapdown navigator over hours.
@@ -81,6 +84,7 @@ fn run(command: Command) -> Result<Outcome> {
     match command {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Navigate(arguments) => navigate::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),

@@ -1,10 +1,17 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
 
 use super::catalogue::{Effect, Filling, column_values, fill};
-use crate::campaign::{Campaign, JointState, Kind, Role};
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Regressor, Table, indicator};
+
+
+/// A term smaller than this share of its natural size is zero but for rounding,
+const ROUNDING: f64 = 1e-10;
+/// or than this one vanishes but for small tilts.
+const VANISHING: f64 = 0.02;
 
 /// One effect that might be missing.
 #[derive(Debug, Clone)]
@@ -29,6 +36,8 @@ pub struct Candidate {
     pub existing: Option<usize>,
     /// Is the term zero at every reading but for rounding?
     pub rounding: bool,
+    /// Is it small at every reading against what its inputs could make of it, so that only small tilts leave anything of it?
+    pub vanishing: bool,
     /// Its value at each row, `m`, zero at the rows of priors.
     pub column: Vec<f64>,
 }
@@ -60,7 +69,7 @@ pub(super) fn build(
         maker.effect(effect)?;
     }
     let mut found = maker.found;
-    mark_rounding(campaign, design, &tilts, &mut found)?;
+    mark_vanishing(campaign, &mut found);
     Ok(found)
 }
 
@@ -182,6 +191,7 @@ impl Maker<'_> {
             confirm: effect.confirm.clone(),
             existing,
             rounding: false,
+            vanishing: false,
             column,
         });
         Ok(())
@@ -286,38 +296,30 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
     })
 }
 
-/// Mark terms that are zero at these positions but for rounding: tiny here, and not where every held joint stands elsewhere.
-fn mark_rounding(campaign: &Campaign, design: &DesignMatrix, tilts: &[f64], found: &mut [Candidate]) -> Result<()> {
-    let largest = |column: &[f64]| column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-    let suspects: Vec<usize> = (0..found.len())
-        .filter(|k| found.get(*k).is_some_and(|c| matches!(c.kind, Regressor::Term(_)) && largest(&c.column) < 1e-9))
-        .collect();
-    if suspects.is_empty() {
-        return Ok(());
+/// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.
+fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
+    let per_deg_s = campaign.bench.units.rate.per_deg_s();
+    let rates = campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs() * per_deg_s));
+    let rate = rates.fold(campaign.bench.earth_rate().norm(), f64::max);
+    let force = campaign.bench.specific_force().norm();
+    let mut scratch = Scratch::default();
+    for candidate in found {
+        let Regressor::Term(line) = &candidate.kind else { continue };
+        let names = line.names();
+        let size = |name: &str| {
+            if crate::campaign::is_axis_input(&campaign.bench, name) {
+                return if name.starts_with("w_") { rate } else { force };
+            }
+            if campaign.bench.joints().any(|joint| joint == name) {
+                return 0.7; // radians: no harmonic up to the fourth is small there
+            }
+            column_values(campaign, name).iter().fold(0.0_f64, |largest, v| largest.max(v.abs()))
+        };
+        let inputs: Vec<f64> = names.iter().map(|name| size(name)).collect();
+        let Ok(tape) = Tape::compile(line, &names) else { continue };
+        let natural = tape.value(&inputs, &mut scratch).abs();
+        let here = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        candidate.rounding = here < ROUNDING * natural;
+        candidate.vanishing = here < VANISHING * natural;
     }
-    let mut elsewhere = campaign.clone();
-    let names: Vec<&str> = campaign.bench.joints().collect();
-    for reading in &mut elsewhere.readings.rows {
-        let moved = reading
-            .joints
-            .iter()
-            .map(|state| match *state {
-                JointState::Held { angle_deg } => JointState::Held { angle_deg: angle_deg + 17.0 },
-                other => other,
-            })
-            .collect();
-        let place = campaign.readings.position(&names, reading, moved);
-        reading.joints = place.joints;
-        reading.columns = place.columns;
-    }
-    let mut table = Table::new(&elsewhere, tilts, &design.point);
-    for k in suspects {
-        let Some(candidate) = found.get_mut(k) else { continue };
-        if let (Regressor::Term(line), Some(sensor)) = (&candidate.kind, candidate.sensor)
-            && let Some(moved) = table.term(sensor, line, &design.rows)?
-        {
-            candidate.rounding = largest(&candidate.column) < 1e-11 * largest(&moved);
-        }
-    }
-    Ok(())
 }

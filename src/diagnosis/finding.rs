@@ -182,6 +182,7 @@ fn findings(
                     together_with: rival.together.and_then(|j| candidates.get(j)).map(|c| c.regressor.clone()),
                 };
                 let order = u32::from(other.rank) + if other.rounding { 1000 } else { 0 };
+                let order = order + if other.vanishing { 300 } else { 0 };
                 let order = order + if alias.exact { 0 } else { 100 };
                 Some((order, alias.excess, rival.candidate, alias))
             })

@@ -12,6 +12,7 @@
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `search.rs` | the smallest complete set, and its rivals |
+//! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
 //! | `places.rs` | where the gap is: factors and levels |
@@ -31,6 +32,7 @@ mod pool;
 mod repair;
 mod search;
 mod separate;
+mod support;
 
 pub use candidates::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
@@ -47,6 +49,7 @@ use crate::fit::{self, Fit};
 use arena::Arena;
 use noise::Weighted;
 use search::{Found, Levels};
+use support::Support;
 
 /// How to diagnose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -251,15 +254,18 @@ fn look(
         .zip(arena.pool.visible())
         .map(|(candidate, visible)| {
             let absorbed = if *visible < MOSTLY_ABSORBED { 4.0 } else { 0.0 };
-            let rounding = if candidate.rounding { 8.0 } else { 0.0 };
-            0.4 * f64::from(candidate.rank) + absorbed + rounding
+            let small = if candidate.vanishing { 5.0 } else { 0.0 };
+            let rounding = if candidate.rounding { 5.0 } else { 0.0 };
+            0.4 * f64::from(candidate.rank) + absorbed + small + rounding
         })
         .collect();
     let mut steps = Vec::new();
     let found = if weighted.estimate.dof == 0 {
         Found::Nothing
     } else {
-        search::search(&mut arena, levels, &handicap, &mut steps)
+        let positions = noise::positions(campaign, &design, weighted.weight.len());
+        let support = Support { weighted: &weighted, columns: &columns, positions: &positions };
+        search::search(&mut arena, levels, &handicap, &support, &mut steps)
     };
     let name = |j: usize| candidates.get(j).map_or(String::new(), |c: &Candidate| c.regressor.clone());
     record.clear();

@@ -156,6 +156,22 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
     Replicates { group, dof }
 }
 
+/// The position of each row by its label (by the joints' states where there is none); each prior is a position of its own.
+pub(super) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
+    let mut seen: HashMap<String, usize> = HashMap::new();
+    let mut position = Vec::with_capacity(rows);
+    for origin in &design.rows {
+        let label = campaign.readings.rows.get(origin.reading).map_or(String::new(), |reading| {
+            if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() }
+        });
+        let next = seen.len();
+        position.push(*seen.entry(label).or_insert(next));
+    }
+    let first = seen.len();
+    position.extend((0..rows.saturating_sub(design.rows.len())).map(|k| first + k));
+    position
+}
+
 /// Weighted columns of candidates as a matrix, `m x k`.
 pub(super) fn weighted_columns<'a>(columns: impl ExactSizeIterator<Item = &'a Vec<f64>>, weight: &[f64]) -> Mat<f64> {
     let mut matrix = Mat::zeros(weight.len(), columns.len());

@@ -6,6 +6,7 @@
 
 use super::arena::{Arena, DISTINCT};
 use super::noise::NoiseFrom;
+use super::support::Support;
 
 /// How the significance level is spent: on the names, and on the global test.
 #[derive(Debug, Clone, Copy)]
@@ -50,11 +51,15 @@ pub(super) const INDISTINGUISHABLE: f64 = 9.0;
 /// Most effects where the noise is known, and where only residuals tell it.
 const MOST_KNOWN: usize = 3;
 const MOST_RESIDUALS: usize = 6;
+/// Share of the gap that one effect must take off where nothing can tell whether it is complete.
+const MOST_OF_THE_GAP: f64 = 0.8;
+/// A further effect must be so many times less likely by chance: the simpler explanation has the first claim.
+const FURTHER: f64 = 0.1;
 /// Pairs that are extended to larger sets.
 const SEEDS: usize = 12;
 
 /// Search one arena. `handicap` of each candidate (in noise variances) decides among sets that fit alike.
-pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], steps: &mut Vec<Step>) -> Found {
+pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], support: &Support<'_>, steps: &mut Vec<Step>) -> Found {
     let Some(nothing) = arena.given(&[]) else { return Found::Nothing };
     let strongest = arena.strongest(&nothing);
     let global = arena.global(&nothing);
@@ -85,12 +90,15 @@ pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], steps:
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, set) in near.iter().take(40) {
-            if is_complete(arena, set, levels, steps) {
+            if is_complete(arena, set, levels, steps) && (size == 1 || support.is_enough(arena, set)) {
                 let set = (*set).clone();
                 let rivals = rivals(arena, &set, &sets, best, variance);
                 return Found::Set { set, rivals };
             }
         }
+    }
+    if let Some(found) = main_effect(arena, levels, handicap) {
+        return found;
     }
     let nearest = sets.first().map(|(_, set)| set.clone()).unwrap_or_default();
     Found::Unexplained { nearest }
@@ -111,7 +119,8 @@ fn is_complete(arena: &Arena, set: &[usize], levels: Levels, steps: &mut Vec<Ste
         let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, j)| *j).collect();
         let Some(without) = arena.given(&others) else { return false };
         let (t, dof) = arena.t(&without, *member);
-        if arena.family_wise(t, dof) > levels.names {
+        let needed = if set.len() > 1 { FURTHER * levels.names } else { levels.names };
+        if arena.family_wise(t, dof) > needed {
             return false;
         }
     }
@@ -121,7 +130,28 @@ fn is_complete(arena: &Arena, set: &[usize], levels: Levels, steps: &mut Vec<Ste
     if !steps.contains(&step) && steps.len() < 64 {
         steps.push(step);
     }
-    strongest.is_none_or(|s| s.p > levels.names) && global.is_none_or(|p| p > levels.global)
+    strongest.is_none_or(|s| s.p > FURTHER * levels.names) && global.is_none_or(|p| p > levels.global)
+}
+
+/// Where only the residuals tell the noise and no set is complete: the one effect that takes off most of the gap by itself, if one does.
+fn main_effect(arena: &Arena, levels: Levels, handicap: &[f64]) -> Option<Found> {
+    if arena.from != NoiseFrom::Residuals {
+        return None;
+    }
+    let sets = singles(arena);
+    let (best, leader) = sets.first().map(|(rss, set)| (*rss, set.clone()))?;
+    let variance = arena.given(&leader).map(|given| arena.variance(&given))?;
+    let burden = |set: &[usize]| set.first().and_then(|j| handicap.get(*j)).copied().unwrap_or_default();
+    let near = sets.iter().take_while(|(rss, _)| rss - best <= INDISTINGUISHABLE * variance);
+    let (_, set) = near.min_by(|a, b| {
+        ((a.0 - best) / variance + burden(&a.1)).total_cmp(&((b.0 - best) / variance + burden(&b.1)))
+    })?;
+    let member = *set.first()?;
+    let (t, dof) = arena.t(&arena.given(&[])?, member);
+    if arena.family_wise(t, dof) > levels.names || arena.rss_of(set) > (1.0 - MOST_OF_THE_GAP) * arena.rss {
+        return None;
+    }
+    Some(Found::Set { set: set.clone(), rivals: rivals(arena, set, &sets, best, variance) })
 }
 
 /// Every candidate by itself, best first.

@@ -6,6 +6,8 @@
 mod compare;
 mod correction;
 pub mod dcc;
+mod diagnose;
+mod diagnose_table;
 mod fit;
 mod fit_checks;
 pub mod fit_checks_table;
@@ -21,6 +23,11 @@ pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
+pub use diagnose::{
+    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport, LevelReport,
+    NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
+};
+pub use diagnose_table::diagnose_table;
 pub use fit::{
     ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
     FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
@@ -55,7 +62,7 @@ pub fn schemas() -> Vec<&'static str> {
     crate::wire::SCHEMAS
         .iter()
         .copied()
-        .chain(["fit-report", "compare-report", "plan-report", "navigate-report"])
+        .chain(["fit-report", "compare-report", "diagnose-report", "plan-report", "navigate-report"])
         .collect()
 }
 
@@ -67,6 +74,7 @@ pub fn schemas() -> Vec<&'static str> {
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
+        "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
