@@ -9,6 +9,8 @@ mod compare;
 mod files;
 mod fit;
 mod navigate;
+mod pages;
+mod plan;
 mod show_error;
 mod simulate;
 
@@ -34,6 +36,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// What calibration errors do to a strapdown navigator over hours.
     Navigate(navigate::Arguments),
+    /// How well a schedule will do before anyone measures, and the best positions to choose or add.
+    Plan(Box<plan::Arguments>),
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand)]
     Bench(bench::Arguments),
@@ -79,6 +83,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Navigate(arguments) => navigate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),
