@@ -88,6 +88,12 @@ impl Malformed {
         self
     }
 
+    /// The path, whatever was there before.
+    pub fn moved_to(mut self, path: impl Into<String>) -> Self {
+        self.0.place.path = path.into();
+        self
+    }
+
     /// Put `prefix` before the path, as an error rises from a part to the whole.
     pub fn under(mut self, prefix: &str) -> Self {
         let path = &mut self.0.place.path;

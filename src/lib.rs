@@ -24,6 +24,9 @@
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
 //! | [`mod@compare`] | the published closed forms beside least squares; misprints |
+//! | [`plan`] | a schedule judged before anyone measures; the best positions |
+//! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
+//! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
 //! | [`report`] | results as stable JSON and as tables |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |
 //!
@@ -42,10 +45,13 @@ pub mod campaign;
 pub mod cli;
 pub mod compare;
 pub mod design;
+pub mod diagnosis;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+pub mod plan;
 pub mod quality;
 pub mod report;
+pub mod simulate;
 pub mod uncertainty;
 pub mod wire;

@@ -15,6 +15,13 @@ const BUILT_INS: &[BuiltIn] = &[
         id: "accelerometer-plumb-plane",
         text: include_str!("../../data/benches/accelerometer-plumb-plane.bench.json"),
     },
+    BuiltIn {
+        id: "accelerometer-dividing-head",
+        text: include_str!("../../data/benches/accelerometer-dividing-head.bench.json"),
+    },
+    BuiltIn { id: "imu-three-axis-table", text: include_str!("../../data/benches/imu-three-axis-table.bench.json") },
+    BuiltIn { id: "gyro-skew-triad", text: include_str!("../../data/benches/gyro-skew-triad.bench.json") },
+    BuiltIn { id: "cube-mirror", text: include_str!("../../data/benches/cube-mirror.bench.json") },
 ];
 
 /// All built-in benches, in the order of the papers.

@@ -9,9 +9,11 @@
 //! active and take sensor components to the ground. Deliberately absent: lever arms, dynamics, file formats (`wire` knows those).
 
 mod builtin;
+mod modulation;
 mod rotation;
 
 pub use builtin::{BuiltIn, built_in, built_ins};
+pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
 use crate::algebra::{Expression, Function};
@@ -141,7 +143,8 @@ pub enum Link {
         /// What it is, for a person; may be empty.
         meaning: String,
     },
-    /// A small unknown rotation: a parameter, in radians.
+    /// A small unknown rotation: a parameter, in radians. Where it follows a joint's angle, the parameter times a factor; its own
+    /// rate `tilt * d factor/dt` is left out (over whole turns a positioning error closes).
     Tilt {
         /// Name of the parameter.
         name: String,
@@ -149,6 +152,8 @@ pub enum Link {
         about: Axis,
         /// What is tilted against what, for a person.
         meaning: String,
+        /// The factor by which it follows the joints' angles; `None` for a constant tilt.
+        times: Option<Modulation>,
     },
 }
 
@@ -183,10 +188,17 @@ impl Bench {
             let path = format!("chain[{k}]");
             identifier(link.name()).map_err(|e| e.at_path(&path))?;
             if let Some(first) = self.chain.iter().take(k).position(|other| other.name() == link.name()) {
-                return Err(Malformed::new(Fault::NameClash, format!("the chain has '{}' twice", link.name()))
+                let is_tilt = |at: usize| matches!(self.chain.get(at), Some(Link::Tilt { .. }));
+                // a joint's name stands in every reading, so of the two it is the tilt that should be renamed
+                let (at, what) = match (is_tilt(first), is_tilt(k)) {
+                    (true, false) => (first, format!("the tilt '{}' has the name of a joint", link.name())),
+                    (false, true) => (k, format!("the tilt '{}' has the name of a joint", link.name())),
+                    _ => (k, format!("the chain has '{}' twice", link.name())),
+                };
+                return Err(Malformed::new(Fault::NameClash, what)
                     .expected("each joint and tilt once; two rotations need two names")
                     .found(format!("chain[{first}] and chain[{k}]"))
-                    .at_path(path));
+                    .at_path(format!("chain[{at}]")));
             }
         }
         if self.sensors.is_empty() {
@@ -197,13 +209,12 @@ impl Bench {
         for sensor in &self.sensors {
             let path = format!("sensors.{}", sensor.id);
             identifier(&sensor.id).map_err(|e| e.at_path(&path))?;
-            if self.chain.iter().any(|link| link.name() == sensor.id) {
-                return Err(Malformed::new(
-                    Fault::NameClash,
-                    format!("'{}' is a sensor and a link of the chain", sensor.id),
-                )
-                .expected("different names for both")
-                .at_path(path));
+            if let Some(k) = self.chain.iter().position(|link| link.name() == sensor.id) {
+                let what = format!("a link of the chain has the name of the sensor '{}'", sensor.id);
+                return Err(Malformed::new(Fault::NameClash, what)
+                    .expected("different names for both")
+                    .found(format!("chain[{k}] and sensors.{}", sensor.id))
+                    .at_path(format!("chain[{k}]")));
             }
             for (axis, direction) in &sensor.axes {
                 let path = format!("sensors.{}.axes.{axis}", sensor.id);

@@ -24,7 +24,7 @@ pub struct Reading {
     pub observations: Vec<Observation>,
     /// Texts that are no inputs (operator, remark), carried along.
     pub remarks: Vec<(String, String)>,
-    /// Where the file has this reading, for messages: `readings[3]` or `line 5`.
+    /// Where the file has this reading, for messages: `readings[3]`, or the line of a CSV file.
     pub place: String,
 }
 
@@ -167,6 +167,18 @@ impl JointState {
             JointState::WholeTurns { rate_deg_s }
             | JointState::PartTurns { rate_deg_s, .. }
             | JointState::Passing { rate_deg_s, .. } => rate_deg_s,
+        }
+    }
+
+    /// The same with the joint turning the other way; one that stands still stays as it is.
+    pub fn reversed(self) -> Self {
+        match self {
+            JointState::Held { .. } => self,
+            JointState::WholeTurns { rate_deg_s } => JointState::WholeTurns { rate_deg_s: -rate_deg_s },
+            JointState::PartTurns { start_deg, rate_deg_s, turns } => {
+                JointState::PartTurns { start_deg, rate_deg_s: -rate_deg_s, turns }
+            }
+            JointState::Passing { angle_deg, rate_deg_s } => JointState::Passing { angle_deg, rate_deg_s: -rate_deg_s },
         }
     }
 

@@ -10,6 +10,7 @@ mod files;
 mod fit;
 mod pages;
 mod show_error;
+mod simulate;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -29,6 +30,8 @@ enum Command {
     Fit(fit::Arguments),
     /// The same angles by the published closed forms, side by side with least squares and the printed table.
     Compare(compare::Arguments),
+    /// Readings from a schedule and a truth, with seeded noise and hidden effects.
+    Simulate(simulate::Arguments),
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand)]
     Bench(bench::Arguments),
@@ -72,6 +75,7 @@ fn run(command: Command) -> Result<Outcome> {
     match command {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),

@@ -1,12 +1,18 @@
 //! An error as a person reads it: the sentence, the place with the line and a caret, what was expected and what was found.
 
 use crate::error::Malformed;
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report, Severity};
+use miette::{
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents, Report,
+    Severity, SourceCode, SourceSpan, SpanContents,
+};
 use std::io::IsTerminal;
 use std::path::Path;
 
-/// Longest text that is quoted around the caret; a file beyond it gets its place in words only.
-const LARGEST_QUOTED: u64 = 8 * 1024 * 1024;
+/// Longest file that is read again to be quoted; beyond it a fault gets its place in words only.
+const LARGEST_QUOTED: u64 = 256 * 1024 * 1024;
+/// Characters of a line that are quoted before the fault, and from it on.
+const BEFORE: usize = 110;
+const AFTER: usize = 110;
 
 /// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
@@ -37,16 +43,13 @@ fn render(error: &Malformed, colour: bool) -> String {
     if !help.is_empty() {
         diagnostic = diagnostic.with_help(help);
     }
-    let text = quoted(&place.file);
-    let label = place
-        .span
-        .filter(|(start, len)| text.as_ref().is_some_and(|t| start + len <= t.len() && t.is_char_boundary(*start)));
-    let report = match (text, label) {
-        (Some(text), Some((start, len))) => {
-            let diagnostic = diagnostic.with_label(LabeledSpan::underline((start, len)));
-            Report::new(diagnostic).with_source_code(NamedSource::new(&place.file, text))
+    let excerpt = place.span.and_then(|(start, len)| Excerpt::around(&quoted(&place.file)?, &place.file, start, len));
+    let report = match excerpt {
+        Some(excerpt) => {
+            let diagnostic = diagnostic.with_label(LabeledSpan::underline(excerpt.span));
+            Report::new(diagnostic).with_source_code(excerpt)
         }
-        _ => Report::new(diagnostic),
+        None => Report::new(diagnostic),
     };
     let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let mut out = String::new();
@@ -66,4 +69,86 @@ fn quoted(file: &str) -> Option<String> {
     }
     let text = String::from_utf8(std::fs::read(path).ok()?).ok()?;
     Some(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// The line of a fault and its neighbours, each cut to what fits a terminal, with the number of its first line.
+#[derive(Debug)]
+struct Excerpt {
+    file: String,
+    text: String,
+    /// Lines of the file before the excerpt.
+    lines_before: usize,
+    /// What is underlined, in bytes of the excerpt.
+    span: (usize, usize),
+}
+
+impl Excerpt {
+    /// `None` where the span is not inside the text (the file has changed since it was read).
+    fn around(text: &str, file: &str, start: usize, len: usize) -> Option<Self> {
+        let (before, rest) = (text.get(..start)?, text.get(start..)?);
+        let line_start = before.rfind('\n').map_or(0, |k| k + 1);
+        let previous = before.get(..line_start.saturating_sub(1)).filter(|_| line_start > 0);
+        let previous = previous.map(|lines| lines.rsplit('\n').next().unwrap_or(lines));
+        let mut following = rest.split('\n');
+        let after = clipped(following.next().unwrap_or_default().trim_end_matches('\r'), AFTER);
+        let left = before.get(line_start..).unwrap_or_default();
+        let skipped = left.chars().count().saturating_sub(BEFORE);
+        let left: String =
+            if skipped > 0 { "…".chars().chain(left.chars().skip(skipped)).collect() } else { left.into() };
+        let mut excerpt = previous.map_or(String::new(), |line| clipped(line.trim_end_matches('\r'), BEFORE) + "\n");
+        excerpt.push_str(&left);
+        let span = (excerpt.len(), len.min(after.len()));
+        excerpt.push_str(&after);
+        if let Some(next) = following.next() {
+            excerpt.push('\n');
+            excerpt.push_str(&clipped(next.trim_end_matches('\r'), BEFORE));
+        }
+        let line = before.bytes().filter(|b| *b == b'\n').count();
+        Some(Excerpt { file: file.into(), text: excerpt, lines_before: line - usize::from(previous.is_some()), span })
+    }
+}
+
+/// The first characters of a line, and a mark where it goes on.
+fn clipped(line: &str, most: usize) -> String {
+    match line.char_indices().nth(most) {
+        Some((end, _)) => format!("{}…", line.get(..end).unwrap_or_default()),
+        None => line.to_string(),
+    }
+}
+
+impl SourceCode for Excerpt {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        lines_before: usize,
+        lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let inner = self.text.read_span(span, lines_before, lines_after)?;
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.file.clone(),
+            inner.data(),
+            *inner.span(),
+            self.lines_before + inner.line(),
+            inner.column(),
+            inner.line_count(),
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Excerpt;
+
+    #[test]
+    fn an_excerpt_of_a_long_line_keeps_the_fault() {
+        let text = format!("first\n{}*{}\r\nlast\nmore", "a".repeat(10_000), "b".repeat(10_000));
+        let excerpt = Excerpt::around(&text, "f", 6 + 10_000, 1).unwrap();
+        assert_eq!(&excerpt.text[excerpt.span.0..][..excerpt.span.1], "*");
+        assert!(
+            excerpt.text.starts_with("first\n…a") && excerpt.text.ends_with("b…\nlast") && excerpt.text.len() < 200
+        );
+        assert_eq!(excerpt.lines_before, 0);
+        assert_eq!(Excerpt::around("a\nb\nc", "f", 4, 9).unwrap().lines_before, 1);
+        assert!(Excerpt::around("abc", "f", 7, 1).is_none());
+    }
 }

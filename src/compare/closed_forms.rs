@@ -1,4 +1,8 @@
 //! Closed forms as data: symbols for readings, formulas, the table as printed.
+//!
+//! A symbol is a mean over the readings that match its criteria: of one sensor's value, or of any line of algebra in the sensors, the
+//! joints (rad) and the numeric columns (`"mean_of": "A*cos(2*theta)"`, a Fourier sum). A criterion compares a key with a number, with a
+//! sign (`"+"`, `"-"`), or asks that the key is not there (`"none"`).
 
 use crate::algebra::Expression;
 use crate::campaign::{AngleUnit, Campaign, Reading};
@@ -11,21 +15,40 @@ use serde::Deserialize;
 pub struct ClosedForms {
     /// Paper and equations.
     pub source: String,
-    /// The sensor that they use.
+    /// The sensor of symbols that name none; the printed table is of its readings.
     pub sensor: String,
-    /// The reading key that groups the readings.
-    pub group_by: String,
-    /// Group by magnitude (both senses of a rate together)?
-    group_by_magnitude: bool,
-    /// The group's value in the formulas.
-    pub group_symbol: String,
-    /// What the groups are, for a person.
-    pub group_title: String,
-    /// Symbol of a reading, and what picks it.
-    pub(super) readings: Vec<(String, Vec<(String, Criterion)>)>,
+    /// How readings fall into groups that are solved apart; `None` where all are solved together.
+    pub group: Option<Group>,
+    /// Is the like-for-like least squares iterated (`--exact`)? For formulas that solve a product of unknowns exactly.
+    pub exact: bool,
+    /// Symbols, and what picks their readings.
+    pub(super) symbols: Vec<Symbol>,
     /// Quantity and formula; a formula may use quantities before it.
     pub formulas: Vec<(String, Expression)>,
     printed: Vec<Printed>,
+}
+
+/// Readings that are solved together, for example those at one rate.
+#[derive(Debug, Clone)]
+pub struct Group {
+    /// The reading key that groups the readings.
+    pub by: String,
+    /// Both senses of a rate together?
+    by_magnitude: bool,
+    /// The group's value in the formulas.
+    pub symbol: String,
+    /// What the groups are, for a person.
+    pub title: String,
+}
+
+/// A symbol of the formulas: a mean over the readings that match.
+#[derive(Debug, Clone)]
+pub(super) struct Symbol {
+    pub name: String,
+    /// What is averaged.
+    pub mean_of: Expression,
+    /// Which readings.
+    pub criteria: Vec<(String, Criterion)>,
 }
 
 /// What a key of a reading must be.
@@ -33,6 +56,7 @@ pub struct ClosedForms {
 pub(super) enum Criterion {
     Positive,
     Negative,
+    Absent,
     Equal(f64),
 }
 
@@ -67,7 +91,10 @@ struct File {
     bench: String,
     source: String,
     sensor: String,
-    group: GroupFile,
+    #[serde(default)]
+    group: Option<GroupFile>,
+    #[serde(default)]
+    exact: bool,
     readings: Named<Named<CriterionFile>>,
     formulas: Named<String>,
     #[serde(default)]
@@ -87,7 +114,7 @@ struct GroupFile {
 #[serde(untagged)]
 enum CriterionFile {
     Number(f64),
-    Sign(String),
+    Text(String),
 }
 
 #[derive(Deserialize)]
@@ -107,6 +134,10 @@ struct PrintedFile {
 const FILES: &[(&str, &str)] = &[
     ("gyro-turntable", include_str!("../../data/closed_forms/gyro-turntable.json")),
     ("accelerometer-plumb-plane", include_str!("../../data/closed_forms/accelerometer-plumb-plane.json")),
+    ("accelerometer-dividing-head", include_str!("../../data/closed_forms/accelerometer-dividing-head.json")),
+    ("imu-three-axis-table", include_str!("../../data/closed_forms/imu-three-axis-table.json")),
+    ("gyro-skew-triad", include_str!("../../data/closed_forms/gyro-skew-triad.json")),
+    ("cube-mirror", include_str!("../../data/closed_forms/cube-mirror.json")),
 ];
 
 /// The published campaigns that printed tables belong to.
@@ -133,33 +164,46 @@ pub fn closed_forms(bench: &str) -> Result<ClosedForms> {
     };
     let file: File = wire::parse(&Source { name: format!("closed forms of {id}"), text: (*text).into() })?;
     debug_assert_eq!(file.bench, *id);
-    let readings = file
-        .readings
-        .0
-        .into_iter()
-        .map(|(symbol, criteria)| {
-            let criteria = criteria.0.into_iter().map(|(key, criterion)| {
-                let criterion = match criterion {
-                    CriterionFile::Number(value) => Criterion::Equal(value),
-                    CriterionFile::Sign(sign) if sign == "-" => Criterion::Negative,
-                    CriterionFile::Sign(_) => Criterion::Positive,
-                };
-                (key, criterion)
-            });
-            (symbol, criteria.collect())
-        })
-        .collect();
+    let symbols =
+        file.readings.0.into_iter().map(|(name, keys)| symbol(name, &file.sensor, keys)).collect::<Result<_>>()?;
     Ok(ClosedForms {
         source: file.source,
         sensor: file.sensor,
-        group_by: file.group.by,
-        group_by_magnitude: file.group.magnitude,
-        group_symbol: file.group.symbol,
-        group_title: file.group.title,
-        readings,
+        group: file.group.map(|group| Group {
+            by: group.by,
+            by_magnitude: group.magnitude,
+            symbol: group.symbol,
+            title: group.title,
+        }),
+        exact: file.exact,
+        symbols,
         formulas: expressions(file.formulas)?,
         printed: file.printed.into_iter().map(printed).collect::<Result<_>>()?,
     })
+}
+
+fn symbol(name: String, sensor: &str, keys: Named<CriterionFile>) -> Result<Symbol> {
+    let mut mean_of = Expression::parse(sensor)?;
+    let mut criteria = Vec::new();
+    for (key, value) in keys.0 {
+        let criterion = match value {
+            CriterionFile::Number(value) => Criterion::Equal(value),
+            CriterionFile::Text(line) if key == "mean_of" => {
+                mean_of = Expression::parse(&line)?;
+                continue;
+            }
+            CriterionFile::Text(sign) if sign == "+" => Criterion::Positive,
+            CriterionFile::Text(sign) if sign == "-" => Criterion::Negative,
+            CriterionFile::Text(word) if word == "none" => Criterion::Absent,
+            CriterionFile::Text(other) => {
+                return Err(Malformed::new(Fault::Value, format!("the symbol {name} asks for an unknown {key}"))
+                    .expected("a number, \"+\", \"-\" or \"none\"")
+                    .found(format!("'{other}'")));
+            }
+        };
+        criteria.push((key, criterion));
+    }
+    Ok(Symbol { name, mean_of, criteria })
 }
 
 fn expressions(named: Named<String>) -> Result<Vec<(String, Expression)>> {
@@ -203,14 +247,16 @@ fn sorted_values(campaign: &Campaign, sensor: usize) -> Vec<f64> {
     values
 }
 
-impl ClosedForms {
-    /// The group that a reading belongs to.
-    pub(super) fn group_of(&self, campaign: &Campaign, reading: &Reading) -> Option<f64> {
-        let column = campaign.readings.columns.iter().position(|c| *c == self.group_by)?;
+impl Group {
+    /// The group that a reading belongs to; `None` where it lacks the key.
+    pub(super) fn of(&self, campaign: &Campaign, reading: &Reading) -> Option<f64> {
+        let column = campaign.readings.columns.iter().position(|c| *c == self.by)?;
         let value = reading.columns.get(column).copied().flatten()?;
-        Some(if self.group_by_magnitude { value.abs() } else { value })
+        Some(if self.by_magnitude { value.abs() } else { value })
     }
+}
 
+impl ClosedForms {
     /// The printed table whose readings these are, if any.
     pub(super) fn printed_for(&self, campaign: &Campaign, sensor: usize) -> Option<Printed> {
         let values = sorted_values(campaign, sensor);

@@ -36,7 +36,10 @@ pub(super) fn find(
                 && (computed - print).abs() > half
             {
                 misprints.push(Misprint {
-                    what: format!("{id} at {}", group.group),
+                    what: match group.group {
+                        Some(value) => format!("{id} at {value}"),
+                        None => id.clone(),
+                    },
                     printed: Some(*print),
                     computed: Some(*computed),
                     explanation: "the table's own readings give another value".into(),
@@ -61,8 +64,8 @@ pub(super) fn find(
         let same_as = groups.iter().find(|g| g.printed.get(k).copied().flatten() == Some(*print));
         let explanation = if agrees(-computed) || agrees(-of_entries) {
             "printed with the opposite sign to the table and the formulas".to_string()
-        } else if let Some(group) = same_as {
-            format!("this is the value of group {}, not the mean", group.group)
+        } else if let Some(value) = same_as.and_then(|g| g.group) {
+            format!("this is the value of group {value}, not the mean")
         } else {
             "not the mean of the table".to_string()
         };

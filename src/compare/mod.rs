@@ -5,17 +5,16 @@
 //! readings, one line of algebra for each angle, and the table as printed.
 
 mod closed_forms;
+mod formulas;
 mod misprints;
 
-pub use closed_forms::{ClosedForms, Printed, closed_forms};
+pub use closed_forms::{ClosedForms, Group, Printed, closed_forms};
 pub use misprints::Misprint;
 
-use crate::algebra::{Scratch, Tape};
 use crate::bench::Site;
-use crate::campaign::{Campaign, Reading, Readings, Role};
+use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Fit, Settings};
-use closed_forms::Criterion;
 
 /// A campaign's angles by the published closed forms and by least squares.
 #[derive(Debug, Clone)]
@@ -41,8 +40,8 @@ pub struct Comparison {
 /// One rate or run.
 #[derive(Debug, Clone)]
 pub struct GroupComparison {
-    /// The rate or run.
-    pub group: f64,
+    /// The rate or run; `None` where all readings are solved together.
+    pub group: Option<f64>,
     /// Readings in it.
     pub readings: usize,
     /// By the closed forms; `None` where a position that the formula needs was not read.
@@ -67,6 +66,7 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
         )
         .expected("a bench with this sensor"));
     };
+    let settings = &Settings { exact: settings.exact || forms.exact, ..*settings };
     let all = fit::fit(campaign, settings)?;
     let without_earth = without_earth_rate(campaign);
     let quantities: Vec<String> = forms.formulas.iter().map(|(id, _)| id.clone()).collect();
@@ -74,10 +74,10 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
     let mut groups = Vec::new();
     for group in group_values(campaign, forms)? {
         let inside: Vec<Reading> =
-            campaign.readings.rows.iter().filter(|r| forms.group_of(campaign, r) == Some(group)).cloned().collect();
+            campaign.readings.rows.iter().filter(|r| inside_group(campaign, forms, r, group)).cloned().collect();
         let readings = inside.len();
         let subset = Readings { columns: campaign.readings.columns.clone(), rows: inside };
-        let closed_form = by_formulas(campaign, forms, sensor, group, &subset)?;
+        let closed_form = formulas::evaluate(campaign, forms, group, &subset)?;
         let by_fit = |campaign: &Campaign| -> Result<Vec<Option<f64>>> {
             let fit = fit::fit(&campaign.with_readings(subset.clone()), settings)?;
             Ok(quantities.iter().map(|id| value_of(&fit, id)).collect())
@@ -88,7 +88,7 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
             closed_form,
             like_for_like: by_fit(&without_earth)?,
             least_squares: by_fit(campaign)?,
-            printed: quantities.iter().map(|id| printed.as_ref().and_then(|p| p.of(group, id))).collect(),
+            printed: quantities.iter().map(|id| printed.as_ref().and_then(|p| p.of(group?, id))).collect(),
         });
     }
     let mean: Vec<Option<f64>> = (0..quantities.len())
@@ -103,7 +103,7 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
     };
     Ok(Comparison {
         source: forms.source.clone(),
-        group_title: forms.group_title.clone(),
+        group_title: forms.group.as_ref().map_or("readings".to_string(), |g| g.title.clone()),
         quantities,
         groups,
         mean,
@@ -125,16 +125,21 @@ fn without_earth_rate(campaign: &Campaign) -> Campaign {
     other
 }
 
-/// The groups that the readings fall into, ascending.
-fn group_values(campaign: &Campaign, forms: &ClosedForms) -> Result<Vec<f64>> {
+fn inside_group(campaign: &Campaign, forms: &ClosedForms, reading: &Reading, value: Option<f64>) -> bool {
+    forms.group.as_ref().is_none_or(|group| group.of(campaign, reading) == value)
+}
+
+/// The groups that the readings fall into, ascending; one without a value where all are solved together.
+fn group_values(campaign: &Campaign, forms: &ClosedForms) -> Result<Vec<Option<f64>>> {
+    let Some(group) = &forms.group else { return Ok(vec![None]) };
     let mut values = Vec::new();
     for reading in &campaign.readings.rows {
-        let Some(value) = forms.group_of(campaign, reading) else {
+        let Some(value) = group.of(campaign, reading) else {
             return Err(Malformed::new(
                 Fault::Missing,
-                format!("the closed forms go by {}, and a reading lacks it", forms.group_by),
+                format!("the closed forms go by {}, and a reading lacks it", group.by),
             )
-            .expected(format!("{} in every reading", forms.group_by))
+            .expected(format!("{} in every reading", group.by))
             .at_path(reading.place.clone()));
         };
         if !values.contains(&value) {
@@ -142,69 +147,5 @@ fn group_values(campaign: &Campaign, forms: &ClosedForms) -> Result<Vec<f64>> {
         }
     }
     values.sort_by(f64::total_cmp);
-    Ok(values)
-}
-
-/// The closed forms on one group: each symbol is the mean of the readings that match it.
-fn by_formulas(
-    campaign: &Campaign,
-    forms: &ClosedForms,
-    sensor: usize,
-    group: f64,
-    subset: &Readings,
-) -> Result<Vec<Option<f64>>> {
-    let mut names: Vec<String> = vec![forms.group_symbol.clone()];
-    let mut values: Vec<Option<f64>> = vec![Some(group)];
-    for (symbol, criteria) in &forms.readings {
-        let matching: Vec<f64> = subset
-            .rows
-            .iter()
-            .filter(|reading| criteria.iter().all(|(key, criterion)| matches(campaign, reading, key, *criterion)))
-            .filter_map(|reading| reading.observations.iter().find(|o| o.sensor == sensor).map(|o| o.value))
-            .collect();
-        names.push(symbol.clone());
-        values.push((!matching.is_empty()).then(|| matching.iter().sum::<f64>() / matching.len() as f64));
-    }
-    for parameter in &campaign.parameters {
-        if let Role::Known(known) = parameter.role {
-            names.push(parameter.id.clone());
-            values.push(Some(known.value));
-        }
-    }
-    let mut results = Vec::new();
-    for (id, formula) in &forms.formulas {
-        let borrowed: Vec<&str> = names.iter().map(String::as_str).collect();
-        let usable = formula
-            .names()
-            .iter()
-            .all(|name| names.iter().position(|n| n == name).and_then(|k| values.get(k)).is_some_and(Option::is_some));
-        let value = if usable {
-            let inputs: Vec<f64> = values.iter().map(|v| v.unwrap_or_default()).collect();
-            let value = Tape::compile(formula, &borrowed)?.value(&inputs, &mut Scratch::default());
-            value.is_finite().then_some(value)
-        } else {
-            None
-        };
-        results.push(value);
-        names.push(id.clone());
-        values.push(value);
-    }
-    Ok(results)
-}
-
-fn matches(campaign: &Campaign, reading: &Reading, key: &str, criterion: Criterion) -> bool {
-    let Some(value) =
-        campaign.readings.columns.iter().position(|c| c == key).and_then(|k| reading.columns.get(k)).copied().flatten()
-    else {
-        return false;
-    };
-    match criterion {
-        Criterion::Positive => value > 0.0,
-        Criterion::Negative => value < 0.0,
-        Criterion::Equal(wanted) => {
-            let difference = value - wanted;
-            let turn = if key.ends_with("_deg") { (difference / 360.0).round() * 360.0 } else { 0.0 };
-            (difference - turn).abs() < 1e-9
-        }
-    }
+    Ok(values.into_iter().map(Some).collect())
 }

@@ -1,5 +1,6 @@
 //! Rate and specific force at the sensor at one instant, and their exact derivatives with respect to every tilt.
 
+use crate::algebra::Scratch;
 use crate::bench::{Bench, Link, sin_cos_deg};
 use nalgebra::Vector3;
 
@@ -23,6 +24,8 @@ pub struct Kinematics {
     pub rate_by_tilt: Vec<Vector3<f64>>,
     /// d force / d tilt, for each tilt in chain order.
     pub force_by_tilt: Vec<Vector3<f64>>,
+    angles: Vec<f64>,
+    scratch: Scratch,
 }
 
 /// Carry Earth rate, specific force and joint rates through the chain.
@@ -46,13 +49,15 @@ pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kin
                 out.rotate(*about, turn);
                 out.rate += about.unit() * turning;
             }
-            Link::Tilt { about, .. } => {
-                let tilt = tilts.get(out.rate_by_tilt.len()).copied().unwrap_or_default();
+            Link::Tilt { about, times, .. } => {
+                let factor =
+                    times.as_ref().map_or(1.0, |t| t.factor(&instant.angle_deg, &mut out.angles, &mut out.scratch));
+                let tilt = factor * tilts.get(out.rate_by_tilt.len()).copied().unwrap_or_default();
                 if tilt != 0.0 {
                     out.rotate(*about, tilt.sin_cos());
                 }
-                out.rate_by_tilt.push(about.derivative(&out.rate));
-                out.force_by_tilt.push(about.derivative(&out.force));
+                out.rate_by_tilt.push(about.derivative(&out.rate) * factor);
+                out.force_by_tilt.push(about.derivative(&out.force) * factor);
             }
         }
     }

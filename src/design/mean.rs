@@ -10,6 +10,8 @@ pub enum Smoothness {
     Trigonometric(usize),
     /// Smooth, but no trigonometric polynomial.
     Smooth,
+    /// Smooth within a turn, with a jump where it closes (a tilt that grows with the angle).
+    Sawtooth,
     /// With kinks or jumps (`abs`, `sign`, `step`), or in the bare angle.
     Rough,
 }
@@ -63,8 +65,13 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
     };
     match averaged {
         None => vec![Node { instant: base, weight: 1.0 }],
-        Some((joint, JointState::PartTurns { start_deg, rate_deg_s, turns })) => {
-            let whole = turns.trunc();
+        Some((joint, state)) if matches!(state, JointState::PartTurns { .. }) || smoothness == Smoothness::Sawtooth => {
+            let (start_deg, rate_deg_s, turns) = match state {
+                JointState::PartTurns { start_deg, rate_deg_s, turns } => (start_deg, rate_deg_s, turns),
+                _ => (0.0, 1.0, 1.0),
+            };
+            // a jump where the turn closes: no whole turns of equidistant nodes
+            let whole = if smoothness == Smoothness::Sawtooth { 0.0 } else { turns.trunc() };
             let part = turns - whole;
             let sense = rate_deg_s.signum();
             let mut nodes = Vec::new();
@@ -77,6 +84,7 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
             // panels short enough that 8 points integrate the highest harmonic to rounding
             let panel_deg = match smoothness {
                 Smoothness::Trigonometric(degree) => 90.0 / degree.max(1) as f64,
+                Smoothness::Sawtooth => 45.0,
                 Smoothness::Smooth => 10.0,
                 Smoothness::Rough => 1.0,
             };
@@ -98,7 +106,7 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
 fn whole_turn(smoothness: Smoothness) -> impl Iterator<Item = (f64, f64)> {
     let (count, offset) = match smoothness {
         Smoothness::Trigonometric(degree) => (4 * (degree / 4 + 1), 0.0),
-        Smoothness::Smooth => (SMOOTH_NODES, 0.0),
+        Smoothness::Smooth | Smoothness::Sawtooth => (SMOOTH_NODES, 0.0),
         Smoothness::Rough => (ROUGH_NODES, 0.5),
     };
     (0..count).map(move |k| (360.0 * (k as f64 + offset) / count as f64, 1.0 / count as f64))

@@ -2,8 +2,8 @@
 
 use super::{Instant, Kinematics, Node, Smoothness, kinematics, nodes};
 use crate::algebra::{Expression, NameDegree, Scratch, Tape};
-use crate::bench::{Bench, Sensor};
-use crate::campaign::{Campaign, JointState, Readings};
+use crate::bench::{Bench, Link, Sensor};
+use crate::campaign::{Campaign, JointState, Readings, Role};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 
@@ -76,14 +76,15 @@ impl SensorModel {
                     Some(Slot::Joint(k)) if k == joint => NameDegree::Angle,
                     _ => NameDegree::Constant,
                 };
-                match line.trig_degree(&degree) {
+                let own = match line.trig_degree(&degree) {
                     Some(degree) => Smoothness::Trigonometric(degree),
                     None if slots.contains(&Slot::Joint(joint)) => Smoothness::Rough,
                     None if line.is_smooth_in(&|name| !matches!(degree(name), NameDegree::Constant)) => {
                         Smoothness::Smooth
                     }
                     None => Smoothness::Rough,
-                }
+                };
+                modulated(campaign, joint, own)
             })
             .collect();
         Ok(SensorModel { tape, slots, smoothness })
@@ -236,6 +237,29 @@ impl Model {
     pub fn sensor(&self, sensor: usize) -> Option<&SensorModel> {
         self.sensors.get(sensor)
     }
+}
+
+/// The smoothness of a line in a joint once the tilts that follow this joint take part (those assumed zero do not).
+fn modulated(campaign: &Campaign, joint: usize, own: Smoothness) -> Smoothness {
+    /// Powers of such a tilt that count: a tilt of 1e-2 rad to this power is below rounding.
+    const ORDERS: usize = 8;
+    let Some(joint) = campaign.bench.joints().nth(joint) else { return own };
+    let mut smoothness = own;
+    for link in &campaign.bench.chain {
+        let Link::Tilt { name, times: Some(times), .. } = link else { continue };
+        let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
+        if parameter.is_none_or(|p| p.role == Role::AssumedZero) {
+            continue;
+        }
+        let degree = |name: &str| if name == joint { NameDegree::Angle } else { NameDegree::Constant };
+        smoothness = match (smoothness, times.line().trig_degree(&degree)) {
+            (same, Some(0)) => same,
+            (Smoothness::Trigonometric(own), Some(degree)) => Smoothness::Trigonometric(own + ORDERS * degree),
+            (Smoothness::Trigonometric(_), None) => Smoothness::Sawtooth,
+            (same, _) => same,
+        };
+    }
+    smoothness
 }
 
 /// What a name of a model line means for this sensor.

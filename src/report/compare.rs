@@ -76,7 +76,7 @@ pub struct MisprintReport {
 pub fn compare_report(comparison: &Comparison) -> CompareReport {
     let scales: Vec<(f64, String)> = comparison.quantities.iter().map(|id| scale(comparison, id)).collect();
     let group = |g: &GroupComparison| GroupReport {
-        group: Some(g.group),
+        group: g.group,
         readings: g.readings,
         quantities: (0..comparison.quantities.len())
             .map(|k| {

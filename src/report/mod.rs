@@ -7,6 +7,8 @@ mod compare;
 mod correction;
 pub mod dcc;
 mod fit;
+mod fit_checks;
+pub mod fit_checks_table;
 pub mod html;
 pub mod markdown;
 pub mod plot;
@@ -21,6 +23,12 @@ pub use fit::{
     fit_report, position_keys,
 };
 pub use provenance::Input;
+
+pub use fit_checks::{
+    ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
+    MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
+    monte_carlo_report,
+};
 
 /// Version of the program, as every report says it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

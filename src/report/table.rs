@@ -180,6 +180,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     text.push_str(&plain(&["parameter", "estimate", "u", &expanded, "dof", "k", "unit", "state"], &rows));
     text.push('\n');
     text.push_str(&summary(report));
+    text.push_str(&super::fit_checks_table::findings(report));
     text.push_str(&defects(report));
     if let Some(record) = &report.convergence {
         let steps = record.iterations.len();
@@ -277,7 +278,8 @@ fn defects(report: &FitReport) -> String {
         if only.is_empty() {
             text.push_str(" no reading responds to it");
         } else {
-            text.push_str(&format!(" only {} is estimable here", only.join(" and ")));
+            let verb = if only.len() == 1 { "is" } else { "are" };
+            text.push_str(&format!(" only {} {verb} estimable here", only.join(" and ")));
         }
         match &defect.separate_by {
             Some(position) => {
@@ -315,18 +317,21 @@ fn readings(report: &FitReport) -> String {
 pub fn compare(report: &super::CompareReport) -> String {
     let mut text =
         format!("tumble {}: published closed forms on {}\n  {}\n\n", report.tumble, report.bench, report.source);
-    let digits = |v: Option<f64>| optional(v, |v| format!("{v:.3}"));
-    let print = |v: Option<f64>| optional(v, |v| format!("{v:.1}"));
+    let angle = |unit: &str| unit == "arcsec";
+    let digits =
+        |v: Option<f64>, unit: &str| optional(v, |v| if angle(unit) { format!("{v:.3}") } else { significant(v, 7) });
+    let print =
+        |v: Option<f64>, unit: &str| optional(v, |v| if angle(unit) { format!("{v:.1}") } else { significant(v, 7) });
     let mut rows = Vec::new();
     for group in &report.groups {
         for q in &group.quantities {
             rows.push(vec![
                 group.group.map_or("all".into(), |g| g.to_string()),
                 q.id.clone(),
-                digits(q.closed_form),
-                digits(q.without_earth_rate),
-                digits(q.least_squares),
-                print(q.printed),
+                digits(q.closed_form, &q.unit),
+                digits(q.without_earth_rate, &q.unit),
+                digits(q.least_squares, &q.unit),
+                print(q.printed, &q.unit),
                 q.unit.clone(),
             ]);
         }
@@ -346,7 +351,15 @@ pub fn compare(report: &super::CompareReport) -> String {
         .all
         .quantities
         .iter()
-        .map(|q| vec![q.id.clone(), digits(q.closed_form), digits(q.least_squares), print(q.printed), q.unit.clone()])
+        .map(|q| {
+            vec![
+                q.id.clone(),
+                digits(q.closed_form, &q.unit),
+                digits(q.least_squares, &q.unit),
+                print(q.printed, &q.unit),
+                q.unit.clone(),
+            ]
+        })
         .collect();
     text.push_str(&plain(
         &["angle", "mean of closed forms", "least squares, all readings", "printed mean", "unit"],

@@ -2,7 +2,7 @@
 
 use super::Named;
 use crate::algebra::Expression;
-use crate::bench::{Axis, Bench, EARTH_RATE_DEG_H, ForceUnit, Link, RateUnit, Sensor, Site, Units};
+use crate::bench::{Axis, Bench, EARTH_RATE_DEG_H, ForceUnit, Link, Modulation, RateUnit, Sensor, Site, Units};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -105,6 +105,10 @@ pub struct LinkFile {
     /// What it is, for a person.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub is: String,
+    /// For a tilt that follows a joint (a linear positioning error, a wobble): the factor, a line of algebra in the joints' names (their
+    /// angles, rad). The rotation is then tilt times factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub times: Option<String>,
 }
 
 /// A coordinate axis.
@@ -147,7 +151,10 @@ impl BenchFile {
     /// Turn the file into a checked bench. Errors carry the path inside the file.
     pub fn into_bench(self) -> Result<Bench> {
         let site = self.site.map(SiteFile::into_site).transpose()?;
-        let chain = self.chain.into_iter().enumerate().map(|(k, link)| link.into_link(k)).collect::<Result<_>>()?;
+        let joints: Vec<String> = self.chain.iter().filter_map(|link| link.joint.clone()).collect();
+        let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
+        let chain =
+            self.chain.into_iter().enumerate().map(|(k, link)| link.into_link(k, &joints)).collect::<Result<_>>()?;
         let sensors = self
             .sensors
             .0
@@ -200,15 +207,27 @@ impl SiteFile {
 }
 
 impl LinkFile {
-    fn into_link(self, k: usize) -> Result<Link> {
+    fn into_link(self, k: usize, joints: &[&str]) -> Result<Link> {
         let about = match self.about {
             AxisFile::X => Axis::X,
             AxisFile::Y => Axis::Y,
             AxisFile::Z => Axis::Z,
         };
+        let times = match (self.times, self.tilt.is_some()) {
+            (None, _) => None,
+            (Some(text), true) => {
+                let modulation = Expression::parse(&text).and_then(|line| Modulation::new(line, joints));
+                Some(modulation.map_err(|e| e.at_path(format!("chain[{k}].times")))?)
+            }
+            (Some(_), false) => {
+                return Err(Malformed::new(Fault::Value, "only a tilt can follow a joint's angle")
+                    .expected("\"times\" beside \"tilt\", or a joint without it")
+                    .at_path(format!("chain[{k}].times")));
+            }
+        };
         match (self.joint, self.tilt) {
             (Some(name), None) => Ok(Link::Joint { name, about, meaning: self.is }),
-            (None, Some(name)) => Ok(Link::Tilt { name, about, meaning: self.is }),
+            (None, Some(name)) => Ok(Link::Tilt { name, about, meaning: self.is, times }),
             (joint, tilt) => Err(Malformed::new(Fault::Value, "a link of the chain is one rotation")
                 .expected("either \"joint\": name (commanded) or \"tilt\": name (a small unknown), with \"about\"")
                 .found(if joint.is_some() && tilt.is_some() { "both" } else { "neither" })

@@ -1,5 +1,6 @@
 //! Readings from a CSV file: the first line names the columns, which are the keys of a JSON reading.
 
+use super::locate::{CsvRow, csv_place, csv_row};
 use super::readings_file::{Cell, from_cells};
 use super::{Named, Source};
 use crate::bench::Bench;
@@ -49,18 +50,16 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
                 (name.to_string(), cell)
             })
             .collect();
-        rows.push((format!("line {line}"), Named(cells)));
+        rows.push((csv_place(line, &source.name), Named(cells)));
     }
     from_cells(bench, rows).map_err(|error| at_line(error, source))
 }
 
-/// `line 5.V` (how `from_cells` names a place here) to line 5, column V.
+/// The place of a row and its column (as `from_cells` names them) to line, column and caret.
 fn at_line(error: Malformed, source: &Source) -> Malformed {
     let path = error.place().path.clone();
-    let Some(rest) = path.strip_prefix("line ") else { return error.in_file(&source.name) };
-    let (line, column) = rest.split_once('.').unwrap_or((rest, ""));
-    let line: usize = line.parse().unwrap_or(0);
-    let error = error.at_line(line, 1).in_file(&source.name);
+    let Some(CsvRow { line, column, .. }) = csv_row(&path) else { return error.in_file(&source.name) };
+    let error = error.at_line(line, 1).in_file(&source.name).moved_to(column);
     let text = source.text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
     let header = source.text.lines().find(|l| !l.starts_with('#')).unwrap_or_default();
     let delimiter = char::from(delimiter(&source.text));
@@ -72,7 +71,10 @@ fn at_line(error: Malformed, source: &Source) -> Malformed {
             let in_line = start.saturating_sub((text.as_ptr() as usize).saturating_sub(base));
             error.at_span(start, cell.len()).at_line(line, in_line + 1)
         }
-        None => error,
+        None => {
+            let start = (text.as_ptr() as usize).saturating_sub(source.text.as_ptr() as usize);
+            error.at_span(if text.is_empty() { 0 } else { start }, text.len())
+        }
     }
 }
 

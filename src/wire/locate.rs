@@ -12,8 +12,9 @@ pub fn locate(error: Malformed, source: &Source) -> Malformed {
     if !error.place().file.is_empty() {
         return error;
     }
-    if error.place().path.starts_with("line ") {
-        return error; // a row of a CSV: its own reader knows the file
+    if let Some(row) = csv_row(&error.place().path) {
+        let (line, file, column) = (row.line, row.file.to_string(), row.column.to_string());
+        return error.at_line(line, 1).in_file(file).moved_to(column);
     }
     let named = error.in_file(&source.name);
     let place = named.place().clone();
@@ -25,6 +26,25 @@ pub fn locate(error: Malformed, source: &Source) -> Malformed {
     };
     let (line, column) = line_and_column(&source.text, offset);
     named.at_span(offset, len).at_line(line, column)
+}
+
+/// The place that a row of a CSV file gives to its reading: the line and the file.
+pub(super) fn csv_place(line: u64, file: &str) -> String {
+    format!("line {line} of {file}|")
+}
+
+/// What [`csv_place`] and a column's name behind it say.
+pub(super) struct CsvRow<'a> {
+    pub line: usize,
+    pub file: &'a str,
+    pub column: &'a str,
+}
+
+/// Read a path that begins as [`csv_place`] writes it.
+pub(super) fn csv_row(path: &str) -> Option<CsvRow<'_>> {
+    let (line, rest) = path.strip_prefix("line ")?.split_once(" of ")?;
+    let (file, column) = rest.rsplit_once('|')?;
+    Some(CsvRow { line: line.parse().ok()?, file, column: column.trim_start_matches('.') })
 }
 
 /// Offset in the raw JSON string of the `inner`-th byte of its unescaped content.
@@ -66,6 +86,24 @@ pub(super) fn offset_of(text: &str, line: usize, column: usize) -> Option<usize>
         start += text.get(start..)?.find('\n')? + 1;
     }
     Some((start + column.saturating_sub(1)).min(text.len()))
+}
+
+/// Start and length of the word, number or quoted text whose last byte is at `offset`; else that byte alone.
+pub(super) fn token_ending_at(text: &str, offset: usize) -> (usize, usize) {
+    let mut last = offset.min(text.len());
+    while !text.is_char_boundary(last) {
+        last -= 1;
+    }
+    let before = text.get(..last).unwrap_or_default();
+    let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
+    let start = match text.get(last..).and_then(|rest| rest.chars().next()) {
+        Some('"') => before.rfind('"').filter(|open| !before[*open..].contains('\n')),
+        Some(c) if is_word(c) => Some(before.trim_end_matches(is_word).len()),
+        _ => None,
+    };
+    let end = text.get(last..).and_then(|rest| rest.chars().next()).map_or(last + 1, |c| last + c.len_utf8());
+    let start = start.unwrap_or(last);
+    (start, end - start)
 }
 
 enum Step<'a> {

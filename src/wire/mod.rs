@@ -11,6 +11,7 @@ mod locate;
 mod named;
 mod readings_file;
 mod schema;
+mod truth_file;
 mod write;
 
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
@@ -25,6 +26,7 @@ pub use locate::{line_and_column, locate};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use schema::{SCHEMAS, schema};
+pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;
@@ -113,33 +115,48 @@ pub fn parse<T: DeserializeOwned>(source: &Source) -> Result<T> {
     Ok(value)
 }
 
-/// A serde_json error in our words: it ends with "at line L column C", which we carry as numbers.
+/// A serde_json error in our words; its "at line L column C" becomes a place, and the caret underlines what was read last there.
 fn json_error(error: &serde_json::Error, path: String, source: &Source) -> Malformed {
     let full = error.to_string();
     let message = full.rsplit_once(" at line ").map_or(full.as_str(), |(message, _)| message);
-    let unknown = message.starts_with("unknown field");
-    let fault = match (unknown, message.starts_with("missing field")) {
-        (true, _) => Fault::UnknownKey,
-        (_, true) => Fault::Missing,
-        _ if error.is_data() => Fault::Value,
-        _ => Fault::Syntax,
-    };
-    let (line, column) = (error.line(), error.column());
-    let malformed = match message.split_once(", expected ") {
-        Some((what, expected)) if unknown => {
-            Malformed::new(Fault::UnknownKey, what.replace("unknown field", "unknown key"))
-                .expected(expected.replace('`', ""))
-                .found(what.trim_start_matches("unknown field ").to_string())
-        }
-        Some((what, expected)) => Malformed::new(fault, what.to_string()).expected(expected.to_string()),
-        None => {
-            let malformed = Malformed::new(fault, message.to_string());
-            if error.is_eof() { malformed.expected("more text: the file ends too early") } else { malformed }
-        }
-    };
-    let at = malformed.at_path(path).at_line(line, column.max(1)).in_file(&source.name);
-    match locate::offset_of(&source.text, line, column.max(1)) {
-        Some(offset) => at.at_span(offset, 1),
-        None => at,
+    let malformed = json_fault(message, error.is_data(), error.is_eof());
+    // serde_path_to_error writes `?` for a key that was not read to its end
+    let malformed = malformed.at_path(path.trim_end_matches('?').trim_end_matches('.')).in_file(&source.name);
+    let Some(offset) = locate::offset_of(&source.text, error.line(), error.column().max(1)) else { return malformed };
+    let (start, len) = locate::token_ending_at(&source.text, offset);
+    let (line, column) = line_and_column(&source.text, start);
+    malformed.at_span(start, len).at_line(line, column)
+}
+
+/// What serde_json found, and what it (or the type that was read) expected.
+fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
+    if let Some(rest) = message.strip_prefix("unknown field ") {
+        let (key, expected) = rest.split_once(", expected ").unwrap_or((rest, "another key"));
+        let found = key.replace('`', "'");
+        return Malformed::new(Fault::UnknownKey, format!("unknown key {found}"))
+            .expected(expected.replace('`', ""))
+            .found(found);
     }
+    if let Some(key) = message.strip_prefix("missing field ") {
+        let key = key.replace('`', "\"");
+        return Malformed::new(Fault::Missing, format!("the key {key} is missing"))
+            .expected(format!("{key} before this brace closes"));
+    }
+    let fault = if is_data { Fault::Value } else { Fault::Syntax };
+    if let Some((what, expected)) = message.split_once(", expected ") {
+        return Malformed::new(fault, what).expected(expected);
+    }
+    if let Some(expected) = message.strip_prefix("expected ") {
+        return Malformed::new(fault, "this is not JSON").expected(expected);
+    }
+    let expected = match message {
+        _ if is_eof => "more text: the file ends too early",
+        "number out of range" => "a finite number, of size below 1.8e308",
+        "trailing comma" => "another entry after the comma, or no comma",
+        "trailing characters" => "the end of the file",
+        "key must be a string" => "a key in double quotes",
+        "recursion limit exceeded" => "at most 128 brackets inside each other",
+        _ => "JSON text",
+    };
+    Malformed::new(fault, message).expected(expected)
 }

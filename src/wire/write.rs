@@ -20,11 +20,15 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
     };
     let link = |link: &Link| match link {
         Link::Joint { name, about, meaning } => {
-            LinkFile { joint: Some(name.clone()), tilt: None, about: axis(*about), is: meaning.clone() }
+            LinkFile { joint: Some(name.clone()), tilt: None, about: axis(*about), is: meaning.clone(), times: None }
         }
-        Link::Tilt { name, about, meaning } => {
-            LinkFile { joint: None, tilt: Some(name.clone()), about: axis(*about), is: meaning.clone() }
-        }
+        Link::Tilt { name, about, meaning, times } => LinkFile {
+            joint: None,
+            tilt: Some(name.clone()),
+            about: axis(*about),
+            is: meaning.clone(),
+            times: times.as_ref().map(|t| t.line().to_string()),
+        },
     };
     let rate = match bench.units.rate {
         RateUnit::DegreesPerSecond => RateFile::DegreesPerSecond,

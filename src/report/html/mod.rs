@@ -16,6 +16,7 @@
 //! (the same report always gives the same bytes).
 
 mod cells;
+mod checks_page;
 mod compare_page;
 mod escape;
 mod fit_figures;

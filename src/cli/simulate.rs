@@ -1,0 +1,46 @@
+//! `tumble simulate SCHEDULE --truth F`.
+
+use super::{Outcome, files};
+use crate::error::Result;
+use crate::simulate;
+use crate::wire::{self, BenchRef};
+use clap::Args;
+use std::path::PathBuf;
+
+/// What to simulate and where to write it.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The schedule: a campaign file; values that it has are replaced.
+    schedule: PathBuf,
+    /// The truth file: true values, noise, hidden effects.
+    #[arg(long, value_name = "FILE")]
+    truth: PathBuf,
+    /// Seed of the noise; the same seed gives the same readings.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    seed: u64,
+    /// Write the campaign to a file; stdout unless given.
+    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (schedule, source) = files::campaign(&arguments.schedule)?;
+    let truth = wire::read_truth(&files::read(&arguments.truth)?, &schedule)?;
+    let campaign =
+        simulate::simulate(&schedule, &truth, arguments.seed).map_err(|error| wire::locate(error, &source))?;
+    let file = wire::campaign_file(&campaign, bench_ref(&campaign));
+    files::write_or_print(&arguments.output, &files::json(&file)?)?;
+    Ok(Outcome::Done)
+}
+
+/// A built-in bench by its id, any other in full, so that the file stands alone.
+fn bench_ref(campaign: &crate::campaign::Campaign) -> BenchRef {
+    let file = wire::bench_file(&campaign.bench);
+    let built_in = crate::bench::built_in(&campaign.bench.id).and_then(|built_in| {
+        wire::read_bench(&wire::Source { name: built_in.id.into(), text: built_in.text.into() }).ok()
+    });
+    if built_in.is_some_and(|own| wire::bench_file(&own) == file) {
+        return BenchRef::Named(campaign.bench.id.clone());
+    }
+    BenchRef::Inline(Box::new(file))
+}

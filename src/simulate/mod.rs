@@ -1,0 +1,133 @@
+//! Readings from a truth: exact rotations, means over turns, hidden effects, seeded noise.
+//!
+//! ```text
+//! reading_i = f(inputs_i; true values) + sum_e c_e g_e,i + sd * z_i,   z_i ~ N(0, 1), seeded
+//! ```
+//!
+//! `f` is the bench's model line at the true tilts, `g_e` the regressor of a hidden effect at the same instants. The truth stays apart
+//! from the campaign that comes out. Deliberately absent: correlated noise, quantisation other than rounding to decimals.
+
+mod columns;
+mod regressor;
+
+pub use columns::{Table, columns};
+pub use regressor::Regressor;
+
+use crate::campaign::{Campaign, Kind, Observation};
+use crate::design::{self, Model};
+use crate::error::{Fault, Malformed, Result};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+
+/// What readings are made from.
+#[derive(Debug, Clone)]
+pub struct Truth {
+    /// True value of every parameter, in the campaign's order; radians for tilts.
+    pub point: Vec<f64>,
+    /// Noise of each sensor, in the bench's order.
+    pub noise: Vec<Noise>,
+    /// Effects that the model line does not have.
+    pub effects: Vec<Hidden>,
+}
+
+/// Noise of one sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Noise {
+    /// Standard deviation of a reading, in the sensor's unit.
+    pub sd: f64,
+    /// Is it written into the campaign as the readings' standard uncertainty?
+    pub stated: bool,
+    /// Decimals that readings are rounded to, if any.
+    pub decimals: Option<u32>,
+}
+
+/// A hidden effect: `coefficient * regressor`.
+#[derive(Debug, Clone)]
+pub struct Hidden {
+    /// What goes with the coefficient.
+    pub regressor: Regressor,
+    /// Coefficient, in the sensor's unit for each unit of the regressor; radians for a tilt.
+    pub value: f64,
+    /// The sensor that has it; `None` for all.
+    pub sensor: Option<usize>,
+}
+
+impl Hidden {
+    /// Check a hidden effect against a campaign.
+    ///
+    /// Errors: a term that does not parse, or a name that this bench and these readings do not have.
+    pub fn new(campaign: &Campaign, regressor: &str, value: f64, sensor: Option<usize>) -> Result<Self> {
+        Ok(Hidden { regressor: Regressor::parse(campaign, sensor, regressor)?, value, sensor })
+    }
+}
+
+/// Fill a schedule with readings. Values that it has are replaced.
+///
+/// Errors: a model line or effect that uses a column which a reading lacks; readings that leave the range of a double.
+///
+/// ```
+/// use tumble::{simulate, wire};
+/// let text = r#"{ "bench": "accelerometer-plumb-plane", "known": { "kI": { "value": 1.299 } },
+///     "estimate": { "V0": {} }, "readings": [ { "beta_deg": [0, 90] } ] }"#;
+/// let schedule = wire::read_campaign(&wire::Source { name: "s".into(), text: text.into() }, &mut |_| unreachable!())?;
+/// let truth = r#"{ "values": { "V0": { "value": 0.002 } }, "effects": [ { "regressor": "a_O", "value": 0.5 } ] }"#;
+/// let truth = wire::read_truth(&wire::Source { name: "t".into(), text: truth.into() }, &schedule)?;
+/// let campaign = simulate::simulate(&schedule, &truth, 1)?;
+/// assert!((campaign.readings.rows[0].observations[0].value - 0.502).abs() < 1e-15);
+/// assert!((campaign.readings.rows[1].observations[0].value - 0.002).abs() < 1e-15);
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaign> {
+    let mut point = truth.point.clone();
+    for hidden in &truth.effects {
+        if let Regressor::Tilt(k) | Regressor::Known(k) = hidden.regressor
+            && let Some(value) = point.get_mut(k)
+        {
+            *value += hidden.value;
+        }
+    }
+    let mut campaign = schedule.clone();
+    for reading in &mut campaign.readings.rows {
+        reading.observations.clear();
+    }
+    let model = Model::new(&campaign)?;
+    let rows = design::rows(&campaign);
+    let tilts = model.tilts_of(&point);
+    let apart: Vec<&Hidden> = truth
+        .effects
+        .iter()
+        .filter(|hidden| !matches!(hidden.regressor, Regressor::Tilt(_) | Regressor::Known(_)))
+        .collect();
+    let wanted: Vec<(&Regressor, Option<usize>)> = apart.iter().map(|h| (&h.regressor, h.sensor)).collect();
+    let effects = columns(&campaign, &rows, &tilts, &point, &wanted)?;
+    let mut generator = Pcg64Mcg::seed_from_u64(seed);
+    let mut gradient = vec![0.0; campaign.parameters.len()];
+    let mut work = model.workspace();
+    for (i, origin) in rows.iter().enumerate() {
+        let mut value = model.predict(schedule, origin.reading, origin.sensor, &point, &mut gradient, &mut work)?;
+        value += apart.iter().zip(&effects).map(|(h, column)| h.value * column.get(i).unwrap_or(&0.0)).sum::<f64>();
+        let noise = truth.noise.get(origin.sensor).copied().unwrap_or_default();
+        let z: f64 = StandardNormal.sample(&mut generator);
+        value += noise.sd * z;
+        if let Some(decimals) = noise.decimals {
+            let scale = 10f64.powi(decimals.min(300) as i32);
+            let rounded = (value * scale).round() / scale;
+            value = if rounded.is_finite() { rounded } else { value };
+        }
+        let Some(reading) = campaign.readings.rows.get_mut(origin.reading) else { continue };
+        if !value.is_finite() {
+            return Err(Malformed::new(Fault::Value, "the simulated reading is not a finite number")
+                .expected("true values and effects within the range of a double")
+                .at_path(reading.place.clone()));
+        }
+        let u = (noise.stated && noise.sd > 0.0).then_some(noise.sd);
+        reading.observations.push(Observation { sensor: origin.sensor, value, u, samples: 1.0 });
+    }
+    Ok(campaign)
+}
+
+/// Is this parameter a tilt?
+fn is_tilt(campaign: &Campaign, k: usize) -> bool {
+    campaign.parameters.get(k).is_some_and(|p| p.kind == Kind::Tilt)
+}

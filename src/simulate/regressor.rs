@@ -1,0 +1,80 @@
+//! What an effect is proportional to: a term of the model line, or something about a reading that no input says.
+
+use super::is_tilt;
+use crate::algebra::Expression;
+use crate::campaign::{Campaign, Role};
+use crate::design::SensorModel;
+use crate::error::{Fault, Malformed, Result};
+
+/// The factor of an effect beside its coefficient.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Regressor {
+    /// A term of inputs: `a_S`, `gamma_deg_s*cos(2*beta)`, `step(time_s-1200)`.
+    Term(Expression),
+    /// A tilt of the chain, by parameter index; common to all sensors.
+    Tilt(usize),
+    /// The error of a known parameter, by its index.
+    Known(usize),
+    /// 1 at the readings of one position: remounting.
+    Position(String),
+    /// 1 at one reading, by index from 0.
+    Reading(usize),
+    /// +1 where a joint was last moved forward, -1 where backward, by joint index.
+    Approach(usize),
+}
+
+impl Regressor {
+    /// Read a regressor as reports write it: a term, or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N` (from 1), `approach:JOINT`.
+    ///
+    /// A term is bound to `sensor`, or to every sensor of the bench. Errors: a term that does not parse (with its span), unknown names.
+    pub fn parse(campaign: &Campaign, sensor: Option<usize>, text: &str) -> Result<Self> {
+        let unknown = |what: &str, name: &str, list: Vec<&str>| {
+            Malformed::new(Fault::UnknownName, format!("there is no {what} '{name}'"))
+                .expected(format!("one of {}", list.join(", ")))
+                .found(format!("'{name}'"))
+        };
+        match text.split_once(':') {
+            None => {
+                let line = Expression::parse(text)?;
+                for (k, own) in campaign.bench.sensors.iter().enumerate() {
+                    if sensor.is_none_or(|wanted| wanted == k) {
+                        SensorModel::bind(campaign, own, &line)?;
+                    }
+                }
+                Ok(Regressor::Term(line))
+            }
+            Some(("tilt", id)) => match campaign.parameter_index(id).filter(|k| is_tilt(campaign, *k)) {
+                Some(k) => Ok(Regressor::Tilt(k)),
+                None => Err(unknown("tilt", id, campaign.bench.tilts().collect())),
+            },
+            Some(("known", id)) => match campaign.parameter_index(id) {
+                Some(k) if campaign.parameters.get(k).is_some_and(|p| matches!(p.role, Role::Known(_))) => {
+                    Ok(Regressor::Known(k))
+                }
+                _ => {
+                    let known = campaign.parameters.iter().filter(|p| matches!(p.role, Role::Known(_)));
+                    Err(unknown("known parameter", id, known.map(|p| p.id.as_str()).collect()))
+                }
+            },
+            Some(("position", label)) => {
+                if campaign.readings.rows.iter().any(|reading| reading.position == label) {
+                    return Ok(Regressor::Position(label.to_string()));
+                }
+                Err(Malformed::new(Fault::UnknownName, format!("no reading has the position '{label}'"))
+                    .expected("a label that readings have"))
+            }
+            Some(("reading", number)) => match number.trim().parse::<usize>() {
+                Ok(n) if (1..=campaign.readings.rows.len()).contains(&n) => Ok(Regressor::Reading(n - 1)),
+                _ => Err(Malformed::new(Fault::Value, format!("there is no reading '{number}'"))
+                    .expected(format!("a number from 1 to {}", campaign.readings.rows.len()))),
+            },
+            Some(("approach", joint)) => match campaign.bench.joints().position(|own| own == joint) {
+                Some(k) => Ok(Regressor::Approach(k)),
+                None => Err(unknown("joint", joint, campaign.bench.joints().collect())),
+            },
+            Some((kind, _)) => Err(Malformed::new(Fault::Value, format!("'{kind}:' is no kind of effect"))
+                .expected("a term of inputs, or tilt:, known:, position:, reading:, approach:")
+                .found(format!("'{text}'"))),
+        }
+    }
+}

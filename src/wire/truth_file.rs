@@ -1,0 +1,149 @@
+//! The truth file (`*.truth.json`) of a simulation: what the readings are made from, kept apart from the campaign.
+
+use super::{Named, Source, locate, parse};
+use crate::campaign::{AngleUnit, Campaign, Kind};
+use crate::error::{Fault, Malformed, Result};
+use crate::simulate::{Hidden, Noise, Truth};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the readings are made from.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TruthFile {
+    /// True values of tilts and coefficients; a known one of the campaign that is not listed is as the campaign says, any other is zero.
+    #[serde(default)]
+    pub values: Named<TrueValueFile>,
+    /// Noise of each sensor.
+    #[serde(default)]
+    pub noise: Named<NoiseFile>,
+    /// Effects that the campaign's model does not have: drift, steps, bad readings, anything that `diagnose` could name.
+    #[serde(default)]
+    pub effects: Vec<HiddenFile>,
+}
+
+/// A true value.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrueValueFile {
+    /// The value, in `unit`.
+    pub value: f64,
+    /// Unit; a tilt without one is in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+/// Noise of a sensor, Gaussian and independent from reading to reading.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseFile {
+    /// Standard deviation of a reading, in the sensor's unit.
+    pub sd: f64,
+    /// Write it into the campaign as the readings' standard uncertainty; true unless said otherwise.
+    #[serde(default = "yes")]
+    pub stated: bool,
+    /// Round readings to so many decimals; all digits of a double unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decimals: Option<u32>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// A hidden effect.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HiddenFile {
+    /// A term without its coefficient (`a_S`, `step(time_s-1200)`), or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N`, `approach:JOINT`.
+    pub regressor: String,
+    /// Its coefficient, in the sensor's unit for each unit of the regressor (a tilt in radians).
+    pub value: f64,
+    /// The sensor that has it; needed only where the bench has several and the effect is in one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<String>,
+}
+
+/// Read a truth for this campaign.
+///
+/// Errors: unknown keys, parameters, sensors or regressors; numbers that are not finite; all with their place in the file.
+pub fn read_truth(source: &Source, campaign: &Campaign) -> Result<Truth> {
+    let file: TruthFile = parse(source)?;
+    file.into_truth(campaign).map_err(|error| locate(error, source))
+}
+
+impl TruthFile {
+    fn into_truth(self, campaign: &Campaign) -> Result<Truth> {
+        let mut point = campaign.reference_point();
+        for (parameter, value) in campaign.parameters.iter().zip(&mut point) {
+            if !matches!(parameter.role, crate::campaign::Role::Known(_)) {
+                *value = 0.0;
+            }
+        }
+        for (id, own) in &self.values.0 {
+            let path = format!("values.{id}");
+            let Some(k) = campaign.parameter_index(id) else {
+                let names: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+                return Err(Malformed::new(Fault::UnknownName, format!("the bench has no parameter '{id}'"))
+                    .expected(format!("one of {}", names.join(", ")))
+                    .found(format!("'{id}'"))
+                    .at_path(path));
+            };
+            let is_tilt = campaign.parameters.get(k).is_some_and(|p| p.kind == Kind::Tilt);
+            let scale = match own.unit.as_deref() {
+                Some(unit) if is_tilt => match AngleUnit::named(unit) {
+                    Some(unit) => unit.radians(),
+                    None => {
+                        return Err(Malformed::new(Fault::Value, "a tilt is an angle")
+                            .expected(format!("one of {}", AngleUnit::NAMES))
+                            .found(format!("'{unit}'"))
+                            .at_path(format!("{path}.unit")));
+                    }
+                },
+                _ => 1.0,
+            };
+            if let Some(slot) = point.get_mut(k) {
+                *slot = own.value * scale;
+            }
+        }
+        let mut noise = vec![Noise::default(); campaign.bench.sensors.len()];
+        for (id, own) in &self.noise.0 {
+            let path = format!("noise.{id}");
+            let slot = sensor_index(campaign, id, &path)?;
+            if !(own.sd >= 0.0 && own.sd.is_finite()) {
+                return Err(Malformed::new(Fault::Value, "no standard deviation")
+                    .expected("zero or a positive number")
+                    .found(own.sd.to_string())
+                    .at_path(format!("{path}.sd")));
+            }
+            if let Some(noise) = noise.get_mut(slot) {
+                *noise = Noise { sd: own.sd, stated: own.stated, decimals: own.decimals };
+            }
+        }
+        let mut effects = Vec::with_capacity(self.effects.len());
+        for (k, own) in self.effects.iter().enumerate() {
+            let path = format!("effects[{k}]");
+            if !own.value.is_finite() {
+                return Err(Malformed::new(Fault::Value, "not a finite number").at_path(format!("{path}.value")));
+            }
+            let sensor = match &own.sensor {
+                Some(id) => Some(sensor_index(campaign, id, &format!("{path}.sensor"))?),
+                None => None,
+            };
+            let hidden = Hidden::new(campaign, &own.regressor, own.value, sensor)
+                .map_err(|error| error.at_path(format!("{path}.regressor")))?;
+            effects.push(hidden);
+        }
+        Ok(Truth { point, noise, effects })
+    }
+}
+
+fn sensor_index(campaign: &Campaign, id: &str, path: &str) -> Result<usize> {
+    campaign.bench.sensors.iter().position(|sensor| sensor.id == id).ok_or_else(|| {
+        let names: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+        Malformed::new(Fault::UnknownName, format!("the bench has no sensor '{id}'"))
+            .expected(format!("one of {}", names.join(", ")))
+            .found(format!("'{id}'"))
+            .at_path(path)
+    })
+}
