@@ -213,7 +213,7 @@ pub struct MethodFile {
 /// let source = tumble::wire::Source { name: "lab.json".into(), text: "{ \"certificate\": {} }".into() };
 /// let error = tumble::wire::read_lab(&source).unwrap_err();
 /// assert_eq!(error.fault(), tumble::error::Fault::Missing);
-/// assert!(error.what().contains("`id`"));
+/// assert!(error.what().contains("id"));
 /// ```
 pub fn read_lab(source: &Source) -> Result<LabFile> {
     let lab: LabFile = parse(source)?;

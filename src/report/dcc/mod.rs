@@ -29,7 +29,7 @@ type Xml = Writer<Vec<u8>>;
 
 /// A fit as a digital calibration certificate, with the identities of a lab file.
 ///
-/// Errors: an estimate without uncertainty, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
+/// Errors: an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
 pub fn certificate(fit: &Fit, report: &FitReport, lab: &LabFile) -> Result<String> {
     let quantities = quantities(fit, report)?;
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
@@ -60,6 +60,11 @@ fn quantities(fit: &Fit, report: &FitReport) -> Result<Vec<Quantity>> {
             return Err(Malformed::new(Fault::Missing, format!("a certificate needs the unit of '{}'", p.id))
                 .expected(format!("\"unit\" in estimate.{}, or in the bench; \"1\" for a pure number", p.id))
                 .at_path(format!("estimate.{}", p.id)));
+        }
+        if p.state == "at-bound" {
+            return Err(Malformed::new(Fault::Value, format!("'{}' is held by a bound, so no U describes it", p.id))
+                .expected("a campaign whose bounds are not active; the JSON report has the interval")
+                .at_path("constraints"));
         }
         let (expanded, factor) = uncertainty(&p.id, p.expanded, p.k)?;
         quantities.push(Quantity {
@@ -164,6 +169,9 @@ fn remarks(report: &FitReport) -> Vec<String> {
     }
     for defect in &report.not_estimable {
         remarks.push(format!("Not estimable and therefore not given: {}.", defect.text));
+    }
+    if let Some(robust) = &report.robust {
+        remarks.push(format!("Robust estimator: {}.", robust.method));
     }
     if let Some(p) = report.fit.p {
         let word = if report.fit.rejected { "failed" } else { "passed" };
