@@ -8,6 +8,8 @@ mod check;
 mod compare;
 mod files;
 mod fit;
+mod navigate;
+mod pages;
 mod plan;
 mod show_error;
 mod simulate;
@@ -32,6 +34,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     Simulate(simulate::Arguments),
+    /// What calibration errors do to a strapdown navigator over hours.
+    Navigate(navigate::Arguments),
     /// How well a schedule will do before anyone measures, and the best positions to choose or add.
     Plan(Box<plan::Arguments>),
     /// Built-in benches: list them, or show one as a file.
@@ -78,6 +82,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Navigate(arguments) => navigate::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

@@ -4,19 +4,38 @@
 //! freedom, an infinite number of degrees of freedom) are null. Deliberately absent: computing anything.
 
 mod compare;
+mod correction;
+pub mod dcc;
 mod fit;
+mod fit_checks;
+pub mod fit_checks_table;
 pub mod html;
 pub mod markdown;
+mod navigate;
 mod plan;
 mod plan_table;
 pub mod plot;
+mod provenance;
+pub mod series;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
+pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use fit::{
     ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
     FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
     fit_report, position_keys,
+};
+pub use provenance::Input;
+
+pub use fit_checks::{
+    ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
+    MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
+    monte_carlo_report,
+};
+pub use navigate::{
+    CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
+    ScenarioReport, SummaryReport, navigate_report,
 };
 
 pub use plan::{
@@ -33,7 +52,11 @@ pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report", "plan-report"]).collect()
+    crate::wire::SCHEMAS
+        .iter()
+        .copied()
+        .chain(["fit-report", "compare-report", "plan-report", "navigate-report"])
+        .collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
@@ -45,6 +68,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
+        "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
         _ => crate::wire::schema(kind),
     }

@@ -15,10 +15,18 @@
 //! Deliberately absent: computation (a page shows what a report value says), colours (the template and `report::plot` have them), clocks
 //! (the same report always gives the same bytes).
 
+mod cells;
+mod compare_page;
 mod escape;
+mod fit_figures;
+mod fit_page;
+mod navigate;
 mod page;
 mod plan_page;
 
+pub use compare_page::compare_page;
+pub use fit_page::fit_page;
+pub use navigate::navigate_page;
 pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
 
@@ -26,6 +34,9 @@ use crate::error::{Fault, Malformed, Result};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
+
+/// Studentized residuals beyond this are marked.
+const FAR: f64 = 3.0;
 
 const TEMPLATE: &str = include_str!("../../../data/templates/page.html");
 const STYLE: &str = include_str!("../../../data/templates/page.css");
@@ -38,7 +49,7 @@ const STYLE: &str = include_str!("../../../data/templates/page.css");
 /// use tumble::report::html::{Block, Page, Section, render};
 /// let page = Page::new("A <b> page").section(Section::new("Result").prose("`V0` is 3 < 4"));
 /// let html = render(&page)?;
-/// assert!(html.contains("A &lt;b&gt; page") && html.contains("<code>V0</code> is 3 &lt; 4"));
+/// assert!(html.contains("A &lt;b&gt; page") && html.contains(">V0</code> is 3 &lt; 4"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn render(page: &Page) -> Result<String> {
