@@ -43,7 +43,10 @@ fn a_scale_factor_scales_the_angles() {
         let angle = fit.parameters.iter().find(|p| p.id == "dtheta_y2").expect("a tilt");
         let kind = angle.uncertainty.as_ref().expect("an uncertainty").type_b;
         let kappa = campaign.parameters.iter().find(|p| p.id == "kI").map(|p| p.reference()).expect("kI");
-        assert!(kind > 0.5 * (value(&fit, "dtheta_y2") * 1e-3 / kappa).abs(), "{name}: Type B of dtheta_y2 is {kind:e}");
+        assert!(
+            kind > 0.5 * (value(&fit, "dtheta_y2") * 1e-3 / kappa).abs(),
+            "{name}: Type B of dtheta_y2 is {kind:e}"
+        );
     }
 }
 

@@ -45,6 +45,8 @@ pub(super) struct Arguments {
     readings: bool,
     #[command(flatten)]
     pages: pages::Pages,
+    #[command(flatten)]
+    certificate: pages::Certificate,
 }
 
 fn robust_method(text: &str) -> std::result::Result<RobustMethod, String> {
@@ -89,7 +91,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
     }
-    let pages = arguments.pages.fit(&fit, &report, &inputs)?;
+    let pages = arguments.pages.fit(&fit, &report, &inputs)?.and(arguments.certificate.make(&fit, &report, &source)?);
     let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
     pages.write()?;
     if let Some(path) = &arguments.json {

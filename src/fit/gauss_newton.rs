@@ -104,7 +104,10 @@ fn merit(values: &[f64], step: &Step) -> f64 {
             .iter()
             .zip(&system.u)
             .enumerate()
-            .map(|(i, (v, u))| (v / u).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0))
+            .map(|(i, (v, u))| {
+                let own = u * scale(&step.estimate, system.group.get(i));
+                (v / own).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0)
+            })
             .sum(),
         Some(columns) => {
             let mut whitened = vec![0.0; values.len()];
@@ -128,6 +131,16 @@ fn within_half_a_turn(campaign: &Campaign, point: &mut [f64]) {
         if parameter.kind == Kind::Tilt && free && value.abs() > PI {
             *value -= TAU * (*value / TAU).round();
         }
+    }
+}
+
+/// The estimated scale of a row's group where there are several: the step minimises the squares in units of the readings' scatter.
+fn scale(estimate: &Estimate, group: Option<&Group>) -> f64 {
+    match group {
+        Some(Group::Estimated(g)) if estimate.group_iterations > 0 => {
+            estimate.group_scale.get(*g).copied().flatten().unwrap_or(1.0)
+        }
+        _ => 1.0,
     }
 }
 

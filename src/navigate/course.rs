@@ -294,10 +294,7 @@ fn oscillate(angle: &Oscillation, rule: &Quadrature, start: f64, span: f64) -> (
     }
     let speed = TAU / angle.period;
     let (s0, c0) = (TAU * (start / angle.period).fract() + angle.phase).sin_cos();
-    let mut advance = [0.0; NODES];
-    for j in 0..NODES {
-        advance[j] = speed * span * rule.nodes[j];
-    }
+    let advance = rule.nodes.map(|node| speed * span * node);
     // A block spans a tenth of a period, so that the advance stays below a right angle, or is a single step.
     let (sa, ca) =
         if speed * span < 1.5 { sine_cosine(&advance) } else { (advance.map(f64::sin), advance.map(f64::cos)) };
@@ -363,10 +360,9 @@ fn integrate(rule: &Quadrature, values: &NodeValues, span: f64, block: &mut Bloc
     for (row, samples) in block.increments.iter_mut().zip(&values.inertial) {
         for chunk in 0..full / 8 {
             let mut sums = [0.0; 8];
-            for j in 0..NODES {
-                let sample = samples[j] * span;
-                for i in 0..8 {
-                    sums[i] += rule.weights[j][8 * chunk + i] * sample;
+            for (weights, sample) in rule.weights.iter().zip(samples) {
+                for (sum, weight) in sums.iter_mut().zip(&weights[8 * chunk..8 * chunk + 8]) {
+                    *sum += weight * (sample * span);
                 }
             }
             row[8 * chunk..8 * chunk + 8].copy_from_slice(&sums);

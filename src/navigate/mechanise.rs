@@ -128,8 +128,10 @@ pub fn fly<S: Simd, const FROM: usize, const K: usize>(
         let noise = noise.get(done..).unwrap_or(&[]);
         measure::<S, K>(simd, block, done, errors, noise, FROM, &mut reported[1..1 + steps]);
         let pairs = steps / 2;
-        for (three, slot) in reported.array_windows::<3>().step_by(2).zip(track[..pairs].iter_mut()) {
-            compensate::<S, K>(simd, three, FROM, slot);
+        for (pair, slot) in track[..pairs].iter_mut().enumerate() {
+            if let Some(three) = reported[2 * pair..].first_chunk::<3>() {
+                compensate::<S, K>(simd, three, FROM, slot);
+            }
         }
         for increment in &track[..pairs] {
             navigator.step(simd, increment, FROM);

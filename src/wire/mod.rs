@@ -6,6 +6,8 @@
 mod bench_file;
 mod campaign_file;
 mod csv_readings;
+mod effects_file;
+mod lab;
 mod locate;
 mod mission_file;
 mod named;
@@ -17,6 +19,11 @@ mod write;
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
 pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
+pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
+pub use lab::{
+    AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
+    MethodFile, PersonFile, read_lab,
 };
 pub use locate::{line_and_column, locate};
 pub use mission_file::{

@@ -41,7 +41,7 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
         .section(Section::new("Root mean square errors").table(results(report)))
         .section(Section::new("Against the first motion").table(ratios(report)))
         .section(carried(report));
-    for (i, scenario) in report.scenarios.iter().enumerate().take(DRAWN) {
+    for (i, scenario) in report.scenarios.iter().enumerate().take(if flown.is_empty() { 0 } else { DRAWN }) {
         let mut figures = Vec::new();
         for (what, unit, of) in QUANTITIES {
             let lines: Vec<Curve> = flown
