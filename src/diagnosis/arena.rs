@@ -2,9 +2,7 @@
 
 use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
-use crate::uncertainty::quantiles::{
-    chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided,
-};
+use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
 use faer::Mat;
 
 /// A column whose direction is this near to the span of others is no further effect.

@@ -7,7 +7,6 @@ use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Regressor, Table, indicator};
 
-
 /// A term smaller than this share of its natural size is zero but for rounding,
 const ROUNDING: f64 = 1e-10;
 /// or than this one vanishes but for small tilts.
@@ -94,7 +93,8 @@ impl Maker<'_> {
                 for (filling, row) in self.scanned(effect, filling, k) {
                     let text = fill(&effect.term, &filling);
                     common = text.starts_with("tilt:") || text.starts_with("known:");
-                    self.member(effect, &filling, &text, k, row).map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
+                    self.member(effect, &filling, &text, k, row)
+                        .map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
                 }
             }
             if common {
@@ -128,7 +128,14 @@ impl Maker<'_> {
         vec![(filling, None)]
     }
 
-    fn member(&mut self, effect: &Effect, filling: &Filling, text: &str, sensor: usize, step: Option<f64>) -> Result<()> {
+    fn member(
+        &mut self,
+        effect: &Effect,
+        filling: &Filling,
+        text: &str,
+        sensor: usize,
+        step: Option<f64>,
+    ) -> Result<()> {
         let campaign = self.campaign;
         let kind = match Regressor::parse(campaign, Some(sensor), text) {
             Ok(kind) => kind,
@@ -291,7 +298,8 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
 /// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.
 fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
     let per_deg_s = campaign.bench.units.rate.per_deg_s();
-    let rates = campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs() * per_deg_s));
+    let rates =
+        campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs() * per_deg_s));
     let rate = rates.fold(campaign.bench.earth_rate().norm(), f64::max);
     let force = campaign.bench.specific_force().norm();
     let mut scratch = Scratch::default();

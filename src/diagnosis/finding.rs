@@ -190,9 +190,8 @@ fn findings(
         aliases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| candidates.get(*j)).collect();
         let separate_by = separate::positions(campaign, design, effect, &columns);
-        let (value, u, unit) = repaired.map_or((None, None, String::new()), |(repaired, after)| {
-            coefficient(campaign, repaired, after, effect)
-        });
+        let (value, u, unit) = repaired
+            .map_or((None, None, String::new()), |(repaired, after)| coefficient(campaign, repaired, after, effect));
         findings.push(Finding {
             effect: effect.clone(),
             value,

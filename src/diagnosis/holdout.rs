@@ -24,7 +24,8 @@ pub(super) fn holdout(campaign: &Campaign, before: &Fit, after: Option<&Fit>, sc
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (i, origin) in before.design.rows.iter().enumerate() {
         let reading = campaign.readings.rows.get(origin.reading)?;
-        let label = if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() };
+        let label =
+            if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() };
         match groups.iter_mut().find(|(own, _)| *own == label) {
             Some((_, rows)) => rows.push(i),
             None => groups.push((label, vec![i])),
@@ -70,15 +71,15 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     let r = q.ncols();
     let mut inner = faer::Mat::<f64>::zeros(r, r);
     let weight = |i: &usize| factor.weight().get(*i).copied().unwrap_or(1.0);
-    let v: Vec<f64> = group.iter().map(|i| fit.estimate.residuals.get(*i).copied().unwrap_or_default() * weight(i)).collect();
+    let v: Vec<f64> =
+        group.iter().map(|i| fit.estimate.residuals.get(*i).copied().unwrap_or_default() * weight(i)).collect();
     for a in 0..r {
         for b in 0..r {
             let product: f64 = group.iter().map(|i| q[(*i, a)] * q[(*i, b)]).sum();
             inner[(a, b)] = f64::from(u8::from(a == b)) - product;
         }
     }
-    let right: Vec<f64> =
-        (0..r).map(|a| group.iter().zip(&v).map(|(i, v)| q[(*i, a)] * v).sum()).collect();
+    let right: Vec<f64> = (0..r).map(|a| group.iter().zip(&v).map(|(i, v)| q[(*i, a)] * v).sum()).collect();
     let solution = solve(inner, right)?;
     let mut sum = 0.0;
     for (i, v) in group.iter().zip(&v) {

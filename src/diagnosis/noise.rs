@@ -113,7 +113,8 @@ pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, scales: Option<&
             }
         }
     }
-    let known = System { rows: system.rows, observed: system.observed, u, group: vec![Group::Known; groups.group.len()] };
+    let known =
+        System { rows: system.rows, observed: system.observed, u, group: vec![Group::Known; groups.group.len()] };
     let estimate = estimate::adjust(&known, &estimate::Settings::default())?;
     let weight: Vec<f64> = known.u.iter().map(|u| 1.0 / u).collect();
     let residual: Vec<f64> = estimate.residuals.iter().zip(&weight).map(|(v, w)| v * w).collect();
@@ -172,10 +173,7 @@ pub(super) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize)
 }
 
 /// Weighted columns of candidates as a matrix, `m x k`.
-pub(super) fn weighted_columns<'a>(
-    columns: impl ExactSizeIterator<Item = &'a Vec<f64>>,
-    weight: &[f64],
-) -> Mat<f64> {
+pub(super) fn weighted_columns<'a>(columns: impl ExactSizeIterator<Item = &'a Vec<f64>>, weight: &[f64]) -> Mat<f64> {
     let mut matrix = Mat::zeros(weight.len(), columns.len());
     for (j, column) in columns.enumerate() {
         // large or tiny terms are brought to one before the weights multiply them

@@ -102,7 +102,9 @@ pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Wei
         .into_iter()
         .filter_map(|(factor, levels)| {
             let between: f64 = (0..campaign.bench.sensors.len())
-                .flat_map(|sensor| levels.iter().filter_map(move |(_, members)| mean_of(design, weighted, sensor, members)))
+                .flat_map(|sensor| {
+                    levels.iter().filter_map(move |(_, members)| mean_of(design, weighted, sensor, members))
+                })
                 .map(|(_, _, z)| z * z)
                 .sum();
             let tests = levels.len().max(2) as f64;
@@ -133,7 +135,12 @@ pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Wei
             .collect();
         let unit = campaign.bench.sensors.get(cell.sensor).map_or("", |s| s.unit.as_str());
         if !joints.is_empty() {
-            text.push_str(&format!("; largest at {}: {:.3e} {unit} ({:.1} sd of its mean)", joints.join(", "), cell.mean, cell.z));
+            text.push_str(&format!(
+                "; largest at {}: {:.3e} {unit} ({:.1} sd of its mean)",
+                joints.join(", "),
+                cell.mean,
+                cell.z
+            ));
         }
     }
     text
@@ -212,7 +219,8 @@ fn mean_of(design: &DesignMatrix, weighted: &Weighted, sensor: usize, readings: 
     let q = weighted.estimate.factor.thin_q();
     let (mut along, mut square, mut product, mut mean) = (vec![0.0; q.ncols()], 0.0, 0.0, 0.0);
     for &i in &members {
-        let (Some(w), Some(r), Some(v)) = (weighted.weight.get(i), weighted.residual.get(i), weighted.estimate.residuals.get(i))
+        let (Some(w), Some(r), Some(v)) =
+            (weighted.weight.get(i), weighted.residual.get(i), weighted.estimate.residuals.get(i))
         else {
             continue;
         };

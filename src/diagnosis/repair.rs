@@ -30,9 +30,8 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
             (other, _) => {
                 let column = format!("{}_here", effect.coefficient);
                 let sensor = effect.sensor.unwrap_or_default();
-                let rows: Vec<crate::design::RowOrigin> = (0..readings.rows.len())
-                    .map(|reading| crate::design::RowOrigin { reading, sensor })
-                    .collect();
+                let rows: Vec<crate::design::RowOrigin> =
+                    (0..readings.rows.len()).map(|reading| crate::design::RowOrigin { reading, sensor }).collect();
                 let values = indicator(campaign, &rows, other, sensor);
                 readings.columns.push(column.clone());
                 for (reading, value) in readings.rows.iter_mut().zip(values) {

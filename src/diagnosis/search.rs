@@ -51,6 +51,8 @@ pub(super) const INDISTINGUISHABLE: f64 = 9.0;
 /// Most effects where the noise is known, and where only residuals tell it.
 const MOST_KNOWN: usize = 3;
 const MOST_RESIDUALS: usize = 6;
+/// In a set of three or more every effect must be plain: three weak ones approximate almost any pattern.
+const PLAIN: f64 = 8.0;
 /// Share of the gap that one effect must take off where nothing can tell whether it is complete.
 const MOST_OF_THE_GAP: f64 = 0.8;
 /// A further effect must be so many times less likely by chance: the simpler explanation has the first claim.
@@ -59,7 +61,13 @@ const FURTHER: f64 = 0.1;
 const SEEDS: usize = 12;
 
 /// Search one arena. `handicap` of each candidate (in noise variances) decides among sets that fit alike.
-pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], support: &Support<'_>, steps: &mut Vec<Step>) -> Found {
+pub(super) fn search(
+    arena: &mut Arena,
+    levels: Levels,
+    handicap: &[f64],
+    support: &Support<'_>,
+    steps: &mut Vec<Step>,
+) -> Found {
     let Some(nothing) = arena.given(&[]) else { return Found::Nothing };
     let strongest = arena.strongest(&nothing);
     let global = arena.global(&nothing);
@@ -79,7 +87,9 @@ pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], suppor
             _ => larger(arena, &sets, size),
         };
         let Some(best) = sets.first().map(|(rss, _)| *rss) else { break };
-        let Some(variance) = sets.first().and_then(|(_, set)| arena.given(set)).map(|g| arena.variance(&g)) else { break };
+        let Some(variance) = sets.first().and_then(|(_, set)| arena.given(set)).map(|g| arena.variance(&g)) else {
+            break;
+        };
         let burden = |set: &[usize]| set.iter().map(|j| handicap.get(*j).copied().unwrap_or_default()).sum::<f64>();
         let mut near: Vec<(f64, &Vec<usize>)> = sets
             .iter()
@@ -118,7 +128,7 @@ fn is_complete(arena: &Arena, set: &[usize], levels: Levels, steps: &mut Vec<Ste
         let Some(without) = arena.given(&others) else { return false };
         let (t, dof) = arena.t(&without, *member);
         let needed = if set.len() > 1 { FURTHER * levels.names } else { levels.names };
-        if arena.family_wise(t, dof) > needed {
+        if arena.family_wise(t, dof) > needed || (set.len() > 2 && t.abs() < PLAIN) {
             return false;
         }
     }
@@ -141,9 +151,8 @@ fn main_effect(arena: &Arena, levels: Levels, handicap: &[f64]) -> Option<Found>
     let variance = arena.given(&leader).map(|given| arena.variance(&given))?;
     let burden = |set: &[usize]| set.first().and_then(|j| handicap.get(*j)).copied().unwrap_or_default();
     let near = sets.iter().take_while(|(rss, _)| rss - best <= INDISTINGUISHABLE * variance);
-    let (_, set) = near.min_by(|a, b| {
-        ((a.0 - best) / variance + burden(&a.1)).total_cmp(&((b.0 - best) / variance + burden(&b.1)))
-    })?;
+    let (_, set) = near
+        .min_by(|a, b| ((a.0 - best) / variance + burden(&a.1)).total_cmp(&((b.0 - best) / variance + burden(&b.1))))?;
     let member = *set.first()?;
     let (t, dof) = arena.t(&arena.given(&[])?, member);
     if arena.family_wise(t, dof) > levels.names || arena.rss_of(set) > (1.0 - MOST_OF_THE_GAP) * arena.rss {
@@ -163,11 +172,13 @@ fn singles(arena: &Arena) -> Vec<(f64, Vec<usize>)> {
 /// The best pairs of all, best first: `drop = (s_a^2 + s_b^2 - 2 g s_a s_b) / (1 - g^2)`.
 fn pairs(arena: &Arena) -> Vec<(f64, Vec<usize>)> {
     let score = arena.pool.scores();
-    let visible: Vec<usize> = (0..arena.pool.len()).filter(|j| arena.pool.visible().get(*j).is_some_and(|v| *v > 0.0)).collect();
+    let visible: Vec<usize> =
+        (0..arena.pool.len()).filter(|j| arena.pool.visible().get(*j).is_some_and(|v| *v > 0.0)).collect();
     let mut drops: Vec<(f64, usize, usize)> = Vec::new();
     let mut best = 0.0_f64;
     // far from the best no pair can be a rival; the margin holds for any variance up to that of the rest
-    let margin = |best: f64| INDISTINGUISHABLE * (arena.rss - best).max(0.0) / arena.dof.saturating_sub(2).max(1) as f64;
+    let margin =
+        |best: f64| INDISTINGUISHABLE * (arena.rss - best).max(0.0) / arena.dof.saturating_sub(2).max(1) as f64;
     let slack = |best: f64| if arena.from == NoiseFrom::Stated { INDISTINGUISHABLE } else { margin(best).max(0.0) };
     for (n, &a) in visible.iter().enumerate() {
         let cosines = arena.cosines.col_as_slice(a);
@@ -202,7 +213,9 @@ fn larger(arena: &Arena, smaller: &[(f64, Vec<usize>)], size: usize) -> Vec<(f64
             let before = arena.rss_of(&set);
             for place in 0..size {
                 let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, j)| *j).collect();
-                if let Some(better) = extended(arena, &others).filter(|better| arena.rss_of(better) < arena.rss_of(&set)) {
+                if let Some(better) =
+                    extended(arena, &others).filter(|better| arena.rss_of(better) < arena.rss_of(&set))
+                {
                     set = better;
                 }
             }

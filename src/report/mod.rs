@@ -17,8 +17,8 @@ pub mod table;
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use diagnose::{
-    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport, LevelReport,
-    NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
+    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport,
+    LevelReport, NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
 };
 pub use diagnose_table::diagnose_table;
 pub use fit::{
