@@ -51,6 +51,8 @@ pub(super) const INDISTINGUISHABLE: f64 = 9.0;
 /// Most effects where the noise is known, and where only residuals tell it.
 const MOST_KNOWN: usize = 3;
 const MOST_RESIDUALS: usize = 6;
+/// In a set of three or more every effect must be plain: three weak ones approximate almost any pattern.
+const PLAIN: f64 = 8.0;
 /// Share of the gap that one effect must take off where nothing can tell whether it is complete.
 const MOST_OF_THE_GAP: f64 = 0.8;
 /// A further effect must be so many times less likely by chance: the simpler explanation has the first claim.
@@ -126,7 +128,7 @@ fn is_complete(arena: &Arena, set: &[usize], levels: Levels, steps: &mut Vec<Ste
         let Some(without) = arena.given(&others) else { return false };
         let (t, dof) = arena.t(&without, *member);
         let needed = if set.len() > 1 { FURTHER * levels.names } else { levels.names };
-        if arena.family_wise(t, dof) > needed {
+        if arena.family_wise(t, dof) > needed || (set.len() > 2 && t.abs() < PLAIN) {
             return false;
         }
     }
