@@ -137,10 +137,7 @@ impl Maker<'_> {
         step: Option<f64>,
     ) -> Result<()> {
         let campaign = self.campaign;
-        let kind = match Regressor::parse(campaign, Some(sensor), text) {
-            Ok(kind) => kind,
-            Err(error) => return Err(error),
-        };
+        let kind = Regressor::parse(campaign, Some(sensor), text)?;
         let (regressor, owner) = match &kind {
             Regressor::Term(line) if effect.term.contains("{tau}") || effect.term.contains("{break}") => {
                 let _ = line;
