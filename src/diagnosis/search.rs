@@ -59,7 +59,13 @@ const FURTHER: f64 = 0.1;
 const SEEDS: usize = 12;
 
 /// Search one arena. `handicap` of each candidate (in noise variances) decides among sets that fit alike.
-pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], support: &Support<'_>, steps: &mut Vec<Step>) -> Found {
+pub(super) fn search(
+    arena: &mut Arena,
+    levels: Levels,
+    handicap: &[f64],
+    support: &Support<'_>,
+    steps: &mut Vec<Step>,
+) -> Found {
     let Some(nothing) = arena.given(&[]) else { return Found::Nothing };
     let strongest = arena.strongest(&nothing);
     let global = arena.global(&nothing);
@@ -143,9 +149,8 @@ fn main_effect(arena: &Arena, levels: Levels, handicap: &[f64]) -> Option<Found>
     let variance = arena.given(&leader).map(|given| arena.variance(&given))?;
     let burden = |set: &[usize]| set.first().and_then(|j| handicap.get(*j)).copied().unwrap_or_default();
     let near = sets.iter().take_while(|(rss, _)| rss - best <= INDISTINGUISHABLE * variance);
-    let (_, set) = near.min_by(|a, b| {
-        ((a.0 - best) / variance + burden(&a.1)).total_cmp(&((b.0 - best) / variance + burden(&b.1)))
-    })?;
+    let (_, set) = near
+        .min_by(|a, b| ((a.0 - best) / variance + burden(&a.1)).total_cmp(&((b.0 - best) / variance + burden(&b.1))))?;
     let member = *set.first()?;
     let (t, dof) = arena.t(&arena.given(&[])?, member);
     if arena.family_wise(t, dof) > levels.names || arena.rss_of(set) > (1.0 - MOST_OF_THE_GAP) * arena.rss {
