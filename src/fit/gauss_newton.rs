@@ -104,7 +104,10 @@ fn merit(values: &[f64], step: &Step) -> f64 {
             .iter()
             .zip(&system.u)
             .enumerate()
-            .map(|(i, (v, u))| (v / u).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0))
+            .map(|(i, (v, u))| {
+                let own = u * scale(&step.estimate, system.group.get(i));
+                (v / own).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0)
+            })
             .sum(),
         Some(columns) => {
             let mut whitened = vec![0.0; values.len()];
@@ -131,6 +134,16 @@ fn within_half_a_turn(campaign: &Campaign, point: &mut [f64]) {
     }
 }
 
+/// The estimated scale of a row's group where there are several: the step minimises the squares in units of the readings' scatter.
+fn scale(estimate: &Estimate, group: Option<&Group>) -> f64 {
+    match group {
+        Some(Group::Estimated(g)) if estimate.group_iterations > 0 => {
+            estimate.group_scale.get(*g).copied().flatten().unwrap_or(1.0)
+        }
+        _ => 1.0,
+    }
+}
+
 /// Readings (not differences), and priors, in row order: the scale against which a step is negligible.
 fn values(design: &DesignMatrix, system: &System) -> Vec<f64> {
     let predicted = design.predicted.iter().copied().chain(std::iter::repeat(0.0));
@@ -139,16 +152,13 @@ fn values(design: &DesignMatrix, system: &System) -> Vec<f64> {
 
 /// How far the linear model is from the exact one at the solution, in units of the readings' standard uncertainty.
 pub(super) fn linearisation_error(
-    campaign: &Campaign,
-    model: &Model,
+    at_solution: &DesignMatrix,
     design: &DesignMatrix,
     system: &System,
     estimate: &Estimate,
-    point: &[f64],
-) -> Result<Option<f64>> {
-    let exact = design::assemble(campaign, model, point)?;
+) -> Option<f64> {
     let mut worst: Option<f64> = None;
-    for (i, (exact, reference)) in exact.predicted.iter().zip(&design.predicted).enumerate() {
+    for (i, (exact, reference)) in at_solution.predicted.iter().zip(&design.predicted).enumerate() {
         let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
         let linear = reference + at(&system.observed) - at(&estimate.residuals);
         let scale = match system.group.get(i) {
@@ -158,5 +168,5 @@ pub(super) fn linearisation_error(
         let Some(u) = scale.map(|s| s * at(&system.u)).filter(|u| *u > 0.0) else { continue };
         worst = Some(worst.unwrap_or(0.0).max((exact - linear).abs() / u));
     }
-    Ok(worst)
+    worst
 }

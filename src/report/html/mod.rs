@@ -21,11 +21,15 @@ mod compare_page;
 mod escape;
 mod fit_figures;
 mod fit_page;
+mod navigate;
 mod page;
+mod plan_page;
 
 pub use compare_page::compare_page;
 pub use fit_page::fit_page;
+pub use navigate::navigate_page;
 pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
+pub use plan_page::plan_page;
 
 use crate::error::{Fault, Malformed, Result};
 use minijinja::syntax::SyntaxConfig;
