@@ -73,7 +73,10 @@ pub struct DerivedResult {
 }
 
 /// Known parameters with an uncertainty, and how the solution follows each: `d x / d p = -(dx/dy) df/dp`, priors untouched.
-fn known_inputs<'a>(campaign: &'a Campaign, design: &DesignMatrix, noise: &Noise) -> Vec<(&'a str, Known, Vec<f64>)> {
+///
+/// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
+/// tilts that it multiplies.
+fn known_inputs<'a>(campaign: &'a Campaign, at_solution: &DesignMatrix, noise: &Noise) -> Vec<(&'a str, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
     for (k, parameter) in campaign.parameters.iter().enumerate() {
         let Role::Known(known) = parameter.role else { continue };
@@ -82,7 +85,7 @@ fn known_inputs<'a>(campaign: &'a Campaign, design: &DesignMatrix, noise: &Noise
         }
         let mut sensitivity = vec![0.0; campaign.unknowns()];
         for (j, c) in sensitivity.iter_mut().enumerate().take(noise.sensitivities.nrows()) {
-            *c = -(0..design.rows.len()).map(|i| noise.sensitivities[(j, i)] * design.jacobian[(i, k)]).sum::<f64>();
+            *c = -(0..at_solution.rows.len()).map(|i| noise.sensitivities[(j, i)] * at_solution.jacobian[(i, k)]).sum::<f64>();
         }
         inputs.push((parameter.id.as_str(), known, sensitivity));
     }
@@ -101,12 +104,12 @@ pub(super) struct Grounds<'a> {
 impl<'a> Grounds<'a> {
     pub(super) fn new(
         campaign: &'a Campaign,
-        design: &DesignMatrix,
+        at_solution: &DesignMatrix,
         estimate: &'a Estimate,
         noise: &'a Noise,
         level: f64,
     ) -> Self {
-        let known = known_inputs(campaign, design, noise);
+        let known = known_inputs(campaign, at_solution, noise);
         Grounds { campaign, estimate, noise, known, level }
     }
 
