@@ -68,7 +68,8 @@ fn coverage(
     let hits: Vec<[bool; 6]> = (0..CAMPAIGNS)
         .into_par_iter()
         .map(|k| {
-            let mut random = Pcg64Mcg::seed_from_u64((k as u64).wrapping_mul(0x5851_f42d_4c95_7f2d) ^ name.len() as u64);
+            let mut random =
+                Pcg64Mcg::seed_from_u64((k as u64).wrapping_mul(0x5851_f42d_4c95_7f2d) ^ name.len() as u64);
             let mut own = campaign.clone();
             for (reading, value) in own.readings.rows.iter_mut().zip(&values) {
                 reading.observations[0].value = *value;
@@ -133,9 +134,7 @@ fn stated_intervals_hold_95_percent() {
         run(&format!("estimated variance, {dof} degrees of freedom"), &few, &plain, &scatter);
     }
 
-    let with_u = |more: &str| {
-        format!(r#""known": {{"kI": {{"value": -2.9222, "u": 0.03{more}}}}},"#)
-    };
+    let with_u = |more: &str| format!(r#""known": {{"kI": {{"value": -2.9222, "u": 0.03{more}}}}},"#);
     run("known kI, u = 1 %, normal", &gyro(&EIGHT, 1, &with_u("")), &plain, &|c, r| {
         scatter(c, r);
         let value = -2.9222 + 0.03 * normal(r);
@@ -170,7 +169,8 @@ fn stated_intervals_hold_95_percent() {
     }
 
     let remount = Settings { remount: Remount::Estimate, ..Settings::default() };
-    let twelve: Vec<(f64, f64)> = EIGHT.iter().copied().chain([(45.0, 45.0), (135.0, 225.0), (225.0, 135.0), (315.0, 315.0)]).collect();
+    let twelve: Vec<(f64, f64)> =
+        EIGHT.iter().copied().chain([(45.0, 45.0), (135.0, 225.0), (225.0, 135.0), (315.0, 315.0)]).collect();
     let many = gyro(&twelve, 2, KNOWN);
     for (name, offset) in [("0.3", 0.3), ("1", 1.0), ("5", 5.0)] {
         run(&format!("remounting, 12 positions of 4, offsets {name} sd"), &many, &remount, &|c, r| {

@@ -243,8 +243,7 @@ impl<'a> Whitening<'a> {
         for (block, lower) in self.blocks.iter().zip(&self.lower) {
             for i in 0..sensitivities.nrows() {
                 for at in (0..block.len()).rev() {
-                    let after: f64 =
-                        (at + 1..block.len()).map(|k| sensitivities[(i, block[k])] * lower[(k, at)]).sum();
+                    let after: f64 = (at + 1..block.len()).map(|k| sensitivities[(i, block[k])] * lower[(k, at)]).sum();
                     sensitivities[(i, block[at])] = (sensitivities[(i, block[at])] - after) / lower[(at, at)];
                 }
             }
@@ -358,8 +357,11 @@ impl Normal {
             whole - 2.0 * dot(&seen[g], &seen[h]) + dot(&inner[g], &inner[h])
         });
         let diagonal = |a: &Mat<f64>| -> f64 { (0..a.nrows()).map(|i| a[(i, i)]).sum() };
-        let trace =
-            parts.iter().zip(&inner).map(|(parts, inner)| parts.iter().map(diagonal).sum::<f64>() - diagonal(inner)).collect();
+        let trace = parts
+            .iter()
+            .zip(&inner)
+            .map(|(parts, inner)| parts.iter().map(diagonal).sum::<f64>() - diagonal(inner))
+            .collect();
         Normal { s, q: squares, trace, seen, inner }
     }
 

@@ -33,7 +33,9 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let readings = design.rows.len();
     // standard uncertainty of each row, estimated scales included; `determined` where all of them are known or estimated
     let scale = |i: usize| match system.group.get(i) {
-        Some(Group::Estimated(g)) => estimate.group_scale.get(*g).copied().flatten().filter(|s| *s > 0.0).unwrap_or(1.0),
+        Some(Group::Estimated(g)) => {
+            estimate.group_scale.get(*g).copied().flatten().filter(|s| *s > 0.0).unwrap_or(1.0)
+        }
         _ => 1.0,
     };
     let u: Vec<f64> = system.u.iter().enumerate().map(|(i, u)| u * scale(i)).collect();

@@ -95,9 +95,8 @@ pub(super) fn solve(system: &System, plain: &Estimate, readings: usize) -> (Vec<
 /// The vertex next to `v`: through the readings with the smallest residuals that are independent, if that is no worse.
 fn vertex(moved: &Mat<f64>, plain: &Estimate, weight: &dyn Fn(usize) -> f64, v: &[f64]) -> Vec<f64> {
     let rank = v.len();
-    let residual = |i: usize, v: &[f64]| {
-        plain.residuals[i] - v.iter().enumerate().map(|(k, v)| moved[(i, k)] * v).sum::<f64>()
-    };
+    let residual =
+        |i: usize, v: &[f64]| plain.residuals[i] - v.iter().enumerate().map(|(k, v)| moved[(i, k)] * v).sum::<f64>();
     let total = |v: &[f64]| (0..moved.nrows()).map(|i| (weight(i) * residual(i, v)).abs()).sum::<f64>();
     let mut order: Vec<usize> = (0..moved.nrows()).collect();
     order.sort_by(|a, b| (weight(*a) * residual(*a, v)).abs().total_cmp(&(weight(*b) * residual(*b, v)).abs()));

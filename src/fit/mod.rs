@@ -196,8 +196,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     }
     rules::snap(campaign, &step.constraints, &mut point);
     let at_solution = design::assemble(campaign, &model, &point)?;
-    let linearisation_error =
-        gauss_newton::linearisation_error(&at_solution, &design, &step.system, &step.estimate);
+    let linearisation_error = gauss_newton::linearisation_error(&at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let step::Step { system, estimate, noise, constraints, robust, settled, .. } = step;
     let grounds = parameters::Grounds::new(campaign, &at_solution, &estimate, &noise, settings.level);

@@ -262,7 +262,8 @@ impl Noise {
     fn added(&self, along: &[f64]) -> f64 {
         let Some(correction) = &self.correction else { return 0.0 };
         let inside = |k: usize| k < correction.nrows();
-        let pairs = along.iter().enumerate().flat_map(|(i, a)| along.iter().enumerate().map(move |(j, b)| (i, j, a * b)));
+        let pairs =
+            along.iter().enumerate().flat_map(|(i, a)| along.iter().enumerate().map(move |(j, b)| (i, j, a * b)));
         pairs.filter(|(i, j, _)| inside(*i) && inside(*j)).map(|(i, j, ab)| ab * correction[(i, j)]).sum()
     }
 

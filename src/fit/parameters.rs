@@ -1,7 +1,7 @@
 //! Value, standard uncertainty, budget and expanded uncertainty of every estimated parameter and derived quantity.
 
-use crate::algebra::{Scratch, Tape};
 use super::noise::Noise;
+use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;
 use crate::error::Result;
@@ -76,7 +76,11 @@ pub struct DerivedResult {
 ///
 /// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
 /// tilts that it multiplies.
-fn known_inputs<'a>(campaign: &'a Campaign, at_solution: &DesignMatrix, noise: &Noise) -> Vec<(&'a str, Known, Vec<f64>)> {
+fn known_inputs<'a>(
+    campaign: &'a Campaign,
+    at_solution: &DesignMatrix,
+    noise: &Noise,
+) -> Vec<(&'a str, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
     for (k, parameter) in campaign.parameters.iter().enumerate() {
         let Role::Known(known) = parameter.role else { continue };
@@ -85,7 +89,9 @@ fn known_inputs<'a>(campaign: &'a Campaign, at_solution: &DesignMatrix, noise: &
         }
         let mut sensitivity = vec![0.0; campaign.unknowns()];
         for (j, c) in sensitivity.iter_mut().enumerate().take(noise.sensitivities.nrows()) {
-            *c = -(0..at_solution.rows.len()).map(|i| noise.sensitivities[(j, i)] * at_solution.jacobian[(i, k)]).sum::<f64>();
+            *c = -(0..at_solution.rows.len())
+                .map(|i| noise.sensitivities[(j, i)] * at_solution.jacobian[(i, k)])
+                .sum::<f64>();
         }
         inputs.push((parameter.id.as_str(), known, sensitivity));
     }
@@ -164,8 +170,7 @@ impl<'a> Grounds<'a> {
             if let Some(one) = along.get_mut(k) {
                 *one = 1.0;
             }
-            let (budget, uncertainty) =
-                if estimable { self.budget(&along, |_| 0.0) } else { (Vec::new(), None) };
+            let (budget, uncertainty) = if estimable { self.budget(&along, |_| 0.0) } else { (Vec::new(), None) };
             let interval = uncertainty.zip(free.get(k)).and_then(|(combined, centre)| {
                 let (low, high) = allowed(k);
                 let (a, b) = ((centre - combined.expanded).max(low), (centre + combined.expanded).min(high));
@@ -205,7 +210,8 @@ impl<'a> Grounds<'a> {
             let estimable = |k: usize| self.estimate.estimable.get(k).copied().unwrap_or(false);
             let needed = along.iter().enumerate().all(|(k, c)| *c == 0.0 || estimable(k));
             let usable = needed && value.is_finite() && gradient.iter().all(|c| c.is_finite());
-            let own = |id: &str| campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
+            let own =
+                |id: &str| campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
             let (budget, uncertainty) = if usable { self.budget(along, own) } else { (Vec::new(), None) };
             let angle = |name: &str| {
                 let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k))?;

@@ -112,9 +112,8 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
 pub(super) fn factor(covariance: &Mat<f64>) -> Mat<f64> {
     let n = covariance.nrows();
     let sd: Vec<f64> = (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
-    let correlation = Mat::from_fn(n, n, |i, j| {
-        if sd[i] > 0.0 && sd[j] > 0.0 { covariance[(i, j)] / (sd[i] * sd[j]) } else { 0.0 }
-    });
+    let correlation =
+        Mat::from_fn(n, n, |i, j| if sd[i] > 0.0 && sd[j] > 0.0 { covariance[(i, j)] / (sd[i] * sd[j]) } else { 0.0 });
     let Ok(eigen) = correlation.self_adjoint_eigen(Side::Lower) else { return Mat::zeros(n, 0) };
     let values: Vec<f64> = eigen.S().column_vector().iter().copied().collect();
     let kept: Vec<usize> = (0..n).filter(|k| values[*k] > 1e-14).collect();

@@ -99,7 +99,9 @@ pub(super) fn estimate(
             record.converged = converged;
             scale = scales(system, &weighted, groups);
             weights = (0..m)
-                .map(|i| if i < readings { (1.0 / deviation(system, &weighted, &scale, i).abs()).min(1.0) } else { 1.0 })
+                .map(
+                    |i| if i < readings { (1.0 / deviation(system, &weighted, &scale, i).abs()).min(1.0) } else { 1.0 },
+                )
                 .collect();
             continue;
         }
@@ -157,7 +159,13 @@ fn scale_of(system: &System, scale: &[f64], i: usize) -> f64 {
 fn deviation(system: &System, estimate: &Estimate, scale: &[f64], i: usize) -> f64 {
     let s = scale_of(system, scale, i) * system.u[i];
     let v = estimate.residuals[i];
-    if s > 0.0 { v / s } else if v == 0.0 { 0.0 } else { f64::INFINITY.copysign(v) }
+    if s > 0.0 {
+        v / s
+    } else if v == 0.0 {
+        0.0
+    } else {
+        f64::INFINITY.copysign(v)
+    }
 }
 
 /// Scale of each group: the median of absolute weighted residuals over that of the normal distribution. As many of the smallest as the
@@ -172,7 +180,8 @@ fn scales(system: &System, estimate: &Estimate, groups: usize) -> Vec<f64> {
             let kept = sizes.get((spent.round() as usize).min(sizes.len())..).unwrap_or_default();
             let middle = |k: usize| kept.get(k).copied().unwrap_or(0.0);
             let half = kept.len() / 2;
-            let median = if kept.len() % 2 == 1 { middle(half) } else { 0.5 * (middle(half.saturating_sub(1)) + middle(half)) };
+            let median =
+                if kept.len() % 2 == 1 { middle(half) } else { 0.5 * (middle(half.saturating_sub(1)) + middle(half)) };
             median / MAD
         })
         .collect()

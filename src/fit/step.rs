@@ -101,7 +101,17 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     if change != estimate.solution {
         estimate.residuals = residuals(&system, &change);
     }
-    Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, indicators, whitened_residuals, settled })
+    Ok(Step {
+        system,
+        estimate,
+        change,
+        noise,
+        constraints,
+        robust: robust_record,
+        indicators,
+        whitened_residuals,
+        settled,
+    })
 }
 
 /// Eliminate equations; or the constraints of the campaign that contradict each other.
@@ -173,7 +183,8 @@ fn as_read(system: &System, noise: &Noise, whitened: Estimate) -> Estimate {
     let groups = system.group.iter().filter_map(|g| if let Group::Estimated(g) = g { Some(*g) } else { None }).max();
     let scale_of = |g: usize| {
         let own = |s: &&noise::Source| {
-            s.offset.is_empty() && s.rows.first().is_some_and(|(row, _)| system.group.get(*row) == Some(&Group::Estimated(g)))
+            s.offset.is_empty()
+                && s.rows.first().is_some_and(|(row, _)| system.group.get(*row) == Some(&Group::Estimated(g)))
         };
         noise.sources.iter().find(own).filter(|_| noise.determined).map(|s| s.variance.sqrt())
     };

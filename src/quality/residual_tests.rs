@@ -87,9 +87,8 @@ pub fn normality(studentized: &[f64]) -> Option<NormalityTest> {
     }
     ordered.sort_by(f64::total_cmp);
     let mean = ordered.iter().sum::<f64>() / n as f64;
-    let scores: Vec<f64> = (1..=n)
-        .map(|i| quantiles::normal_quantile((i as f64 - 0.375) / (n as f64 + 0.25)))
-        .collect::<Option<_>>()?;
+    let scores: Vec<f64> =
+        (1..=n).map(|i| quantiles::normal_quantile((i as f64 - 0.375) / (n as f64 + 0.25))).collect::<Option<_>>()?;
     let product: f64 = scores.iter().zip(&ordered).map(|(m, x)| m * (x - mean)).sum();
     let of_scores: f64 = scores.iter().map(|m| m * m).sum();
     let of_values: f64 = ordered.iter().map(|x| (x - mean).powi(2)).sum();

@@ -1,8 +1,6 @@
 //! The fit report (`--json`).
 
-use super::fit_checks::{
-    self, ChecksReport, ConstraintsReport, MonteCarloReport, RobustReport, ScatterReport,
-};
+use super::fit_checks::{self, ChecksReport, ConstraintsReport, MonteCarloReport, RobustReport, ScatterReport};
 use super::{ARCSEC, VERSION};
 use crate::campaign::{Campaign, JointState, Kind, Role};
 use crate::fit::{Fit, NamedCombination, State};
@@ -359,7 +357,8 @@ fn correlation(covariance: &[Vec<Option<f64>>]) -> Vec<Vec<Option<f64>>> {
     let element = |i: usize, j: usize| covariance.get(i).and_then(|row| row.get(j)).copied().flatten();
     let one = |i: usize, j: usize| {
         let product = element(i, i)? * element(j, j)?;
-        (product > 0.0).then(|| if i == j { Some(1.0) } else { Some((element(i, j)? / product.sqrt()).clamp(-1.0, 1.0)) })?
+        (product > 0.0)
+            .then(|| if i == j { Some(1.0) } else { Some((element(i, j)? / product.sqrt()).clamp(-1.0, 1.0)) })?
     };
     (0..covariance.len()).map(|i| (0..covariance.len()).map(|j| one(i, j)).collect()).collect()
 }

@@ -279,11 +279,15 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
             let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
             format!("no values meet constraints {} together: none was applied", named.join(", "))
         }
-        "not-applied" => "the constraints were not applied: the readings leave parameters free, or the solver gave up".into(),
+        "not-applied" => {
+            "the constraints were not applied: the readings leave parameters free, or the solver gave up".into()
+        }
         _ => {
             let costs: Vec<String> = list
                 .iter()
-                .filter_map(|c| Some(format!("constraint {} ({}) costs {} in chi-square", c.index, c.text, significant(c.cost?))))
+                .filter_map(|c| {
+                    Some(format!("constraint {} ({}) costs {} in chi-square", c.index, c.text, significant(c.cost?)))
+                })
                 .collect();
             if costs.is_empty() { "no bound is active: the estimate is the free one".into() } else { costs.join("; ") }
         }
@@ -323,8 +327,7 @@ fn constraint_text(fit: &Fit, constraint: &Constraint) -> String {
         }
         Constraint::Norm { of, at_most } => {
             let names: Vec<&str> = of.iter().map(id).collect();
-            let (scale, unit) =
-                if angles(of) { (super::ARCSEC, " arcsec") } else { (1.0, "") };
+            let (scale, unit) = if angles(of) { (super::ARCSEC, " arcsec") } else { (1.0, "") };
             format!("norm of ({}) <= {}{unit}", names.join(", "), number(at_most * scale))
         }
     }

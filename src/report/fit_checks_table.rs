@@ -143,7 +143,8 @@ fn monte_carlo(report: &FitReport, drawn: &super::MonteCarloReport) -> String {
             },
         ]);
     }
-    let header = ["Monte Carlo", "mean", "u", "low", "high", "shortest low", "shortest high", "unit", "first order agrees"];
+    let header =
+        ["Monte Carlo", "mean", "u", "low", "high", "shortest low", "shortest high", "unit", "first order agrees"];
     let mut text = format!("\n{}", plain(&header, &rows));
     text.push_str(&format!("{} trials, seed {}\n", drawn.trials, drawn.seed));
     if let Some(joint) = &drawn.joint
