@@ -1,31 +1,16 @@
-//! NIST Statistical Reference Datasets, linear regression, through `adjust`: digits of coefficients, standard errors and
-//! leverages against exact rational solutions (tests/data/nist_strd.json; the decimal data taken as exact).
+//! NIST Statistical Reference Datasets, linear regression: digits of coefficients, standard errors and leverages against exact
+//! rational solutions (the decimal data taken as exact), through `adjust` on plain matrices (tests/data/nist_strd.json), and through
+//! `fit` on campaigns whose model line is the polynomial (tests/data/nist).
 //!
 //! Filip stops at 7.9 digits because the powers are rounded: the exact solution of the rounded rows (in 80 digits) agrees
 //! with the certified one to 7.90 for powers by repeated multiplication, to 7.61 for correctly rounded ones.
 
+mod support;
 use serde_json::Value;
+use support::*;
 use tumble::estimate::{Estimate, Group, Settings, System, adjust};
 
-fn number(value: &Value) -> f64 {
-    value.as_f64().or_else(|| value.as_str()?.parse().ok()).expect("a number")
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().expect("a list").iter().map(number).collect()
-}
-
-/// Log relative error, the number of correct digits; at most 15.9.
-fn digits(found: f64, exact: f64) -> f64 {
-    let error = if exact == 0.0 { found.abs() } else { ((found - exact) / exact).abs() };
-    (-error.max(1.3e-16).log10()).max(0.0)
-}
-
-fn worst(found: impl IntoIterator<Item = f64>, exact: &[f64]) -> f64 {
-    found.into_iter().zip(exact).map(|(found, exact)| digits(found, *exact)).fold(16.0, f64::min)
-}
-
-fn fit(set: &Value) -> Estimate {
+fn adjusted(set: &Value) -> Estimate {
     let model = set["model"].as_str().expect("a model");
     let x: Vec<Vec<f64>> = set["x"].as_array().expect("rows").iter().map(numbers).collect();
     let observed = numbers(&set["y"]);
@@ -49,7 +34,7 @@ fn fit(set: &Value) -> Estimate {
 }
 
 #[test]
-fn digits_of_the_certified_values() {
+fn digits_of_an_adjustment() {
     let reference: Value = serde_json::from_str(include_str!("data/nist_strd.json")).expect("JSON");
     // Set, digits that the coefficients must have, digits that numpy has with scaled columns.
     let required = [
@@ -72,7 +57,7 @@ fn digits_of_the_certified_values() {
     for (id, least, numpy) in required {
         let set = &reference["sets"][id];
         let exact = &set["exact_rational_solution"];
-        let estimate = fit(set);
+        let estimate = adjusted(set);
         let beta = worst(estimate.solution.iter().copied(), &numbers(&exact["beta"]));
         let errors = worst(estimate.standard_uncertainty.iter().map(|u| u.expect("estimable")), &numbers(&exact["se"]));
         let leverages = worst(estimate.leverage.iter().copied(), &numbers(&exact["leverage"]));
@@ -85,4 +70,32 @@ fn digits_of_the_certified_values() {
         assert_eq!(estimate.dof as u64, exact["dof"].as_u64().expect("dof"), "{id}");
         assert!(beta >= least, "{id}: {beta:.1} digits, {least} required");
     }
+}
+
+/// The same sets as campaigns: the powers now come from a model line like `b0 + b1*x + b2*x^2`.
+#[test]
+fn digits_of_a_fit() {
+    println!(
+        "{:10} {:>8} {:>12} {:>6} {:>15} {:>10}",
+        "set", "required", "coefficients", "numpy", "standard errors", "leverages"
+    );
+    let mut sets = 0;
+    for entry in std::fs::read_dir(data("nist")).expect("the folder") {
+        let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
+        let Some(id) = name.strip_suffix(".expected.json") else { continue };
+        let expected = json(&format!("nist/{name}"));
+        let fit = fitted(&campaign(&format!("nist/{id}.campaign.json")));
+        assert!(fit.not_estimable.is_empty(), "{id}: full rank");
+        let (mut beta, mut errors): (f64, f64) = (16.0, 16.0);
+        for (parameter, exact) in entries(&expected["parameters"]) {
+            beta = beta.min(digits(value(&fit, parameter), number(&exact["exact"])));
+            errors = errors.min(digits(uncertainty(&fit, parameter), number(&exact["u"])));
+        }
+        let leverages = worst(fit.quality.iter().map(|row| row.leverage), &numbers(&expected["leverages"]));
+        let (required, numpy) = (number(&expected["required_digits"]), number(&expected["numpy_digits"]));
+        println!("{id:10} {required:8.1} {beta:12.1} {numpy:6.1} {errors:15.1} {leverages:10.1}");
+        assert!(beta >= required, "{id}: {beta:.1} digits, {required} required");
+        sets += 1;
+    }
+    assert_eq!(sets, 11);
 }

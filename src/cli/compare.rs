@@ -1,10 +1,10 @@
 //! `tumble compare CAMPAIGN`.
 
-use super::{Outcome, files};
+use super::{Outcome, files, pages};
 use crate::compare;
 use crate::error::Result;
 use crate::fit;
-use crate::report;
+use crate::report::{self, html};
 use crate::wire;
 use clap::Args;
 use std::path::PathBuf;
@@ -17,15 +17,19 @@ pub(super) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    pages: pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let report = report::compare_report(&comparison);
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
+    let pages = arguments.pages.page(&html::compare_page(&report, &inputs))?;
+    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
+    pages.write()?;
     if let Some(path) = &arguments.json {
         files::write_or_print(path, &files::json(&report)?)?;
     }

@@ -1,6 +1,6 @@
 //! `tumble fit CAMPAIGN`.
 
-use super::{Outcome, files};
+use super::{Outcome, files, pages};
 use crate::error::Result;
 use crate::fit::{self, Remount, RobustMethod, Weighting};
 use crate::report;
@@ -43,6 +43,10 @@ pub(super) struct Arguments {
     /// Also list every reading with its residual, redundancy and minimal detectable bias.
     #[arg(long)]
     readings: bool,
+    #[command(flatten)]
+    pages: pages::Pages,
+    #[command(flatten)]
+    certificate: pages::Certificate,
 }
 
 fn robust_method(text: &str) -> std::result::Result<RobustMethod, String> {
@@ -71,7 +75,7 @@ fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> 
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
     let settings = fit::Settings {
         exact: arguments.exact,
@@ -87,7 +91,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
     }
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
+    let pages = arguments.pages.fit(&fit, &report, &inputs)?.and(arguments.certificate.make(&fit, &report, &source)?);
+    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
+    pages.write()?;
     if let Some(path) = &arguments.json {
         files::write_or_print(path, &files::json(&report)?)?;
     }

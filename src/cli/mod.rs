@@ -6,8 +6,12 @@
 mod bench;
 mod check;
 mod compare;
+mod diagnose;
 mod files;
 mod fit;
+mod navigate;
+mod pages;
+mod plan;
 mod show_error;
 mod simulate;
 
@@ -29,8 +33,14 @@ enum Command {
     Fit(fit::Arguments),
     /// The same angles by the published closed forms, side by side with least squares and the printed table.
     Compare(compare::Arguments),
+    /// Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
+    Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     Simulate(simulate::Arguments),
+    /// What calibration errors do to a strapdown navigator over hours.
+    Navigate(navigate::Arguments),
+    /// How well a schedule will do before anyone measures, and the best positions to choose or add.
+    Plan(Box<plan::Arguments>),
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand)]
     Bench(bench::Arguments),
@@ -74,7 +84,10 @@ fn run(command: Command) -> Result<Outcome> {
     match command {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Navigate(arguments) => navigate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),

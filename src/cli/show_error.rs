@@ -12,7 +12,7 @@ use std::path::Path;
 const LARGEST_QUOTED: u64 = 256 * 1024 * 1024;
 /// Characters of a line that are quoted before the fault, and from it on.
 const BEFORE: usize = 110;
-const AFTER: usize = 60;
+const AFTER: usize = 110;
 
 /// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {

@@ -2,7 +2,7 @@
 
 use super::step::{self, Step};
 use super::{Settings, rules, system::weigh};
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::{Estimate, Group, System};
@@ -70,6 +70,7 @@ pub(super) fn run(
             for (value, dx) in point.iter_mut().zip(&step.change) {
                 *value += share * dx;
             }
+            within_half_a_turn(campaign, &mut point);
             let next = design::assemble(campaign, model, &point)?;
             let next_system = weigh(campaign, &next, settings.weighting)?;
             let after = merit(&next_system.observed, &step);
@@ -103,7 +104,10 @@ fn merit(values: &[f64], step: &Step) -> f64 {
             .iter()
             .zip(&system.u)
             .enumerate()
-            .map(|(i, (v, u))| (v / u).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0))
+            .map(|(i, (v, u))| {
+                let own = u * scale(&step.estimate, system.group.get(i));
+                (v / own).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0)
+            })
             .sum(),
         Some(columns) => {
             let mut whitened = vec![0.0; values.len()];
@@ -119,6 +123,27 @@ fn merit(values: &[f64], step: &Step) -> f64 {
     }
 }
 
+/// Take whole turns out of tilts: a long first step may end a turn away from the same rotation. A tilt with a prior keeps its value.
+fn within_half_a_turn(campaign: &Campaign, point: &mut [f64]) {
+    use std::f64::consts::{PI, TAU};
+    for (parameter, value) in campaign.parameters.iter().zip(point) {
+        let free = matches!(parameter.role, Role::Estimated { prior: None, .. });
+        if parameter.kind == Kind::Tilt && free && value.abs() > PI {
+            *value -= TAU * (*value / TAU).round();
+        }
+    }
+}
+
+/// The estimated scale of a row's group where there are several: the step minimises the squares in units of the readings' scatter.
+fn scale(estimate: &Estimate, group: Option<&Group>) -> f64 {
+    match group {
+        Some(Group::Estimated(g)) if estimate.group_iterations > 0 => {
+            estimate.group_scale.get(*g).copied().flatten().unwrap_or(1.0)
+        }
+        _ => 1.0,
+    }
+}
+
 /// Readings (not differences), and priors, in row order: the scale against which a step is negligible.
 fn values(design: &DesignMatrix, system: &System) -> Vec<f64> {
     let predicted = design.predicted.iter().copied().chain(std::iter::repeat(0.0));
@@ -127,13 +152,13 @@ fn values(design: &DesignMatrix, system: &System) -> Vec<f64> {
 
 /// How far the linear model is from the exact one at the solution, in units of the readings' standard uncertainty.
 pub(super) fn linearisation_error(
-    exact: &DesignMatrix,
+    at_solution: &DesignMatrix,
     design: &DesignMatrix,
     system: &System,
     estimate: &Estimate,
 ) -> Option<f64> {
     let mut worst: Option<f64> = None;
-    for (i, (exact, reference)) in exact.predicted.iter().zip(&design.predicted).enumerate() {
+    for (i, (exact, reference)) in at_solution.predicted.iter().zip(&design.predicted).enumerate() {
         let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
         let linear = reference + at(&system.observed) - at(&estimate.residuals);
         let scale = match system.group.get(i) {

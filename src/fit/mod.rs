@@ -27,6 +27,7 @@ pub use parameters::{DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, draw};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
+pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
 pub use system::{Weighting, weigh};
 

@@ -12,7 +12,7 @@ pub struct NamedCombination {
     pub text: String,
 }
 
-/// Name a combination's parameters, and its coefficients where they equal a known parameter (to 1e-9).
+/// Name a combination's parameters, and its coefficients where they equal a known parameter (to the digits that are printed).
 pub fn describe(campaign: &Campaign, combination: &Combination) -> NamedCombination {
     let id = |k: usize| campaign.parameters.get(k).map_or(String::new(), |p| p.id.clone());
     let terms: Vec<(String, f64)> = combination.terms.iter().map(|(k, c)| (id(*k), *c)).collect();
@@ -38,13 +38,17 @@ pub fn describe(campaign: &Campaign, combination: &Combination) -> NamedCombinat
     NamedCombination { terms, text }
 }
 
+/// A coefficient is called by a known parameter's name where it differs from it by less than the six printed digits show: away from the
+/// reference point the exact derivative is, for example, `kI` times the cosine of a tilt.
+const SAME: f64 = 5e-6;
+
 /// A known parameter whose size is the coefficient's, and whether its own value is negative.
 fn known_as(campaign: &Campaign, coefficient: f64) -> Option<(&str, bool)> {
     campaign.parameters.iter().find_map(|parameter| match &parameter.role {
         Role::Known(known)
             if known.value.abs() != 1.0
                 && known.value != 0.0
-                && (known.value.abs() - coefficient.abs()).abs() <= 1e-9 * known.value.abs() =>
+                && (known.value.abs() - coefficient.abs()).abs() <= SAME * known.value.abs() =>
         {
             Some((parameter.id.as_str(), known.value < 0.0))
         }

@@ -18,12 +18,16 @@ pub struct Separation {
 
 /// A candidate separates when its row along the free direction is at least this share of the row's size.
 const SEPARATES: f64 = 1e-3;
+/// Above this share a position is good enough that positions with more joints moved are not tried.
+const SEPARATES_WELL: f64 = 0.1;
 const STEP_DEG: usize = 45;
 /// More joints than this make the full sweep too long; the rest stay where the first reading has them.
 const SWEPT_JOINTS: usize = 4;
+/// Four joints in steps of 45 degrees.
+const MOST_POSITIONS: usize = 4096;
 
 /// Name every rank defect of an estimate and look for the position that would end it.
-pub(super) fn separations(
+pub(crate) fn separations(
     campaign: &Campaign,
     model: &Model,
     design: &DesignMatrix,
@@ -48,17 +52,23 @@ pub(super) fn separations(
                     *d = c / (s * s);
                 }
             }
-            let mut best: Option<(f64, usize)> = None;
-            for reading in 0..schedule.readings.rows.len() {
+            let mut best: Option<(f64, f64, usize)> = None;
+            let mut moved = 0;
+            for (reading, row) in schedule.readings.rows.iter().enumerate() {
+                // positions come with the fewest joints moved first; more are tried only while none separates well
+                let moves = joints_moved(&row.joints, campaign);
+                if moves > moved && best.is_some_and(|(_, share, _)| share > SEPARATES_WELL) {
+                    break;
+                }
+                moved = moves;
                 for sensor in 0..campaign.bench.sensors.len() {
                     if model.predict(&schedule, reading, sensor, &design.point, &mut gradient, &mut work).is_err() {
                         continue;
                     }
-                    let along: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+                    let along = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>().abs();
                     let size: f64 = gradient.iter().zip(&direction).map(|(g, d)| (g * d).abs()).sum();
-                    let score = if size > 0.0 { along.abs() } else { 0.0 };
-                    if along.abs() > SEPARATES * size && best.is_none_or(|(before, _)| score > before * (1.0 + 1e-9)) {
-                        best = Some((score, reading));
+                    if along > SEPARATES * size && best.is_none_or(|(before, ..)| along > before * (1.0 + 1e-9)) {
+                        best = Some((along, along / size, reading));
                     }
                 }
             }
@@ -71,14 +81,14 @@ pub(super) fn separations(
                     .filter(|c| c.terms.iter().any(|(k, _)| involved.contains(k)))
                     .map(|c| describe(campaign, c))
                     .collect(),
-                separate_by: best.and_then(|(_, k)| schedule.readings.rows.get(k)).map(|r| r.joints.clone()),
+                separate_by: best.and_then(|(.., k)| schedule.readings.rows.get(k)).map(|r| r.joints.clone()),
             }
         })
         .collect()
 }
 
 /// Positions that this bench could take: every joint that the schedule holds still, in steps of 45 degrees; every joint that it turns, with
-/// the states that the schedule has. Columns are those of the first reading. Simplest first: fewer joints away from the first reading's state.
+/// the states that the schedule has, and those with the sense of the rate reversed. Columns are those of the first reading. Simplest first: fewer joints away from the first reading's state.
 pub fn candidates(campaign: &Campaign) -> Readings {
     let Some(first) = campaign.readings.rows.first() else { return Readings::default() };
     let rows = &campaign.readings.rows;
@@ -88,6 +98,12 @@ pub fn candidates(campaign: &Campaign) -> Readings {
         for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
             if seen.len() < 16 && !seen.contains(state) {
                 seen.push(*state);
+            }
+        }
+        for state in seen.clone() {
+            let reversed = state.reversed();
+            if !seen.contains(&reversed) {
+                seen.push(reversed);
             }
         }
         let held = seen.iter().all(|state| matches!(state, JointState::Held { .. }));
@@ -112,12 +128,17 @@ pub fn candidates(campaign: &Campaign) -> Readings {
                     next
                 })
             })
-            .take(20_000)
+            .take(MOST_POSITIONS)
             .collect();
     }
-    let away = |joints: &[JointState]| joints.iter().zip(&first.joints).filter(|(a, b)| a != b).count();
-    combinations.sort_by_key(|joints| away(joints));
+    combinations.sort_by_key(|joints| joints_moved(joints, campaign));
     let names: Vec<&str> = campaign.bench.joints().collect();
     let rows = combinations.into_iter().map(|joints| campaign.readings.position(&names, first, joints)).collect();
     Readings { columns: campaign.readings.columns.clone(), rows }
+}
+
+/// How many joints stand or turn otherwise than in the first reading.
+fn joints_moved(joints: &[JointState], campaign: &Campaign) -> usize {
+    let first = campaign.readings.rows.first().map_or(&[][..], |reading| &reading.joints);
+    joints.iter().zip(first).filter(|(own, first)| own != first).count()
 }

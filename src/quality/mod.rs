@@ -17,5 +17,6 @@ mod snooping;
 
 pub use lack_of_fit::{LackOfFit, lack_of_fit};
 pub use residual_tests::{NormalityTest, RunsTest, normality, runs};
+pub(crate) use rows::UNCHECKED;
 pub use rows::{GlobalTest, RowQuality, baarda_delta, global_test, rows};
 pub use snooping::{Snooping, Suspect, Whitened, snoop};

@@ -27,7 +27,7 @@ pub fn baarda_delta() -> f64 {
 }
 
 /// Below this redundancy number a reading counts as unchecked: its residual is rounding.
-const UNCHECKED: f64 = 1e-9;
+pub(crate) const UNCHECKED: f64 = 1e-9;
 
 /// Quality of every row of a system and its estimate.
 pub fn rows(system: &System, estimate: &Estimate) -> Vec<RowQuality> {

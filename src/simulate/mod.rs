@@ -10,6 +10,7 @@
 mod columns;
 mod regressor;
 
+pub(crate) use columns::indicator;
 pub use columns::{Table, columns};
 pub use regressor::Regressor;
 

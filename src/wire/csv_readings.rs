@@ -71,7 +71,10 @@ fn at_line(error: Malformed, source: &Source) -> Malformed {
             let in_line = start.saturating_sub((text.as_ptr() as usize).saturating_sub(base));
             error.at_span(start, cell.len()).at_line(line, in_line + 1)
         }
-        None => error,
+        None => {
+            let start = (text.as_ptr() as usize).saturating_sub(source.text.as_ptr() as usize);
+            error.at_span(if text.is_empty() { 0 } else { start }, text.len())
+        }
     }
 }
 

@@ -1,5 +1,8 @@
 //! Text into HTML.
 
+/// Code up to this length stays on one line.
+const SHORT: usize = 30;
+
 /// Escape a text and set what stands between a pair of backticks in code type.
 pub(super) fn inline(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
@@ -8,6 +11,10 @@ pub(super) fn inline(text: &str) -> String {
         let escaped = escape(part);
         // an odd part is code, unless its closing backtick is missing
         match (k % 2 == 1, k + 1 < parts.len()) {
+            // short code is not broken, so that an option keeps its dashes
+            (true, true) if part.chars().count() <= SHORT => {
+                html.push_str(&format!("<code class=\"short\">{escaped}</code>"));
+            }
             (true, true) => html.push_str(&format!("<code>{escaped}</code>")),
             (true, false) => html.push_str(&format!("`{escaped}")),
             _ => html.push_str(&escaped),
@@ -40,7 +47,7 @@ mod tests {
 
     #[test]
     fn markup_of_the_user_stays_text() {
-        assert_eq!(inline("<i> `a<b` & c"), "&lt;i&gt; <code>a&lt;b</code> &amp; c");
+        assert_eq!(inline("<i> `a<b` & c"), "&lt;i&gt; <code class=\"short\">a&lt;b</code> &amp; c");
         assert_eq!(inline("one ` alone"), "one ` alone");
         assert_eq!(escape("a\u{0}b"), "a\u{fffd}b");
     }

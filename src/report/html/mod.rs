@@ -15,15 +15,29 @@
 //! Deliberately absent: computation (a page shows what a report value says), colours (the template and `report::plot` have them), clocks
 //! (the same report always gives the same bytes).
 
+mod cells;
+mod checks_page;
+mod compare_page;
 mod escape;
+mod fit_figures;
+mod fit_page;
+mod navigate;
 mod page;
+mod plan_page;
 
+pub use compare_page::compare_page;
+pub use fit_page::fit_page;
+pub use navigate::navigate_page;
 pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
+pub use plan_page::plan_page;
 
 use crate::error::{Fault, Malformed, Result};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
+
+/// Studentized residuals beyond this are marked.
+const FAR: f64 = 3.0;
 
 const TEMPLATE: &str = include_str!("../../../data/templates/page.html");
 const STYLE: &str = include_str!("../../../data/templates/page.css");
@@ -36,7 +50,7 @@ const STYLE: &str = include_str!("../../../data/templates/page.css");
 /// use tumble::report::html::{Block, Page, Section, render};
 /// let page = Page::new("A <b> page").section(Section::new("Result").prose("`V0` is 3 < 4"));
 /// let html = render(&page)?;
-/// assert!(html.contains("A &lt;b&gt; page") && html.contains("<code>V0</code> is 3 &lt; 4"));
+/// assert!(html.contains("A &lt;b&gt; page") && html.contains(">V0</code> is 3 &lt; 4"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn render(page: &Page) -> Result<String> {
@@ -47,6 +61,7 @@ pub fn render(page: &Page) -> Result<String> {
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fault)?);
     environment.add_filter("inline", |text: &str| Value::from_safe_string(escape::inline(text)));
+    environment.add_filter("plain", |text: &str| Value::from_safe_string(escape::escape(text)));
     environment.add_template("page.html", TEMPLATE).map_err(fault)?;
     let template = environment.get_template("page.html").map_err(fault)?;
     let page = Serde(page.clone().aligned());

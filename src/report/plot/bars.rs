@@ -28,19 +28,19 @@ pub struct Part {
     pub size: f64,
 }
 
-const ROW: i32 = 46;
+const ROW: i32 = 48;
 const TYPE_A: [RGBColor; 3] = [BLUE, SKY, GREEN];
 const TYPE_B: [RGBColor; 4] = [VERMILLION, ORANGE, YELLOW, PURPLE];
 
 /// A source, its colour, and whether it is of Type B.
 type Source<'a> = (&'a str, bool, RGBColor);
 
-/// Stacked bars on a common axis from zero, with a legend of sources; `what` titles the axis.
-pub fn bars(rows: &[Bar], what: &str, width: u32) -> Result<String> {
+/// Stacked bars on a common axis from zero, with a legend of sources; `what` and `unit` title the axis.
+pub fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32) -> Result<String> {
     let sources = sources(rows);
     let legend = legend_rows(&sources, width as i32);
     let height = ROW * rows.len() as i32 + 96 + 36 * legend;
-    svg(width, height as u32, |area| draw(area, rows, what, &sources, (width as i32, height - 36 * legend)))
+    svg(width, height as u32, |area| draw(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend)))
 }
 
 /// Distinct sources in order of first appearance; the first of each type have colours of their own, the rest share grey.
@@ -80,7 +80,13 @@ fn legend_rows(sources: &[Source<'_>], width: i32) -> i32 {
     legend_places(sources, width).last().map_or(0, |(_, row)| row + 1)
 }
 
-fn draw(area: &Area<'_>, rows: &[Bar], what: &str, sources: &[Source<'_>], (width, height): (i32, i32)) -> Drawn {
+fn draw(
+    area: &Area<'_>,
+    rows: &[Bar],
+    (what, unit): (&str, &str),
+    sources: &[Source<'_>],
+    (width, height): (i32, i32),
+) -> Drawn {
     let total = |row: &Bar| row.parts.iter().map(|p| p.size.max(0.0)).filter(|s| s.is_finite()).sum::<f64>();
     let exponent = scale::readable_exponent(rows.iter().map(total));
     let at = |v: f64| scale::scaled(v.max(0.0), exponent);
@@ -99,7 +105,7 @@ fn draw(area: &Area<'_>, rows: &[Bar], what: &str, sources: &[Source<'_>], (widt
         ))?;
     }
     area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
-    let title = scale::title(what, "", exponent);
+    let title = scale::title(what, unit, exponent);
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     for (k, row) in rows.iter().enumerate() {
         let y = ROW * k as i32;

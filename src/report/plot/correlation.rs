@@ -15,7 +15,7 @@ pub fn correlation(names: &[&str], matrix: &[Vec<Option<f64>>]) -> Result<String
     let width = if wide { WIDE } else { HALF } as i32;
     let cells = names.len().max(1) as i32;
     let cell = ((width - left - 24) / cells, ((width - left - 24) / cells).min(64).max(if wide { 34 } else { 0 }));
-    let height = cell.1 * cells + left + 12;
+    let height = cell.1 * cells + left + 24;
     svg(width as u32, height.max(1) as u32, |area| draw(area, names, matrix, left, cell))
 }
 
@@ -41,10 +41,16 @@ fn draw(area: &Area<'_>, names: &[&str], matrix: &[Vec<Option<f64>>], left: i32,
                     let fill = if i == j { RULE.filled() } else { colour.mix(0.9 * r.abs()).filled() };
                     area.draw(&Rectangle::new(corners, fill))?;
                     let digits = (100.0 * r).round();
-                    if i != j && digits != 0.0 && cell.0 >= 44 {
-                        let ink = if r.abs() > 0.6 { WHITE } else { INK };
+                    if i != j && cell.0 >= 44 {
+                        let ink = if r.abs() > 0.6 {
+                            WHITE
+                        } else if digits == 0.0 {
+                            SOFT
+                        } else {
+                            INK
+                        };
                         let text = super::scale::label(digits, 0);
-                        area.draw(&Text::new(text, middle, style(SMALL - 3, &ink, HPos::Center, VPos::Center)))?;
+                        area.draw(&Text::new(text, middle, style(SMALL - 4, &ink, HPos::Center, VPos::Center)))?;
                     }
                 }
                 None => {
@@ -52,7 +58,7 @@ fn draw(area: &Area<'_>, names: &[&str], matrix: &[Vec<Option<f64>>], left: i32,
                     area.draw(&Text::new("\u{d7}", middle, style(SMALL, &SOFT, HPos::Center, VPos::Center)))?;
                 }
             }
-            area.draw(&Rectangle::new(corners, WHITE.stroke_width(2)))?;
+            area.draw(&Rectangle::new(corners, RULE.stroke_width(1)))?;
         }
     }
     Ok(())

@@ -6,14 +6,18 @@
 
 mod bars;
 mod correlation;
+mod curves;
 mod normal;
+mod positions;
 mod residuals;
 mod scale;
 mod values;
 
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
+pub use curves::{Curve, curves};
 pub use normal::normal;
+pub use positions::{Spot, positions};
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
 
@@ -26,10 +30,12 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 pub const WIDE: u32 = 1856;
 /// Width of a figure that shares the page with another.
 pub const HALF: u32 = 900;
-/// Size of the text.
-const TEXT: i32 = 25;
+/// Size of the text; the SVG backend writes it divided by 1.24.
+const TEXT: i32 = 31;
+/// Room above a chart, for half of its highest label.
+const TOP: u32 = 16;
 /// Size of small text.
-const SMALL: i32 = 21;
+const SMALL: i32 = 27;
 
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
 const SOFT: RGBColor = RGBColor(0x57, 0x60, 0x6a);
@@ -51,8 +57,8 @@ type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
 fn svg(width: u32, height: u32, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String> {
     let mut text = String::new();
     let drawn = {
-        let area = SVGBackend::with_string(&mut text, (width, height)).into_drawing_area();
-        draw(&area).and_then(|()| Ok(area.present()?))
+        let area = SVGBackend::with_string(&mut text, (width, height + TOP)).into_drawing_area();
+        draw(&area.margin(TOP, 0, 0, 0)).and_then(|()| Ok(area.present()?))
     };
     match drawn {
         Ok(()) => Ok(text),
@@ -67,7 +73,7 @@ fn style<'a>(size: i32, colour: &RGBColor, horizontal: HPos, vertical: VPos) -> 
 
 /// Width that a text will have, near enough for margins and for leaving labels out.
 fn text_width(text: &str, size: i32) -> i32 {
-    (text.chars().count() as f64 * 0.56 * f64::from(size)).ceil() as i32
+    (text.chars().count() as f64 * 0.46 * f64::from(size)).ceil() as i32
 }
 
 /// A label that fits into so much room: cut with an ellipsis if need be, control characters gone.
@@ -76,7 +82,7 @@ fn fitted(text: &str, size: i32, room: i32) -> String {
     if text_width(&clean, size) <= room {
         return clean;
     }
-    let letters = (f64::from(room) / (0.56 * f64::from(size))).floor() as usize;
+    let letters = (f64::from(room) / (0.46 * f64::from(size))).floor() as usize;
     let mut cut: String = clean.chars().take(letters.saturating_sub(1)).collect();
     cut.push('\u{2026}');
     cut
@@ -97,14 +103,14 @@ mod tests {
                 assert!(values(&[row(a, a)], "angle").is_ok());
                 let part = |size| Part { source: "readings".into(), type_b: false, size };
                 let bar = |size| Bar { label: "x".into(), parts: vec![part(size), part(a)] };
-                assert!(bars(&[bar(a), bar(b)], "u, arcsec", WIDE).is_ok());
+                assert!(bars(&[bar(a), bar(b)], ("u", "arcsec"), WIDE).is_ok());
                 let point = |value, band| Residual { number: 1, group: "p".into(), value, band, far: false };
                 assert!(residuals(&[point(a, Some(b)), point(b, None)], "residual", "V").is_ok());
                 assert!(normal(&[a, b, 1.0]).is_ok());
                 assert!(correlation(&["a", "b"], &[vec![Some(1.0), Some(a)], vec![Some(b), None]]).is_ok());
             }
         }
-        assert!(values(&[], "").is_ok() && bars(&[], "", HALF).is_ok() && residuals(&[], "", "").is_ok());
+        assert!(values(&[], "").is_ok() && bars(&[], ("", ""), HALF).is_ok() && residuals(&[], "", "").is_ok());
         assert!(normal(&[]).is_ok() && correlation(&[], &[]).is_ok());
     }
 

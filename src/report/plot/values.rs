@@ -18,7 +18,7 @@ pub struct Interval {
     pub expanded: f64,
 }
 
-const ROW: i32 = 46;
+const ROW: i32 = 48;
 
 /// Values with error bars on a common axis that holds zero.
 ///
@@ -65,9 +65,9 @@ fn draw(area: &Area<'_>, rows: &[Row], unit: &str, height: i32) -> Drawn {
         let (from, to) = (x(at(row.value) - at(row.expanded)), x(at(row.value) + at(row.expanded)));
         area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
         for end in [from, to] {
-            area.draw(&PathElement::new([(end, y - 9), (end, y + 9)], BLUE.stroke_width(3)))?;
+            area.draw(&PathElement::new([(end, y - 14), (end, y + 14)], BLUE.stroke_width(3)))?;
         }
-        area.draw(&Circle::new((x(at(row.value)), y), 7, BLUE.filled()))?;
+        area.draw(&Circle::new((x(at(row.value)), y), 6, BLUE.filled()))?;
     }
     Ok(())
 }

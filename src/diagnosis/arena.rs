@@ -1,0 +1,233 @@
+//! Evidence for any set of candidates: scores given the set, family-wise probabilities, and whether the rest is only noise.
+
+use super::noise::{NoiseFrom, Weighted, weighted_columns};
+use super::pool::Pool;
+use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
+use faer::Mat;
+
+/// A column whose direction is this near to the span of others is no further effect.
+pub(super) const DISTINCT: f64 = 1e-6;
+
+/// All candidates against one model.
+pub(super) struct Arena {
+    pub pool: Pool,
+    /// Cosines between all candidates, orthogonalised.
+    pub cosines: Mat<f64>,
+    /// Distinct directions among the candidates: how many tests were made.
+    pub tests: usize,
+    pub rss: f64,
+    pub dof: usize,
+    pub from: NoiseFrom,
+    pure: Option<Pure>,
+}
+
+/// The part of everything within replicates.
+struct Pure {
+    columns: Mat<f64>,
+    residual: Vec<f64>,
+    dof: usize,
+}
+
+/// Everything given that some candidates are in the model.
+pub(super) struct Given {
+    /// Score of each candidate; its square is the further drop of the sum of squares.
+    pub score: Vec<f64>,
+    /// Squared sine of each candidate with the set.
+    pub left: Vec<f64>,
+    pub rss: f64,
+    pub dof: usize,
+    pure: Option<(f64, usize, Vec<f64>)>,
+}
+
+/// The strongest evidence that something else is missing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Strongest {
+    pub index: usize,
+    pub t: f64,
+    /// Family-wise.
+    pub p: f64,
+}
+
+impl Arena {
+    pub fn new(weighted: &Weighted, columns: &[&Vec<f64>]) -> Self {
+        let matrix = weighted_columns(columns.iter().copied(), &weighted.weight);
+        let pure = weighted.replicates.as_ref().map(|replicates| {
+            let mut within = Mat::zeros(matrix.nrows(), matrix.ncols());
+            for j in 0..matrix.ncols() {
+                let column = matrix.col_as_slice(j);
+                let norm = norm(column);
+                let rest = replicates.within(column, &weighted.weight);
+                let size = self::norm(&rest);
+                if size > 1e-9 * norm {
+                    within.col_as_slice_mut(j).iter_mut().zip(rest).for_each(|(slot, v)| *slot = v / size);
+                }
+            }
+            let residual = replicates.within(&weighted.residual, &weighted.weight);
+            Pure { columns: within, residual, dof: replicates.dof }
+        });
+        let pool = Pool::new(matrix, weighted.estimate.factor.thin_q(), &weighted.residual);
+        let mut sizes: Vec<f64> =
+            pool.scores().iter().zip(pool.visible()).filter(|(_, v)| **v > 0.0).map(|(s, _)| s.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        // columns of one direction have one score, and chance does not repeat nine digits
+        sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
+        Arena {
+            tests: sizes.len().max(1),
+            cosines: Mat::new(),
+            rss: weighted.rss,
+            dof: weighted.estimate.dof,
+            from: weighted.from,
+            pure,
+            pool,
+        }
+    }
+
+    /// Compute all cosines; needed as soon as anything is in the set.
+    pub fn prepare(&mut self) {
+        if self.cosines.ncols() != self.pool.len() {
+            self.cosines = self.pool.all_cosines();
+        }
+    }
+
+    /// Evidence given a set, `None` where its members are not independent of each other and the model.
+    pub fn given(&self, set: &[usize]) -> Option<Given> {
+        let k = self.pool.len();
+        let mut score = self.pool.scores().to_vec();
+        let mut left: Vec<f64> = self.pool.visible().iter().map(|v| f64::from(u8::from(*v > 0.0))).collect();
+        let mut rss = self.rss;
+        let mut basis: Vec<Vec<f64>> = Vec::with_capacity(set.len());
+        for &member in set {
+            let size = left.get(member).copied().filter(|n| *n > DISTINCT)?.sqrt();
+            if member >= self.cosines.ncols() {
+                return None;
+            }
+            let mut direction = self.cosines.col_as_slice(member).to_vec();
+            for before in &basis {
+                let own = before.get(member).copied().unwrap_or_default();
+                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
+            }
+            let step = score.get(member).copied().unwrap_or_default() / size;
+            for ((d, n), s) in direction.iter_mut().zip(&mut left).zip(&mut score) {
+                *d /= size;
+                *n -= *d * *d;
+                *s -= *d * step;
+            }
+            rss -= step * step;
+            basis.push(direction);
+        }
+        let pure = self.pure.as_ref().map(|pure| pure.given(set, k));
+        for (s, n) in score.iter_mut().zip(&left) {
+            *s = if *n > DISTINCT { *s / n.sqrt() } else { 0.0 };
+        }
+        let dof = self.dof.checked_sub(set.len())?;
+        Some(Given { score, left, rss: rss.max(0.0), dof, pure })
+    }
+
+    /// Sum of squares left by a set; infinite for one that is not independent.
+    pub fn rss_of(&self, set: &[usize]) -> f64 {
+        self.given(set).map_or(f64::INFINITY, |given| given.rss)
+    }
+
+    /// Variance of unit weight, for differences of sums of squares.
+    pub fn variance(&self, given: &Given) -> f64 {
+        match (self.from, &given.pure) {
+            (NoiseFrom::Stated, _) => 1.0,
+            (NoiseFrom::Replicates, Some((sum, dof, _))) if *dof > 0 => sum / *dof as f64,
+            _ if given.dof > 0 => given.rss / given.dof as f64,
+            _ => 1.0,
+        }
+    }
+
+    /// Student's t (or the normal z) of a candidate given the set, and its degrees of freedom (infinite where the noise is stated).
+    pub fn t(&self, given: &Given, index: usize) -> (f64, f64) {
+        let score = given.score.get(index).copied().unwrap_or_default();
+        match (self.from, &given.pure) {
+            (NoiseFrom::Stated, _) => (score, f64::INFINITY),
+            (NoiseFrom::Replicates, Some((sum, dof, within))) => {
+                let own = within.get(index).copied().unwrap_or_default();
+                let (sum, dof) = if own != 0.0 { (sum - own * own, dof.saturating_sub(1)) } else { (*sum, *dof) };
+                ratio(score, sum, dof)
+            }
+            _ => ratio(score, given.rss - score * score, given.dof.saturating_sub(1)),
+        }
+    }
+
+    /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak).
+    pub fn family_wise(&self, t: f64, dof: f64) -> f64 {
+        let alone = if dof.is_finite() {
+            if dof < 1.0 { Some(1.0) } else { student_t_two_sided(t.abs(), dof) }
+        } else {
+            normal_survival(t.abs()).map(|p| 2.0 * p)
+        };
+        let alone = alone.unwrap_or(1.0).clamp(0.0, 1.0);
+        -f64::exp_m1(self.tests as f64 * f64::ln_1p(-alone))
+    }
+
+    /// The candidate with the strongest evidence given the set.
+    pub fn strongest(&self, given: &Given) -> Option<Strongest> {
+        let mut best: Option<(usize, f64, f64)> = None;
+        for index in 0..self.pool.len() {
+            if given.left.get(index).is_some_and(|n| *n > DISTINCT) {
+                let (t, dof) = self.t(given, index);
+                if best.is_none_or(|(_, before, _)| t.abs() > before.abs()) {
+                    best = Some((index, t, dof));
+                }
+            }
+        }
+        best.map(|(index, t, dof)| Strongest { index, t, p: self.family_wise(t, dof) })
+    }
+
+    /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.
+    pub fn global(&self, given: &Given) -> Option<f64> {
+        match (self.from, &given.pure) {
+            (NoiseFrom::Stated, _) if given.dof > 0 => chi_square_survival(given.rss, given.dof as f64),
+            (NoiseFrom::Replicates, Some((sum, dof, _))) if *dof > 0 && *sum > 0.0 => {
+                let between = given.dof.checked_sub(*dof).filter(|d| *d > 0)? as f64;
+                fisher_f_survival((given.rss - sum).max(0.0) / between / (sum / *dof as f64), between, *dof as f64)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// `score / sqrt(sum / dof)`; no degrees of freedom, no evidence.
+fn ratio(score: f64, sum: f64, dof: usize) -> (f64, f64) {
+    if dof == 0 {
+        return (0.0, 0.0);
+    }
+    let floor = 1e-24 * score * score;
+    (score / (sum.max(floor) / dof as f64).sqrt().max(f64::MIN_POSITIVE), dof as f64)
+}
+
+impl Pure {
+    /// Sum of squares and degrees of freedom within replicates given a set, and the score of each candidate there.
+    fn given(&self, set: &[usize], k: usize) -> (f64, usize, Vec<f64>) {
+        let mut residual = self.residual.clone();
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for &member in set.iter().filter(|j| **j < self.columns.ncols()) {
+            let mut direction = self.columns.col_as_slice(member).to_vec();
+            for before in &basis {
+                let own = dot(before, &direction);
+                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
+            }
+            let size = norm(&direction);
+            if size < 1e-6 {
+                continue;
+            }
+            direction.iter_mut().for_each(|d| *d /= size);
+            let own = dot(&direction, &residual);
+            residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= own * d);
+            basis.push(direction);
+        }
+        let score = (0..k.min(self.columns.ncols())).map(|j| dot(self.columns.col_as_slice(j), &residual)).collect();
+        (dot(&residual, &residual), self.dof.saturating_sub(basis.len()), score)
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}

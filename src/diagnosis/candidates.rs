@@ -1,0 +1,325 @@
+//! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
+
+use super::catalogue::{Effect, Filling, column_values, fill};
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::{Campaign, Kind, Role};
+use crate::design::{DesignMatrix, Model};
+use crate::error::{Fault, Malformed, Result};
+use crate::simulate::{Regressor, Table, indicator};
+
+
+/// A term smaller than this share of its natural size is zero but for rounding,
+const ROUNDING: f64 = 1e-10;
+/// or than this one vanishes but for small tilts.
+const VANISHING: f64 = 0.02;
+
+/// One effect that might be missing.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// The appended term without its coefficient, as reports write it.
+    pub regressor: String,
+    /// Name in the field's words.
+    pub name: String,
+    /// Name of the coefficient in the repaired model line; for a tilt or a known parameter its own.
+    pub coefficient: String,
+    /// What the column is made from.
+    pub kind: Regressor,
+    /// The sensor that has it; `None` for what is common to all.
+    pub sensor: Option<usize>,
+    /// Order among what cannot be told apart, 0 first.
+    pub rank: u8,
+    /// Why it happens.
+    pub why: String,
+    /// How to confirm it.
+    pub confirm: String,
+    /// A coefficient that the model line has already, assumed zero.
+    pub existing: Option<usize>,
+    /// Is the term zero at every reading but for rounding?
+    pub rounding: bool,
+    /// Is it small at every reading against what its inputs could make of it, so that only small tilts leave anything of it?
+    pub vanishing: bool,
+    /// Its value at each row, `m`, zero at the rows of priors.
+    pub column: Vec<f64>,
+}
+
+/// Everything that the catalogue has for this campaign. `rows` is the length of the system, priors included; `score(column)` ranks the
+/// members of scanned families when there are too many.
+///
+/// Errors: a term of a user's catalogue that uses a name which this campaign does not have.
+pub(super) fn build(
+    campaign: &Campaign,
+    catalogue: &[Effect],
+    model: &Model,
+    design: &DesignMatrix,
+    rows: usize,
+) -> Result<Vec<Candidate>> {
+    let tilts = model.tilts_of(&design.point);
+    let mut maker = Maker {
+        campaign,
+        design,
+        rows,
+        table: Table::new(campaign, &tilts, &design.point),
+        found: Vec::new(),
+        seen: std::collections::HashSet::new(),
+    };
+    for effect in catalogue {
+        if effect.needs.iter().any(|column| !campaign.readings.columns.contains(column)) {
+            continue;
+        }
+        maker.effect(effect)?;
+    }
+    let mut found = maker.found;
+    mark_vanishing(campaign, &mut found);
+    Ok(found)
+}
+
+struct Maker<'a> {
+    campaign: &'a Campaign,
+    design: &'a DesignMatrix,
+    rows: usize,
+    table: Table<'a>,
+    found: Vec<Candidate>,
+    seen: std::collections::HashSet<(String, Option<usize>)>,
+}
+
+impl Maker<'_> {
+    fn effect(&mut self, effect: &Effect) -> Result<()> {
+        let campaign = self.campaign;
+        let mut common = false;
+        for (k, sensor) in campaign.bench.sensors.iter().enumerate() {
+            if !effect.applies.to(sensor) {
+                continue;
+            }
+            for filling in effect.fillings(campaign, sensor) {
+                for (filling, row) in self.scanned(effect, filling, k) {
+                    let text = fill(&effect.term, &filling);
+                    common = text.starts_with("tilt:") || text.starts_with("known:");
+                    self.member(effect, &filling, &text, k, row)
+                        .map_err(|e| e.at_path(format!("{}.term", effect.place)))?;
+                }
+            }
+            if common {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The placeholders that stand for readings, with the threshold of a step where it is one.
+    fn scanned(&self, effect: &Effect, filling: Filling, sensor: usize) -> Vec<(Filling, Option<f64>)> {
+        let with = |placeholder: &'static str, value: String| {
+            let mut next = filling.clone();
+            next.push((placeholder, value));
+            next
+        };
+        let read = |k: usize| {
+            self.campaign.readings.rows.get(k).is_some_and(|r| r.observations.iter().any(|o| o.sensor == sensor))
+        };
+        if effect.term.contains("{break}") {
+            return breaks(self.campaign).into_iter().map(|(text, at)| (with("{break}", text), Some(at))).collect();
+        }
+        if effect.term.contains("{reading}") {
+            let indices = (0..self.campaign.readings.rows.len()).filter(|k| read(*k));
+            return indices.map(|k| (with("{reading}", (k + 1).to_string()), None)).collect();
+        }
+        if effect.term.contains("{position}") {
+            let labels = positions(self.campaign);
+            return labels.into_iter().map(|label| (with("{position}", label), None)).collect();
+        }
+        vec![(filling, None)]
+    }
+
+    fn member(
+        &mut self,
+        effect: &Effect,
+        filling: &Filling,
+        text: &str,
+        sensor: usize,
+        step: Option<f64>,
+    ) -> Result<()> {
+        let campaign = self.campaign;
+        let kind = match Regressor::parse(campaign, Some(sensor), text) {
+            Ok(kind) => kind,
+            Err(error) => return Err(error),
+        };
+        let (regressor, owner) = match &kind {
+            Regressor::Term(line) if effect.term.contains("{tau}") || effect.term.contains("{break}") => {
+                let _ = line;
+                (text.to_string(), Some(sensor))
+            }
+            Regressor::Term(line) => (line.canonical(), Some(sensor)),
+            Regressor::Tilt(_) | Regressor::Known(_) => (text.to_string(), None),
+            _ => (text.to_string(), Some(sensor)),
+        };
+        if !self.seen.insert((regressor.clone(), owner)) {
+            return Ok(());
+        }
+        let mut column = match (&kind, step) {
+            (Regressor::Tilt(k) | Regressor::Known(k), _) => self.jacobian(*k),
+            (Regressor::Term(_), Some(at)) => self.step(at, sensor),
+            (Regressor::Term(line), None) => {
+                if line.names().is_empty() {
+                    return Err(Malformed::new(Fault::Value, format!("the effect '{text}' is a constant"))
+                        .expected("a term with an input, a joint or a column"));
+                }
+                match self.table.term(sensor, line, &self.design.rows)? {
+                    Some(column) => column,
+                    None => return Ok(()),
+                }
+            }
+            (other, _) => indicator(campaign, &self.design.rows, other, sensor),
+        };
+        if column.iter().any(|value| !value.is_finite()) || column.iter().all(|value| *value == 0.0) {
+            return Ok(());
+        }
+        column.resize(self.rows, 0.0);
+        let existing = existing_coefficient(campaign, sensor, &kind);
+        let own_name = |k: usize| campaign.parameters.get(k).map_or(String::new(), |p| p.id.clone());
+        let coefficient = match (&kind, existing) {
+            (Regressor::Tilt(k) | Regressor::Known(k), _) => own_name(*k),
+            (_, Some(k)) => own_name(k),
+            _ => self.coefficient(&fill(&effect.coefficient, filling), &regressor),
+        };
+        self.found.push(Candidate {
+            regressor,
+            name: fill(&effect.name, filling),
+            coefficient,
+            kind,
+            sensor: owner,
+            rank: effect.rank,
+            why: effect.why.clone(),
+            confirm: effect.confirm.clone(),
+            existing,
+            rounding: false,
+            vanishing: false,
+            column,
+        });
+        Ok(())
+    }
+
+    fn jacobian(&self, parameter: usize) -> Vec<f64> {
+        if parameter >= self.design.jacobian.ncols() {
+            return vec![0.0; self.design.rows.len()];
+        }
+        self.design.jacobian.col_as_slice(parameter).to_vec()
+    }
+
+    fn step(&self, at: f64, sensor: usize) -> Vec<f64> {
+        let column = self.campaign.readings.columns.iter().position(|c| c == "time_s");
+        let time = |k: usize| {
+            let row = self.campaign.readings.rows.get(k)?;
+            row.columns.get(column?).copied().flatten()
+        };
+        let after = |k: usize| f64::from(time(k).is_some_and(|t| t >= at));
+        self.design.rows.iter().map(|o| if o.sensor == sensor { after(o.reading) } else { 0.0 }).collect()
+    }
+
+    /// A coefficient's name that nothing else has.
+    fn coefficient(&self, wanted: &str, regressor: &str) -> String {
+        let mut name: String = if wanted.is_empty() { format!("c_{regressor}") } else { wanted.to_string() }
+            .chars()
+            .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
+            .collect();
+        while name.contains("__") {
+            name = name.replace("__", "_");
+        }
+        let mut name = name.trim_end_matches('_').to_string();
+        if crate::bench::identifier(&name).is_err() {
+            name = format!("c_{name}");
+        }
+        let taken = |name: &str| {
+            let bench = &self.campaign.bench;
+            self.campaign.parameter_index(name).is_some()
+                || self.campaign.readings.columns.iter().any(|column| column == name)
+                || bench.chain.iter().any(|link| link.name() == name)
+                || bench.sensors.iter().any(|sensor| sensor.id == name)
+        };
+        while taken(&name) {
+            name.push_str("_1");
+        }
+        name
+    }
+}
+
+/// The times between readings, as text and number: midpoints, with as many decimals as the times have (at least one).
+fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
+    let mut times = column_values(campaign, "time_s");
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let decimals = times.iter().map(|t| format!("{t}").split_once('.').map_or(0, |(_, tail)| tail.len())).max();
+    let decimals = decimals.unwrap_or(0).clamp(1, 12);
+    let mut breaks = Vec::new();
+    for pair in times.windows(2) {
+        if let [before, after] = pair {
+            let middle = 0.5 * (before + after);
+            breaks.push((format!("{middle:.decimals$}"), middle));
+        }
+    }
+    breaks
+}
+
+/// The labels of positions, in order of first appearance; none where every reading has the same.
+fn positions(campaign: &Campaign) -> Vec<String> {
+    let mut labels: Vec<String> = Vec::new();
+    for reading in &campaign.readings.rows {
+        if !reading.position.is_empty() && !labels.contains(&reading.position) {
+            labels.push(reading.position.clone());
+        }
+    }
+    if labels.len() < 2 { Vec::new() } else { labels }
+}
+
+/// The coefficient, assumed zero, whose term the model line has already.
+fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) -> Option<usize> {
+    let Regressor::Term(line) = kind else { return None };
+    if line.text().contains('(') {
+        return None;
+    }
+    let sorted = |powers: &[(String, f64)], without: &str| {
+        let mut rest: Vec<(String, f64)> = powers.iter().filter(|(name, _)| name != without).cloned().collect();
+        rest.sort_by(|a, b| a.0.cmp(&b.0));
+        rest
+    };
+    let own = line.terms()?;
+    let wanted = match own.as_slice() {
+        [one] => sorted(&one.powers, ""),
+        _ => return None,
+    };
+    let terms = campaign.bench.sensors.get(sensor)?.model.terms()?;
+    campaign.parameters.iter().enumerate().find_map(|(k, parameter)| {
+        let assumed = parameter.role == Role::AssumedZero && parameter.kind == Kind::Coefficient;
+        let has = |term: &crate::algebra::Term| {
+            term.powers.iter().any(|(name, power)| *name == parameter.id && *power == 1.0)
+                && sorted(&term.powers, &parameter.id) == wanted
+        };
+        (assumed && terms.iter().any(has)).then_some(k)
+    })
+}
+
+/// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.
+fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
+    let per_deg_s = campaign.bench.units.rate.per_deg_s();
+    let rates = campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs() * per_deg_s));
+    let rate = rates.fold(campaign.bench.earth_rate().norm(), f64::max);
+    let force = campaign.bench.specific_force().norm();
+    let mut scratch = Scratch::default();
+    for candidate in found {
+        let Regressor::Term(line) = &candidate.kind else { continue };
+        let names = line.names();
+        let size = |name: &str| {
+            if crate::campaign::is_axis_input(&campaign.bench, name) {
+                return if name.starts_with("w_") { rate } else { force };
+            }
+            if campaign.bench.joints().any(|joint| joint == name) {
+                return 0.7; // radians: no harmonic up to the fourth is small there
+            }
+            column_values(campaign, name).iter().fold(0.0_f64, |largest, v| largest.max(v.abs()))
+        };
+        let inputs: Vec<f64> = names.iter().map(|name| size(name)).collect();
+        let Ok(tape) = Tape::compile(line, &names) else { continue };
+        let natural = tape.value(&inputs, &mut scratch).abs();
+        let here = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        candidate.rounding = here < ROUNDING * natural;
+        candidate.vanishing = here < VANISHING * natural;
+    }
+}

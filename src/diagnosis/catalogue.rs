@@ -1,0 +1,166 @@
+//! The catalogue: effects as data, and what its placeholders stand for in one campaign.
+
+use crate::algebra::Expression;
+use crate::bench::Sensor;
+use crate::campaign::{Campaign, Kind, Role};
+use crate::error::Result;
+
+/// The text of the catalogue that ships with the program.
+pub const BUILT_IN: &str = include_str!("../../data/effects.json");
+
+/// Harmonics of joint angles that are tried.
+const HARMONICS: usize = 4;
+/// Leading digits of the time constants that are tried, in every decade.
+const TIME_CONSTANTS: [f64; 13] = [1.0, 1.2, 1.5, 1.8, 2.0, 2.4, 3.0, 3.6, 4.5, 5.0, 6.0, 7.5, 9.0];
+
+/// An effect, or a family of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effect {
+    /// The term without its coefficient, with placeholders.
+    pub term: String,
+    /// Its name in the field's words.
+    pub name: String,
+    /// Name of its coefficient; may be empty.
+    pub coefficient: String,
+    /// Order among what cannot be told apart, 0 first.
+    pub rank: u8,
+    /// Which sensors can have it.
+    pub applies: Applies,
+    /// Columns without which it is passed over.
+    pub needs: Vec<String>,
+    /// Why it happens.
+    pub why: String,
+    /// How to confirm it.
+    pub confirm: String,
+    /// Where the catalogue has it, for messages.
+    pub place: String,
+}
+
+/// Which sensors can have an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Applies {
+    /// Every sensor.
+    #[default]
+    Any,
+    /// Sensors whose model line has a rate.
+    Gyro,
+    /// Sensors whose model line has specific forces but no rate.
+    Accelerometer,
+}
+
+impl Applies {
+    /// Can this sensor have it?
+    pub fn to(self, sensor: &Sensor) -> bool {
+        let has = |prefix: &str| sensor.model.names().iter().any(|name| name.starts_with(prefix));
+        match self {
+            Applies::Any => true,
+            Applies::Gyro => has("w_"),
+            Applies::Accelerometer => has("a_") && !has("w_"),
+        }
+    }
+}
+
+/// One member of a family: what each placeholder stands for.
+pub(super) type Filling = Vec<(&'static str, String)>;
+
+impl Effect {
+    /// Does the term parse, whatever its placeholders will stand for?
+    pub fn check(&self) -> Result<()> {
+        if self.term.contains(':') {
+            return Ok(());
+        }
+        // as long as the placeholder itself, so that the caret stands under the right character
+        let mut text = self.term.clone();
+        for (placeholder, stand_in) in [
+            ("{i}", "_x_"),
+            ("{j}", "_y_"),
+            ("{k}", "001"),
+            ("{joint}", "joint__"),
+            ("{turning}", "turning__"),
+            ("{tau}", "00001"),
+            ("{break}", "0000001"),
+        ] {
+            text = text.replace(placeholder, stand_in);
+        }
+        Expression::parse(&text).map(|_| ())
+    }
+
+    /// Every way to fill the placeholders for one sensor, except those that are scanned or stand for readings.
+    pub(super) fn fillings(&self, campaign: &Campaign, sensor: &Sensor) -> Vec<Filling> {
+        let mut fillings: Vec<Filling> = vec![Vec::new()];
+        let mut each = |placeholder: &'static str, options: Vec<String>| {
+            if self.term.contains(placeholder) {
+                fillings = fillings
+                    .iter()
+                    .flat_map(|before| {
+                        options.iter().map(|option| {
+                            let mut next = before.clone();
+                            next.push((placeholder, option.clone()));
+                            next
+                        })
+                    })
+                    .collect();
+            }
+        };
+        let axes: Vec<String> = sensor.axes.iter().map(|(axis, _)| axis.clone()).collect();
+        each("{i}", axes.clone());
+        each("{j}", axes.clone());
+        each("{k}", (1..=HARMONICS).map(|k| k.to_string()).collect());
+        each("{joint}", campaign.bench.joints().map(str::to_string).collect());
+        each("{turning}", turning(campaign));
+        each("{tilt}", parameters(campaign, |role, kind| *role == Role::AssumedZero && kind == Kind::Tilt));
+        each("{known}", parameters(campaign, |role, _| matches!(role, Role::Known(_))));
+        each("{tau}", time_constants(campaign));
+        let place = |filling: &Filling, key: &str| {
+            let text = filling.iter().find(|(own, _)| *own == key).map(|(_, text)| text.as_str());
+            text.and_then(|text| axes.iter().position(|axis| axis == text))
+        };
+        fillings.retain(|filling| match (place(filling, "{i}"), place(filling, "{j}")) {
+            (Some(i), Some(j)) => i < j,
+            _ => true,
+        });
+        fillings
+    }
+}
+
+/// A text with its placeholders filled.
+pub(super) fn fill(text: &str, filling: &Filling) -> String {
+    filling.iter().fold(text.to_string(), |text, (placeholder, value)| text.replace(placeholder, value))
+}
+
+fn turning(campaign: &Campaign) -> Vec<String> {
+    let has_rate = |joint: &str| campaign.readings.columns.iter().any(|c| c.strip_prefix(joint) == Some("_deg_s"));
+    campaign.bench.joints().filter(|joint| has_rate(joint)).map(str::to_string).collect()
+}
+
+fn parameters(campaign: &Campaign, wanted: impl Fn(&Role, Kind) -> bool) -> Vec<String> {
+    campaign.parameters.iter().filter(|p| wanted(&p.role, p.kind)).map(|p| p.id.clone()).collect()
+}
+
+/// Values of a column, one for each reading that has it.
+pub(super) fn column_values(campaign: &Campaign, name: &str) -> Vec<f64> {
+    match campaign.readings.columns.iter().position(|column| column == name) {
+        Some(k) => campaign.readings.rows.iter().filter_map(|row| row.columns.get(k).copied().flatten()).collect(),
+        None => Vec::new(),
+    }
+}
+
+/// Round time constants, from twice the usual spacing of the readings to the length of the campaign.
+fn time_constants(campaign: &Campaign) -> Vec<String> {
+    let mut times = column_values(campaign, "time_s");
+    times.sort_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (times.first().copied(), times.last().copied()) else { return Vec::new() };
+    let span = last - first;
+    if !(span > 0.0 && span.is_finite()) {
+        return Vec::new();
+    }
+    let shortest = 2.0 * span / times.len() as f64;
+    let mut decade = 10f64.powf(shortest.log10().floor());
+    let mut constants = Vec::new();
+    while decade <= span && constants.len() < 200 {
+        let inside = TIME_CONSTANTS.iter().map(|digit| digit * decade).filter(|tau| (shortest..=span).contains(tau));
+        constants.extend(inside.map(|tau| format!("{}", (tau * 1e6).round() / 1e6)));
+        decade *= 10.0;
+    }
+    constants
+}

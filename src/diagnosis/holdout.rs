@@ -1,0 +1,121 @@
+//! Leave-one-position-out prediction: does the repaired model predict positions that it has not seen better than the given one?
+
+use crate::campaign::Campaign;
+use crate::fit::Fit;
+
+/// Predictions of left-out positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Holdout {
+    /// Positions that both models could predict from the others.
+    pub positions: usize,
+    /// Positions that hold a parameter alone, so that they cannot be left out.
+    pub skipped: usize,
+    /// Root mean square of prediction minus reading before, in standard deviations of the noise.
+    pub before: f64,
+    /// The same with the effects.
+    pub after: Option<f64>,
+}
+
+/// A position whose readings all other positions leave this little determined cannot be left out.
+const DETERMINED: f64 = 1e-6;
+
+/// Leave out each position in turn: `e = (1 - H_gg)^-1 v_g` (Cook, Weisberg: Residuals and Influence in Regression), weighted.
+pub(super) fn holdout(campaign: &Campaign, before: &Fit, after: Option<&Fit>, scale: &[f64]) -> Option<Holdout> {
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    for (i, origin) in before.design.rows.iter().enumerate() {
+        let reading = campaign.readings.rows.get(origin.reading)?;
+        let label =
+            if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() };
+        match groups.iter_mut().find(|(own, _)| *own == label) {
+            Some((_, rows)) => rows.push(i),
+            None => groups.push((label, vec![i])),
+        }
+    }
+    if groups.len() < 2 {
+        return None;
+    }
+    let (mut sum_before, mut sum_after, mut rows, mut positions, mut skipped) = (0.0, 0.0, 0, 0, 0);
+    for (_, group) in &groups {
+        let own = left_out(before, group, scale);
+        let other = after.map(|fit| left_out(fit, group, scale));
+        match (own, other) {
+            (Some(own), None) => sum_before += own,
+            (Some(own), Some(Some(other))) => {
+                sum_before += own;
+                sum_after += other;
+            }
+            _ => {
+                skipped += 1;
+                continue;
+            }
+        }
+        positions += 1;
+        rows += group.len();
+    }
+    if positions == 0 {
+        return None;
+    }
+    let rms = |sum: f64| (sum / rows as f64).sqrt();
+    Some(Holdout { positions, skipped, before: rms(sum_before), after: after.map(|_| rms(sum_after)) })
+}
+
+/// Sum of squared prediction errors of the rows of a group when they are left out, over `scale^2`; `None` where the rest cannot predict them.
+fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
+    let factor = &fit.estimate.factor;
+    let q = factor.thin_q();
+    let size = group.len();
+    if size > 400 {
+        return None;
+    }
+    // the basis has few columns: (1 - A A')^-1 v = v + A (1 - A'A)^-1 A'v with A the rows of Q in the group
+    let r = q.ncols();
+    let mut inner = faer::Mat::<f64>::zeros(r, r);
+    let weight = |i: &usize| factor.weight().get(*i).copied().unwrap_or(1.0);
+    let v: Vec<f64> =
+        group.iter().map(|i| fit.estimate.residuals.get(*i).copied().unwrap_or_default() * weight(i)).collect();
+    for a in 0..r {
+        for b in 0..r {
+            let product: f64 = group.iter().map(|i| q[(*i, a)] * q[(*i, b)]).sum();
+            inner[(a, b)] = f64::from(u8::from(a == b)) - product;
+        }
+    }
+    let right: Vec<f64> = (0..r).map(|a| group.iter().zip(&v).map(|(i, v)| q[(*i, a)] * v).sum()).collect();
+    let solution = solve(inner, right)?;
+    let mut sum = 0.0;
+    for (i, v) in group.iter().zip(&v) {
+        let correction: f64 = solution.iter().enumerate().map(|(a, x)| q[(*i, a)] * x).sum();
+        let error = (v + correction) / weight(i);
+        let u = scale.get(*i).copied().filter(|u| *u > 0.0)?;
+        sum += (error / u) * (error / u);
+    }
+    Some(sum)
+}
+
+/// Gaussian elimination with pivoting of a small symmetric system; `None` where it is nearly singular.
+fn solve(mut a: faer::Mat<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+    let n = b.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|i, j| a[(*i, k)].abs().total_cmp(&a[(*j, k)].abs()))?;
+        if !(a[(pivot, k)].abs() > DETERMINED) {
+            return None;
+        }
+        for j in 0..n {
+            let held = a[(k, j)];
+            a[(k, j)] = a[(pivot, j)];
+            a[(pivot, j)] = held;
+        }
+        b.swap(k, pivot);
+        for i in k + 1..n {
+            let factor = a[(i, k)] / a[(k, k)];
+            for j in k..n {
+                a[(i, j)] -= factor * a[(k, j)];
+            }
+            b[i] -= factor * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let rest: f64 = (k + 1..n).map(|j| a[(k, j)] * b[j]).sum();
+        b[k] = (b[k] - rest) / a[(k, k)];
+    }
+    Some(b)
+}

@@ -1,0 +1,230 @@
+//! Candidates as blocks of whitened rows, and the sums over all of them that the exchanges need.
+
+use faer::linalg::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+
+/// `count` candidates, each `rows` whitened rows in `unknowns` coordinates; element (row, unknown) of all candidates lies together.
+///
+/// The information of a design is `M = M0 + sum over chosen j of X_j' X_j`, where `X_j` is `rows x unknowns`.
+#[derive(Debug, Clone)]
+pub struct Blocks {
+    unknowns: usize,
+    rows: usize,
+    count: usize,
+    /// Element (r, c) of candidate j at `(r * unknowns + c) * count + j`.
+    data: Vec<f64>,
+}
+
+impl Blocks {
+    /// Blocks from a function of candidate, row and unknown.
+    pub fn from_fn(count: usize, rows: usize, unknowns: usize, element: impl Fn(usize, usize, usize) -> f64) -> Self {
+        let mut data = Vec::with_capacity(count * rows * unknowns);
+        for r in 0..rows {
+            for c in 0..unknowns {
+                data.extend((0..count).map(|j| element(j, r, c)));
+            }
+        }
+        Blocks { unknowns, rows, count, data }
+    }
+
+    /// Some of the candidates.
+    pub(super) fn subset(&self, chosen: &[usize]) -> Blocks {
+        let element = |j: usize, r: usize, c: usize| {
+            chosen.get(j).and_then(|j| self.column(r, c).get(*j)).copied().unwrap_or_default()
+        };
+        Blocks::from_fn(chosen.len(), self.rows, self.unknowns, element)
+    }
+
+    /// Number of candidates.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Rows of each candidate.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Coordinates.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    /// Row `r` of candidate `j`.
+    pub fn row(&self, j: usize, r: usize) -> Vec<f64> {
+        (0..self.unknowns).map(|c| self.column(r, c).get(j).copied().unwrap_or_default()).collect()
+    }
+
+    /// Element (r, c) of every candidate.
+    pub(super) fn column(&self, r: usize, c: usize) -> &[f64] {
+        let start = (r * self.unknowns + c) * self.count;
+        self.data.get(start..start + self.count).unwrap_or_default()
+    }
+
+    /// `x_jr . w` for every candidate j, into `out`; a shorter `w` stands for zeros after it.
+    pub(super) fn along(&self, r: usize, w: &[f64], out: &mut [f64]) {
+        let start = r * self.unknowns * self.count;
+        let (Some(columns), true) = (self.data.get(start..start + w.len() * self.count), out.len() == self.count)
+        else {
+            return;
+        };
+        let columns = MatRef::from_column_major_slice(columns, self.count, w.len());
+        let w = MatRef::from_column_major_slice(w, w.len(), 1);
+        let out = MatMut::from_column_major_slice_mut(out, self.count, 1);
+        matmul::matmul(out, Accum::Replace, columns, w, 1.0, Par::Seq);
+    }
+
+    /// `x_jr' B x_js` for every candidate j, into `out`; `b` is symmetric, row by row.
+    pub(super) fn quadratic(&self, r: usize, s: usize, b: &[f64], out: &mut [f64], work: &mut [f64]) {
+        out.fill(0.0);
+        for c in 0..self.unknowns {
+            let row = b.get(c * self.unknowns..(c + 1) * self.unknowns).unwrap_or_default();
+            self.along(s, row, work);
+            for ((out, x), w) in out.iter_mut().zip(self.column(r, c)).zip(work.iter()) {
+                *out += x * w;
+            }
+        }
+    }
+}
+
+impl Blocks {
+    /// `|L^-1 x_jr|^2` for every candidate j, into `out`; `root` is the lower triangle `L^-1`, row by row.
+    pub(super) fn squares(&self, r: usize, root: &[f64], out: &mut [f64], work: &mut [f64]) {
+        out.fill(0.0);
+        for (k, row) in root.chunks_exact(self.unknowns.max(1)).enumerate() {
+            self.along(r, row.get(..=k).unwrap_or_default(), work);
+            out.iter_mut().zip(work.iter()).for_each(|(out, w)| *out += w * w);
+        }
+    }
+}
+
+/// The largest number of a list and its place; NaN is smaller than any number.
+pub(super) fn largest(list: &[f64]) -> (usize, f64) {
+    let mut lanes = [f64::NEG_INFINITY; 8];
+    for piece in list.chunks(8) {
+        lanes.iter_mut().zip(piece).for_each(|(most, v)| *most = if *v > *most { *v } else { *most });
+    }
+    let most = lanes.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    (list.iter().position(|v| *v == most).unwrap_or(0), most)
+}
+
+/// `A v` for a square matrix stored row by row.
+pub(super) fn times(a: &[f64], v: &[f64]) -> Vec<f64> {
+    a.chunks_exact(v.len().max(1)).map(|row| dot(row, v)).collect()
+}
+
+/// Scalar product.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `A += s v v'`.
+pub(super) fn add_outer(a: &mut [f64], s: f64, v: &[f64]) {
+    for (row, vi) in a.chunks_exact_mut(v.len().max(1)).zip(v) {
+        let factor = s * vi;
+        row.iter_mut().zip(v).for_each(|(a, vj)| *a += factor * vj);
+    }
+}
+
+/// Inverse and logarithm of the determinant of a symmetric positive definite matrix, row by row, by Cholesky; `None` where it is singular.
+pub(super) fn invert(m: &[f64], n: usize) -> Option<(Vec<f64>, f64)> {
+    inverse_and_root(m, n).map(|(inverse, _, log_det)| (inverse, log_det))
+}
+
+/// The same with `L^-1`, `M = L L'`.
+pub(super) fn inverse_and_root(m: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>, f64)> {
+    let largest = (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d));
+    let mut l = m.to_vec();
+    let mut log_det = 0.0;
+    for j in 0..n {
+        let pivot = l[j * n + j] - (0..j).map(|k| l[j * n + k] * l[j * n + k]).sum::<f64>();
+        if !(pivot > 1e-12 * largest) {
+            return None;
+        }
+        let root = pivot.sqrt();
+        log_det += 2.0 * root.ln();
+        l[j * n + j] = root;
+        for i in j + 1..n {
+            let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
+            l[i * n + j] = (l[i * n + j] - sum) / root;
+        }
+    }
+    // columns of L^-1, then L^-T L^-1
+    let mut inverse_l = vec![0.0; n * n];
+    for j in 0..n {
+        for i in j..n {
+            let unit = if i == j { 1.0 } else { 0.0 };
+            let sum: f64 = (j..i).map(|k| l[i * n + k] * inverse_l[k * n + j]).sum();
+            inverse_l[i * n + j] = (unit - sum) / l[i * n + i];
+        }
+    }
+    let mut inverse = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = (i..n).map(|k| inverse_l[k * n + i] * inverse_l[k * n + j]).sum();
+            inverse[i * n + j] = sum;
+            inverse[j * n + i] = sum;
+        }
+    }
+    Some((inverse, inverse_l, log_det))
+}
+
+/// Determinant of `t` and trace of `t^-1 f`, both `n x n` row by row, by elimination with row pivots; `t` and `f` are overwritten.
+pub(super) fn determinant_and_trace(t: &mut [f64], f: &mut [f64], n: usize) -> (f64, f64) {
+    let mut determinant = 1.0;
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&a, &b| t[a * n + k].abs().total_cmp(&t[b * n + k].abs())).unwrap_or(k);
+        if pivot != k {
+            determinant = -determinant;
+            for c in 0..n {
+                t.swap(k * n + c, pivot * n + c);
+                f.swap(k * n + c, pivot * n + c);
+            }
+        }
+        let d = t[k * n + k];
+        determinant *= d;
+        if d == 0.0 {
+            return (0.0, 0.0);
+        }
+        for i in k + 1..n {
+            let factor = t[i * n + k] / d;
+            if factor != 0.0 {
+                for c in k..n {
+                    t[i * n + c] -= factor * t[k * n + c];
+                }
+                for c in 0..n {
+                    f[i * n + c] -= factor * f[k * n + c];
+                }
+            }
+        }
+    }
+    // back substitution column by column; only the diagonal of the solution is needed
+    let mut trace = 0.0;
+    let mut z = vec![0.0; n];
+    for c in 0..n {
+        for i in (c..n).rev() {
+            let sum: f64 = (i + 1..n).map(|k| t[i * n + k] * z[k]).sum();
+            z[i] = (f[i * n + c] - sum) / t[i * n + i];
+        }
+        trace += z[c];
+    }
+    (determinant, trace)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_and_trace_of_small_matrices() {
+        let (inverse, log_det) = invert(&[4.0, 2.0, 2.0, 3.0], 2).unwrap();
+        for (found, expected) in inverse.iter().zip([0.375, -0.25, -0.25, 0.5]) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+        assert!((log_det - 8.0_f64.ln()).abs() < 1e-15);
+        assert!(invert(&[1.0, 1.0, 1.0, 1.0], 2).is_none());
+        // t^-1 = [[-2, 1], [1.5, -0.5]], so the trace of t^-1 f with f = [[1, 0], [2, 1]] is (-2 + 2) + (-0.5)
+        let (det, trace) = determinant_and_trace(&mut [1.0, 2.0, 3.0, 4.0], &mut [1.0, 0.0, 2.0, 1.0], 2);
+        assert!((det + 2.0).abs() < 1e-14 && (trace + 0.5).abs() < 1e-14);
+    }
+}

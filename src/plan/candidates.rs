@@ -1,0 +1,209 @@
+//! Positions that may be chosen: sweeps over joints and rates, forbidden zones, and the units in which they are chosen.
+
+use super::effort::mounting;
+use crate::campaign::{Campaign, JointState, Reading, Readings};
+use crate::error::{Fault, Malformed, Result};
+
+/// In what portions readings are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Unit {
+    /// One reading at a time.
+    #[default]
+    Reading,
+    /// Both senses of a rate together.
+    Pair,
+    /// Every rate of a mounting together.
+    Mounting,
+}
+
+/// A forbidden zone: joint keys (`alpha_deg`, `gamma_deg_s`) with the interval that is forbidden; a candidate in all of them is left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zone {
+    /// Key, lower and upper end; an interval of angles may run through 360.
+    pub limits: Vec<(String, f64, f64)>,
+}
+
+/// More candidates than this are refused: a coarser step, or a file of candidates, is the better question.
+const MOST_CANDIDATES: usize = 200_000;
+
+/// Every position of a full sweep: joints that the schedule holds still in steps of `step_deg`, joints that it turns in every state it has.
+///
+/// Columns are those of the first reading; a bench without joints has the schedule's distinct readings as candidates.
+/// Errors: a step that is not positive, or gives more than 200,000 positions.
+pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
+    let rows = &campaign.readings.rows;
+    let columns = campaign.readings.columns.clone();
+    let Some(first) = rows.first() else { return Ok(Readings { columns, rows: Vec::new() }) };
+    if !(step_deg > 0.0 && step_deg <= 360.0) {
+        return Err(Malformed::new(Fault::Value, "the step of the sweep is not possible")
+            .expected("degrees, above 0 and at most 360")
+            .found(step_deg.to_string()));
+    }
+    if first.joints.is_empty() {
+        let mut distinct: Vec<Reading> = Vec::new();
+        for row in rows {
+            if !distinct.iter().any(|other| other.columns == row.columns) {
+                distinct.push(Reading { observations: Vec::new(), position: String::new(), ..row.clone() });
+            }
+        }
+        return Ok(Readings { columns, rows: distinct });
+    }
+    let mut states: Vec<Vec<JointState>> = Vec::new();
+    let mut total = 1.0_f64;
+    for joint in 0..first.joints.len() {
+        let mut seen: Vec<JointState> = Vec::new();
+        for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
+            if !seen.contains(state) {
+                seen.push(*state);
+            }
+        }
+        if seen.iter().all(|state| matches!(state, JointState::Held { .. })) {
+            let count = (360.0 / step_deg - 1e-9).ceil() as usize;
+            seen = (0..count).map(|k| JointState::Held { angle_deg: k as f64 * step_deg }).collect();
+        }
+        total *= seen.len() as f64;
+        if total > MOST_CANDIDATES as f64 {
+            return Err(Malformed::new(
+                Fault::Value,
+                format!("a sweep in steps of {step_deg} deg has too many positions"),
+            )
+            .expected(format!("at most {MOST_CANDIDATES}; a larger step, or a file of candidates"))
+            .found(format!("more than {total:.0}")));
+        }
+        states.push(seen);
+    }
+    let mut combinations: Vec<Vec<JointState>> = vec![Vec::new()];
+    for options in &states {
+        combinations = combinations
+            .iter()
+            .flat_map(|before| options.iter().map(|state| before.iter().copied().chain([*state]).collect()))
+            .collect();
+    }
+    let names: Vec<&str> = campaign.bench.joints().collect();
+    // two joints that turn in one mean are no reading that the bench can take
+    let rows = combinations
+        .into_iter()
+        .map(|joints| campaign.readings.position(&names, first, joints))
+        .filter(|reading| reading.check_turning(&names).is_ok())
+        .collect();
+    Ok(Readings { columns, rows })
+}
+
+/// Candidates from a schedule of their own, with the columns of `campaign`. Errors: another bench.
+pub fn from_schedule(campaign: &Campaign, candidates: &Campaign) -> Result<Readings> {
+    let same = |a: &Campaign| (a.bench.id.clone(), a.bench.joints().map(str::to_string).collect::<Vec<_>>());
+    if same(campaign) != same(candidates) {
+        return Err(Malformed::new(Fault::Value, "the candidates are positions of another bench")
+            .expected(format!("a schedule on {}", campaign.bench.id))
+            .found(candidates.bench.id.clone())
+            .at_path("bench"));
+    }
+    let columns = campaign.readings.columns.clone();
+    let at = |name: &String| candidates.readings.columns.iter().position(|c| c == name);
+    let rows = candidates
+        .readings
+        .rows
+        .iter()
+        .map(|row| Reading {
+            columns: columns.iter().map(|name| at(name).and_then(|k| row.columns.get(k).copied().flatten())).collect(),
+            observations: Vec::new(),
+            ..row.clone()
+        })
+        .collect();
+    Ok(Readings { columns, rows })
+}
+
+/// Leave out what lies in a forbidden zone. Errors: a key that no joint has, an interval that is none, nothing left.
+pub fn without(campaign: &Campaign, candidates: Readings, zones: &[Zone]) -> Result<Readings> {
+    let keys: Vec<String> = campaign.bench.joints().flat_map(|j| [format!("{j}_deg"), format!("{j}_deg_s")]).collect();
+    for (key, low, high) in zones.iter().flat_map(|zone| &zone.limits) {
+        if !keys.contains(key) {
+            return Err(Malformed::new(
+                Fault::UnknownKey,
+                format!("a forbidden zone names '{key}', which no joint has"),
+            )
+            .expected(format!("one of {}", keys.join(", ")))
+            .found(format!("'{key}'")));
+        }
+        if !(low <= high) || !low.is_finite() || !high.is_finite() {
+            return Err(Malformed::new(Fault::Value, format!("the forbidden interval of {key} is none"))
+                .expected("lower:upper, for example alpha_deg=100:170")
+                .found(format!("{low}:{high}")));
+        }
+    }
+    let before = candidates.rows.len();
+    let value = |reading: &Reading, key: &str| {
+        let states = campaign.bench.joints().zip(&reading.joints);
+        states
+            .filter_map(|(joint, state)| {
+                let (deg, deg_s, _) = state.keys();
+                let suffix = key.strip_prefix(joint)?;
+                if suffix == "_deg" { deg } else { deg_s.filter(|_| suffix == "_deg_s") }
+            })
+            .next()
+    };
+    let inside = |reading: &Reading, (key, low, high): &(String, f64, f64)| {
+        value(reading, key).is_some_and(|v| {
+            if key.ends_with("_deg") { (v - low).rem_euclid(360.0) <= high - low } else { (*low..=*high).contains(&v) }
+        })
+    };
+    let forbidden = |reading: &Reading| {
+        zones.iter().any(|zone| !zone.limits.is_empty() && zone.limits.iter().all(|limit| inside(reading, limit)))
+    };
+    let Readings { columns, rows } = candidates;
+    let rows: Vec<Reading> = rows.into_iter().filter(|reading| !forbidden(reading)).collect();
+    if rows.is_empty() && before > 0 {
+        return Err(Malformed::new(Fault::Missing, "the forbidden zones leave no candidate")
+            .expected("zones that leave some positions")
+            .found(format!("all {before} candidates are forbidden")));
+    }
+    Ok(Readings { columns, rows })
+}
+
+/// Candidates in the portions in which they are chosen; all portions have the same number of readings.
+///
+/// Errors: no candidates; a candidate without its opposite sense (pairs); mountings with different numbers of readings.
+pub(super) fn portions(candidates: &Readings, unit: Unit) -> Result<Vec<Vec<Reading>>> {
+    if candidates.rows.is_empty() {
+        return Err(Malformed::new(Fault::Missing, "there are no candidate positions")
+            .expected("at least one position to choose from")
+            .found("an empty list"));
+    }
+    let fellows = |a: &Reading, b: &Reading| match unit {
+        Unit::Reading => false,
+        Unit::Mounting => mounting(a) == mounting(b),
+        Unit::Pair => {
+            mounting(a) == mounting(b)
+                && a.joints.iter().zip(&b.joints).all(|(a, b)| a.rate_deg_s().abs() == b.rate_deg_s().abs())
+        }
+    };
+    let mut groups: Vec<Vec<Reading>> = Vec::new();
+    let mut keys: std::collections::HashMap<String, Vec<usize>> = std::collections::HashMap::new();
+    for reading in &candidates.rows {
+        // candidates of one mounting share this key, so that only few groups are compared
+        let same = keys.entry(format!("{:?}", mounting(reading))).or_default();
+        let place =
+            same.iter().copied().find(|g| groups.get(*g).and_then(|g| g.first()).is_some_and(|f| fellows(f, reading)));
+        match place.and_then(|g| groups.get_mut(g)) {
+            Some(group)
+                if group.iter().any(|other| other.joints == reading.joints && other.columns == reading.columns) => {}
+            Some(group) => group.push(reading.clone()),
+            None => {
+                same.push(groups.len());
+                groups.push(vec![reading.clone()]);
+            }
+        }
+    }
+    let size = groups.iter().map(Vec::len).max().unwrap_or(1);
+    if let Some(short) = groups.iter().find(|group| group.len() != size) {
+        let what = match unit {
+            Unit::Pair => "a candidate has no partner of the opposite sense",
+            _ => "the mountings of the candidates have different numbers of readings",
+        };
+        let joints = short.first().map(|r| format!("{:?}", r.joints)).unwrap_or_default();
+        return Err(Malformed::new(Fault::Missing, what)
+            .expected(format!("{size} readings at each mounting, as the others have"))
+            .found(format!("{} at {joints}", short.len())));
+    }
+    Ok(groups)
+}

@@ -1,0 +1,249 @@
+//! What a reading costs in uncertainty and in work: noise of each sensor, scatter of each remounting, costs.
+
+use crate::campaign::{Campaign, Kind, Reading, Readings};
+use crate::error::{Fault, Malformed, Result};
+use crate::fit;
+
+/// Where the noise comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseSource {
+    /// The user gave it.
+    Given,
+    /// The readings' stated uncertainties.
+    Stated,
+    /// The residuals of these readings.
+    Residuals,
+}
+
+impl NoiseSource {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            NoiseSource::Given => "given",
+            NoiseSource::Stated => "stated",
+            NoiseSource::Residuals => "residuals",
+        }
+    }
+}
+
+/// Noise of one sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorNoise {
+    /// Standard deviation of one reading, in the sensor's unit.
+    pub sd: f64,
+    /// Where it comes from.
+    pub from: NoiseSource,
+}
+
+/// Noise of every sensor, and what every remounting scatters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noise {
+    /// One for each sensor of the bench.
+    pub sensors: Vec<SensorNoise>,
+    /// Parameter (index) that takes a new value at each mounting, and the standard deviation of that value.
+    pub remount: Vec<(usize, f64)>,
+}
+
+impl Noise {
+    /// Noise from what is given (`V = 9e-4`), else from stated uncertainties, else from the residuals of a measured campaign.
+    ///
+    /// `remount` names parameters (tilts in radians) that scatter from mounting to mounting. Errors: a sensor or parameter that the bench does
+    /// not have, a standard deviation that is not positive, a schedule without noise.
+    pub fn new(campaign: &Campaign, given: &[(String, f64)], remount: &[(String, f64)]) -> Result<Self> {
+        let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+        for (id, sd) in given {
+            if !ids.contains(&id.as_str()) {
+                return Err(Malformed::new(
+                    Fault::UnknownName,
+                    format!("noise is given for '{id}', which is no sensor here"),
+                )
+                .expected(format!("one of {}", ids.join(", ")))
+                .found(format!("'{id}'")));
+            }
+            positive(*sd, &format!("the noise of {id}"))?;
+        }
+        let mut residuals: Option<fit::Fit> = None;
+        let mut sensors = Vec::with_capacity(ids.len());
+        for (k, id) in ids.iter().enumerate() {
+            if let Some((_, sd)) = given.iter().find(|(name, _)| name == id) {
+                sensors.push(SensorNoise { sd: *sd, from: NoiseSource::Given });
+                continue;
+            }
+            let stated: Vec<f64> = campaign
+                .readings
+                .rows
+                .iter()
+                .flat_map(|r| r.observations.iter().filter(|o| o.sensor == k).filter_map(|o| o.u))
+                .collect();
+            if !stated.is_empty() {
+                let sd = (stated.iter().map(|u| u * u).sum::<f64>() / stated.len() as f64).sqrt();
+                sensors.push(SensorNoise { sd, from: NoiseSource::Stated });
+                continue;
+            }
+            if residuals.is_none() && campaign.is_measured() {
+                residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
+            }
+            let rows = residuals.iter().flat_map(|fit| {
+                fit.design
+                    .rows
+                    .iter()
+                    .zip(&fit.quality)
+                    .filter(|(origin, _)| origin.sensor == k)
+                    .filter_map(|(_, q)| q.u)
+            });
+            let estimated: Vec<f64> = rows.filter(|u| *u > 0.0).collect();
+            if estimated.is_empty() {
+                return Err(Malformed::new(Fault::Missing, format!("the noise of {id} is not known"))
+                    .expected(format!(
+                        "--noise {id}=SD (standard deviation of one reading), or readings of {id} with {id}_u"
+                    ))
+                    .found("a schedule without sensor values"));
+            }
+            let sd = (estimated.iter().map(|u| u * u).sum::<f64>() / estimated.len() as f64).sqrt();
+            sensors.push(SensorNoise { sd, from: NoiseSource::Residuals });
+        }
+        let mut scatter = Vec::new();
+        for (id, sd) in remount {
+            let Some(k) = campaign.parameter_index(id) else {
+                let tilts: Vec<&str> =
+                    campaign.parameters.iter().filter(|p| p.kind == Kind::Tilt).map(|p| p.id.as_str()).collect();
+                return Err(Malformed::new(
+                    Fault::UnknownName,
+                    format!("'{id}' cannot scatter: it is no parameter of this bench"),
+                )
+                .expected(format!("a tilt that remounting changes: {}", tilts.join(", ")))
+                .found(format!("'{id}'")));
+            };
+            positive(*sd, &format!("the remounting scatter of {id}"))?;
+            scatter.push((k, *sd));
+        }
+        Ok(Noise { sensors, remount: scatter })
+    }
+
+    /// Standard uncertainty of one sensor's value at a reading: as the reading states it, unless noise was given.
+    pub fn u(&self, reading: &Reading, sensor: usize) -> f64 {
+        let Some(noise) = self.sensors.get(sensor) else { return 1.0 };
+        let stated = reading.observations.iter().find(|o| o.sensor == sensor).and_then(|o| o.u);
+        match (noise.from, stated) {
+            (NoiseSource::Stated, Some(u)) => u,
+            _ => noise.sd,
+        }
+    }
+}
+
+fn positive(sd: f64, what: &str) -> Result<()> {
+    if sd > 0.0 && sd.is_finite() {
+        return Ok(());
+    }
+    Err(Malformed::new(Fault::Value, format!("{what} is not positive"))
+        .expected("a positive standard deviation")
+        .found(sd.to_string()))
+}
+
+/// What work costs, in any unit (minutes, say).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Costs {
+    /// Taking one reading.
+    pub reading: f64,
+    /// Changing a rate without remounting.
+    pub rate_change: f64,
+    /// Remounting, or indexing to another angle.
+    pub mounting: f64,
+}
+
+impl Default for Costs {
+    fn default() -> Self {
+        Costs { reading: 1.0, rate_change: 1.0, mounting: 10.0 }
+    }
+}
+
+/// Work of a schedule in its order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Work {
+    /// Readings.
+    pub readings: usize,
+    /// Mountings: how often a joint that stands still is moved, or the label changes; the first counts.
+    pub mountings: usize,
+    /// Rate changes within mountings.
+    pub rate_changes: usize,
+    /// Cost of it all.
+    pub cost: f64,
+}
+
+impl Costs {
+    /// The work of readings in this order.
+    pub fn work(&self, readings: &[Reading]) -> Work {
+        let (mut mountings, mut rate_changes) = (0, 0);
+        let mut before: Option<&Reading> = None;
+        for reading in readings {
+            match before {
+                Some(last) if same_mounting(last, reading) => {
+                    rate_changes += usize::from(last.joints != reading.joints)
+                }
+                _ => mountings += 1,
+            }
+            before = Some(reading);
+        }
+        let cost = self.reading * readings.len() as f64
+            + self.rate_change * rate_changes as f64
+            + self.mounting * mountings as f64;
+        Work { readings: readings.len(), mountings, rate_changes, cost }
+    }
+
+    /// Negative or infinite costs are no costs. Errors: `Value`, with the name of the cost.
+    pub fn check(&self) -> Result<()> {
+        for (name, cost) in [("reading", self.reading), ("rate", self.rate_change), ("mounting", self.mounting)] {
+            if !(cost >= 0.0 && cost.is_finite()) {
+                return Err(Malformed::new(Fault::Value, format!("the cost of a {name} is not possible"))
+                    .expected("zero or a positive number")
+                    .found(cost.to_string()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What there is to choose from, and what it costs.
+#[derive(Debug, Clone)]
+pub struct Offer {
+    /// Positions that stay whatever is chosen; may be none.
+    pub kept: Readings,
+    /// Positions that may be chosen.
+    pub candidates: Readings,
+    /// Noise and scatter.
+    pub noise: Noise,
+    /// Costs.
+    pub costs: Costs,
+}
+
+/// Were two readings taken without touching anything that stands still?
+pub fn same_mounting(a: &Reading, b: &Reading) -> bool {
+    a.position == b.position && mounting(a) == mounting(b)
+}
+
+/// The angles of the joints that stand still; `None` for those that turn.
+pub fn mounting(reading: &Reading) -> Vec<Option<f64>> {
+    reading.joints.iter().map(|state| (state.rate_deg_s() == 0.0).then(|| state.keys().0).flatten()).collect()
+}
+
+/// The mounting of each reading, counted from 0. The same label again later is the same mounting, as the file format says; without labels only
+/// neighbours are.
+pub fn mountings(readings: &[Reading]) -> Vec<usize> {
+    let mut of: Vec<usize> = Vec::with_capacity(readings.len());
+    let mut known: std::collections::HashMap<(&str, String), usize> = std::collections::HashMap::new();
+    let mut next = 0;
+    let mut before: Option<&Reading> = None;
+    for reading in readings {
+        let earlier = if reading.position.is_empty() {
+            before.filter(|last| same_mounting(last, reading)).and(of.last().copied())
+        } else {
+            let key = (reading.position.as_str(), format!("{:?}", mounting(reading)));
+            Some(*known.entry(key).or_insert(next))
+        };
+        let own = earlier.unwrap_or(next);
+        next = next.max(own + 1);
+        of.push(own);
+        before = Some(reading);
+    }
+    of
+}

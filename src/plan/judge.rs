@@ -1,0 +1,346 @@
+//! How well a schedule will do, before anyone measures.
+//!
+//! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. Remounting scatter enters as one
+//! more unknown for each mounting and scattering tilt, with a row that says "0 with this standard deviation": readings of one mounting share it.
+
+use super::effort::{Costs, Noise, Work, mountings};
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::{Campaign, Kind, Role};
+use crate::design::{self, DesignMatrix, Model, RowOrigin};
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::{self, Estimate, Group, System};
+use crate::fit::{self, Separation};
+use crate::quality;
+use faer::Mat;
+
+/// Prediction for one estimated parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Predicted {
+    /// Its name.
+    pub id: String,
+    /// Tilt or coefficient.
+    pub kind: Kind,
+    /// Unit of `u`.
+    pub unit: String,
+    /// Standard uncertainty from noise, scatter and known inputs; `None` where it is not estimable.
+    pub u: Option<f64>,
+    /// The part from noise and remounting scatter.
+    pub from_readings: Option<f64>,
+    /// The part from known inputs.
+    pub from_known: f64,
+}
+
+/// Prediction for a derived quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PredictedDerived {
+    /// Its name.
+    pub id: String,
+    /// Its line of algebra.
+    pub line: String,
+    /// Is it an angle?
+    pub is_angle: bool,
+    /// Standard uncertainty at the reference point, or the largest in its neighbourhood where it has no derivative there (`sqrt` at 0).
+    pub u: Option<f64>,
+    /// Has it no derivative at the reference point?
+    pub is_largest: bool,
+}
+
+/// Prediction for one value of the schedule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PredictedReading {
+    /// Which reading and sensor.
+    pub origin: RowOrigin,
+    /// Standard uncertainty that was assumed.
+    pub u: f64,
+    /// Diagonal of the hat matrix.
+    pub leverage: f64,
+    /// Minimal detectable bias; `None` where no other reading checks this one.
+    pub mdb: Option<f64>,
+    /// What a bias of that size, undetected, does to each estimated parameter.
+    pub effect: Vec<f64>,
+}
+
+/// How well a schedule will do.
+#[derive(Debug, Clone)]
+pub struct Judgement {
+    /// Estimated parameters, in campaign order.
+    pub parameters: Vec<Predicted>,
+    /// Derived quantities.
+    pub derived: Vec<PredictedDerived>,
+    /// Covariance of the estimated parameters, known inputs included.
+    pub covariance: Mat<f64>,
+    /// Each value of the schedule.
+    pub readings: Vec<PredictedReading>,
+    /// What only combinations determine, and the position that would separate it.
+    pub not_estimable: Vec<Separation>,
+    /// Independent columns among the estimated parameters.
+    pub rank: usize,
+    /// Values minus rank.
+    pub dof: usize,
+    /// Condition number of the scaled rows.
+    pub condition: Option<f64>,
+    /// Readings, mountings, costs.
+    pub work: Work,
+    /// Largest effect of a linear drift of one noise standard deviation over the whole run, as a share of each parameter's uncertainty.
+    pub drift: Option<f64>,
+}
+
+impl Judgement {
+    /// Correlation of two estimated parameters; `None` where one is not estimable.
+    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
+        let inside = i < self.covariance.nrows() && j < self.covariance.nrows();
+        let product = if inside { self.covariance[(i, i)] * self.covariance[(j, j)] } else { 0.0 };
+        (product > 0.0).then(|| (self.covariance[(i, j)] / product.sqrt()).clamp(-1.0, 1.0))
+    }
+
+    /// The largest predicted standard uncertainty of an angle, in radians; `None` where an angle is not estimable or there is none.
+    pub fn largest_angle_u(&self) -> Option<f64> {
+        let tilts: Option<Vec<f64>> = self.parameters.iter().filter(|p| p.kind == Kind::Tilt).map(|p| p.u).collect();
+        tilts?.into_iter().reduce(f64::max)
+    }
+}
+
+/// Judge a schedule (or the positions of a campaign; its values play no part).
+///
+/// `cov x = (A' V^-1 A)^-1`, `V = diag(u^2) + sum over mountings s^2 g g'` with `g = d reading / d scattering tilt`; known inputs add
+/// `c c' u^2` with `c = -A^+ d f / d known`. Angles in radians. Errors: nothing to estimate, no readings, a column that a reading lacks.
+///
+/// ```
+/// use tumble::{plan, wire};
+/// let text = r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } },
+///     "estimate": { "a": {}, "b": {} }, "readings": [ { "x": [-1, 0, 1] } ] }"#;
+/// let source = wire::Source { name: "line".into(), text: text.into() };
+/// let schedule = wire::read_campaign(&source, &mut |_| unreachable!())?;
+/// let noise = plan::Noise::new(&schedule, &[("y".into(), 0.3)], &[])?;
+/// let judgement = plan::judge(&schedule, &noise, &plan::Costs::default())?;
+/// assert!((judgement.parameters[1].u.unwrap() - 0.3 / 2f64.sqrt()).abs() < 1e-15);
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgement> {
+    check_question(campaign)?;
+    let model = Model::new(campaign)?;
+    let design = design::assemble(campaign, &model, &campaign.reference_point())?;
+    let system = system(campaign, &design, noise);
+    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let n = campaign.unknowns();
+    let sensitivities = estimate.factor.sensitivities();
+    let known = known_sensitivities(campaign, &design, &estimate);
+    let mut covariance = Mat::from_fn(n, n, |i, j| estimate.covariance[(i, j)]);
+    for (u, c) in &known {
+        for i in 0..n {
+            for j in 0..n {
+                covariance[(i, j)] += c[i] * c[j] * u * u;
+            }
+        }
+    }
+    let estimable = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
+    let parameters: Vec<Predicted> = campaign
+        .estimated()
+        .iter()
+        .enumerate()
+        .map(|(k, parameter)| Predicted {
+            id: parameter.id.clone(),
+            kind: parameter.kind,
+            unit: parameter.unit.clone(),
+            u: estimable(k).then(|| covariance[(k, k)].sqrt()),
+            from_readings: estimable(k).then(|| estimate.covariance[(k, k)].sqrt()),
+            from_known: known.iter().map(|(u, c)| (u * c[k]).powi(2)).sum::<f64>().sqrt(),
+        })
+        .collect();
+    let delta = quality::baarda_delta();
+    let readings = design
+        .rows
+        .iter()
+        .enumerate()
+        .map(|(i, origin)| {
+            let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
+            let (u, leverage, redundancy) = (at(&system.u), at(&estimate.leverage), at(&estimate.redundancy));
+            let mdb = (redundancy > quality::UNCHECKED).then(|| delta * u / redundancy.sqrt());
+            let effect = (0..n).map(|k| sensitivities[(k, i)] * mdb.unwrap_or_default()).collect();
+            PredictedReading { origin: *origin, u, leverage, mdb, effect }
+        })
+        .collect();
+    let rank = estimate.rank.saturating_sub(system.rows.ncols() - n);
+    Ok(Judgement {
+        derived: derived(campaign, &design, &covariance, &estimate)?,
+        not_estimable: fit::separations(campaign, &model, &design, &estimate),
+        drift: drift(&design, &system, &sensitivities, &parameters),
+        parameters,
+        covariance,
+        readings,
+        rank,
+        dof: design.rows.len().saturating_sub(rank),
+        condition: estimate.condition,
+        work: costs.work(&campaign.readings.rows),
+    })
+}
+
+pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
+    if campaign.unknowns() == 0 {
+        return Err(Malformed::new(Fault::Missing, "nothing is to be estimated, so there is nothing to plan for")
+            .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
+            .at_path("estimate"));
+    }
+    if campaign.readings.rows.is_empty() {
+        return Err(Malformed::new(Fault::Missing, "the schedule has no positions")
+            .expected("at least one reading with the states of the joints; the rates to plan with are taken from there")
+            .found("an empty list")
+            .at_path("readings"));
+    }
+    Ok(())
+}
+
+/// Rows of the schedule, priors, and for each mounting and scattering parameter one more unknown with its own prior row.
+pub(super) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> System {
+    let n = campaign.unknowns();
+    let rows = &campaign.readings.rows;
+    let mounting_of = mountings(rows);
+    let mountings = mounting_of.iter().max().map_or(0, |last| last + 1);
+    let priors = priors(campaign);
+    let scatter = noise.remount.len() * mountings;
+    let m = design.rows.len();
+    let mut matrix = Mat::zeros(m + priors.len() + scatter, n + scatter);
+    let mut u = Vec::with_capacity(matrix.nrows());
+    for (i, origin) in design.rows.iter().enumerate() {
+        for j in 0..n {
+            matrix[(i, j)] = design.jacobian[(i, j)];
+        }
+        let mounting = mounting_of.get(origin.reading).copied().unwrap_or_default();
+        for (t, (parameter, sd)) in noise.remount.iter().enumerate() {
+            matrix[(i, n + t * mountings + mounting)] = sd * design.jacobian[(i, *parameter)];
+        }
+        u.push(rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor)));
+    }
+    for (p, (k, prior_u)) in priors.iter().enumerate() {
+        matrix[(m + p, *k)] = 1.0;
+        u.push(*prior_u);
+    }
+    for s in 0..scatter {
+        matrix[(m + priors.len() + s, n + s)] = 1.0;
+        u.push(1.0);
+    }
+    let total = u.len();
+    System { rows: matrix, observed: vec![0.0; total], u, group: vec![Group::Known; total] }
+}
+
+/// Estimated parameters with a prior, and its standard uncertainty.
+pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
+    let prior = |(k, p): (usize, &crate::campaign::Parameter)| match &p.role {
+        Role::Estimated { prior: Some(prior), .. } => Some((k, prior.u)),
+        _ => None,
+    };
+    campaign.estimated().iter().enumerate().filter_map(prior).collect()
+}
+
+/// For each known input with an uncertainty: that uncertainty, and how the estimates follow the input, `-A^+ df/dp`.
+fn known_sensitivities(campaign: &Campaign, design: &DesignMatrix, estimate: &Estimate) -> Vec<(f64, Vec<f64>)> {
+    let mut inputs = Vec::new();
+    for (k, parameter) in campaign.parameters.iter().enumerate() {
+        let Role::Known(known) = parameter.role else { continue };
+        if known.u == 0.0 {
+            continue;
+        }
+        let mut shift = vec![0.0; estimate.residuals.len()];
+        for (i, value) in shift.iter_mut().enumerate().take(design.rows.len()) {
+            *value = -design.jacobian[(i, k)];
+        }
+        if let Ok(mut c) = estimate.factor.solve(&shift) {
+            c.truncate(campaign.unknowns());
+            inputs.push((known.u, c));
+        }
+    }
+    inputs
+}
+
+/// Derived quantities: `u^2 = g' C g`; where the gradient does not exist at the reference point, the largest over points close by.
+fn derived(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    covariance: &Mat<f64>,
+    estimate: &Estimate,
+) -> Result<Vec<PredictedDerived>> {
+    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+    let n = campaign.unknowns();
+    let mut results = Vec::with_capacity(campaign.derived.len());
+    for quantity in &campaign.derived {
+        let tape = Tape::compile(&quantity.line, &ids)?;
+        let mut scratch = Scratch::default();
+        let mut gradient = vec![0.0; ids.len()];
+        let mut u_at = |point: &[f64]| -> Option<f64> {
+            tape.gradient(point, &mut scratch, &mut gradient);
+            let g = gradient.get(..n)?;
+            let usable = g
+                .iter()
+                .enumerate()
+                .all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.estimable.get(k).copied().unwrap_or(false)));
+            let variance: f64 =
+                (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| g[i] * g[j] * covariance[(i, j)]).sum();
+            (usable && variance.is_finite()).then(|| variance.max(0.0).sqrt())
+        };
+        let here = u_at(&design.point).filter(|u| *u > 0.0);
+        let mut is_largest = false;
+        let u = match here {
+            Some(u) => Some(u),
+            None => {
+                let used: Vec<usize> = quantity
+                    .line
+                    .names()
+                    .iter()
+                    .filter_map(|name| campaign.parameter_index(name))
+                    .filter(|k| *k < n)
+                    .collect();
+                // along each coordinate, and all round in the plane of each two
+                let step = 1e-4;
+                let mut largest: Option<f64> = None;
+                for (p, first) in used.iter().enumerate() {
+                    for second in used.get(p..).unwrap_or_default() {
+                        for direction in 0..64 {
+                            let (sin, cos) = (std::f64::consts::TAU * f64::from(direction) / 64.0).sin_cos();
+                            let mut point = design.point.clone();
+                            point[*first] += step * cos;
+                            if second != first {
+                                point[*second] += step * sin;
+                            }
+                            largest = u_at(&point).into_iter().chain(largest).reduce(f64::max);
+                        }
+                    }
+                }
+                is_largest = largest.is_some();
+                largest
+            }
+        };
+        let angle = |name: &str| {
+            let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k))?;
+            if parameter.kind == Kind::Tilt { Some(1.0) } else { None }
+        };
+        results.push(PredictedDerived {
+            id: quantity.id.clone(),
+            line: quantity.line.to_string(),
+            is_angle: quantity.line.angle_degree(&angle) == Some(1.0),
+            u,
+            is_largest,
+        });
+    }
+    Ok(results)
+}
+
+/// A reading drifts by one standard deviation from the first to the last: the largest shift of a parameter, as a share of its uncertainty.
+fn drift(design: &DesignMatrix, system: &System, sensitivities: &Mat<f64>, parameters: &[Predicted]) -> Option<f64> {
+    let last = design.rows.iter().map(|origin| origin.reading).max().filter(|last| *last > 0)?;
+    parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(k, parameter)| {
+            let shift: f64 = design
+                .rows
+                .iter()
+                .enumerate()
+                .map(|(i, origin)| {
+                    let time = origin.reading as f64 / last as f64 - 0.5;
+                    sensitivities[(k, i)] * system.u.get(i).copied().unwrap_or_default() * time
+                })
+                .sum();
+            parameter.u.map(|u| shift.abs() / u)
+        })
+        .reduce(f64::max)
+}

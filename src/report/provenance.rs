@@ -1,0 +1,25 @@
+//! What a report was made from: names of the input files and digests of their bytes.
+
+use sha2::{Digest, Sha256};
+
+/// An input file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Input {
+    /// Its name, as the user gave it.
+    pub name: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+impl Input {
+    /// An input of so many bytes.
+    ///
+    /// ```
+    /// let input = tumble::report::Input::new("empty.json", b"");
+    /// assert!(input.sha256.starts_with("e3b0c44298fc1c14"));
+    /// ```
+    pub fn new(name: impl Into<String>, bytes: &[u8]) -> Self {
+        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Input { name: name.into(), sha256 }
+    }
+}

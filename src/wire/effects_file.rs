@@ -1,0 +1,111 @@
+//! The catalogue of effects (`effects.json`): what may be missing from a model, as data.
+
+use super::{Source, locate, parse};
+use crate::diagnosis::{self, Applies, Effect};
+use crate::error::{Fault, Malformed, Result};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A catalogue of effects.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EffectsFile {
+    /// The effects.
+    pub effects: Vec<EffectFile>,
+}
+
+/// One effect, or a family of them: in every text, placeholders stand for what the campaign has.
+///
+/// `{i}` and `{j}` two axes of the sensor, `{joint}` a joint, `{turning}` a joint that turns, `{k}` 1 to 4, `{tilt}` a tilt assumed zero,
+/// `{known}` a known parameter, `{position}` a label, `{reading}` a number from 1, `{tau}` a time constant, `{break}` a time between readings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EffectFile {
+    /// The term to append to the model line, without its coefficient; or `tilt:`, `known:`, `position:`, `reading:`, `approach:` and a name.
+    pub term: String,
+    /// Its name in the field's words.
+    pub name: String,
+    /// Name of the coefficient in the repaired model line; made from the term unless given.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub coefficient: String,
+    /// Order among effects that the readings cannot tell apart: 0 the most plausible; 3 unless given.
+    #[serde(default = "middling")]
+    pub rank: u8,
+    /// Which sensors can have it.
+    #[serde(default)]
+    pub sensors: AppliesFile,
+    /// Columns without which the effect cannot be looked for; a campaign that lacks one passes it over.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<String>,
+    /// Why it happens.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub why: String,
+    /// How to confirm it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub confirm: String,
+}
+
+fn middling() -> u8 {
+    3
+}
+
+/// Which sensors an effect applies to, told by the inputs of their model lines.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AppliesFile {
+    /// Every sensor.
+    #[default]
+    Any,
+    /// Sensors whose model line has a rate.
+    Gyro,
+    /// Sensors whose model line has specific forces but no rate.
+    Accelerometer,
+}
+
+/// Read a catalogue.
+///
+/// Errors: unknown keys; a term that does not parse, with a caret under the character.
+pub fn read_effects(source: &Source) -> Result<Vec<Effect>> {
+    let file: EffectsFile = parse(source)?;
+    let mut effects = Vec::with_capacity(file.effects.len());
+    for (k, own) in file.effects.into_iter().enumerate() {
+        let path = format!("effects[{k}]");
+        if own.term.trim().is_empty() || own.name.trim().is_empty() {
+            let key = if own.term.trim().is_empty() { "term" } else { "name" };
+            return Err(locate(
+                Malformed::new(Fault::Value, format!("the effect has no {key}"))
+                    .expected("some text")
+                    .at_path(format!("{path}.{key}")),
+                source,
+            ));
+        }
+        let effect = Effect {
+            term: own.term,
+            name: own.name,
+            coefficient: own.coefficient,
+            rank: own.rank,
+            applies: match own.sensors {
+                AppliesFile::Any => Applies::Any,
+                AppliesFile::Gyro => Applies::Gyro,
+                AppliesFile::Accelerometer => Applies::Accelerometer,
+            },
+            needs: own.needs,
+            why: own.why,
+            confirm: own.confirm,
+            place: path.clone(),
+        };
+        effect.check().map_err(|error| locate(error.at_path(format!("{path}.term")), source))?;
+        effects.push(effect);
+    }
+    Ok(effects)
+}
+
+/// The catalogue that ships with the program.
+///
+/// ```
+/// assert!(tumble::wire::built_in_effects()?.iter().any(|effect| effect.term == "a_{i}"));
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn built_in_effects() -> Result<Vec<Effect>> {
+    read_effects(&Source { name: "data/effects.json".into(), text: diagnosis::BUILT_IN.into() })
+}
