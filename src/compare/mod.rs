@@ -9,8 +9,8 @@ mod formulas;
 mod misprints;
 mod second_stage;
 
-pub use formulas::evaluate;
 pub use closed_forms::{ClosedForms, Group, Printed, closed_forms};
+pub use formulas::evaluate;
 pub use misprints::Misprint;
 pub use second_stage::second_stage;
 

@@ -16,17 +16,23 @@ pub fn second_stage(fit: &Fit, ids: &[&str], rows: &Mat<f64>) -> Result<Estimate
     for id in ids {
         let k = fit.parameters.iter().position(|p| p.id == *id && p.value.is_some() && p.uncertainty.is_some());
         let Some((k, value)) = k.and_then(|k| Some((k, fit.parameters.get(k)?.value?))) else {
-            return Err(Malformed::new(Fault::UnknownName, format!("the first stage gives no value and uncertainty for '{id}'"))
-                .expected("a parameter that the fit estimates")
-                .found(format!("'{id}'")));
+            return Err(Malformed::new(
+                Fault::UnknownName,
+                format!("the first stage gives no value and uncertainty for '{id}'"),
+            )
+            .expected("a parameter that the fit estimates")
+            .found(format!("'{id}'")));
         };
         index.push(k);
         observed.push(value);
     }
     if rows.nrows() != ids.len() {
-        return Err(Malformed::new(Fault::Value, "the second stage has another number of rows than of observed parameters")
-            .expected(ids.len().to_string())
-            .found(rows.nrows().to_string()));
+        return Err(Malformed::new(
+            Fault::Value,
+            "the second stage has another number of rows than of observed parameters",
+        )
+        .expected(ids.len().to_string())
+        .found(rows.nrows().to_string()));
     }
     let lower = cholesky(&index, &fit.covariance)?;
     let mut whitened = rows.clone();

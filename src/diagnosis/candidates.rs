@@ -7,7 +7,6 @@ use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Regressor, Table, indicator};
 
-
 /// A term smaller than this share of its natural size is zero but for rounding,
 const ROUNDING: f64 = 1e-10;
 /// or than this one vanishes but for small tilts.
@@ -299,7 +298,8 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
 /// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.
 fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
     let per_deg_s = campaign.bench.units.rate.per_deg_s();
-    let rates = campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs() * per_deg_s));
+    let rates =
+        campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs() * per_deg_s));
     let rate = rates.fold(campaign.bench.earth_rate().norm(), f64::max);
     let force = campaign.bench.specific_force().norm();
     let mut scratch = Scratch::default();

@@ -246,17 +246,21 @@ fn look(
 ) -> Result<Look> {
     let design = design::assemble(campaign, model, point)?;
     let weighted = noise::weigh(campaign, &design, scales)?;
-    let candidates = candidates::build(campaign, catalogue, model, &design, weighted.weight.len())?;
+    let mut candidates = candidates::build(campaign, catalogue, model, &design, weighted.weight.len())?;
+    let mut arena = {
+        let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
+        Arena::new(&weighted, &columns)
+    };
+    for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {
+        candidate.vanishing |= *visible < MOSTLY_ABSORBED;
+    }
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-    let mut arena = Arena::new(&weighted, &columns);
     let handicap: Vec<f64> = candidates
         .iter()
-        .zip(arena.pool.visible())
-        .map(|(candidate, visible)| {
-            let absorbed = if *visible < MOSTLY_ABSORBED { 4.0 } else { 0.0 };
+        .map(|candidate| {
             let small = if candidate.vanishing { 5.0 } else { 0.0 };
             let rounding = if candidate.rounding { 5.0 } else { 0.0 };
-            0.4 * f64::from(candidate.rank) + absorbed + small + rounding
+            0.4 * f64::from(candidate.rank) + small + rounding
         })
         .collect();
     let mut steps = Vec::new();
@@ -275,6 +279,35 @@ fn look(
         global_p: step.global,
     }));
     Ok(Look { candidates, arena, weighted, design, found })
+}
+
+/// Every candidate for this campaign at its fitted model, with the standard uncertainty that its coefficient would have in it.
+///
+/// What a schedule can see: an effect of less than five of these hides in the noise. Infinite where the model absorbs it.
+/// Errors: as [`diagnose`].
+pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Candidate, f64)>> {
+    let fit = fit_exactly(campaign)?;
+    let model = Model::new(campaign)?;
+    let mut point = fit.point.clone();
+    point.truncate(fit.design.point.len());
+    let design = design::assemble(campaign, &model, &point)?;
+    let weighted = noise::weigh(campaign, &design, None)?;
+    let mut candidates = candidates::build(campaign, catalogue, &model, &design, weighted.weight.len())?;
+    let arena = {
+        let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
+        Arena::new(&weighted, &columns)
+    };
+    for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {
+        candidate.vanishing |= *visible < MOSTLY_ABSORBED;
+    }
+    let norm = |candidate: &Candidate| {
+        let largest = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        let square = |(v, w): (&f64, &f64)| (v / largest * w) * (v / largest * w);
+        candidate.column.iter().zip(&weighted.weight).map(square).sum::<f64>().sqrt() * largest
+    };
+    let u: Vec<f64> =
+        candidates.iter().zip(arena.pool.visible()).map(|(c, visible)| 1.0 / (norm(c) * visible)).collect();
+    Ok(candidates.into_iter().zip(u).collect())
 }
 
 /// Gauss-Newton to the exact model, or the linear estimator where that does not converge.

@@ -51,6 +51,8 @@ pub(super) const INDISTINGUISHABLE: f64 = 9.0;
 /// Most effects where the noise is known, and where only residuals tell it.
 const MOST_KNOWN: usize = 3;
 const MOST_RESIDUALS: usize = 6;
+/// In a set of three or more every effect must be plain: three weak ones approximate almost any pattern.
+const PLAIN: f64 = 8.0;
 /// Share of the gap that one effect must take off where nothing can tell whether it is complete.
 const MOST_OF_THE_GAP: f64 = 0.8;
 /// A further effect must be so many times less likely by chance: the simpler explanation has the first claim.
@@ -59,7 +61,13 @@ const FURTHER: f64 = 0.1;
 const SEEDS: usize = 12;
 
 /// Search one arena. `handicap` of each candidate (in noise variances) decides among sets that fit alike.
-pub(super) fn search(arena: &mut Arena, levels: Levels, handicap: &[f64], support: &Support<'_>, steps: &mut Vec<Step>) -> Found {
+pub(super) fn search(
+    arena: &mut Arena,
+    levels: Levels,
+    handicap: &[f64],
+    support: &Support<'_>,
+    steps: &mut Vec<Step>,
+) -> Found {
     let Some(nothing) = arena.given(&[]) else { return Found::Nothing };
     let strongest = arena.strongest(&nothing);
     let global = arena.global(&nothing);
@@ -120,7 +128,7 @@ fn is_complete(arena: &Arena, set: &[usize], levels: Levels, steps: &mut Vec<Ste
         let Some(without) = arena.given(&others) else { return false };
         let (t, dof) = arena.t(&without, *member);
         let needed = if set.len() > 1 { FURTHER * levels.names } else { levels.names };
-        if arena.family_wise(t, dof) > needed {
+        if arena.family_wise(t, dof) > needed || (set.len() > 2 && t.abs() < PLAIN) {
             return false;
         }
     }
@@ -143,9 +151,8 @@ fn main_effect(arena: &Arena, levels: Levels, handicap: &[f64]) -> Option<Found>
     let variance = arena.given(&leader).map(|given| arena.variance(&given))?;
     let burden = |set: &[usize]| set.first().and_then(|j| handicap.get(*j)).copied().unwrap_or_default();
     let near = sets.iter().take_while(|(rss, _)| rss - best <= INDISTINGUISHABLE * variance);
-    let (_, set) = near.min_by(|a, b| {
-        ((a.0 - best) / variance + burden(&a.1)).total_cmp(&((b.0 - best) / variance + burden(&b.1)))
-    })?;
+    let (_, set) = near
+        .min_by(|a, b| ((a.0 - best) / variance + burden(&a.1)).total_cmp(&((b.0 - best) / variance + burden(&b.1))))?;
     let member = *set.first()?;
     let (t, dof) = arena.t(&arena.given(&[])?, member);
     if arena.family_wise(t, dof) > levels.names || arena.rss_of(set) > (1.0 - MOST_OF_THE_GAP) * arena.rss {

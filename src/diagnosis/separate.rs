@@ -16,7 +16,7 @@ const TELLS: f64 = 0.05;
 /// Positions where the aliases predict most differently from the effect, best first; empty where none would.
 ///
 /// Each alias fits the readings at hand with its own coefficient and its own parameters, and so predicts a further position in its own way.
-/// First come positions that tell most aliases apart, then those that do so most clearly.
+/// First come positions where the aliases differ most in all, then those that tell most of them apart.
 pub(super) fn positions(
     campaign: &Campaign,
     design: &DesignMatrix,
@@ -24,7 +24,7 @@ pub(super) fn positions(
     aliases: &[&Candidate],
 ) -> Vec<Vec<JointState>> {
     let terms: Vec<&Candidate> =
-        aliases.iter().copied().filter(|c| !c.rounding && only_position(campaign, c)).collect();
+        aliases.iter().copied().filter(|c| !c.rounding && !c.vanishing && only_position(campaign, c)).collect();
     if terms.is_empty() || !only_position(campaign, effect) {
         return Vec::new();
     }
@@ -75,13 +75,13 @@ pub(super) fn positions(
         })
         .filter(|(told, sum, _)| *told > 0 && sum.is_finite())
         .collect();
-    ranked.sort_by(|a, b| b.0.cmp(&a.0).then(rounded(b.1, size).total_cmp(&rounded(a.1, size))).then(a.2.cmp(&b.2)));
+    ranked.sort_by(|a, b| rounded(b.1, size).total_cmp(&rounded(a.1, size)).then(b.0.cmp(&a.0)).then(a.2.cmp(&b.2)));
     distinct(ranked.into_iter().filter_map(|(_, _, k)| schedule.readings.rows.get(k)).map(|r| r.joints.clone()))
 }
 
-/// Differences that are equal but for rounding must not order positions.
+/// Differences that are equal but for the small tilts must not order positions.
 fn rounded(value: f64, size: f64) -> f64 {
-    (value / size * 1e6).round()
+    (value / size * 1e2).round()
 }
 
 /// Positions with different angles of the held joints (a rate more or less is no other position).

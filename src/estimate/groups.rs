@@ -10,8 +10,8 @@ use super::refine;
 use super::{Group, Settings, System};
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
 use faer::linalg::solvers::Solve;
+use faer::{Accum, Mat, Par};
 
 /// Scales of the groups: `None` for a group without redundancy of its own, and how the iteration went.
 pub(super) struct Scales {

@@ -258,11 +258,7 @@ pub struct ResidualReport {
 }
 
 /// The report of a diagnosis; `campaign` is the question with its constraints.
-pub fn diagnose_report(
-    campaign: &Campaign,
-    diagnosis: &Diagnosis,
-    settings: &diagnosis::Settings,
-) -> DiagnoseReport {
+pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &diagnosis::Settings) -> DiagnoseReport {
     let model = |campaign: &Campaign| -> BTreeMap<String, String> {
         campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect()
     };

@@ -1,8 +1,8 @@
 //! A diagnosis as a person reads it at a terminal.
 
+use super::PositionReport;
 use super::diagnose::{DiagnoseReport, EffectReport, LevelReport};
 use super::table::{plain, rounded, significant};
-use super::PositionReport;
 
 /// Most aliases, places and positions that are listed at a terminal; the JSON report has all.
 const LISTED: usize = 8;
@@ -40,7 +40,15 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
             .cells
             .iter()
             .take(2 * LISTED)
-            .map(|cell| vec![at(&cell.at), cell.sensor.clone(), cell.readings.to_string(), significant(cell.mean, 3), format!("{:.1}", cell.z)])
+            .map(|cell| {
+                vec![
+                    at(&cell.at),
+                    cell.sensor.clone(),
+                    cell.readings.to_string(),
+                    significant(cell.mean, 3),
+                    format!("{:.1}", cell.z),
+                ]
+            })
             .collect();
         text.push_str(&format!("\n{}", plain(&["at", "sensor", "readings", "mean gap", "in sd"], &rows)));
     }
@@ -58,7 +66,10 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
         ));
     }
     if report.constraints_left_out > 0 {
-        text.push_str(&format!("{} constraints were left out: the free model is diagnosed\n", report.constraints_left_out));
+        text.push_str(&format!(
+            "{} constraints were left out: the free model is diagnosed\n",
+            report.constraints_left_out
+        ));
     }
     text
 }
@@ -77,7 +88,11 @@ fn verdict(report: &DiagnoseReport) -> String {
             let positions: Vec<String> = report.would_help.iter().map(at).collect();
             format!(
                 "NOT DIAGNOSABLE: there are as many unknowns as readings, so nothing can be diagnosed{}",
-                if positions.is_empty() { String::new() } else { format!("; a further reading would change that, best at {}", positions.join("; or ")) }
+                if positions.is_empty() {
+                    String::new()
+                } else {
+                    format!("; a further reading would change that, best at {}", positions.join("; or "))
+                }
             )
         }
     }
@@ -177,7 +192,14 @@ fn places(report: &DiagnoseReport) -> String {
                 LevelReport::Number(v) => significant(*v, 5).trim_end_matches(".0000").to_string(),
                 LevelReport::Text(text) => text.clone(),
             };
-            vec![place.factor.clone(), level, place.sensor.clone(), place.readings.to_string(), significant(place.mean, 3), significant(place.p, 2)]
+            vec![
+                place.factor.clone(),
+                level,
+                place.sensor.clone(),
+                place.readings.to_string(),
+                significant(place.mean, 3),
+                significant(place.p, 2),
+            ]
         })
         .collect();
     if rows.is_empty() {

@@ -24,8 +24,8 @@ pub mod table;
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use diagnose::{
-    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport, LevelReport,
-    NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
+    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport,
+    LevelReport, NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
 };
 pub use diagnose_table::diagnose_table;
 pub use fit::{
@@ -46,8 +46,9 @@ pub use navigate::{
 };
 
 pub use plan::{
-    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, NoiseReport, PlanReport,
-    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, WorkReport, plan_report,
+    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
+    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
+    WorkReport, plan_report,
 };
 pub use plan_table::plan_table;
 

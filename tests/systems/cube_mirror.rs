@@ -19,7 +19,8 @@ fn noiseless_truth_comes_back() {
 #[test]
 fn the_means_of_both_faces_are_least_squares() {
     let forms = compare::closed_forms("cube-mirror").unwrap();
-    let comparison = compare::compare(&campaign(&format!("{FOLDER}/attitude.campaign.json")), &forms, &Settings::default()).unwrap();
+    let comparison =
+        compare::compare(&campaign(&format!("{FOLDER}/attitude.campaign.json")), &forms, &Settings::default()).unwrap();
     let mut compared = 0;
     for (closed, square) in comparison.groups[0].closed_form.iter().zip(&comparison.groups[0].least_squares) {
         if let (Some(closed), Some(square)) = (closed, square) {
@@ -104,7 +105,15 @@ fn intervals_hold_what_they_promise() {
     // the largest part of the roll's uncertainty is rectangular: its interval holds a little more than it promises
     // (a collimation is a weighted mean of three directions whose scatters are estimated from ten degrees of freedom each: such
     // weights make its interval short, 92 % instead of 95 %, so the collimations are not asserted)
-    coverage("attitude, circle errors rectangular", &campaign, &truth, &|sensor, _| if sensor < 7 { 0.7 } else { 0.9 }, 2000, &exact(), 0.985);
+    coverage(
+        "attitude, circle errors rectangular",
+        &campaign,
+        &truth,
+        &|sensor, _| if sensor < 7 { 0.7 } else { 0.9 },
+        2000,
+        &exact(),
+        0.985,
+    );
 }
 
 /// Starts within arcseconds, as the closed forms give them.

@@ -50,7 +50,11 @@ fn intervals_hold_what_they_promise() {
 
 #[test]
 fn four_positions_leave_the_cubic_term_in_the_scale_factor_and_the_head_zero_hides_in_the_cross_axis_term() {
-    let text = read(&format!("{FOLDER}/head-4.campaign.json")).replacen("\"KP\": {}", "\"KP\": {}, \"K3\": {}, \"KIP\": {}", 1);
+    let text = read(&format!("{FOLDER}/head-4.campaign.json")).replacen(
+        "\"KP\": {}",
+        "\"KP\": {}, \"K3\": {}, \"KIP\": {}",
+        1,
+    );
     let fit = fit::fit(&parse("four", &text).unwrap(), &Settings::default()).unwrap();
     let defects: Vec<&str> = fit.not_estimable.iter().flat_map(|s| &s.estimable).map(|c| c.text.as_str()).collect();
     println!("{defects:?}");
@@ -68,7 +72,8 @@ fn four_positions_leave_the_cubic_term_in_the_scale_factor_and_the_head_zero_hid
 #[test]
 fn thirty_eight_positions_of_an_unknown_attitude_calibrate_a_triad_by_the_norm_of_gravity() {
     let campaign = campaign("examples/24-xsens-static-positions/xsens.campaign.json");
-    let expected: serde_json::Value = serde_json::from_str(&read("tests/data/xsens/static-positions.expected.json")).unwrap();
+    let expected: serde_json::Value =
+        serde_json::from_str(&read("tests/data/xsens/static-positions.expected.json")).unwrap();
     let fit = fit::fit(&campaign, &exact()).unwrap();
     assert!(fit.convergence.as_ref().unwrap().converged);
     for p in &fit.parameters {

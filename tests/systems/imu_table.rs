@@ -27,7 +27,9 @@ fn noiseless_truth_comes_back_with_a_perfect_table_and_with_table_errors_estimat
 #[test]
 fn the_discrete_calibration_is_least_squares_on_the_24_positions_and_36_rate_runs() {
     let forms = compare::closed_forms("imu-three-axis-table").unwrap();
-    for path in ["tests/data/simulated/imu-table.campaign.json".to_string(), format!("{FOLDER}/perfect-table.campaign.json")] {
+    for path in
+        ["tests/data/simulated/imu-table.campaign.json".to_string(), format!("{FOLDER}/perfect-table.campaign.json")]
+    {
         let comparison = compare::compare(&campaign(&path), &forms, &Settings::default()).unwrap();
         let group = &comparison.groups[0];
         assert_eq!(comparison.quantities.len(), 27);
@@ -53,9 +55,18 @@ fn installation_errors_hide_what_no_position_separates_and_it_is_named() {
     only.dedup();
     println!("{only:#?}");
     for expected in [
-        "Egyz + mount_x", "Egzy - mount_x", "Eayz + mount_x", "Eazy - mount_x",
-        "Egxz - inner_zero - mount_y", "Egzx + inner_zero + mount_y", "Eaxz - inner_zero - mount_y", "Eazx + inner_zero + mount_y",
-        "Egxy + mount_z", "Egyx - mount_z", "Eaxy + mount_z", "Eayx - mount_z",
+        "Egyz + mount_x",
+        "Egzy - mount_x",
+        "Eayz + mount_x",
+        "Eazy - mount_x",
+        "Egxz - inner_zero - mount_y",
+        "Egzx + inner_zero + mount_y",
+        "Eaxz - inner_zero - mount_y",
+        "Eazx + inner_zero + mount_y",
+        "Egxy + mount_z",
+        "Egyx - mount_z",
+        "Eaxy + mount_z",
+        "Eayx - mount_z",
     ] {
         assert!(only.contains(&expected), "{expected}");
     }

@@ -33,7 +33,11 @@ fn a_circle_reading_without_its_face_is_refused() {
 
 #[test]
 fn a_rate_run_without_its_held_joints_is_refused() {
-    let text = read("examples/20-imu-three-axis-table/perfect-table.campaign.json").replacen("\"middle_deg\": 180, \"inner_deg\": 90", "\"middle_deg\": 180", 1);
+    let text = read("examples/20-imu-three-axis-table/perfect-table.campaign.json").replacen(
+        "\"middle_deg\": 180, \"inner_deg\": 90",
+        "\"middle_deg\": 180",
+        1,
+    );
     let text = if text.contains("\"inner_deg\": 270") { text.replacen(", \"inner_deg\": 270", "", 1) } else { text };
     let error = parse("imu", &text).unwrap_err();
     assert!(error.what().contains("inner"), "{error:?}");

@@ -47,7 +47,10 @@ fn noiseless_truth_comes_back() {
     println!("{id} {error:.1e}");
     // rates of 1.4e5 deg/h carry a coefficient of 1e-3 deg/h to no better than 1e-16 * 1.4e5 / 1e-3 in a single reading
     assert!(error < 1e-8, "{id} {error:.1e}");
-    let drift: Vec<f64> = (1..=3).flat_map(|k| [format!("DI{k}"), format!("DS{k}")]).map(|id| (value(&fit, &id) / truth(TRUTH)[&id] - 1.0).abs()).collect();
+    let drift: Vec<f64> = (1..=3)
+        .flat_map(|k| [format!("DI{k}"), format!("DS{k}")])
+        .map(|id| (value(&fit, &id) / truth(TRUTH)[&id] - 1.0).abs())
+        .collect();
     assert!(drift.iter().all(|d| *d < 1e-9), "{drift:?}");
 }
 
@@ -73,10 +76,30 @@ fn two_stages_and_one_fit_agree_and_reach_the_figure() {
         for (j, letter) in ["I", "S"].iter().enumerate() {
             let own = truth[&format!("D{letter}{gyro}")];
             let k = 2 * (gyro - 1) + j;
-            let (a, b, c) = (second.solution[k], value(&first, &format!("D_{letter}{gyro}")), value(&direct, &format!("D{letter}{gyro}")));
+            let (a, b, c) = (
+                second.solution[k],
+                value(&first, &format!("D_{letter}{gyro}")),
+                value(&direct, &format!("D{letter}{gyro}")),
+            );
             let u_a = second.standard_uncertainty[k].unwrap();
-            let u_b = first.derived.iter().find(|d| d.id == format!("D_{letter}{gyro}")).unwrap().uncertainty.as_ref().unwrap().u;
-            let u_c = direct.parameters.iter().find(|p| p.id == format!("D{letter}{gyro}")).unwrap().uncertainty.as_ref().unwrap().u;
+            let u_b = first
+                .derived
+                .iter()
+                .find(|d| d.id == format!("D_{letter}{gyro}"))
+                .unwrap()
+                .uncertainty
+                .as_ref()
+                .unwrap()
+                .u;
+            let u_c = direct
+                .parameters
+                .iter()
+                .find(|p| p.id == format!("D{letter}{gyro}"))
+                .unwrap()
+                .uncertainty
+                .as_ref()
+                .unwrap()
+                .u;
             println!("D{letter}{gyro}        {own:9.5}  {a:9.5}  {b:9.5}  {c:9.5}   {u_a:.5} {u_b:.5} {u_c:.5}");
             for estimate in [a, b, c] {
                 assert!((estimate - own).abs() < FIGURE);
@@ -89,7 +112,10 @@ fn two_stages_and_one_fit_agree_and_reach_the_figure() {
     }
     // nine equations, six unknowns: the third direction of each gyro is a check
     let p = tumble::uncertainty::quantiles::chi_square_survival(second.sum_of_squares, 3.0).unwrap();
-    println!("lack of fit of the second stage: chi-square {:.2} with 3 degrees of freedom, p = {p:.3}", second.sum_of_squares);
+    println!(
+        "lack of fit of the second stage: chi-square {:.2} with 3 degrees of freedom, p = {p:.3}",
+        second.sum_of_squares
+    );
     assert_eq!(second.dof, 3);
     assert!(p > 0.001);
 }
@@ -119,7 +145,9 @@ fn the_signs_of_the_angle_errors_need_no_cases() {
 fn a_tilted_mounting_face_reaches_the_drift_coefficients_only_through_nominal_axes() {
     let template = campaign(&format!("{FOLDER}/first-stage.campaign.json"));
     let base = truth(TRUTH);
-    println!("mounting-face tilt about each axis, arcsec: largest error of D_I, D_S in deg/(h g), calibrated axes and nominal axes");
+    println!(
+        "mounting-face tilt about each axis, arcsec: largest error of D_I, D_S in deg/(h g), calibrated axes and nominal axes"
+    );
     let mut last = 0.0;
     for size in [0.0, 30.0, 100.0, 300.0, 1000.0] {
         let mut own = base.clone();
@@ -131,7 +159,8 @@ fn a_tilted_mounting_face_reaches_the_drift_coefficients_only_through_nominal_ax
         for id in ["mount_x", "mount_y", "mount_z"] {
             own.insert(id.into(), size * ARCSEC);
         }
-        let fit = fit::fit(&simulated(&template, &point(&template, &own), &|_, _| 0.0, &mut random(1)), &exact()).unwrap();
+        let fit =
+            fit::fit(&simulated(&template, &point(&template, &own), &|_, _| 0.0, &mut random(1)), &exact()).unwrap();
         let (mut by_calibrated, mut by_nominal) = ([0.0f64; 2], [0.0f64; 2]);
         for gyro in 1..=3 {
             let g = ["x", "y", "z"].map(|a| value(&fit, &format!("G{gyro}{a}")));
@@ -140,7 +169,10 @@ fn a_tilted_mounting_face_reaches_the_drift_coefficients_only_through_nominal_ax
                 worst[1] = worst[1].max((dot(&g, &axes.1) - own[&format!("DS{gyro}")]).abs());
             }
         }
-        println!("  {size:6}   {:.1e} {:.1e}   {:.1e} {:.1e}", by_calibrated[0], by_calibrated[1], by_nominal[0], by_nominal[1]);
+        println!(
+            "  {size:6}   {:.1e} {:.1e}   {:.1e} {:.1e}",
+            by_calibrated[0], by_calibrated[1], by_nominal[0], by_nominal[1]
+        );
         assert!(by_calibrated[0] < 1e-9);
         // the spin axis is only turned about the calibrated input axis: second order in the tilt
         assert!(by_calibrated[1] < 3.0 * (2.0 * size * ARCSEC).powi(2) + 1e-9);
@@ -172,7 +204,8 @@ fn closed_forms_are_exact_without_noise_and_within_a_fraction_of_u_with_it() {
         for (k, id) in comparison.quantities.iter().enumerate() {
             let (Some(closed), Some(square)) = (group.closed_form[k], group.least_squares[k]) else { continue };
             let u = comparison.all.parameters.iter().find(|p| p.id == *id).and_then(|p| p.uncertainty.as_ref());
-            let u = u.or_else(|| comparison.all.derived.iter().find(|d| d.id == *id).and_then(|d| d.uncertainty.as_ref()));
+            let u =
+                u.or_else(|| comparison.all.derived.iter().find(|d| d.id == *id).and_then(|d| d.uncertainty.as_ref()));
             let bound = if exact { 1e-9 * closed.abs().max(1e-2) } else { 0.2 * u.unwrap().u };
             assert!((closed - square).abs() < bound, "{id}: {closed} {square}");
         }

@@ -36,7 +36,11 @@ fn a_six_sensor_campaign_of_24_positions_and_36_rate_runs_fits_in_milliseconds()
                 campaign.unknowns()
             );
             // the campaign of the requirement: stated uncertainties, a perfect table
-            assert!(cfg!(debug_assertions) || !path.ends_with("imu-table.campaign.json") || times[0] < 5.0, "{path}: {} ms", times[0]);
+            assert!(
+                cfg!(debug_assertions) || !path.ends_with("imu-table.campaign.json") || times[0] < 5.0,
+                "{path}: {} ms",
+                times[0]
+            );
         }
     }
 }

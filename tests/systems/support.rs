@@ -53,7 +53,12 @@ pub fn normal(random: &mut Pcg64Mcg) -> f64 {
 
 /// The campaign's readings as this truth would give them, with noise of standard deviation `sd(sensor, stated u)`.
 /// Known parameters with an uncertainty are drawn from their distribution.
-pub fn simulated(campaign: &Campaign, point: &[f64], sd: &dyn Fn(usize, Option<f64>) -> f64, random: &mut Pcg64Mcg) -> Campaign {
+pub fn simulated(
+    campaign: &Campaign,
+    point: &[f64],
+    sd: &dyn Fn(usize, Option<f64>) -> f64,
+    random: &mut Pcg64Mcg,
+) -> Campaign {
     let mut point = point.to_vec();
     for (parameter, value) in campaign.parameters.iter().zip(&mut point) {
         if let Role::Known(known) = parameter.role {
@@ -95,7 +100,15 @@ pub fn worst_relative(fit: &Fit, truth: &Truth, floor: f64) -> (f64, String) {
 
 /// How often the 95 % intervals hold the truth, over seeded campaigns; every parameter within five standard errors of what is promised.
 /// Where a part of the uncertainty is rectangular, the interval holds a little more: `most` says how much.
-pub fn coverage(name: &str, campaign: &Campaign, truth: &Truth, sd: &dyn Fn(usize, Option<f64>) -> f64, count: usize, settings: &Settings, most: f64) {
+pub fn coverage(
+    name: &str,
+    campaign: &Campaign,
+    truth: &Truth,
+    sd: &dyn Fn(usize, Option<f64>) -> f64,
+    count: usize,
+    settings: &Settings,
+    most: f64,
+) {
     let mut random = random(20120143);
     let point = point(campaign, truth);
     let mut inside: BTreeMap<String, usize> = BTreeMap::new();
