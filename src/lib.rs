@@ -25,6 +25,7 @@
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
 //! | [`mod@compare`] | the published closed forms beside least squares; misprints |
 //! | [`plan`] | a schedule judged before anyone measures; the best positions |
+//! | [`navigate`] | what calibration errors do to a strapdown navigator over hours |
 //! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
 //! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
 //! | [`report`] | results as stable JSON and as tables |
@@ -49,6 +50,7 @@ pub mod diagnosis;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+pub mod navigate;
 pub mod plan;
 pub mod quality;
 pub mod report;

@@ -44,6 +44,9 @@ fn check(path: &Path) -> Result<String> {
             sensors.join("; ")
         ));
     }
+    if path.to_string_lossy().ends_with(".mission.json") {
+        return super::navigate::check(path);
+    }
     let (campaign, source) = files::campaign(path)?;
     Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
     let readings = campaign.readings.rows.len();

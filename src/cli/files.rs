@@ -3,7 +3,7 @@
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::report::Input;
-use crate::wire::{self, Source};
+use crate::wire::{self, MissionFile, Source};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -44,15 +44,27 @@ pub(super) fn campaign_and_inputs(path: &Path) -> Result<(Campaign, Source, Vec<
     Ok((campaign, source, inputs))
 }
 
+/// Read a mission file.
+pub(super) fn mission(path: &Path) -> Result<(MissionFile, Source)> {
+    let source = read(path)?;
+    let file = wire::parse(&source)?;
+    Ok((file, source))
+}
+
+/// The name that a file has until it is whole.
+pub(super) fn temporary(path: &Path) -> PathBuf {
+    let mut name = path.file_name().map(|n| n.to_os_string()).unwrap_or_default();
+    name.push(format!(".{}.tmp", std::process::id()));
+    path.with_file_name(name)
+}
+
 /// Write a file whole or not at all.
 pub(super) fn write(path: &Path, text: &str) -> Result<()> {
     let fault = |error: std::io::Error| {
         Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
             .expected("a folder that can be written to")
     };
-    let mut name = path.file_name().map(|n| n.to_os_string()).unwrap_or_default();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
+    let temporary = temporary(path);
     let written = std::fs::File::create(&temporary)
         .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&temporary, path));

@@ -2,7 +2,7 @@
 
 use super::{Outcome, files, pages};
 use crate::error::Result;
-use crate::fit::{self, Weighting};
+use crate::fit::{self, Remount, RobustMethod, Weighting};
 use crate::report;
 use crate::wire;
 use clap::Args;
@@ -22,6 +22,21 @@ pub(super) struct Arguments {
     /// Coverage probability of expanded uncertainties.
     #[arg(long, default_value_t = 0.95, value_name = "P")]
     level: f64,
+    /// Bear bad readings: Huber, Tukey (bisquare) or L1 instead of least squares.
+    #[arg(long, value_name = "METHOD", value_parser = robust_method)]
+    robust: Option<RobustMethod>,
+    /// Readings that share a position share a random offset: 'estimate' its variance, or state its standard uncertainty.
+    #[arg(long, value_name = "estimate|U", value_parser = remount)]
+    remount: Option<Remount>,
+    /// Propagate distributions by so many Monte Carlo trials beside the first order (GUM Supplements 1 and 2).
+    #[arg(long, value_name = "N")]
+    monte_carlo: Option<usize>,
+    /// Seed of the Monte Carlo.
+    #[arg(long, default_value_t = 1, value_name = "SEED", requires = "monte_carlo")]
+    seed: u64,
+    /// Also print the uncertainty budget of every quantity, and the correlations.
+    #[arg(long)]
+    budget: bool,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -30,16 +45,53 @@ pub(super) struct Arguments {
     readings: bool,
     #[command(flatten)]
     pages: pages::Pages,
+    #[command(flatten)]
+    certificate: pages::Certificate,
+}
+
+fn robust_method(text: &str) -> std::result::Result<RobustMethod, String> {
+    match text {
+        "huber" => Ok(RobustMethod::Huber),
+        "tukey" => Ok(RobustMethod::Tukey),
+        "l1" => Ok(RobustMethod::L1),
+        _ => Err("expected huber, tukey or l1".into()),
+    }
+}
+
+fn remount(text: &str) -> std::result::Result<Remount, String> {
+    match text.parse::<f64>() {
+        _ if text == "estimate" => Ok(Remount::Estimate),
+        Ok(u) if u > 0.0 && u.is_finite() => Ok(Remount::Stated(u)),
+        _ => Err("expected 'estimate' or a positive standard uncertainty in the sensor's unit".into()),
+    }
+}
+
+/// Monte Carlo with a bar on stderr (only where that is a terminal).
+fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> {
+    let bar = indicatif::ProgressBar::new(trials as u64);
+    let drawn = fit::draw(fit, trials, seed, &|block| bar.inc(block as u64));
+    bar.finish_and_clear();
+    drawn
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
-    let settings =
-        fit::Settings { exact: arguments.exact, level: arguments.level, weighting, ..fit::Settings::default() };
+    let settings = fit::Settings {
+        exact: arguments.exact,
+        level: arguments.level,
+        weighting,
+        robust: arguments.robust,
+        remount: arguments.remount.unwrap_or_default(),
+        ..fit::Settings::default()
+    };
     let fit = fit::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
-    let report = report::fit_report(&fit);
-    let pages = arguments.pages.fit(&fit, &report, &inputs)?;
+    let mut report = report::fit_report(&fit);
+    if let Some(trials) = arguments.monte_carlo {
+        let drawn = draw(&fit, trials, arguments.seed)?;
+        report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
+    }
+    let pages = arguments.pages.fit(&fit, &report, &inputs)?.and(arguments.certificate.make(&fit, &report, &source)?);
     let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
     pages.write()?;
     if let Some(path) = &arguments.json {
@@ -47,6 +99,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     if !to_stdout {
         super::print(&report::table::fit(&report, arguments.readings));
+        if arguments.budget {
+            super::print(&report::fit_checks_table::budget(&report));
+        }
     }
     Ok(if fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

@@ -9,7 +9,9 @@ mod compare;
 mod diagnose;
 mod files;
 mod fit;
+mod navigate;
 mod pages;
+mod plan;
 mod show_error;
 mod simulate;
 
@@ -35,6 +37,10 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
     Simulate(simulate::Arguments),
+    /// What calibration errors do to a strapdown navigator over hours.
+    Navigate(navigate::Arguments),
+    /// How well a schedule will do before anyone measures, and the best positions to choose or add.
+    Plan(Box<plan::Arguments>),
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand)]
     Bench(bench::Arguments),
@@ -80,6 +86,8 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Navigate(arguments) => navigate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),

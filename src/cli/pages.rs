@@ -1,11 +1,12 @@
-//! `--html` and `--md`: a report as a page. All pages are made before any is written.
+//! `--html`, `--md` and `--dcc`: a report as a page or a certificate. All are made before any is written.
 
 use super::files;
 use crate::compare;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::report::html::{self, Page};
-use crate::report::{self, FitReport, Input, markdown};
+use crate::report::{self, FitReport, Input, dcc, markdown};
+use crate::wire::{self, Source};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,30 @@ pub(super) struct Pages {
     /// Write the report as markdown to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     md: Option<PathBuf>,
+}
+
+/// Where to write a fit as a calibration certificate.
+#[derive(Debug, Args)]
+pub(super) struct Certificate {
+    /// Write a digital calibration certificate (PTB's DCC, XML) to a file, or to stdout with '-'.
+    #[arg(long, value_name = "FILE", requires = "lab")]
+    dcc: Option<PathBuf>,
+    /// The identities that a certificate needs: laboratory, persons, customer, items (see `tumble schema lab`).
+    #[arg(long, value_name = "FILE", requires = "dcc")]
+    lab: Option<PathBuf>,
+}
+
+impl Certificate {
+    /// Make the certificate, if it is asked for; faults of the campaign are located in its source.
+    pub(super) fn make(&self, fit: &Fit, report: &FitReport, campaign: &Source) -> Result<Ready> {
+        let mut ready = Ready::default();
+        if let (Some(path), Some(lab)) = (&self.dcc, &self.lab) {
+            let lab = wire::read_lab(&files::read(lab)?)?;
+            let text = dcc::certificate(fit, report, &lab).map_err(|error| wire::locate(error, campaign))?;
+            ready.0.push((path.clone(), text));
+        }
+        Ok(ready)
+    }
 }
 
 /// Texts that are ready to be written.
@@ -51,6 +76,12 @@ impl Pages {
 }
 
 impl Ready {
+    /// These and others.
+    pub(super) fn and(mut self, other: Ready) -> Ready {
+        self.0.extend(other.0);
+        self
+    }
+
     /// Does one of them go to stdout, so that the table must not?
     pub(super) fn to_stdout(&self) -> bool {
         self.0.iter().any(|(path, _)| path == Path::new("-"))

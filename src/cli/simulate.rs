@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 /// A built-in bench by its id, any other in full, so that the file stands alone.
-fn bench_ref(campaign: &crate::campaign::Campaign) -> BenchRef {
+pub(super) fn bench_ref(campaign: &crate::campaign::Campaign) -> BenchRef {
     let file = wire::bench_file(&campaign.bench);
     let built_in = crate::bench::built_in(&campaign.bench.id).and_then(|built_in| {
         wire::read_bench(&wire::Source { name: built_in.id.into(), text: built_in.text.into() }).ok()

@@ -21,6 +21,8 @@ pub struct ClosedForms {
     pub group: Option<Group>,
     /// Is the like-for-like least squares iterated (`--exact`)? For formulas that solve a product of unknowns exactly.
     pub exact: bool,
+    /// Do the formulas take Earth rate into account (as `earth_up`, `earth_north`)? Then they are compared with least squares as it is.
+    pub with_earth_rate: bool,
     /// Symbols, and what picks their readings.
     pub(super) symbols: Vec<Symbol>,
     /// Quantity and formula; a formula may use quantities before it.
@@ -95,10 +97,20 @@ struct File {
     group: Option<GroupFile>,
     #[serde(default)]
     exact: bool,
+    #[serde(default)]
+    earth_rate: EarthRateFile,
     readings: Named<Named<CriterionFile>>,
     formulas: Named<String>,
     #[serde(default)]
     printed: Vec<PrintedFile>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "lowercase")]
+enum EarthRateFile {
+    #[default]
+    Ignored,
+    Included,
 }
 
 #[derive(Deserialize)]
@@ -176,6 +188,7 @@ pub fn closed_forms(bench: &str) -> Result<ClosedForms> {
             title: group.title,
         }),
         exact: file.exact,
+        with_earth_rate: matches!(file.earth_rate, EarthRateFile::Included),
         symbols,
         formulas: expressions(file.formulas)?,
         printed: file.printed.into_iter().map(printed).collect::<Result<_>>()?,

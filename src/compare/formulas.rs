@@ -5,18 +5,19 @@ use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, JointState, Reading, Readings, Role};
 use crate::error::Result;
 
-/// Every formula's value; `None` where a position that it needs was not read.
+/// Every formula's value on the readings of one group, in the order of the formulas; `None` where a position that it needs was not read.
 ///
-/// Formulas may use the symbols, the group's value, the known parameters, `g` (specific force at rest, in the bench's unit) and the
-/// formulas before them. A quantity that the campaign knows or assumes to be zero is not computed: the formulas after it use that value.
-pub(super) fn evaluate(
+/// Formulas may use the symbols, the group's value, the known parameters, `g` (specific force at rest), `earth_north`,
+/// `earth_up` (Earth rate), in the bench's units, and the formulas before them. A quantity that the campaign knows or assumes to be zero is not computed: the formulas after it use that value.
+pub fn evaluate(
     campaign: &Campaign,
     forms: &ClosedForms,
     group: Option<f64>,
     subset: &Readings,
 ) -> Result<Vec<Option<f64>>> {
-    let mut names: Vec<String> = vec!["g".into()];
-    let mut values: Vec<Option<f64>> = vec![Some(campaign.bench.specific_force().norm())];
+    let earth = campaign.bench.earth_rate();
+    let mut names: Vec<String> = ["g", "earth_north", "earth_up"].map(String::from).into();
+    let mut values: Vec<Option<f64>> = [campaign.bench.specific_force().norm(), earth.y, earth.z].map(Some).into();
     if let Some(own) = &forms.group {
         names.push(own.symbol.clone());
         values.push(group);
@@ -29,8 +30,8 @@ pub(super) fn evaluate(
     for parameter in &campaign.parameters {
         let value = match parameter.role {
             Role::Known(known) => known.value,
-            Role::AssumedZero if forms.formulas.iter().any(|(id, _)| *id == parameter.id) => 0.0,
-            _ => continue,
+            Role::AssumedZero => 0.0,
+            Role::Estimated { .. } => continue,
         };
         given.push(&parameter.id);
         names.push(parameter.id.clone());

@@ -7,9 +7,12 @@
 mod closed_forms;
 mod formulas;
 mod misprints;
+mod second_stage;
 
 pub use closed_forms::{ClosedForms, Group, Printed, closed_forms};
+pub use formulas::evaluate;
 pub use misprints::Misprint;
+pub use second_stage::second_stage;
 
 use crate::bench::Site;
 use crate::campaign::{Campaign, Reading, Readings};
@@ -46,7 +49,7 @@ pub struct GroupComparison {
     pub readings: usize,
     /// By the closed forms; `None` where a position that the formula needs was not read.
     pub closed_form: Vec<Option<f64>>,
-    /// By least squares without Earth rate, which the closed forms ignore: the like-for-like comparison.
+    /// By least squares without Earth rate, where the closed forms ignore it: the like-for-like comparison.
     pub like_for_like: Vec<Option<f64>>,
     /// By least squares with the site's Earth rate.
     pub least_squares: Vec<Option<f64>>,
@@ -86,7 +89,10 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
             group,
             readings,
             closed_form,
-            like_for_like: by_fit(&without_earth)?,
+            like_for_like: match forms.with_earth_rate || campaign.bench.site.is_none() {
+                true => vec![None; quantities.len()],
+                false => by_fit(&without_earth)?,
+            },
             least_squares: by_fit(campaign)?,
             printed: quantities.iter().map(|id| printed.as_ref().and_then(|p| p.of(group?, id))).collect(),
         });

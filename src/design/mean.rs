@@ -68,7 +68,7 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
         Some((joint, state)) if matches!(state, JointState::PartTurns { .. }) || smoothness == Smoothness::Sawtooth => {
             let (start_deg, rate_deg_s, turns) = match state {
                 JointState::PartTurns { start_deg, rate_deg_s, turns } => (start_deg, rate_deg_s, turns),
-                _ => (0.0, 1.0, 1.0),
+                other => (0.0, other.rate_deg_s(), 1.0),
             };
             // a jump where the turn closes: no whole turns of equidistant nodes
             let whole = if smoothness == Smoothness::Sawtooth { 0.0 } else { turns.trunc() };
@@ -84,7 +84,7 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
             // panels short enough that 8 points integrate the highest harmonic to rounding
             let panel_deg = match smoothness {
                 Smoothness::Trigonometric(degree) => 90.0 / degree.max(1) as f64,
-                Smoothness::Sawtooth => 45.0,
+                Smoothness::Sawtooth => 90.0,
                 Smoothness::Smooth => 10.0,
                 Smoothness::Rough => 1.0,
             };

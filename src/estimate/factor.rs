@@ -22,6 +22,19 @@ pub struct Factor {
     pub(super) weight: Vec<f64>,
     pub(super) scale: Vec<f64>,
     pub(super) tolerance: f64,
+    /// Where some unknowns were eliminated: how all follow those that were kept.
+    pub(super) embedding: Option<Embedding>,
+}
+
+/// All unknowns from those that were kept: `x = offset + lift t`, the offset being in the solution.
+#[derive(Debug, Clone)]
+pub(super) struct Embedding {
+    /// `n x kept`.
+    pub lift: Mat<f64>,
+    /// The basis in the user's numbering.
+    pub basis: Vec<usize>,
+    /// Column scales, `n`; 1 for the eliminated.
+    pub scale: Vec<f64>,
 }
 
 /// A pivoted QR of some columns, before anything is said about rank.
@@ -59,7 +72,7 @@ impl Factor {
         triangular_inverse::invert_upper_triangular(r_inverse.as_mut(), r.as_ref(), Par::Seq);
         let q = if pivoted.q.ncols() == rank { pivoted.q } else { pivoted.q.subcols(0, rank).to_owned() };
         let basis = pivoted.order[..rank].to_vec();
-        Ok(Factor { q, r, r_inverse, basis, dependence, weight, scale, tolerance })
+        Ok(Factor { q, r, r_inverse, basis, dependence, weight, scale, tolerance, embedding: None })
     }
 
     /// Number of independent columns.
@@ -69,7 +82,7 @@ impl Factor {
 
     /// The unknowns that the columns of `Q` and `R` belong to, in pivot order.
     pub fn basis(&self) -> &[usize] {
-        &self.basis
+        self.embedding.as_ref().map_or(&self.basis, |embedding| &embedding.basis)
     }
 
     /// Thin `Q`, `m x rank`, of the weighted rows.
@@ -89,7 +102,7 @@ impl Factor {
 
     /// Norms of the weighted columns (1 for a column of zeros).
     pub fn scale(&self) -> &[f64] {
-        &self.scale
+        self.embedding.as_ref().map_or(&self.scale, |embedding| &embedding.scale)
     }
 
     /// Rank tolerance that was used, relative to `|R_11|`.
@@ -101,7 +114,11 @@ impl Factor {
     pub fn solve(&self, observed: &[f64]) -> Result<Vec<f64>> {
         self.check_rows(observed)?;
         let weighted: Vec<f64> = observed.iter().zip(&self.weight).map(|(y, w)| w * y).collect();
-        Ok(self.spread(&self.back_substitute(self.onto_basis(&weighted))))
+        let solution = self.spread(&self.back_substitute(self.onto_basis(&weighted)));
+        Ok(match &self.embedding {
+            None => solution,
+            Some(embedding) => embedding.direction(&solution),
+        })
     }
 
     /// What is left of a column, `m` (not weighted), when the columns of the system are projected out of it; weighted.
@@ -128,7 +145,25 @@ impl Factor {
                 }
             }
         }
-        sensitivities
+        match &self.embedding {
+            None => sensitivities,
+            Some(embedding) => &embedding.lift * sensitivities,
+        }
+    }
+
+    /// `T = D^-1 R^-1`, `n x rank`: a step `T v` raises the weighted sum of squares by `|v|^2` over its minimum.
+    pub fn whitened_directions(&self) -> Mat<f64> {
+        let rank = self.rank();
+        let mut scaled = Mat::zeros(self.scale.len(), rank);
+        for (a, &j) in self.basis.iter().enumerate() {
+            for k in a..rank {
+                scaled[(j, k)] = self.r_inverse[(a, k)] / self.scale[j];
+            }
+        }
+        match &self.embedding {
+            None => scaled,
+            Some(embedding) => &embedding.lift * scaled,
+        }
     }
 
     /// Squared norms of the rows of `Q`: the leverages.
@@ -211,6 +246,19 @@ impl Factor {
         Err(Malformed::new(Fault::Value, "a column does not fit the system")
             .expected(format!("{} values, one per row", self.weight.len()))
             .found(column.len().to_string()))
+    }
+}
+
+impl Embedding {
+    /// A change of the kept unknowns as a change of all.
+    pub fn direction(&self, kept: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; self.lift.nrows()];
+        for (k, t) in kept.iter().enumerate().take(self.lift.ncols()) {
+            for (x, l) in all.iter_mut().zip(self.lift.col_as_slice(k)) {
+                *x += l * t;
+            }
+        }
+        all
     }
 }
 

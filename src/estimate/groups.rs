@@ -9,8 +9,9 @@ use super::factor::Factor;
 use super::refine;
 use super::{Group, Settings, System};
 use crate::error::Result;
-use faer::Mat;
+use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
+use faer::{Accum, Mat, Par};
 
 /// Scales of the groups: `None` for a group without redundancy of its own, and how the iteration went.
 pub(super) struct Scales {
@@ -127,5 +128,8 @@ fn gram(system: &System, factor: &Factor, g: usize, count: usize) -> Mat<f64> {
     let member = |group: &Group| if let Group::Estimated(h) = group { *h == g } else { g == count };
     let rows: Vec<usize> = (0..system.group.len()).filter(|&i| member(&system.group[i])).collect();
     let q = &factor.q;
-    Mat::from_fn(factor.rank(), factor.rank(), |a, b| rows.iter().map(|&i| q[(i, a)] * q[(i, b)]).sum())
+    let own = Mat::from_fn(rows.len(), factor.rank(), |i, k| q[(rows[i], k)]);
+    let mut gram = Mat::zeros(factor.rank(), factor.rank());
+    matmul(&mut gram, Accum::Replace, own.transpose(), &own, 1.0, Par::Seq);
+    gram
 }

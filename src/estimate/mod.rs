@@ -14,24 +14,37 @@
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `groups.rs` | the scales `s_g` of several groups |
+//! | `equalities.rs` | linear equations between unknowns, by elimination |
+//! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
+//! | `cone_program.rs` | the same question as clarabel takes it |
+//! | `active_set.rs` | Newton's method on the active constraints, to the last digit |
+//! | `components.rs` | variance components and shared offsets (REML), by whitened rows |
 //! | `fold.rs` | the same estimate from rows that come in blocks |
 //!
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
 //! among solutions silently.
 
+mod active_set;
 mod adjust;
 mod basis;
 mod compensated;
+mod components;
 mod condition;
+mod cone_program;
+mod equalities;
 mod factor;
 mod fold;
 mod groups;
+mod inequalities;
 mod refine;
 
 pub use adjust::{Estimate, adjust};
 pub use basis::Combination;
+pub use components::{Component, Components, adjust_components};
+pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub use fold::{Fold, Folded};
+pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;

@@ -1,10 +1,11 @@
 //! The exact estimator: linearise, adjust, move, repeat; with a record of every step.
 
-use super::{Settings, system::weigh};
+use super::step::{self, Step};
+use super::{Settings, rules, system::weigh};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
-use crate::estimate::{self, Estimate, Group, System};
+use crate::estimate::{Estimate, Group, System};
 
 /// What Gauss-Newton did.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,62 +34,93 @@ const NEGLIGIBLE: f64 = 1e-14;
 /// or by more than this share of the weighted residuals' norm: then it changes no estimate by a visible part of its uncertainty.
 const INVISIBLE: f64 = 1e-9;
 
-/// One linear step, or Gauss-Newton to its fixed point. The estimate that comes back belongs to the design that comes back with it.
+/// One linear step, or Gauss-Newton to its fixed point. The step that comes back belongs to the design that comes back with it.
 pub(super) fn run(
     campaign: &Campaign,
     model: &Model,
     design: DesignMatrix,
     settings: &Settings,
-) -> Result<(DesignMatrix, System, Estimate, Option<Convergence>)> {
+) -> Result<(DesignMatrix, Step, Option<Convergence>)> {
     let mut design = design;
-    let mut system = weigh(campaign, &design, settings.weighting)?;
-    let mut estimate = estimate::adjust(&system, &settings.adjust)?;
+    let mut step = step::solve(campaign, &design, settings)?;
     if !settings.exact {
-        return Ok((design, system, estimate, None));
+        return Ok((design, step, None));
     }
     let unknowns = campaign.unknowns();
-    let linear = design.point.iter().zip(&estimate.solution).take(unknowns).map(|(x, dx)| x + dx).collect();
+    let linear = design.point.iter().zip(&step.change).take(unknowns).map(|(x, dx)| x + dx).collect();
     let mut record = Convergence { converged: false, iterations: Vec::new(), linear };
     while record.iterations.len() < settings.iterations {
-        let before = weighted_square(&system.observed, &system);
-        let moved: Vec<f64> = system.observed.iter().zip(&estimate.residuals).map(|(y, v)| y - v).collect();
-        let step = weighted_square(&moved, &system).sqrt();
-        let size = weighted_square(&values(campaign, &design, &system), &system).sqrt();
-        let noise = estimate.sum_of_squares.sqrt();
-        let small = step <= NEGLIGIBLE * size || step <= INVISIBLE * noise;
-        if small || !step.is_finite() {
-            record.converged = small;
-            record.iterations.push(Iteration { sum_of_squares: before, step, share: 1.0 });
-            return Ok((design, system, estimate, Some(record)));
+        let system = &step.system;
+        let before = merit(&system.observed, &step);
+        let moved: Vec<f64> = system.observed.iter().zip(&step.estimate.residuals).map(|(y, v)| y - v).collect();
+        let length = merit(&moved, &step).sqrt();
+        let size = merit(&values(&design, system), &step).sqrt();
+        let noise = merit(&step.estimate.residuals, &step).sqrt();
+        let small = length <= NEGLIGIBLE * size || length <= INVISIBLE * noise;
+        if small || !length.is_finite() {
+            record.converged = small && step.settled;
+            record.iterations.push(Iteration { sum_of_squares: before, step: length, share: 1.0 });
+            return Ok((design, step, Some(record)));
         }
+        // from outside the constraints the first full step leads onto them, whatever it does to the fit
+        let feasible = rules::is_feasible(campaign, &design.point);
         let mut share = 1.0;
         let taken = loop {
             let mut point = design.point.clone();
-            for (value, dx) in point.iter_mut().zip(&estimate.solution) {
+            for (value, dx) in point.iter_mut().zip(&step.change) {
                 *value += share * dx;
             }
             within_half_a_turn(campaign, &mut point);
             let next = design::assemble(campaign, model, &point)?;
             let next_system = weigh(campaign, &next, settings.weighting)?;
-            let after = weighted_square(&next_system.observed, &next_system);
+            let after = merit(&next_system.observed, &step);
             // rounding of a sum of squares near its minimum must not halve a good step
-            if after.is_finite() && after <= before * (1.0 + 1e-10) + (NEGLIGIBLE * size).powi(2) {
-                break Some((next, next_system));
+            let better = after <= before * (1.0 + 1e-10) + (NEGLIGIBLE * size).powi(2);
+            if after.is_finite() && (better || !feasible) {
+                break Some(next);
             }
             share *= 0.5;
             if share < 1e-10 {
                 break None;
             }
         };
-        record.iterations.push(Iteration { sum_of_squares: before, step, share });
-        let Some((next, next_system)) = taken else { break };
-        let adjusted = match estimate::adjust(&next_system, &settings.adjust) {
+        record.iterations.push(Iteration { sum_of_squares: before, step: length, share });
+        let Some(next) = taken else { break };
+        let adjusted = match step::solve(campaign, &next, settings) {
             Ok(adjusted) => adjusted,
             Err(_) => break, // derivatives beyond the range of numbers: the last good point stands, and the record says "not converged"
         };
-        (design, system, estimate) = (next, next_system, adjusted);
+        (design, step) = (next, adjusted);
     }
-    Ok((design, system, estimate, Some(record)))
+    Ok((design, step, Some(record)))
+}
+
+/// What the step makes smaller: the weighted sum of squares, with the whitened rows' covariance or the robust weights of this step.
+fn merit(values: &[f64], step: &Step) -> f64 {
+    let system = &step.system;
+    let weights = step.robust.as_ref().map(|record| record.weights.as_slice());
+    match &step.indicators {
+        None => values
+            .iter()
+            .zip(&system.u)
+            .enumerate()
+            .map(|(i, (v, u))| {
+                let own = u * scale(&step.estimate, system.group.get(i));
+                (v / own).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0)
+            })
+            .sum(),
+        Some(columns) => {
+            let mut whitened = vec![0.0; values.len()];
+            for (v, column) in values.iter().zip(columns) {
+                for (row, entry) in column {
+                    if let Some(sum) = whitened.get_mut(*row) {
+                        *sum += entry * v;
+                    }
+                }
+            }
+            whitened.iter().map(|v| v * v).sum()
+        }
+    }
 }
 
 /// Take whole turns out of tilts: a long first step may end a turn away from the same rotation. A tilt with a prior keeps its value.
@@ -102,29 +134,31 @@ fn within_half_a_turn(campaign: &Campaign, point: &mut [f64]) {
     }
 }
 
+/// The estimated scale of a row's group where there are several: the step minimises the squares in units of the readings' scatter.
+fn scale(estimate: &Estimate, group: Option<&Group>) -> f64 {
+    match group {
+        Some(Group::Estimated(g)) if estimate.group_iterations > 0 => {
+            estimate.group_scale.get(*g).copied().flatten().unwrap_or(1.0)
+        }
+        _ => 1.0,
+    }
+}
+
 /// Readings (not differences), and priors, in row order: the scale against which a step is negligible.
-fn values(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<f64> {
-    let _ = campaign;
+fn values(design: &DesignMatrix, system: &System) -> Vec<f64> {
     let predicted = design.predicted.iter().copied().chain(std::iter::repeat(0.0));
     system.observed.iter().zip(predicted).map(|(difference, predicted)| difference.abs() + predicted.abs()).collect()
 }
 
-fn weighted_square(values: &[f64], system: &System) -> f64 {
-    values.iter().zip(&system.u).map(|(v, u)| (v / u) * (v / u)).sum()
-}
-
 /// How far the linear model is from the exact one at the solution, in units of the readings' standard uncertainty.
 pub(super) fn linearisation_error(
-    campaign: &Campaign,
-    model: &Model,
+    at_solution: &DesignMatrix,
     design: &DesignMatrix,
     system: &System,
     estimate: &Estimate,
-    point: &[f64],
-) -> Result<Option<f64>> {
-    let exact = design::assemble(campaign, model, point)?;
+) -> Option<f64> {
     let mut worst: Option<f64> = None;
-    for (i, (exact, reference)) in exact.predicted.iter().zip(&design.predicted).enumerate() {
+    for (i, (exact, reference)) in at_solution.predicted.iter().zip(&design.predicted).enumerate() {
         let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
         let linear = reference + at(&system.observed) - at(&estimate.residuals);
         let scale = match system.group.get(i) {
@@ -134,5 +168,5 @@ pub(super) fn linearisation_error(
         let Some(u) = scale.map(|s| s * at(&system.u)).filter(|u| *u > 0.0) else { continue };
         worst = Some(worst.unwrap_or(0.0).max((exact - linear).abs() / u));
     }
-    Ok(worst)
+    worst
 }

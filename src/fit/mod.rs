@@ -6,20 +6,32 @@
 //!
 //! Linear by default: one least-squares step from the stated reference point. Exact on request: Gauss-Newton on the exact rotations.
 
+mod checks;
 mod gauss_newton;
+mod least_absolute;
 mod names;
+mod noise;
 mod parameters;
+mod propagate;
+mod robust;
+mod rules;
 mod separate;
+mod step;
 mod system;
 
+pub use checks::Checks;
 pub use gauss_newton::{Convergence, Iteration};
 pub use names::{NamedCombination, describe};
+pub use noise::{Noise, Source};
 pub use parameters::{DerivedResult, ParameterResult, State};
+pub use propagate::{Drawn, Joint, draw};
+pub use robust::{RobustMethod, RobustRecord};
+pub use rules::{ActiveConstraint, Constraints};
 pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
 pub use system::{Weighting, weigh};
 
-use crate::campaign::{Campaign, Role};
+use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, System};
@@ -39,6 +51,22 @@ pub struct Settings {
     pub adjust: estimate::Settings,
     /// Most Gauss-Newton iterations.
     pub iterations: usize,
+    /// Bear bad readings instead of least squares.
+    pub robust: Option<RobustMethod>,
+    /// Whether readings that share a position share an offset.
+    pub remount: Remount,
+}
+
+/// Whether readings that share a position share a random offset, as they do where each position was mounted anew.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Remount {
+    /// Readings are independent.
+    #[default]
+    No,
+    /// They share one; its variance is estimated with the readings' (REML).
+    Estimate,
+    /// They share one with this standard uncertainty, in the sensor's unit.
+    Stated(f64),
 }
 
 impl Default for Settings {
@@ -49,6 +77,8 @@ impl Default for Settings {
             level: 0.95,
             adjust: estimate::Settings::default(),
             iterations: 100,
+            robust: None,
+            remount: Remount::No,
         }
     }
 }
@@ -74,6 +104,18 @@ pub struct Fit {
     pub covariance: Mat<f64>,
     /// Results for derived quantities.
     pub derived: Vec<DerivedResult>,
+    /// What scatters in the readings, and how the estimates follow each of them.
+    pub noise: Noise,
+    /// Known inputs with an uncertainty (parameter index), and how the estimated parameters follow each.
+    pub known_sensitivities: Vec<(usize, Known, Vec<f64>)>,
+    /// What became of the constraints.
+    pub constraints: Constraints,
+    /// What the robust estimator did, where one was asked for.
+    pub robust: Option<RobustRecord>,
+    /// Did scales, variance components and robust weights settle?
+    pub settled: bool,
+    /// Do the readings agree with the model: replicates, order and shape of the residuals, suspicious readings.
+    pub checks: Checks,
     /// Quality of each row of the system.
     pub quality: Vec<RowQuality>,
     /// The global test, where every uncertainty is stated.
@@ -92,6 +134,8 @@ impl Fit {
     pub fn is_rejected(&self) -> bool {
         !self.not_estimable.is_empty()
             || self.global_test.is_some_and(|test| test.rejected)
+            || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
+            || !self.settled
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
     }
 
@@ -124,6 +168,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
             .expected("a number between 0 and 1, for example 0.95")
             .found(settings.level.to_string()));
     }
+    check_combination(campaign, settings)?;
     if campaign.unknowns() == 0 {
         return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
             .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
@@ -145,14 +190,25 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let model = Model::new(campaign)?;
     let reference = campaign.reference_point();
     let design = design::assemble(campaign, &model, &reference)?;
-    let (design, system, estimate, convergence) = gauss_newton::run(campaign, &model, design, settings)?;
+    let (design, step, convergence) = gauss_newton::run(campaign, &model, design, settings)?;
     let mut point = design.point.clone();
-    for (value, step) in point.iter_mut().zip(&estimate.solution) {
-        *value += step;
+    for (value, change) in point.iter_mut().zip(&step.change) {
+        *value += change;
     }
-    let linearisation_error = gauss_newton::linearisation_error(campaign, &model, &design, &system, &estimate, &point)?;
-    let (parameters, covariance) = parameters::results(campaign, &design, &system, &estimate, &point, settings.level);
-    let derived = parameters::derived(campaign, &design, &system, &estimate, &point, settings.level)?;
+    rules::snap(campaign, &step.constraints, &mut point);
+    let at_solution = design::assemble(campaign, &model, &point)?;
+    let linearisation_error = gauss_newton::linearisation_error(&at_solution, &design, &step.system, &step.estimate);
+    let checks = checks::checks(campaign, &design, &step, settings.level);
+    let step::Step { system, estimate, noise, constraints, robust, settled, .. } = step;
+    let grounds = parameters::Grounds::new(campaign, &at_solution, &estimate, &noise, settings.level);
+    let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
+    let at_bound = rules::at_bound(campaign, &constraints);
+    let bounded = matches!(constraints, Constraints::Met { .. });
+    let allowed = |k| if bounded { rules::allowed(campaign, k) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+    let parameters = grounds.parameters(&point, &free, &at_bound, allowed);
+    let covariance = grounds.covariance();
+    let derived = grounds.derived(&point)?;
+    let known_sensitivities = grounds.known_sensitivities();
     let quality = quality::rows(&system, &estimate);
     let global_test = quality::global_test(&system, &estimate, settings.level);
     let not_estimable = separate::separations(campaign, &model, &design, &estimate);
@@ -166,10 +222,40 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
         parameters,
         covariance,
         derived,
+        noise,
+        known_sensitivities,
+        constraints,
+        robust,
+        settled,
+        checks,
         quality,
         global_test,
         not_estimable,
         convergence,
         linearisation_error,
     })
+}
+
+/// Robust estimates stand alone: neither constraints nor shared offsets are supported beside them.
+fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
+    if let Remount::Stated(u) = settings.remount
+        && !(u > 0.0 && u.is_finite())
+    {
+        return Err(Malformed::new(Fault::Value, "the standard uncertainty of remounting cannot be used")
+            .expected("a positive number in the sensor's unit, or 'estimate'")
+            .found(u.to_string()));
+    }
+    if settings.robust.is_none() {
+        return Ok(());
+    }
+    if !campaign.constraints.is_empty() {
+        return Err(Malformed::new(Fault::Value, "robust estimation beside constraints is not supported")
+            .expected("constraints with least squares, or a robust estimate without constraints")
+            .at_path("constraints"));
+    }
+    if settings.remount != Remount::No {
+        return Err(Malformed::new(Fault::Value, "robust estimation beside remounting offsets is not supported")
+            .expected("one of --robust and --remount"));
+    }
+    Ok(())
 }

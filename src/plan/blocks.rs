@@ -1,5 +1,8 @@
 //! Candidates as blocks of whitened rows, and the sums over all of them that the exchanges need.
 
+use faer::linalg::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+
 /// `count` candidates, each `rows` whitened rows in `unknowns` coordinates; element (row, unknown) of all candidates lies together.
 ///
 /// The information of a design is `M = M0 + sum over chosen j of X_j' X_j`, where `X_j` is `rows x unknowns`.
@@ -58,34 +61,17 @@ impl Blocks {
         self.data.get(start..start + self.count).unwrap_or_default()
     }
 
-    /// `x_jr . w` for every candidate j, into `out`.
+    /// `x_jr . w` for every candidate j, into `out`; a shorter `w` stands for zeros after it.
     pub(super) fn along(&self, r: usize, w: &[f64], out: &mut [f64]) {
-        const PIECE: usize = 256;
-        let mut start = 0;
-        for piece in out.chunks_mut(PIECE) {
-            let end = start + piece.len();
-            let part = |c: usize| self.column(r, c).get(start..end).unwrap_or_default();
-            piece.fill(0.0);
-            let mut c = 0;
-            while c < self.unknowns {
-                match w.get(c..) {
-                    // four columns at a time: each sum is loaded and stored a quarter as often
-                    Some([a, b, d, e, ..]) => {
-                        let (p, q, s, t) = (part(c), part(c + 1), part(c + 2), part(c + 3));
-                        for ((((out, p), q), s), t) in piece.iter_mut().zip(p).zip(q).zip(s).zip(t) {
-                            *out += a * p + b * q + (d * s + e * t);
-                        }
-                        c += 4;
-                    }
-                    Some([a, ..]) => {
-                        piece.iter_mut().zip(part(c)).for_each(|(out, p)| *out += a * p);
-                        c += 1;
-                    }
-                    _ => break,
-                }
-            }
-            start = end;
-        }
+        let start = r * self.unknowns * self.count;
+        let (Some(columns), true) = (self.data.get(start..start + w.len() * self.count), out.len() == self.count)
+        else {
+            return;
+        };
+        let columns = MatRef::from_column_major_slice(columns, self.count, w.len());
+        let w = MatRef::from_column_major_slice(w, w.len(), 1);
+        let out = MatMut::from_column_major_slice_mut(out, self.count, 1);
+        matmul::matmul(out, Accum::Replace, columns, w, 1.0, Par::Seq);
     }
 
     /// `x_jr' B x_js` for every candidate j, into `out`; `b` is symmetric, row by row.
@@ -99,6 +85,27 @@ impl Blocks {
             }
         }
     }
+}
+
+impl Blocks {
+    /// `|L^-1 x_jr|^2` for every candidate j, into `out`; `root` is the lower triangle `L^-1`, row by row.
+    pub(super) fn squares(&self, r: usize, root: &[f64], out: &mut [f64], work: &mut [f64]) {
+        out.fill(0.0);
+        for (k, row) in root.chunks_exact(self.unknowns.max(1)).enumerate() {
+            self.along(r, row.get(..=k).unwrap_or_default(), work);
+            out.iter_mut().zip(work.iter()).for_each(|(out, w)| *out += w * w);
+        }
+    }
+}
+
+/// The largest number of a list and its place; NaN is smaller than any number.
+pub(super) fn largest(list: &[f64]) -> (usize, f64) {
+    let mut lanes = [f64::NEG_INFINITY; 8];
+    for piece in list.chunks(8) {
+        lanes.iter_mut().zip(piece).for_each(|(most, v)| *most = if *v > *most { *v } else { *most });
+    }
+    let most = lanes.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    (list.iter().position(|v| *v == most).unwrap_or(0), most)
 }
 
 /// `A v` for a square matrix stored row by row.
@@ -121,6 +128,11 @@ pub(super) fn add_outer(a: &mut [f64], s: f64, v: &[f64]) {
 
 /// Inverse and logarithm of the determinant of a symmetric positive definite matrix, row by row, by Cholesky; `None` where it is singular.
 pub(super) fn invert(m: &[f64], n: usize) -> Option<(Vec<f64>, f64)> {
+    inverse_and_root(m, n).map(|(inverse, _, log_det)| (inverse, log_det))
+}
+
+/// The same with `L^-1`, `M = L L'`.
+pub(super) fn inverse_and_root(m: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>, f64)> {
     let largest = (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d));
     let mut l = m.to_vec();
     let mut log_det = 0.0;
@@ -154,7 +166,7 @@ pub(super) fn invert(m: &[f64], n: usize) -> Option<(Vec<f64>, f64)> {
             inverse[j * n + i] = sum;
         }
     }
-    Some((inverse, log_det))
+    Some((inverse, inverse_l, log_det))
 }
 
 /// Determinant of `t` and trace of `t^-1 f`, both `n x n` row by row, by elimination with row pivots; `t` and `f` are overwritten.

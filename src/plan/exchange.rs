@@ -11,7 +11,9 @@
 //! (1980) 315: the best partner of one chosen block at a time). `M^-1` and the sums over candidates follow by rank-one updates; every
 //! start ends with a fresh factorisation, so that no drift of the updates reaches the answer.
 
-use super::blocks::{Blocks, add_outer, determinant_and_trace, dot, invert, times};
+use super::blocks::{
+    Blocks, add_outer, determinant_and_trace, dot, inverse_and_root, invert, largest as largest_of, times,
+};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -116,6 +118,8 @@ struct State<'a> {
     /// `x_jr' M^-1 W M^-1 x_js`, r <= s, for all j; empty for determinants.
     effect: Vec<Vec<f64>>,
     work: Vec<f64>,
+    /// For single rows: `x_j' M^-1 x_i` of the last chosen row that was looked at.
+    cross: Vec<f64>,
 }
 
 /// Position of (r, s), r <= s, in a packed triangle.
@@ -137,6 +141,7 @@ impl<'a> State<'a> {
             spread: vec![vec![0.0; count]; rows * (rows + 1) / 2],
             effect: Vec::new(),
             work: vec![0.0; count],
+            cross: vec![0.0; if rows == 1 { count } else { 0 }],
         };
         // a third at random; the rest by the largest gain, on top of a little information everywhere that is taken away again
         while state.chosen.len() < problem.choose.div_ceil(3) {
@@ -146,12 +151,20 @@ impl<'a> State<'a> {
         let mut m = information(problem.blocks, problem.base, &state.chosen);
         let little = 1e-6 * (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max).max(f64::MIN_POSITIVE);
         (0..n).for_each(|i| m[i * n + i] += little);
-        state.inverse = invert(&m, n)?.0;
-        state.refresh_spread();
+        let (inverse, root, _) = inverse_and_root(&m, n)?;
+        state.inverse = inverse;
+        state.refresh_spread(&root);
+        let mut gain = vec![0.0; count];
         while state.chosen.len() < problem.choose {
-            let gain = |j: usize| (0..rows).map(|r| state.spread[packed(r, r)][j]).sum::<f64>();
-            let free = |j: &usize| (state.times_chosen[*j] as usize) < problem.most_repeats;
-            let best = (0..count).filter(free).max_by(|&a, &b| gain(a).total_cmp(&gain(b)))?;
+            gain.fill(0.0);
+            for r in 0..rows {
+                gain.iter_mut().zip(&state.spread[packed(r, r)]).for_each(|(g, d)| *g += d);
+            }
+            if problem.most_repeats < problem.choose {
+                let full = |j: usize| state.times_chosen[j] as usize >= problem.most_repeats;
+                gain.iter_mut().enumerate().filter(|(j, _)| full(*j)).for_each(|(_, g)| *g = f64::NEG_INFINITY);
+            }
+            let best = largest_of(&gain).0;
             for r in 0..rows {
                 state.update(&problem.blocks.row(best, r), 1.0);
             }
@@ -171,13 +184,19 @@ impl<'a> State<'a> {
     /// Inverse and sums from scratch.
     fn refactor(&mut self) -> Option<()> {
         let blocks = self.problem.blocks;
-        self.inverse = invert(&information(blocks, self.problem.base, &self.chosen), blocks.unknowns())?.0;
-        self.refresh_spread();
+        let (inverse, root, _) =
+            inverse_and_root(&information(blocks, self.problem.base, &self.chosen), blocks.unknowns())?;
+        self.inverse = inverse;
+        self.refresh_spread(&root);
         Some(())
     }
 
-    fn refresh_spread(&mut self) {
+    fn refresh_spread(&mut self, root: &[f64]) {
         let blocks = self.problem.blocks;
+        if blocks.rows() == 1 {
+            blocks.squares(0, root, &mut self.spread[0], &mut self.work);
+            return;
+        }
         for s in 0..blocks.rows() {
             for r in 0..=s {
                 blocks.quadratic(r, s, &self.inverse, &mut self.spread[packed(r, s)], &mut self.work);
@@ -249,6 +268,29 @@ impl<'a> State<'a> {
         self.chosen[at] = j;
     }
 
+    /// The same for single rows just after `best_for_determinant(at)`, whose sums it reuses: one pass over the candidates.
+    fn exchange_single(&mut self, at: usize, j: usize) {
+        let blocks = self.problem.blocks;
+        let i = self.chosen[at];
+        let (come, go) = (blocks.row(j, 0), blocks.row(i, 0));
+        let (w_come, w_go) = (times(&self.inverse, &come), times(&self.inverse, &go));
+        let added = 1.0 + dot(&come, &w_come);
+        let share = dot(&go, &w_come) / added;
+        let w_go: Vec<f64> = w_go.iter().zip(&w_come).map(|(g, c)| g - share * c).collect();
+        let left = 1.0 - dot(&go, &w_go);
+        add_outer(&mut self.inverse, -1.0 / added, &w_come);
+        add_outer(&mut self.inverse, 1.0 / left, &w_go);
+        blocks.along(0, &w_come, &mut self.work);
+        let (came, gone) = (added.recip(), left.recip());
+        for ((d, come), go) in self.spread[0].iter_mut().zip(&self.work).zip(&self.cross) {
+            let go = go - share * come;
+            *d += go * go * gone - come * come * came;
+        }
+        self.times_chosen[i] -= 1;
+        self.times_chosen[j] += 1;
+        self.chosen[at] = j;
+    }
+
     /// Sweep over the chosen blocks until none has a better partner.
     fn sweeps(&mut self, objective: &Objective) {
         let n = self.problem.blocks.unknowns();
@@ -271,7 +313,10 @@ impl<'a> State<'a> {
                     }
                 };
                 if better && best != self.chosen[at] {
-                    self.exchange(at, best);
+                    match objective {
+                        Objective::Determinant if self.problem.blocks.rows() == 1 => self.exchange_single(at, best),
+                        _ => self.exchange(at, best),
+                    }
                     self.effect.clear();
                     improved = true;
                     since_refactor += 1;
@@ -329,9 +374,14 @@ impl<'a> State<'a> {
         let (blocks, i) = (self.problem.blocks, self.chosen[at]);
         if blocks.rows() == 1 {
             let w = times(&self.inverse, &blocks.row(i, 0));
-            blocks.along(0, &w, &mut self.work);
-            let (spread, cross) = (&self.spread[0], &self.work);
+            blocks.along(0, &w, &mut self.cross);
+            let (spread, cross) = (&self.spread[0], &self.cross);
             let remaining = 1.0 - spread[i];
+            if self.problem.most_repeats >= self.chosen.len() && self.problem.neighbours.is_empty() {
+                let terms = self.work.iter_mut().zip(spread).zip(cross);
+                terms.for_each(|((ratio, d), b)| *ratio = (1.0 + d) * remaining + b * b);
+                return largest_of(&self.work);
+            }
             return self.best_of(at, |j| (1.0 + spread[j]) * remaining + cross[j] * cross[j]);
         }
         let cross = self.cross(i, &self.inverse);

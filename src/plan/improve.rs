@@ -191,10 +191,14 @@ pub fn choose(
 
 /// Every start from its own seed; the best value, and how many starts reached it. The same seed gives the same design on any machine.
 pub(super) fn best_of_starts(problem: &Problem<'_>, starts: usize, seed: u64) -> Option<(Design, usize)> {
-    let designs: Vec<Option<Design>> = (0..starts.max(1) as u64)
-        .into_par_iter()
-        .map(|k| start(problem, &mut Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k))))
-        .collect();
+    let one = |k: u64| {
+        let own = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k);
+        start(problem, &mut Pcg64Mcg::seed_from_u64(own))
+    };
+    let designs: Vec<Option<Design>> = match starts {
+        0 | 1 => vec![one(0)],
+        _ => (0..starts as u64).into_par_iter().map(one).collect(),
+    };
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1e-300);
     let mut best: Option<(Design, usize)> = None;
     for design in designs.into_iter().flatten() {

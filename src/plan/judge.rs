@@ -289,17 +289,21 @@ fn derived(
                     .filter_map(|name| campaign.parameter_index(name))
                     .filter(|k| *k < n)
                     .collect();
+                // along each coordinate, and all round in the plane of each two
                 let step = 1e-4;
                 let mut largest: Option<f64> = None;
-                for direction in 0..64 {
-                    let mut point = design.point.clone();
-                    for (order, k) in used.iter().enumerate() {
-                        // angles that fill the circle of each further coordinate differently
-                        let turn = direction as f64 / 64.0 * (1.0 + order as f64) + 0.25 * order as f64;
-                        let angle = std::f64::consts::TAU * turn;
-                        point[*k] += step * angle.cos();
+                for (p, first) in used.iter().enumerate() {
+                    for second in used.get(p..).unwrap_or_default() {
+                        for direction in 0..64 {
+                            let (sin, cos) = (std::f64::consts::TAU * f64::from(direction) / 64.0).sin_cos();
+                            let mut point = design.point.clone();
+                            point[*first] += step * cos;
+                            if second != first {
+                                point[*second] += step * sin;
+                            }
+                            largest = u_at(&point).into_iter().chain(largest).reduce(f64::max);
+                        }
                     }
-                    largest = u_at(&point).into_iter().chain(largest).reduce(f64::max);
                 }
                 is_largest = largest.is_some();
                 largest

@@ -23,7 +23,8 @@ pub struct CompareReport {
     pub groups: Vec<GroupReport>,
     /// All readings: mean of the closed forms, and one least-squares fit.
     pub all: GroupReport,
-    /// Largest relative difference between closed form and least squares without Earth rate; null if no closed form could be computed.
+    /// Largest relative difference between closed form and least squares on the same physics (without Earth rate where the closed forms
+    /// ignore it); null if no closed form could be computed.
     pub largest_relative_difference: Option<f64>,
     /// Title of the printed table, if this campaign is the published one.
     pub printed: Option<String>,
@@ -51,7 +52,7 @@ pub struct QuantityReport {
     pub unit: String,
     /// By the published closed form (for all readings: the mean over the groups).
     pub closed_form: Option<f64>,
-    /// By least squares without Earth rate (absent for all readings).
+    /// By least squares without Earth rate, where the closed forms ignore it and the site has one (absent for all readings).
     pub without_earth_rate: Option<f64>,
     /// By least squares with the site's Earth rate.
     pub least_squares: Option<f64>,
@@ -95,8 +96,8 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
     };
     let mut largest: Option<f64> = None;
     for g in &comparison.groups {
-        for (closed, square) in g.closed_form.iter().zip(&g.like_for_like) {
-            if let (Some(closed), Some(square)) = (closed, square) {
+        for ((closed, square), with_earth) in g.closed_form.iter().zip(&g.like_for_like).zip(&g.least_squares) {
+            if let (Some(closed), Some(square)) = (closed, square.as_ref().or(with_earth.as_ref())) {
                 let relative = (closed - square).abs() / closed.abs().max(square.abs()).max(f64::MIN_POSITIVE);
                 largest = Some(largest.unwrap_or(0.0).max(relative));
             }

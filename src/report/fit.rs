@@ -1,5 +1,6 @@
 //! The fit report (`--json`).
 
+use super::fit_checks::{self, ChecksReport, ConstraintsReport, MonteCarloReport, RobustReport, ScatterReport};
 use super::{ARCSEC, VERSION};
 use crate::campaign::{Campaign, JointState, Kind, Role};
 use crate::fit::{Fit, NamedCombination, State};
@@ -37,6 +38,21 @@ pub struct FitReport {
     pub not_estimable: Vec<NotEstimableReport>,
     /// Each value that was read.
     pub readings: Vec<ReadingReport>,
+    /// Correlations of the estimated parameters.
+    pub correlation: CovarianceReport,
+    /// What scatters in the readings.
+    pub scatter: Vec<ScatterReport>,
+    /// Do the readings agree with the model?
+    pub checks: ChecksReport,
+    /// What became of the campaign's constraints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraints: Option<ConstraintsReport>,
+    /// The robust estimator, with `--robust`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robust: Option<RobustReport>,
+    /// Monte Carlo, with `--monte-carlo`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub monte_carlo: Option<MonteCarloReport>,
     /// The record of Gauss-Newton, with `--exact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<ConvergenceReport>,
@@ -64,6 +80,9 @@ pub struct ParameterReport {
     pub expanded: Option<f64>,
     /// Coverage probability of the expanded uncertainty.
     pub level: f64,
+    /// Coverage interval: `value - U` to `value + U`, but with inequality constraints about the estimate without them, cut to what they
+    /// allow; null where no uncertainty is known, or where constraints and readings leave nothing.
+    pub interval: Option<[f64; 2]>,
     /// Part of `u` evaluated from the scatter of the readings (or their stated uncertainties).
     pub type_a: Option<f64>,
     /// Part of `u` from known inputs and priors.
@@ -89,6 +108,8 @@ pub struct BudgetReport {
     pub distribution: String,
     /// Contribution to the standard uncertainty.
     pub u: f64,
+    /// Estimate of the source, where it is one quantity.
+    pub estimate: Option<f64>,
     /// Sensitivity coefficient, where the source is one quantity.
     pub c: Option<f64>,
     /// Standard uncertainty of the source itself, where it is one quantity.
@@ -247,6 +268,11 @@ pub struct ReadingReport {
     pub studentized: Option<f64>,
     /// Minimal detectable bias.
     pub mdb: Option<f64>,
+    /// What a fault of that size would do to each parameter, undetected (external reliability); tilts in arcseconds.
+    pub external: Option<BTreeMap<String, f64>>,
+    /// Weight of the robust estimator, 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robust_weight: Option<f64>,
 }
 
 /// The record of Gauss-Newton.
@@ -277,7 +303,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
     let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
     let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
     let estimable = |k: usize| scales_known && fit.estimate.estimable.get(k).copied().unwrap_or(false);
-    let matrix = (0..order.len())
+    let matrix: Vec<Vec<Option<f64>>> = (0..order.len())
         .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
         .collect();
     FitReport {
@@ -290,7 +316,13 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         known: known(campaign),
         derived: fit.derived.iter().map(derived).collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
+        correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
         covariance: CovarianceReport { order, matrix },
+        scatter: fit_checks::scatter(fit),
+        checks: fit_checks::checks(fit),
+        constraints: fit_checks::constraints(fit),
+        robust: fit_checks::robust(fit),
+        monte_carlo: None,
         fit: summary(fit),
         not_estimable: fit
             .not_estimable
@@ -318,6 +350,17 @@ pub fn fit_report(fit: &Fit) -> FitReport {
                 .collect(),
         }),
     }
+}
+
+/// Correlations from covariances; 1 on the diagonal, null where a variance is zero.
+fn correlation(covariance: &[Vec<Option<f64>>]) -> Vec<Vec<Option<f64>>> {
+    let element = |i: usize, j: usize| covariance.get(i).and_then(|row| row.get(j)).copied().flatten();
+    let one = |i: usize, j: usize| {
+        let product = element(i, i)? * element(j, j)?;
+        (product > 0.0)
+            .then(|| if i == j { Some(1.0) } else { Some((element(i, j)? / product.sqrt()).clamp(-1.0, 1.0)) })?
+    };
+    (0..covariance.len()).map(|i| (0..covariance.len()).map(|j| one(i, j)).collect()).collect()
 }
 
 /// Joint states as the keys that a reading would have.
@@ -349,6 +392,7 @@ fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
             evaluation: if c.evaluation == Evaluation::TypeA { "A" } else { "B" }.into(),
             distribution: c.distribution.into(),
             u: c.u,
+            estimate: c.estimate,
             c: c.sensitivity,
             source_u: c.source_u,
             dof: finite(c.dof),
@@ -377,6 +421,7 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
         k: uncertainty.map(|c| c.coverage_factor),
         expanded: uncertainty.map(|c| c.expanded),
         level,
+        interval: result.interval.map(|(low, high)| [low, high]),
         type_a: uncertainty.map(|c| c.type_a),
         type_b: uncertainty.map(|c| c.type_b),
         budget: budget(&result.budget),
@@ -451,8 +496,8 @@ fn summary(fit: &Fit) -> FitSummary {
 
 fn readings(fit: &Fit) -> Vec<ReadingReport> {
     let mut reports = Vec::with_capacity(fit.design.rows.len());
-    for ((origin, predicted), (quality, observed)) in
-        fit.design.rows.iter().zip(&fit.design.predicted).zip(fit.quality.iter().zip(&fit.system.observed))
+    for (row, ((origin, predicted), (quality, observed))) in
+        fit.design.rows.iter().zip(&fit.design.predicted).zip(fit.quality.iter().zip(&fit.system.observed)).enumerate()
     {
         let reading = fit.campaign.readings.rows.get(origin.reading);
         let value = predicted + observed;
@@ -469,7 +514,9 @@ fn readings(fit: &Fit) -> Vec<ReadingReport> {
             leverage: quality.leverage,
             redundancy: quality.redundancy,
             studentized: quality.studentized,
-            mdb: quality.mdb,
+            mdb: fit.checks.detectable.get(row).copied().flatten().or(quality.mdb),
+            external: fit_checks::external(fit, row),
+            robust_weight: fit.robust.as_ref().and_then(|record| record.weights.get(row)).copied(),
         });
     }
     reports

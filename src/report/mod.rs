@@ -5,13 +5,20 @@
 
 mod compare;
 mod correction;
+pub mod dcc;
 mod diagnose;
 mod diagnose_table;
 mod fit;
+mod fit_checks;
+pub mod fit_checks_table;
 pub mod html;
 pub mod markdown;
+mod navigate;
+mod plan;
+mod plan_table;
 pub mod plot;
 mod provenance;
+pub mod series;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
@@ -28,6 +35,22 @@ pub use fit::{
 };
 pub use provenance::Input;
 
+pub use fit_checks::{
+    ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
+    MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
+    monte_carlo_report,
+};
+pub use navigate::{
+    CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
+    ScenarioReport, SummaryReport, navigate_report,
+};
+
+pub use plan::{
+    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, NoiseReport, PlanReport,
+    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, WorkReport, plan_report,
+};
+pub use plan_table::plan_table;
+
 /// Version of the program, as every report says it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -36,7 +59,11 @@ pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS.iter().copied().chain(["fit-report", "compare-report", "diagnose-report"]).collect()
+    crate::wire::SCHEMAS
+        .iter()
+        .copied()
+        .chain(["fit-report", "compare-report", "diagnose-report", "plan-report", "navigate-report"])
+        .collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
@@ -49,6 +76,8 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
         "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
+        "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
+        "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
         _ => crate::wire::schema(kind),
     }
 }

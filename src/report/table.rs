@@ -180,6 +180,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     text.push_str(&plain(&["parameter", "estimate", "u", &expanded, "dof", "k", "unit", "state"], &rows));
     text.push('\n');
     text.push_str(&summary(report));
+    text.push_str(&super::fit_checks_table::findings(report));
     text.push_str(&defects(report));
     if let Some(record) = &report.convergence {
         let steps = record.iterations.len();
@@ -365,13 +366,17 @@ pub fn compare(report: &super::CompareReport) -> String {
         &rows,
     ));
     text.push('\n');
-    if let Some(difference) = report.largest_relative_difference {
-        text.push_str(&format!(
-            "closed form and least squares without Earth rate differ by at most {} of the value: per group the formulas are the\n\
-             square special case. With the Earth rate (its vertical part adds to the table rate in every row) least squares moves\n\
-             by the difference of the last two columns; the closed forms ignore it.\n",
-            significant(difference, 2)
-        ));
+    let ignored = report.groups.iter().flat_map(|g| &g.quantities).any(|q| q.without_earth_rate.is_some());
+    match report.largest_relative_difference.map(|difference| significant(difference, 2)) {
+        Some(difference) if ignored => text.push_str(&format!(
+            "closed form and least squares without Earth rate differ by at most {difference} of the value: per group the formulas are the\n\
+             square special case. With the Earth rate in every row least squares moves by the difference of the last two columns;\n\
+             the closed forms ignore it.\n"
+        )),
+        Some(difference) => {
+            text.push_str(&format!("closed form and least squares differ by at most {difference} of the value.\n"));
+        }
+        None => {}
     }
     if !report.misprints.is_empty() {
         text.push_str("\nmisprints that this comparison finds:\n");

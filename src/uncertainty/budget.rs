@@ -20,6 +20,8 @@ pub struct Contribution {
     pub evaluation: Evaluation,
     /// Shape of its distribution, in the words of the campaign file.
     pub distribution: &'static str,
+    /// Estimate of the source, in its unit; `None` where the source is many readings.
+    pub estimate: Option<f64>,
     /// Standard uncertainty of the source, in the source's unit; `None` where the source is many readings.
     pub source_u: Option<f64>,
     /// Sensitivity coefficient, quantity by source; `None` where the source is many readings.
@@ -55,7 +57,7 @@ pub struct Combined {
 /// ```
 /// use tumble::uncertainty::{combine, Contribution, Evaluation};
 /// let one = |u, dof| Contribution { source: "x".into(), evaluation: Evaluation::TypeA, distribution: "normal",
-///     source_u: None, sensitivity: None, u, dof };
+///     estimate: None, source_u: None, sensitivity: None, u, dof };
 /// let combined = combine(&[one(3.0, 4.0), one(4.0, f64::INFINITY)], 0.95).unwrap();
 /// assert_eq!(combined.u, 5.0);
 /// assert!((combined.dof - 625.0 * 4.0 / 81.0).abs() < 1e-9);
@@ -65,8 +67,8 @@ pub fn combine(contributions: &[Contribution], level: f64) -> Option<Combined> {
         contributions.iter().filter(|c| of.is_none_or(|e| c.evaluation == e)).map(|c| c.u * c.u).sum::<f64>().sqrt()
     };
     let u = sum(None);
-    let spread: f64 = contributions.iter().filter(|c| c.dof.is_finite()).map(|c| (c.u / u).powi(4) / c.dof).sum();
-    let dof = if u > 0.0 && spread > 0.0 { 1.0 / spread } else { f64::INFINITY };
+    let parts = contributions.iter().map(|c| (c.u, c.dof));
+    let dof = effective_dof(u, parts);
     let coverage_factor = quantiles::coverage_factor(level, dof)?;
     Some(Combined {
         u,
@@ -76,4 +78,24 @@ pub fn combine(contributions: &[Contribution], level: f64) -> Option<Combined> {
         coverage_factor,
         expanded: coverage_factor * u,
     })
+}
+
+/// `u^4 / sum(u_i^4 / nu_i)`.
+fn effective_dof(u: f64, parts: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let spread: f64 =
+        parts.filter(|(part, dof)| dof.is_finite() && *part > 0.0).map(|(p, dof)| (p / u).powi(4) / dof).sum();
+    if u > 0.0 && spread > 0.0 { 1.0 / spread } else { f64::INFINITY }
+}
+
+/// Combine contributions of which those with finite degrees of freedom and Type A were estimated together, with `dof` in all.
+///
+/// Welch-Satterthwaite takes them as one. `None` as for [`combine`].
+pub fn combine_together(contributions: &[Contribution], dof: f64, level: f64) -> Option<Combined> {
+    let separate = combine(contributions, level)?;
+    let together = |c: &&Contribution| c.evaluation == Evaluation::TypeA && c.dof.is_finite();
+    let one = contributions.iter().filter(together).map(|c| c.u * c.u).sum::<f64>().sqrt();
+    let others = contributions.iter().filter(|c| !together(c)).map(|c| (c.u, c.dof));
+    let dof = effective_dof(separate.u, others.chain([(one, dof)]));
+    let coverage_factor = quantiles::coverage_factor(level, dof)?;
+    Some(Combined { dof, coverage_factor, expanded: coverage_factor * separate.u, ..separate })
 }

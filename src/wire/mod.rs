@@ -7,7 +7,9 @@ mod bench_file;
 mod campaign_file;
 mod csv_readings;
 mod effects_file;
+mod lab;
 mod locate;
+mod mission_file;
 mod named;
 mod readings_file;
 mod schema;
@@ -19,7 +21,15 @@ pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
+pub use lab::{
+    AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
+    MethodFile, PersonFile, read_lab,
+};
 pub use locate::{line_and_column, locate};
+pub use mission_file::{
+    AxesFile, CalibrationFile, CovarianceFile, ErrorsFile, InstallationAngles, InstallationFile, LegFile, LegsFile,
+    MissionFile, MissionSiteFile, MotionFile, OscillationFile, ScenariosFile, StaticFile, SwingFile, read_covariance,
+};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use schema::{SCHEMAS, schema};

@@ -57,6 +57,8 @@ def nodes(bench, reading):
         rates[joint] = L(rate or 0) * RATE_PER_DEG_S[bench["units"]["rate"]]
         if rate is None or (at is not None and turns is None):
             continue
+        if turns is None and any("times" in e for e in bench["chain"]):
+            turns = 1  # a tilt that grows with the angle jumps where the turn closes
         if turns is None:
             angles[joint] = start + 2 * PI * np.arange(TURN_STEPS, dtype=L) / TURN_STEPS
             weights = np.full(TURN_STEPS, L(1) / TURN_STEPS, dtype=L)
@@ -112,7 +114,7 @@ def read_sensor(bench, name, reading, truth):
     known.update({k: L(v) for k, v in truth.items()})
     known.update({k: L(v) for k, v in reading.items() if isinstance(v, (int, float)) and k not in NOT_INPUTS})
     weights = np.ones(1, dtype=L)
-    if bench["chain"]:
+    if bench.get("chain"):
         w, a, angles, weights = inputs(bench, reading, truth)
         known.update(angles)
         frame = {**AXES, **sensor.get("axes", {})}

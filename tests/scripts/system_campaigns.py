@@ -38,15 +38,18 @@ def noisy(readings, sd, seed, stated=False):
         for key, value in reading.items():
             row[key] = value
             if key in sd:
-                row[key] = float(f"{value + sd[key] * random.standard_normal():.10g}")
+                if seed is not None:
+                    row[key] = float(f"{value + sd[key] * random.standard_normal():.10g}")
                 if stated:
                     row[key + "_u"] = sd[key]
         rows.append(row)
     return rows
 
 
-def noiseless(name, note, system, truth, estimate, known, readings, starts=None):
+def noiseless(name, note, system, truth, estimate, known, readings, sd, starts=None):
+    """sd is stated with the readings, so that sensors are weighed as they would be, though there is no noise."""
     starts = starts or {}
+    readings = noisy(readings, sd, None, True)
     write(f"simulated/{name}.campaign.json", {
         "bench": system, "known": known, "estimate": {n: ({"start": starts[n]} if n in starts else {}) for n in estimate},
         "readings": readings})
@@ -55,6 +58,7 @@ def noiseless(name, note, system, truth, estimate, known, readings, starts=None)
 
 # --- accelerometer on a dividing head -------------------------------------------------------------------------------------------
 
+HEAD_NOISE = {"A": 5e-6}
 HEAD_TRUTH = {"K0": 1.234e-3, "K1": 1.2992, "K2": 4.2e-5, "K3": -2.7e-5, "KIP": 1.9e-5, "KP": -8.1e-4}
 
 
@@ -65,14 +69,14 @@ def dividing_head():
         schedule = [{"position": str(k + 1), "theta_deg": 360.0 * k / count} for k in range(count)]
         exact = simulate(system, schedule, HEAD_TRUTH)
         example(f"23-accelerometer-dividing-head/head-{count}.campaign.json", {
-            "bench": name, "estimate": {n: {} for n in names}, "readings": noisy(exact, {"A": 5e-6}, 2300 + count)})
+            "bench": name, "estimate": {n: {} for n in names}, "readings": noisy(exact, HEAD_NOISE, 2300 + count)})
         if count == 24:
-            noiseless("dividing-head", "24 equidistant positions, all tilts zero", name, HEAD_TRUTH, names, {}, exact)
+            noiseless("dividing-head", "24 equidistant positions, all tilts zero", name, HEAD_TRUTH, names, {}, exact, HEAD_NOISE)
     tilted = {**HEAD_TRUTH, "head_level": 4e-4, "head_zero": -3e-4, "mount_z": 7e-4, "KIO": 3e-5, "KO": 1.1e-3}
     schedule = [{"position": str(k + 1), "theta_deg": 15.0 * k} for k in range(24)]
     noiseless("dividing-head-tilted", "head axis off level, head zero and mounting tilt known, unlike the Fourier sums assume", name,
               tilted, list(HEAD_TRUTH), {n: {"value": tilted[n]} for n in ("head_level", "head_zero", "mount_z", "KIO", "KO")},
-              simulate(system, schedule, tilted))
+              simulate(system, schedule, tilted), HEAD_NOISE)
 
 
 # --- IMU on a three-axis table --------------------------------------------------------------------------------------------------
@@ -94,7 +98,11 @@ def imu_schedule():
             rate.append({"position": f"middle turns, outer {turned}", "outer_deg": turned, "middle_deg_s": q, "inner_deg": 0})
         for q in [sign * r for r in RATES for sign in (1, -1)]:
             rate.append({"position": f"inner turns, outer {turned + 90}", "outer_deg": turned + 90, "middle_deg": 0, "inner_deg_s": q})
-    return static + rate
+    return static + [{**row, "read": ["Gx", "Gy", "Gz"]} for row in rate]
+
+
+def without(key, rows):
+    return [{k: v for k, v in row.items() if k != key} for row in rows]
 
 
 def imu_truth():
@@ -111,7 +119,7 @@ def imu_truth():
 
 IMU_NOISE = {"Gx": 0.02, "Gy": 0.02, "Gz": 0.02, "Ax": 0.1, "Ay": 0.1, "Az": 0.1}
 IMU_STARTS = {**{f"Kg{a}": 7200.0 for a in "xyz"}, **{f"Ka{a}": 20000.0 for a in "xyz"}}
-TABLE = ["level_x", "level_y", "square_om", "middle_zero"]
+TABLE = ["level_x", "level_y", "square_om", "middle_zero", "middle_linear", "inner_linear"]
 
 
 def imu():
@@ -119,17 +127,14 @@ def imu():
     sensor_names = list(truth)
     estimate = lambda names: {n: ({"start": IMU_STARTS[n]} if n in IMU_STARTS else {}) for n in names}
     exact = simulate(system, imu_schedule(), truth)
-    noiseless("imu-table", "24 positions and 36 rate runs on a perfect table", name, truth, sensor_names, {}, exact, IMU_STARTS)
+    noiseless("imu-table", "24 positions and 36 rate runs on a perfect table", name, truth, sensor_names, {}, exact, IMU_NOISE, IMU_STARTS)
     example("20-imu-three-axis-table/perfect-table.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names), "readings": noisy(exact, IMU_NOISE, 2001)})
     arcsec = np.pi / 648000
-    tilts = {n: float(f"{v * arcsec:.6g}") for n, v in zip(
-        ["level_x", "level_y", "square_om", "middle_zero", "outer_linear", "middle_linear", "inner_linear"],
-        [22, -31, 27, -18, 3, -4, 5])}
-    table = {n: tilts[n] for n in TABLE}
-    shaken = simulate(system, imu_schedule(), {**truth, **table})
-    noiseless("imu-table-tilted", "the same on a table with errors, estimated jointly", name, {**truth, **table},
-              sensor_names + TABLE, {}, shaken, IMU_STARTS)
+    tilts = {n: float(f"{v * arcsec:.6g}") for n, v in zip(TABLE, [22, -31, 27, -18, -4, 5])}
+    shaken = simulate(system, imu_schedule(), {**truth, **tilts})
+    noiseless("imu-table-tilted", "the same on a table with errors, estimated jointly", name, {**truth, **tilts},
+              sensor_names + TABLE, {}, shaken, IMU_NOISE, IMU_STARTS)
     example("20-imu-three-axis-table/table-errors.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names + TABLE), "readings": noisy(shaken, IMU_NOISE, 2002)})
     every = ["level_x", "level_y", "outer_zero", "outer_linear", "square_om", "middle_zero", "middle_linear", "square_mi",
@@ -137,10 +142,109 @@ def imu():
     example("20-imu-three-axis-table/everything.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names + every), "readings": noisy(shaken, IMU_NOISE, 2002)})
     example("20-imu-three-axis-table/schedule.campaign.json", {
-        "bench": name, "estimate": estimate(sensor_names), "readings": imu_schedule()})
+        "bench": name, "estimate": estimate(sensor_names), "readings": without("read", imu_schedule())})
 
 
-SYSTEMS = {"dividing_head": dividing_head, "imu": imu}
+# --- skew-mounted gyro triad ----------------------------------------------------------------------------------------------------
+
+SKEW_STATIC, SKEW_RATE = 0.0015, 0.05  # deg/h: minutes at rest, whole turns while turning
+
+
+def skew_truth():
+    random = np.random.Generator(np.random.PCG64(21))
+    near = lambda value, spread: float(f"{value + spread * random.uniform(-1, 1):.9g}")
+    axes = {1: (3**-0.5, -(6**-0.5), 2**-0.5), 2: (3**-0.5, -(6**-0.5), -(2**-0.5)), 3: (3**-0.5, 2 / 6**0.5, 0.0)}
+    truth, starts = {}, {}
+    for k, axis in axes.items():
+        truth[f"D{k}"] = near(0, 2)
+        for name, c in zip("xyz", axis):
+            truth[f"E{k}{name}"] = near(c, 1e-3)
+            starts[f"E{k}{name}"] = float(f"{c:.9g}")
+        truth |= {f"P{k}y": near(0, 0.05), f"P{k}z": near(0, 0.05), f"DI{k}": near(0, 1.5), f"DS{k}": near(0, 1.5)}
+    return truth, starts
+
+
+def stated(readings, sensors, static, turning, seed):
+    """Noise whose u is stated with each reading: more where a joint turns."""
+    random = np.random.Generator(np.random.PCG64(seed)) if seed is not None else None
+    rows = []
+    for reading in readings:
+        u = turning if any(key.endswith("_deg_s") for key in reading) else static
+        row = dict(reading)
+        for s in sensors:
+            if random:
+                row[s] = float(f"{row[s] + u * random.standard_normal():.10g}")
+            row[s + "_u"] = u
+        rows.append(row)
+    return rows
+
+
+def skew():
+    system, name = bench("gyro-skew-triad"), "gyro-skew-triad"
+    truth, starts = skew_truth()
+    forms = json.loads((ROOT / f"data/closed_forms/{name}.json").read_text())["formulas"]
+    exact = simulate(system, without("read", imu_schedule()), truth)
+    sensors = ["N1", "N2", "N3"]
+    stage = lambda own: [n for k in (1, 2, 3) for n in [f"D{k}", *(f"E{k}{a}" for a in "xyz"), *own(k), f"P{k}y", f"P{k}z"]]
+    first = stage(lambda k: [f"G{k}{a}" for a in "xyz"])
+    direct = stage(lambda k: [f"DI{k}", f"DS{k}"])
+    asked = lambda names: {n: ({"start": starts[n]} if n in starts else {}) for n in names}
+    derived = {d: forms[d] for k in (1, 2, 3) for d in (f"D_I{k}", f"D_S{k}")}
+    write("simulated/skew-triad.campaign.json", {
+        "bench": name, "estimate": asked(direct), "readings": stated(exact, sensors, SKEW_STATIC, SKEW_RATE, None)})
+    write("simulated/skew-triad.truth.json", {
+        "note": "drift coefficients along the gyros' own axes, E 1e-3 from nominal", "truth": truth, "estimated": direct})
+    readings = stated(exact, sensors, SKEW_STATIC, SKEW_RATE, 2101)
+    folder = "21-gyro-skew-triad"
+    example(f"{folder}/first-stage.campaign.json", {
+        "bench": name, "estimate": asked(first), "derived": derived, "readings": readings})
+    example(f"{folder}/direct.campaign.json", {"bench": name, "estimate": asked(direct), "readings": readings})
+    everything = stage(lambda k: [f"G{k}{a}" for a in "xyz"] + [f"P{k}x"])
+    example(f"{folder}/everything.campaign.json", {"bench": name, "estimate": asked(everything), "readings": readings})
+
+
+# --- cube mirror and theodolites --------------------------------------------------------------------------------------------------
+
+DEG = 3600.0
+CUBE_TRUTH = {"mark": 10 * DEG + 12.3, "heading": -60 * DEG + 1234.5, "pitch": 1.2 * DEG + 7.7, "roll": -0.8 * DEG + 3.1, "cube": 4.2,
+              "base": -20 * DEG + 77.0, "oA": 30 * DEG + 5.5, "oB": 10 * DEG - 8.8, "colA": 2.1, "colB": -1.7, "iA": 3.3, "iB": -2.4,
+              "d_heading": 6.5, "d_pitch": -2.2, "d_roll": 3.9}
+CUBE_STARTS = {"heading": -60 * DEG, "pitch": 1.2 * DEG, "roll": -0.8 * DEG, "base": -20 * DEG, "oA": 30 * DEG, "oB": 10 * DEG}
+CIRCLES = ["cHA_mark", "cHA_B", "cHA_M", "cVA_M", "cHB_A", "cHB_N", "cVB_N"]
+RECTANGULAR = float(f"{0.5 / np.sqrt(3):.6g}")
+
+
+def cube():
+    system, name = bench("cube-mirror"), "cube-mirror"
+    circle = ["HA_mark", "HA_B", "HA_M", "VA_M", "HB_A", "HB_N", "VB_N"]
+    outputs = ["out_heading", "out_pitch", "out_roll"]
+    schedule = [{"position": f"repeat {k + 1}, face {'right' if face else 'left'}", "face": face, "read": circle}
+                for k in range(6) for face in (0, 1)]
+    schedule += [{"position": f"repeat {k + 1}, device", "face": 0, "read": outputs} for k in range(6)]
+    exact = simulate(system, schedule, CUBE_TRUTH)
+    names = [n for n in CUBE_TRUTH if n != "mark"]
+    sd = {**{s: 0.7 for s in circle}, **{s: 0.9 for s in outputs}}
+    known = {"mark": {"value": CUBE_TRUTH["mark"], "unit": "arcsec", "u": 0.5},
+             **{c: {"value": 0, "unit": "arcsec", "u": RECTANGULAR, "distribution": "rectangular"} for c in CIRCLES},
+             **{c: {"value": 0, "unit": "arcsec", "u": 0.1} for c in ("compA", "compB")}}
+    noiseless("cube-mirror", "two faces, six repeats", name, CUBE_TRUTH, names, {"mark": {"value": CUBE_TRUTH["mark"]}}, exact, sd,
+              CUBE_STARTS)
+    example("22-cube-mirror/attitude.campaign.json", {
+        "bench": name, "known": known, "estimate": {n: ({"start": CUBE_STARTS[n]} if n in CUBE_STARTS else {}) for n in names},
+        "readings": noisy(exact, sd, 2201)})
+    # the paper's repeatabilities: six values with exactly this sample standard deviation
+    pattern = np.array([-1.2, 0.7, 0.1, -0.4, 1.5, -0.7])
+    pattern = (pattern - pattern.mean()) / pattern.std(ddof=1)
+    for s in (0.69, 0.76):
+        example(f"22-cube-mirror/roll-{int(100 * s):03d}.campaign.json", {
+            "bench": {"id": "roll-repeats", "title": f"six roll values with repeatability {s} arcsec and a circle error of 0.5 arcsec",
+                      "sensors": {"T": {"unit": "arcsec", "model": "roll + circle"}}},
+            "known": {"circle": {"value": 0, "unit": "arcsec", "u": RECTANGULAR, "distribution": "rectangular"}},
+            "estimate": {"roll": {}},
+            "readings": [{"position": str(k + 1), "T": float(f"{s * v:.12g}")} for k, v in enumerate(pattern)]})
+
+
+SYSTEMS = {"dividing_head": dividing_head, "imu": imu, "skew": skew, "cube": cube}
 
 if __name__ == "__main__":
     for chosen in sys.argv[1:] or SYSTEMS:

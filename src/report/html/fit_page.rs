@@ -1,12 +1,12 @@
 //! The page of a fit: the answer first, then where it comes from, then what it rests on.
 
 use super::fit_figures::{budget_figures, estimate_figures, residual_figures, spread_figures};
-use super::{Align, Block, Page, Section, Table, Tone, cells, compare_page};
+use super::{Align, Block, Page, Section, Table, Tone, cells, checks_page, compare_page};
 use crate::campaign::JointState;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::report::table::significant;
-use crate::report::{CompareReport, FitReport, Input, VERSION, corrections, mounting};
+use crate::report::{ARCSEC, CompareReport, FitReport, Input, VERSION, corrections, mounting};
 
 /// The page of a fit.
 ///
@@ -23,7 +23,10 @@ pub fn fit_page(fit: &Fit, report: &FitReport, comparison: Option<&CompareReport
         .section(not_estimable(report))
         .section(correction(fit, report))
         .section(budget(report)?)
-        .section(residuals(fit, report)?);
+        .section(checks_page::monte_carlo(report))
+        .section(residuals(fit, report)?)
+        .section(checks_page::checks(report))
+        .section(checks_page::conditions(report));
     if let Some(comparison) = comparison {
         page = page.section(compare_page::section(comparison));
     }
@@ -95,6 +98,9 @@ fn answer(of: &Fit, report: &FitReport) -> Section {
         ),
         _ => section,
     };
+    for (tone, text) in checks_page::verdicts(report) {
+        section = section.verdict(tone, text);
+    }
     if let Some(error) = fit.linearisation_error.filter(|e| *e > 0.1 && report.estimator == "linear") {
         section = section.verdict(
             Tone::Caution,
@@ -182,7 +188,13 @@ fn estimates(fit: &Fit, report: &FitReport) -> Result<Section> {
         let remark = match p.state.as_str() {
             "free" => result.meaning.clone(),
             "not-estimable" => "not estimable".into(),
-            other => format!("{other}. {}", result.meaning),
+            other => {
+                let scale = if p.kind == "tilt" { ARCSEC } else { 1.0 };
+                let interval =
+                    p.interval.map(|ends| ends.map(|end| cells::value(Some(end * scale), p.u.map(|u| u * scale))));
+                let between = interval.map_or(String::new(), |[a, b]| format!(", interval {a} to {b}"));
+                format!("{other}{between}. {}", result.meaning)
+            }
         };
         let (value, u, expanded, unit) = match p.arcsec {
             Some(a) => (a.value, a.u, a.expanded, "arcsec"),

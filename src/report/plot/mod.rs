@@ -6,14 +6,18 @@
 
 mod bars;
 mod correlation;
+mod curves;
 mod normal;
+mod positions;
 mod residuals;
 mod scale;
 mod values;
 
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
+pub use curves::{Curve, curves};
 pub use normal::normal;
+pub use positions::{Spot, positions};
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
 

@@ -38,7 +38,8 @@ pub(super) fn title(what: &str, unit: &str, exponent: i32) -> String {
         format!("10{}{superscript}", if exponent < 0 { "\u{207b}" } else { "" })
     };
     let unit = [power.as_str(), unit].iter().filter(|s| !s.is_empty()).copied().collect::<Vec<_>>().join(" ");
-    if unit.is_empty() { what.to_string() } else { format!("{what}, {unit}") }
+    let title = if unit.is_empty() { what.to_string() } else { format!("{what}, {unit}") };
+    title.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 /// A range that holds all values with a margin, and is never empty.

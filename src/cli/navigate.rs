@@ -1,0 +1,189 @@
+//! `tumble navigate MISSION`.
+
+use super::{Outcome, files};
+use crate::error::{Fault, Malformed, Result};
+use crate::navigate::carry::{self, SourceCovariance};
+use crate::navigate::run::{Continue, Scenario};
+use crate::navigate::study::{self, Progress};
+use crate::report::{self, series::Series};
+use crate::wire::{self, MissionFile};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// What to fly and what to write.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The mission file (JSON).
+    mission: PathBuf,
+    /// Write the report as JSON to a file, or to stdout with '-'.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the report as a page with plots.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Write the errors in time as CSV.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Write the errors in time as Parquet.
+    #[arg(long, value_name = "FILE")]
+    parquet: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (file, source) = files::mission(&arguments.mission)?;
+    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    let calibration = match &file.calibration {
+        Some(calibration) => {
+            let path = arguments.mission.with_file_name(&calibration.report);
+            let found = wire::read_covariance(&files::read(&path)?)?;
+            let factors = calibration.factors();
+            let covariance = carry::combine(&found.order, &found.matrix, &factors);
+            Some((covariance.map_err(|error| wire::locate(error, &source))?, calibration.monte_carlo))
+        }
+        None => None,
+    };
+    let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
+    let mut outputs = Outputs::open(arguments, &scenarios)?;
+
+    let bar = bar("flying");
+    let mut fault = None;
+    let flown = study::fly(&mission, &scenarios, &mut |motion, row, progress| {
+        show(&bar, progress);
+        match outputs.push(motion, row) {
+            Ok(()) => Continue::Yes,
+            Err(error) => {
+                fault = Some(error);
+                Continue::Stop
+            }
+        }
+    });
+    bar.finish_and_clear();
+    if let Some(error) = fault {
+        return Err(error);
+    }
+    let carried = match &calibration {
+        Some((covariance, draws)) => carried(&mission, covariance, *draws),
+        None => Vec::new(),
+    };
+    let report = report::navigate_report(&mission, &scenarios, &flown, &carried);
+    outputs.finish()?;
+    if let Some(path) = &arguments.html {
+        files::write(path, &report::html::render(&report::html::navigate_page(&report, &flown)?)?)?;
+    }
+    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
+    if let Some(path) = &arguments.json {
+        files::write_or_print(path, &files::json(&report)?)?;
+    }
+    if !to_stdout {
+        super::print(&report::markdown::render(&report::html::navigate_page(&report, &[])?));
+    }
+    Ok(Outcome::Done)
+}
+
+fn carried(
+    mission: &crate::navigate::mission::Mission,
+    covariance: &SourceCovariance,
+    draws: usize,
+) -> Vec<study::Carried> {
+    let bar = bar("carrying the covariance");
+    let carried = study::carry(mission, covariance, draws, &mut |progress| {
+        show(&bar, progress);
+        Continue::Yes
+    });
+    bar.finish_and_clear();
+    carried
+}
+
+/// A bar on stderr, with the time left; it is not drawn where stderr is no terminal.
+fn bar(what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(1);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left") {
+        bar.set_style(style);
+    }
+    bar.set_message(what.to_string());
+    bar
+}
+
+fn show(bar: &ProgressBar, progress: Progress) {
+    bar.set_length(progress.of);
+    bar.set_position(progress.done);
+}
+
+/// A file that appears under its name only when it is whole.
+struct Output {
+    path: PathBuf,
+    temporary: PathBuf,
+    series: Option<Series<BufWriter<File>>>,
+}
+
+struct Outputs<'a> {
+    scenarios: &'a [Scenario],
+    files: Vec<Output>,
+}
+
+impl<'a> Outputs<'a> {
+    fn open(arguments: &Arguments, scenarios: &'a [Scenario]) -> Result<Self> {
+        let mut files = Vec::new();
+        for (path, parquet) in [(&arguments.csv, false), (&arguments.parquet, true)] {
+            let Some(path) = path else { continue };
+            let temporary = files::temporary(path);
+            let series = File::create(&temporary)
+                .map(BufWriter::new)
+                .and_then(|to| if parquet { Series::parquet(to) } else { Series::csv(to) });
+            let series = Some(series.map_err(|error| fault(path, &error))?);
+            files.push(Output { path: path.clone(), temporary, series });
+        }
+        Ok(Outputs { scenarios, files })
+    }
+
+    fn push(&mut self, motion: &str, row: &crate::navigate::run::Row<'_>) -> Result<()> {
+        for file in &mut self.files {
+            if let Some(series) = &mut file.series {
+                series.push(motion, self.scenarios, row).map_err(|error| fault(&file.path, &error))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<()> {
+        for file in &mut self.files {
+            let Some(series) = file.series.take() else { continue };
+            let written = series
+                .finish()
+                .and_then(|buffer| buffer.into_inner().map_err(|error| error.into_error()))
+                .and_then(|whole| whole.sync_all())
+                .and_then(|()| std::fs::rename(&file.temporary, &file.path));
+            written.map_err(|error| fault(&file.path, &error))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Output {
+    fn drop(&mut self) {
+        // gone already if it was renamed
+        let _ = std::fs::remove_file(&self.temporary);
+    }
+}
+
+fn fault(path: &Path, error: &std::io::Error) -> Malformed {
+    Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
+        .expected("a folder that can be written to")
+}
+
+pub(super) fn check(path: &Path) -> Result<String> {
+    let (file, source) = files::mission(path)?;
+    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    let names: Vec<String> = study::motions(&mission).into_iter().map(|(name, _)| name).collect();
+    Ok(describe(&file, &names.join(", "), mission.errors.present().len()))
+}
+
+fn describe(file: &MissionFile, motions: &str, sources: usize) -> String {
+    format!(
+        "a mission of {} h in steps of {} s; motions: {motions}; {sources} error sources",
+        file.duration_h, file.step_s
+    )
+}

@@ -1,0 +1,153 @@
+//! Do the readings agree with the model? Replicates, order and shape of the residuals, suspicious readings, reliability.
+
+use super::step::Step;
+use crate::campaign::{Campaign, JointState};
+use crate::design::DesignMatrix;
+use crate::estimate::Group;
+use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
+use std::collections::HashMap;
+
+/// What the checks found; each is `None` where the readings cannot tell.
+#[derive(Debug, Clone, Default)]
+pub struct Checks {
+    /// What the model leaves beside what replicates scatter.
+    pub lack_of_fit: Option<LackOfFit>,
+    /// Order of the signs of the residuals, for each sensor (by its index).
+    pub runs: Vec<(usize, RunsTest)>,
+    /// Shape of the residuals' distribution.
+    pub normality: Option<NormalityTest>,
+    /// Suspicious readings; not searched in a robust fit, whose weights say the same.
+    pub snooping: Option<Snooping>,
+    /// For each row, the smallest fault that a test at 0.1 % finds with 80 % power, in the sensor's unit.
+    pub detectable: Vec<Option<f64>>,
+    /// For each row, what that fault would do to each estimated parameter if nobody found it (external reliability).
+    pub external: Vec<Option<Vec<f64>>>,
+    /// For each estimated parameter, how it would change without the suspicious readings; empty where there are none.
+    pub without_suspects: Vec<f64>,
+}
+
+/// All checks of a step.
+pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, level: f64) -> Checks {
+    let system = &step.system;
+    let estimate = &step.estimate;
+    let readings = design.rows.len();
+    // standard uncertainty of each row, estimated scales included; `determined` where all of them are known or estimated
+    let scale = |i: usize| match system.group.get(i) {
+        Some(Group::Estimated(g)) => {
+            estimate.group_scale.get(*g).copied().flatten().filter(|s| *s > 0.0).unwrap_or(1.0)
+        }
+        _ => 1.0,
+    };
+    let u: Vec<f64> = system.u.iter().enumerate().map(|(i, u)| u * scale(i)).collect();
+    let mut checks = Checks::default();
+    if step.robust.is_none() && step.indicators.is_none() {
+        let cells = cells(campaign, design, system.observed.len());
+        checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, level);
+    }
+    for s in 0..campaign.bench.sensors.len() {
+        let own: Vec<f64> = design
+            .rows
+            .iter()
+            .zip(&estimate.residuals)
+            .filter(|(origin, _)| origin.sensor == s)
+            .map(|(_, v)| *v)
+            .collect();
+        checks.runs.extend(quality::runs(&own).map(|test| (s, test)));
+    }
+    let studentized: Vec<f64> = (0..readings)
+        .filter_map(|i| {
+            let (v, r) = (estimate.residuals.get(i)?, estimate.redundancy.get(i)?);
+            (*r > 1e-6).then(|| v / (u.get(i).copied().unwrap_or(1.0) * r.sqrt()))
+        })
+        .collect();
+    checks.normality = quality::normality(&studentized);
+    if step.robust.is_some() || step.change != estimate.solution {
+        // residuals are not those of least squares here
+        return checks;
+    }
+    let whitened = match (&step.indicators, &step.whitened_residuals) {
+        (Some(indicators), Some(residuals)) => Whitened {
+            q: estimate.factor.thin_q(),
+            residuals: residuals.clone(),
+            indicators: indicators.clone(),
+            dof: estimate.dof,
+            variance_known: true,
+        },
+        _ => {
+            let weight = estimate.factor.weight();
+            Whitened {
+                q: estimate.factor.thin_q(),
+                residuals: estimate.residuals.iter().zip(weight).map(|(v, w)| v * w).collect(),
+                indicators: weight.iter().enumerate().map(|(i, w)| vec![(i, *w)]).collect(),
+                dof: estimate.dof,
+                variance_known: system.group.iter().all(|g| *g == Group::Known),
+            }
+        }
+    };
+    // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
+    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.indicators.is_none();
+    let common = if alone { scale(0) } else { 1.0 };
+    checks.snooping = quality::snoop(&whitened, readings, level);
+    if !step.noise.determined {
+        return checks;
+    }
+    checks.detectable = whitened.detectable(common);
+    let unknowns = campaign.unknowns();
+    let sensitivity = |j: usize, i: usize| step.noise.sensitivities[(j, i)];
+    checks.external = checks
+        .detectable
+        .iter()
+        .enumerate()
+        .map(|(i, mdb)| mdb.map(|mdb| (0..unknowns).map(|j| sensitivity(j, i) * mdb).collect()))
+        .collect();
+    if let Some(found) = checks.snooping.as_ref().filter(|found| !found.suspects.is_empty()) {
+        checks.without_suspects = (0..unknowns)
+            .map(|j| -found.suspects.iter().map(|s| sensitivity(j, s.row) * s.shift).sum::<f64>())
+            .collect();
+    }
+    checks
+}
+
+/// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.
+fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
+    let used: Vec<Vec<usize>> = campaign
+        .bench
+        .sensors
+        .iter()
+        .map(|sensor| {
+            let names = sensor.model.names();
+            let columns = campaign.readings.columns.iter().enumerate();
+            columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
+        })
+        .collect();
+    let mut numbers: HashMap<Vec<u64>, usize> = HashMap::new();
+    let mut cells = Vec::with_capacity(rows);
+    for origin in &design.rows {
+        let mut key = vec![origin.sensor as u64];
+        if let Some(reading) = campaign.readings.rows.get(origin.reading) {
+            for state in &reading.joints {
+                let (kind, numbers): (u64, [f64; 3]) = match *state {
+                    JointState::Held { angle_deg } => (0, [angle_deg, 0.0, 0.0]),
+                    JointState::WholeTurns { rate_deg_s } => (1, [rate_deg_s, 0.0, 0.0]),
+                    JointState::PartTurns { start_deg, rate_deg_s, turns } => (2, [start_deg, rate_deg_s, turns]),
+                    JointState::Passing { angle_deg, rate_deg_s } => (3, [angle_deg, rate_deg_s, 0.0]),
+                };
+                key.push(kind);
+                // minus zero is zero
+                key.extend(numbers.map(|x| (x + 0.0).to_bits()));
+            }
+            for k in used.get(origin.sensor).map(Vec::as_slice).unwrap_or_default() {
+                let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);
+                key.push((value + 0.0).to_bits());
+            }
+        }
+        let next = numbers.len();
+        cells.push(*numbers.entry(key).or_insert(next));
+    }
+    let mut next = numbers.len();
+    while cells.len() < rows {
+        cells.push(next);
+        next += 1;
+    }
+    cells
+}

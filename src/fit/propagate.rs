@@ -1,0 +1,121 @@
+//! A fit's distributions, drawn: Monte Carlo beside the first order.
+
+use super::{Fit, State};
+use crate::algebra::Tape;
+use crate::error::{Fault, Malformed, Result};
+use crate::uncertainty::monte_carlo::{KnownInput, Model, MonteCarlo, Output, monte_carlo};
+use faer::Mat;
+use faer::Side;
+
+/// Monte Carlo of a fit: its outputs are the estimable parameters, then the derived quantities that have a value.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// Names of the outputs.
+    pub names: Vec<String>,
+    /// How many of them are parameters.
+    pub parameters: usize,
+    /// What the trials say about all of them.
+    pub trials: MonteCarlo,
+    /// For each output, the first-order interval, if there is one.
+    pub first_order: Vec<Option<(f64, f64)>>,
+    /// For each output, whether the first order is as good as two digits of its uncertainty (JCGM 101, clause 8): both ends of the
+    /// symmetric interval agree within half a unit of the second digit of `u` and three standard errors of the trials.
+    pub agrees: Vec<Option<bool>>,
+    /// Coverage ellipsoid of the derived quantities alone, where there are several: covariance and factor are those of `joint`.
+    pub joint: Option<Joint>,
+}
+
+/// Several outputs together (JCGM 102).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Names of the outputs.
+    pub names: Vec<String>,
+    /// Their covariance, row by row.
+    pub covariance: Vec<Vec<f64>>,
+    /// Factor of the coverage ellipsoid; `None` where the outputs depend on each other.
+    pub ellipsoid_factor: Option<f64>,
+}
+
+/// Fewest and most trials.
+const TRIALS: std::ops::RangeInclusive<usize> = 1_000..=20_000_000;
+
+/// Draw a fit's parameters and derived quantities.
+///
+/// The parameters scatter about the estimate that equations restrict but inequalities do not (as its intervals do), linearly in the
+/// readings and the known inputs; the derived lines are evaluated in full. `None` where no uncertainty is known or nothing is estimable.
+/// Errors: fewer than 1000 or more than 20 million trials.
+pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Sync)) -> Result<Option<Drawn>> {
+    if !TRIALS.contains(&trials) {
+        return Err(Malformed::new(Fault::Value, "this many Monte Carlo trials cannot be drawn")
+            .expected(format!("{} to {}", TRIALS.start(), TRIALS.end()))
+            .found(trials.to_string()));
+    }
+    if !fit.noise.determined {
+        return Ok(None);
+    }
+    let campaign = &fit.campaign;
+    let mut point = fit.point.clone();
+    if let super::Constraints::Met { free, .. } = &fit.constraints {
+        point.iter_mut().zip(free).for_each(|(x, free)| *x = *free);
+    }
+    let scatter = fit.noise.scatter();
+    let known = fit
+        .known_sensitivities
+        .iter()
+        .map(|(parameter, known, c)| KnownInput { parameter: *parameter, known: *known, sensitivity: c.clone() })
+        .collect();
+    let (mut names, mut outputs, mut first_order, mut spread) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (k, result) in fit.parameters.iter().enumerate().filter(|(_, p)| p.state != State::NotEstimable) {
+        names.push(result.id.clone());
+        outputs.push(Output::Parameter(k));
+        let centre = point.get(k).copied().unwrap_or_default();
+        first_order.push(result.uncertainty.map(|c| (centre - c.expanded, centre + c.expanded)));
+        spread.push(result.uncertainty.map(|c| c.u));
+    }
+    let parameters = names.len();
+    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+    for (quantity, result) in campaign.derived.iter().zip(&fit.derived) {
+        let Some(value) = result.value else { continue };
+        names.push(result.id.clone());
+        outputs.push(Output::Line(Tape::compile(&quantity.line, &ids)?));
+        first_order.push(result.uncertainty.map(|c| (value - c.expanded, value + c.expanded)));
+        spread.push(result.uncertainty.map(|c| c.u));
+    }
+    if outputs.is_empty() {
+        return Ok(None);
+    }
+    let model = Model { point, scatter, known, outputs };
+    let Some(trials) = monte_carlo(&model, trials, seed, parameters, fit.settings.level, progress) else {
+        return Ok(None);
+    };
+    let agrees = (0..names.len())
+        .map(|k| {
+            let (low, high) = first_order[k]?;
+            let (own, u) = (trials.outputs.get(k)?, spread[k].filter(|u| *u > 0.0)?);
+            let digit = 10f64.powf(u.log10().floor() - 1.0);
+            // the standard error of a 97.5 % quantile of N normal trials is 2.67 u / sqrt N
+            let tolerance = 0.5 * digit + 3.0 * 2.67 * u / (trials.trials as f64).sqrt();
+            Some((low - own.symmetric.0).abs() <= tolerance && (high - own.symmetric.1).abs() <= tolerance)
+        })
+        .collect();
+    let several = names.len() - parameters >= 2;
+    let from = if several { parameters } else { 0 };
+    let joint = (names.len() - from >= 2).then(|| Joint {
+        names: names[from..].to_vec(),
+        covariance: trials.covariance[from..].iter().map(|row| row[from..].to_vec()).collect(),
+        ellipsoid_factor: trials.ellipsoid_factor,
+    });
+    Ok(Some(Drawn { names, parameters, trials, first_order, agrees, joint }))
+}
+
+/// `F` with `F F' = covariance`, from the eigenvectors of the correlation; directions without variance are left out.
+pub(super) fn factor(covariance: &Mat<f64>) -> Mat<f64> {
+    let n = covariance.nrows();
+    let sd: Vec<f64> = (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
+    let correlation =
+        Mat::from_fn(n, n, |i, j| if sd[i] > 0.0 && sd[j] > 0.0 { covariance[(i, j)] / (sd[i] * sd[j]) } else { 0.0 });
+    let Ok(eigen) = correlation.self_adjoint_eigen(Side::Lower) else { return Mat::zeros(n, 0) };
+    let values: Vec<f64> = eigen.S().column_vector().iter().copied().collect();
+    let kept: Vec<usize> = (0..n).filter(|k| values[*k] > 1e-14).collect();
+    Mat::from_fn(n, kept.len(), |i, k| sd[i] * eigen.U()[(i, kept[k])] * values[kept[k]].sqrt())
+}

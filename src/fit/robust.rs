@@ -1,0 +1,262 @@
+//! Estimates that a few bad readings do not carry away: Huber, Tukey and L1.
+//!
+//! ```text
+//! x = argmin sum rho((y - A x) / (s u)),    s from the median of |residuals| where it is not stated
+//! ```
+//!
+//! P. J. Huber, Robust Statistics (1981), 7.6-7.10; A. E. Beaton, J. W. Tukey, Technometrics 16 (1974); the covariance is Huber's
+//! `K^2 s^2 (sum psi^2 / (m - n)) / mean(psi')^2 (A' P A)^-1`, for L1 that of J. W. McKean and R. M. Schrader (1987). Priors are not
+//! downweighted. Deliberately absent: throwing readings away.
+
+use crate::error::Result;
+use crate::estimate::{self, Estimate, Group, System, adjust};
+use crate::uncertainty::quantiles::normal_quantile;
+use faer::Mat;
+
+/// Which estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RobustMethod {
+    /// Huber's: square near zero, linear beyond 1.345 standard deviations.
+    Huber,
+    /// Tukey's bisquare: nothing beyond 4.685 standard deviations, begun from Huber's.
+    Tukey,
+    /// Least sum of absolute residuals.
+    L1,
+}
+
+impl RobustMethod {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            RobustMethod::Huber => "huber",
+            RobustMethod::Tukey => "tukey",
+            RobustMethod::L1 => "l1",
+        }
+    }
+}
+
+/// What the robust estimator did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobustRecord {
+    /// Which estimator.
+    pub method: RobustMethod,
+    /// Weight of each row relative to its plain one, from 0 to 1.
+    pub weights: Vec<f64>,
+    /// Steps of reweighting.
+    pub iterations: usize,
+    /// Did the estimate settle?
+    pub converged: bool,
+}
+
+/// The robust estimate of a system.
+pub(super) struct Robust {
+    /// Solution, residuals and factorisation with the final weights.
+    pub weighted: Estimate,
+    /// The plain estimate, whose sensitivities carry the covariance.
+    pub plain: Estimate,
+    /// Scale of each group (1 where stated), robustly estimated.
+    pub scale: Vec<f64>,
+    /// Factor of the variance over that of plain least squares with the same scale.
+    pub inflation: f64,
+    pub record: RobustRecord,
+}
+
+const HUBER: f64 = 1.345;
+const TUKEY: f64 = 4.685;
+/// Median of the absolute value of a standard normal variable.
+const MAD: f64 = 0.674_489_750_196_081_7;
+const STEPS: usize = 500;
+/// Change of the weighted predictions, relative to the scale, that no longer matters.
+const SETTLED: f64 = 1e-10;
+/// A reading without weight keeps this much of it, so that it still has a row.
+const LEAST_WEIGHT: f64 = 1e-12;
+
+/// Estimate robustly; `readings` rows come first, the priors after them keep their weight.
+pub(super) fn estimate(
+    system: &System,
+    readings: usize,
+    method: RobustMethod,
+    settings: &estimate::Settings,
+) -> Result<Robust> {
+    let plain = adjust(system, settings)?;
+    let m = system.observed.len();
+    let groups = plain.group_scale.len();
+    let mut weights = vec![1.0; m];
+    let mut weighted = plain.clone();
+    let mut scale = scales(system, &plain, groups);
+    let mut record = RobustRecord { method, weights: Vec::new(), iterations: 0, converged: false };
+    // L1 first: it bears the most bad readings, so that the scale is right from the beginning
+    let stages: &[RobustMethod] = match method {
+        RobustMethod::L1 => &[RobustMethod::L1],
+        RobustMethod::Huber => &[RobustMethod::L1, RobustMethod::Huber],
+        RobustMethod::Tukey => &[RobustMethod::L1, RobustMethod::Huber, RobustMethod::Tukey],
+    };
+    for stage in stages {
+        if *stage == RobustMethod::L1 {
+            let (solution, converged) = super::least_absolute::solve(system, &plain, readings);
+            weighted.residuals = residuals(system, &solution);
+            weighted.solution = solution;
+            record.converged = converged;
+            scale = scales(system, &weighted, groups);
+            weights = (0..m)
+                .map(
+                    |i| if i < readings { (1.0 / deviation(system, &weighted, &scale, i).abs()).min(1.0) } else { 1.0 },
+                )
+                .collect();
+            continue;
+        }
+        record.converged = false;
+        for _ in 0..STEPS {
+            record.iterations += 1;
+            for (i, weight) in weights.iter_mut().enumerate().take(readings) {
+                *weight = weight_of(*stage, deviation(system, &weighted, &scale, i)).max(LEAST_WEIGHT);
+            }
+            let before = weighted.residuals.clone();
+            weighted = adjust(&reweighted(system, &weights, &scale), settings)?;
+            // the bisquare keeps the scale of Huber's estimate, or it could run away with its own
+            if *stage == RobustMethod::Huber {
+                scale = scales(system, &weighted, groups);
+            }
+            let moved = (0..m)
+                .map(|i| (before[i] - weighted.residuals[i]).abs() / (scale_of(system, &scale, i) * system.u[i]))
+                .fold(0.0_f64, |most, d| if d.is_nan() { most } else { most.max(d) });
+            if moved <= SETTLED || scale.contains(&0.0) {
+                record.converged = true;
+                break;
+            }
+        }
+    }
+    let inflation = inflation(system, &weighted, &scale, readings, plain.rank, method);
+    record.weights = weights;
+    Ok(Robust { weighted, plain, scale, inflation, record })
+}
+
+/// The system with `u / sqrt(weight)` and the scales as given.
+fn reweighted(system: &System, weights: &[f64], scale: &[f64]) -> System {
+    let positive = |s: f64| if s > 0.0 { s } else { 1.0 };
+    let u = (0..system.u.len())
+        .map(|i| system.u[i] * positive(scale_of(system, scale, i)) / weights[i].sqrt())
+        .collect::<Vec<f64>>();
+    System { u, group: vec![Group::Known; system.u.len()], ..system.clone() }
+}
+
+fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
+    let mut rest = system.observed.clone();
+    for (j, x) in solution.iter().enumerate().take(system.rows.ncols()) {
+        rest.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
+    rest
+}
+
+fn scale_of(system: &System, scale: &[f64], i: usize) -> f64 {
+    match system.group[i] {
+        Group::Known => 1.0,
+        Group::Estimated(g) => scale.get(g).copied().unwrap_or(1.0),
+    }
+}
+
+/// Residual over its standard deviation.
+fn deviation(system: &System, estimate: &Estimate, scale: &[f64], i: usize) -> f64 {
+    let s = scale_of(system, scale, i) * system.u[i];
+    let v = estimate.residuals[i];
+    if s > 0.0 {
+        v / s
+    } else if v == 0.0 {
+        0.0
+    } else {
+        f64::INFINITY.copysign(v)
+    }
+}
+
+/// Scale of each group: the median of absolute weighted residuals over that of the normal distribution. As many of the smallest as the
+/// group spent on the unknowns are left out, since a robust fit passes through about as many readings.
+fn scales(system: &System, estimate: &Estimate, groups: usize) -> Vec<f64> {
+    (0..groups)
+        .map(|g| {
+            let rows: Vec<usize> = (0..system.u.len()).filter(|i| system.group[*i] == Group::Estimated(g)).collect();
+            let mut sizes: Vec<f64> = rows.iter().map(|i| (estimate.residuals[*i] / system.u[*i]).abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let spent: f64 = rows.iter().map(|i| estimate.leverage[*i]).sum();
+            let kept = sizes.get((spent.round() as usize).min(sizes.len())..).unwrap_or_default();
+            let middle = |k: usize| kept.get(k).copied().unwrap_or(0.0);
+            let half = kept.len() / 2;
+            let median =
+                if kept.len() % 2 == 1 { middle(half) } else { 0.5 * (middle(half.saturating_sub(1)) + middle(half)) };
+            median / MAD
+        })
+        .collect()
+}
+
+fn weight_of(method: RobustMethod, deviation: f64) -> f64 {
+    let d = deviation.abs();
+    match method {
+        RobustMethod::Tukey if d >= TUKEY => 0.0,
+        RobustMethod::Tukey => (1.0 - (d / TUKEY).powi(2)).powi(2),
+        RobustMethod::Huber | RobustMethod::L1 => (HUBER / d).min(1.0),
+    }
+}
+
+/// `(psi, psi')`.
+fn psi(method: RobustMethod, d: f64) -> (f64, f64) {
+    match method {
+        RobustMethod::Tukey if d.abs() >= TUKEY => (0.0, 0.0),
+        RobustMethod::Tukey => {
+            let t = (d / TUKEY).powi(2);
+            (d * (1.0 - t).powi(2), (1.0 - t) * (1.0 - 5.0 * t))
+        }
+        _ if d.abs() <= HUBER => (d, 1.0),
+        _ => (HUBER.copysign(d), 0.0),
+    }
+}
+
+/// Variance over that of least squares with the same scale.
+fn inflation(
+    system: &System,
+    estimate: &Estimate,
+    scale: &[f64],
+    readings: usize,
+    rank: usize,
+    method: RobustMethod,
+) -> f64 {
+    let m = readings as f64;
+    let free = (m - rank as f64).max(1.0);
+    let deviations: Vec<f64> = (0..readings).map(|i| deviation(system, estimate, scale, i)).collect();
+    if method == RobustMethod::L1 {
+        return least_absolute_spread(&deviations, rank).powi(2) * m / free;
+    }
+    let (mut squares, mut slopes) = (0.0, 0.0);
+    for d in deviations {
+        let (value, slope) = psi(method, d);
+        squares += value * value;
+        slopes += slope;
+    }
+    let mean = (slopes / m).max(1e-3);
+    let small_sample = 1.0 + rank as f64 / m * (1.0 - mean).max(0.0) / mean;
+    small_sample.powi(2) * squares / free / (mean * mean)
+}
+
+/// Standard error of a median in units of the scale, times `sqrt m`: the distance of two order statistics (McKean, Schrader).
+fn least_absolute_spread(deviations: &[f64], rank: usize) -> f64 {
+    let mut sorted: Vec<f64> = deviations.to_vec();
+    // the fit passes through `rank` readings
+    sorted.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
+    sorted.truncate(deviations.len().saturating_sub(rank).max(2));
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len() as f64;
+    let z = normal_quantile(0.975).unwrap_or(1.96);
+    let lower = ((n + 1.0) / 2.0 - z * (n / 4.0).sqrt()).round().max(1.0) as usize;
+    let at = |k: usize| sorted.get(k.min(sorted.len().saturating_sub(1))).copied().unwrap_or_default();
+    let width = at(sorted.len().saturating_sub(lower)) - at(lower - 1);
+    n.sqrt() * width / (2.0 * z)
+}
+
+/// Covariance of the unknowns: the plain cofactor with robust scales, times the inflation.
+pub(super) fn covariance(robust: &Robust, system: &System) -> Mat<f64> {
+    let sensitivities = robust.plain.factor.sensitivities();
+    let (n, m) = (sensitivities.nrows(), sensitivities.ncols());
+    let scaled = Mat::from_fn(n, m, |j, i| {
+        let s = scale_of(system, &robust.scale, i) * system.u[i];
+        sensitivities[(j, i)] * s * robust.inflation.sqrt()
+    });
+    &scaled * scaled.transpose()
+}

@@ -1,0 +1,159 @@
+//! The campaign's constraints at a point of linearisation: equations and inequalities of the step, and what became of them.
+
+use crate::campaign::{Campaign, Constraint};
+use crate::estimate::{Equation, Inequality, Side};
+use faer::Mat;
+
+/// What became of the constraints.
+#[derive(Debug, Clone)]
+pub enum Constraints {
+    /// The campaign has none.
+    None,
+    /// All are met.
+    Met {
+        /// Those that hold the estimate back; an equation is never listed.
+        active: Vec<ActiveConstraint>,
+        /// By how much all of them together raise chi-square.
+        cost: f64,
+        /// Covariance of the constrained estimate from the readings, on the active face; `None` where nothing is active.
+        on_face: Option<Mat<f64>>,
+        /// The estimate that only the equations restrict, all estimated parameters.
+        free: Vec<f64>,
+    },
+    /// No values meet them all: these, by index in the campaign, contradict each other. None was applied.
+    Contradictory(Vec<usize>),
+    /// The inequalities were not applied: the readings leave a combination free, or the solver gave up.
+    NotApplied,
+}
+
+/// A constraint that holds the estimate back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActiveConstraint {
+    /// Index in the campaign.
+    pub constraint: usize,
+    /// Which side.
+    pub side: Side,
+    /// Decrease of chi-square for each unit (radian for tilts) by which it gives way.
+    pub multiplier: f64,
+    /// By how much chi-square would be smaller without it.
+    pub cost: f64,
+}
+
+/// Equations and inequalities of the change from a point; each with its constraint's index.
+pub(super) struct Rules {
+    pub equations: Vec<Equation>,
+    pub equation_of: Vec<usize>,
+    pub inequalities: Vec<Inequality>,
+    pub inequality_of: Vec<usize>,
+}
+
+impl Rules {
+    pub(super) fn at(campaign: &Campaign, point: &[f64]) -> Self {
+        let mut rules = Rules {
+            equations: Vec::new(),
+            equation_of: Vec::new(),
+            inequalities: Vec::new(),
+            inequality_of: Vec::new(),
+        };
+        let at = |j: &usize| point.get(*j).copied().unwrap_or_default();
+        for (k, constraint) in campaign.constraints.iter().enumerate() {
+            match constraint {
+                Constraint::Linear { terms, lower, upper } => {
+                    let here: f64 = terms.iter().map(|(j, c)| c * at(j)).sum();
+                    if lower == upper {
+                        rules.equations.push(Equation { terms: terms.clone(), value: lower - here });
+                        rules.equation_of.push(k);
+                    } else {
+                        let (lower, upper) = (lower - here, upper - here);
+                        rules.inequalities.push(Inequality::Range { terms: terms.clone(), lower, upper });
+                        rules.inequality_of.push(k);
+                    }
+                }
+                Constraint::Norm { of, at_most } => {
+                    let of = of.iter().map(|j| (*j, at(j))).collect();
+                    rules.inequalities.push(Inequality::Norm { of, at_most: *at_most });
+                    rules.inequality_of.push(k);
+                }
+            }
+        }
+        rules
+    }
+
+    /// Campaign indices of equations.
+    pub(super) fn equations_named(&self, which: &[usize]) -> Vec<usize> {
+        which.iter().filter_map(|k| self.equation_of.get(*k).copied()).collect()
+    }
+
+    /// Campaign indices of inequalities.
+    pub(super) fn inequalities_named(&self, which: &[usize]) -> Vec<usize> {
+        which.iter().filter_map(|k| self.inequality_of.get(*k).copied()).collect()
+    }
+}
+
+/// Does this point meet every constraint (to rounding)?
+pub(super) fn is_feasible(campaign: &Campaign, point: &[f64]) -> bool {
+    let at = |j: &usize| point.get(*j).copied().unwrap_or_default();
+    campaign.constraints.iter().all(|constraint| match constraint {
+        Constraint::Linear { terms, lower, upper } => {
+            let value: f64 = terms.iter().map(|(j, c)| c * at(j)).sum();
+            let reach: f64 = terms.iter().map(|(j, c)| (c * at(j)).abs()).sum();
+            let room = 1e-12 * reach;
+            value >= lower - room && value <= upper + room
+        }
+        Constraint::Norm { of, at_most } => {
+            of.iter().map(|j| at(j) * at(j)).sum::<f64>().sqrt() <= at_most * (1.0 + 1e-12)
+        }
+    })
+}
+
+/// Values that constraints on a single parameter (or a norm that it is in) allow it.
+pub(super) fn allowed(campaign: &Campaign, parameter: usize) -> (f64, f64) {
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for constraint in &campaign.constraints {
+        match constraint {
+            Constraint::Linear { terms, lower, upper } => {
+                if let [(j, c)] = terms.as_slice()
+                    && *j == parameter
+                    && *c != 0.0
+                {
+                    let (a, b) = (lower / c, upper / c);
+                    low = low.max(a.min(b));
+                    high = high.min(a.max(b));
+                }
+            }
+            Constraint::Norm { of, at_most } if of.contains(&parameter) => {
+                low = low.max(-at_most);
+                high = high.min(*at_most);
+            }
+            Constraint::Norm { .. } => {}
+        }
+    }
+    (low, high)
+}
+
+/// Parameters that an active constraint names.
+pub(super) fn at_bound(campaign: &Campaign, constraints: &Constraints) -> Vec<usize> {
+    let Constraints::Met { active, .. } = constraints else { return Vec::new() };
+    active.iter().filter_map(|a| campaign.constraints.get(a.constraint)).flat_map(named_by).collect()
+}
+
+/// Put a parameter that is bounded by itself on its bound to the last digit.
+pub(super) fn snap(campaign: &Campaign, constraints: &Constraints, point: &mut [f64]) {
+    let Constraints::Met { active, .. } = constraints else { return };
+    for a in active {
+        if let Some(Constraint::Linear { terms, lower, upper }) = campaign.constraints.get(a.constraint)
+            && let [(j, c)] = terms.as_slice()
+            && let Some(value) = point.get_mut(*j)
+        {
+            *value = if a.side == Side::Lower { lower / c } else { upper / c };
+        }
+    }
+}
+
+/// Parameters that a constraint names.
+fn named_by(constraint: &Constraint) -> Vec<usize> {
+    match constraint {
+        Constraint::Linear { terms, .. } => terms.iter().filter(|(_, c)| *c != 0.0).map(|(j, _)| *j).collect(),
+        Constraint::Norm { of, .. } => of.clone(),
+    }
+}

@@ -1,0 +1,203 @@
+//! One linear step from a point: weights, covariance, constraints and robustness as asked for.
+
+use super::noise::{self, Noise};
+use super::robust::{self, RobustRecord};
+use super::rules::{ActiveConstraint, Constraints, Rules};
+use super::system::{remounting, weigh};
+use super::{Remount, Settings};
+use crate::campaign::Campaign;
+use crate::design::DesignMatrix;
+use crate::error::Result;
+use crate::estimate::{
+    Elimination, Equations, Estimate, Group, Restricted, System, adjust, adjust_components, adjust_on, restrict,
+};
+
+/// What one step found.
+pub(super) struct Step {
+    /// The weighted system.
+    pub system: System,
+    /// The estimate that equations restrict but inequalities do not; residuals are those after the whole step.
+    pub estimate: Estimate,
+    /// The step of the estimated parameters, constraints included.
+    pub change: Vec<f64>,
+    /// What scatters.
+    pub noise: Noise,
+    /// What became of the constraints.
+    pub constraints: Constraints,
+    /// What the robust estimator did.
+    pub robust: Option<RobustRecord>,
+    /// The rows as they were adjusted: for each reading's unit error, what it is in the whitened rows.
+    pub indicators: Option<Vec<Vec<(usize, f64)>>>,
+    /// Residuals of whitened rows, where rows were whitened.
+    pub whitened_residuals: Option<Vec<f64>>,
+    /// Did inner iterations (scales, components, weights) settle?
+    pub settled: bool,
+}
+
+/// Solve the linear problem at the design's point.
+pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Settings) -> Result<Step> {
+    let system = weigh(campaign, design, settings.weighting)?;
+    let rules = Rules::at(campaign, &design.point);
+    let (elimination, contradiction) = eliminate(&system, &rules, campaign.unknowns());
+    let remounting = match settings.remount {
+        Remount::No => None,
+        how => Some(remounting(campaign, design, how)),
+    };
+    let sources = noise::sources(campaign, design, &system, remounting.as_ref());
+    let mut robust_record = None;
+    let mut settled = true;
+    let (mut indicators, mut whitened_residuals) = (None, None);
+    let (mut estimate, noise) = if let Some(method) = settings.robust {
+        let found = robust::estimate(&system, design.rows.len(), method, &settings.adjust)?;
+        let covariance = robust::covariance(&found, &system);
+        let factors: Vec<f64> = sources
+            .iter()
+            .map(|source| {
+                let group = source.rows.first().and_then(|(row, _)| system.group.get(*row));
+                let scale = match group {
+                    Some(Group::Estimated(g)) => found.scale.get(*g).copied().unwrap_or(1.0),
+                    _ => 1.0,
+                };
+                scale * scale * found.inflation
+            })
+            .collect();
+        let noise = Noise::robust(sources, &found.plain, &factors, covariance.clone());
+        let mut estimate = found.plain.clone();
+        estimate.solution = found.weighted.solution;
+        estimate.residuals = found.weighted.residuals;
+        estimate.factor = found.weighted.factor;
+        estimate.group_scale = estimate.group_scale.iter().zip(&found.scale).map(|(old, s)| old.map(|_| *s)).collect();
+        estimate.covariance = covariance;
+        settled = found.record.converged;
+        robust_record = Some(found.record);
+        (estimate, noise)
+    } else if remounting.is_some() {
+        let components = noise::components(&sources);
+        let adjusted = adjust_components(&system, &components, elimination.as_ref(), &settings.adjust)?;
+        settled = adjusted.converged;
+        indicators = Some(adjusted.indicators.clone());
+        whitened_residuals = Some(adjusted.estimate.residuals.clone());
+        let noise = Noise::from_components(sources, &adjusted);
+        (as_read(&system, &noise, adjusted.estimate), noise)
+    } else {
+        let estimate = match &elimination {
+            Some(elimination) => adjust_on(&system, elimination, &settings.adjust)?,
+            None => adjust(&system, &settings.adjust)?,
+        };
+        settled = settled && estimate.group_converged;
+        let noise = Noise::independent(sources, &system, &estimate);
+        (estimate, noise)
+    };
+    let mut change = estimate.solution.clone();
+    let constraints = match contradiction {
+        Some(named) => Constraints::Contradictory(named),
+        None if campaign.constraints.is_empty() => Constraints::None,
+        None => {
+            let (constraints, restricted) = inequalities(&system, &estimate, &rules, design);
+            change = restricted.unwrap_or(change);
+            constraints
+        }
+    };
+    if change != estimate.solution {
+        estimate.residuals = residuals(&system, &change);
+    }
+    Ok(Step {
+        system,
+        estimate,
+        change,
+        noise,
+        constraints,
+        robust: robust_record,
+        indicators,
+        whitened_residuals,
+        settled,
+    })
+}
+
+/// Eliminate equations; or the constraints of the campaign that contradict each other.
+fn eliminate(system: &System, rules: &Rules, unknowns: usize) -> (Option<Elimination>, Option<Vec<usize>>) {
+    if rules.equations.is_empty() {
+        return (None, None);
+    }
+    let scale: Vec<f64> = (0..unknowns)
+        .map(|j| system.rows.col_as_slice(j).iter().zip(&system.u).map(|(a, u)| (a / u).powi(2)).sum::<f64>().sqrt())
+        .collect();
+    match Equations::new(unknowns, &scale, &rules.equations) {
+        Equations::Consistent(elimination) => (Some(elimination), None),
+        Equations::Contradictory(which) => (None, Some(rules.equations_named(&which))),
+    }
+}
+
+/// Apply the inequalities: what became of the constraints, and the restricted step if they changed it.
+fn inequalities(
+    system: &System,
+    estimate: &Estimate,
+    rules: &Rules,
+    design: &DesignMatrix,
+) -> (Constraints, Option<Vec<f64>>) {
+    let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
+    match restrict(system, estimate, &rules.inequalities) {
+        Restricted::NotApplied => (Constraints::NotApplied, None),
+        Restricted::Infeasible(which) => {
+            let mut named = rules.inequalities_named(&which);
+            // the equations decided what was free; they may have a part in it
+            named.extend(&rules.equation_of);
+            named.sort_unstable();
+            (Constraints::Contradictory(named), None)
+        }
+        Restricted::Found { active, .. } if active.is_empty() => {
+            (Constraints::Met { active: Vec::new(), cost: 0.0, on_face: None, free }, None)
+        }
+        Restricted::Found { solution, active, cost, covariance } => {
+            let common = match (system.group.first(), estimate.group_scale.as_slice()) {
+                (Some(Group::Estimated(_)), [Some(s)]) if !system.group.contains(&Group::Known) && *s > 0.0 => s * s,
+                _ => 1.0,
+            };
+            let active = active
+                .iter()
+                .map(|a| ActiveConstraint {
+                    constraint: rules.inequality_of.get(a.inequality).copied().unwrap_or_default(),
+                    side: a.side,
+                    multiplier: a.multiplier / common,
+                    cost: a.cost / common,
+                })
+                .collect();
+            let met = Constraints::Met { active, cost: cost / common, on_face: Some(covariance), free };
+            (met, Some(solution))
+        }
+    }
+}
+
+/// An estimate from whitened rows, with residuals, leverages and redundancies of the readings as they were read.
+fn as_read(system: &System, noise: &Noise, whitened: Estimate) -> Estimate {
+    let mut estimate = whitened;
+    estimate.residuals = residuals(system, &estimate.solution);
+    let m = system.observed.len();
+    estimate.leverage = (0..m)
+        .map(|i| {
+            let own: f64 = (0..system.rows.ncols()).map(|j| system.rows[(i, j)] * noise.sensitivities[(j, i)]).sum();
+            own.clamp(0.0, 1.0)
+        })
+        .collect();
+    estimate.redundancy = estimate.leverage.iter().map(|h| 1.0 - h).collect();
+    let groups = system.group.iter().filter_map(|g| if let Group::Estimated(g) = g { Some(*g) } else { None }).max();
+    let scale_of = |g: usize| {
+        let own = |s: &&noise::Source| {
+            s.offset.is_empty()
+                && s.rows.first().is_some_and(|(row, _)| system.group.get(*row) == Some(&Group::Estimated(g)))
+        };
+        noise.sources.iter().find(own).filter(|_| noise.determined).map(|s| s.variance.sqrt())
+    };
+    estimate.group_scale = groups.map_or(Vec::new(), |most| (0..=most).map(scale_of).collect());
+    estimate.group_redundancy = vec![estimate.dof as f64; estimate.group_scale.len()];
+    estimate.covariance = noise.covariance.clone();
+    estimate
+}
+
+fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
+    let mut rest = system.observed.clone();
+    for (j, x) in solution.iter().enumerate().take(system.rows.ncols()) {
+        rest.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
+    rest
+}

@@ -1,0 +1,149 @@
+//! A calibration carried to navigation: the covariance of its parameters becomes one of the unit's errors, and that one
+//! of navigation errors, by the linear signatures and by Monte Carlo beside them.
+
+use super::errors::{ImuErrors, Source};
+use super::linear::{STATES, Signatures, Square};
+use super::run::Scenario;
+use crate::error::{Fault, Malformed, Result};
+use nalgebra::DMatrix;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+
+/// Covariance of some error sources, SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourceCovariance {
+    /// Rows and columns.
+    pub sources: Vec<Source>,
+    /// The matrix.
+    pub matrix: DMatrix<f64>,
+}
+
+/// Standard uncertainties of the navigation errors at one instant.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct NavigationUncertainty {
+    /// `phi` about east, north, up, rad.
+    pub attitude: [f64; 3],
+    /// East, north, m/s.
+    pub velocity: [f64; 2],
+    /// East, north, m.
+    pub position: [f64; 2],
+}
+
+/// Combine a report's parameters to error sources: `Sigma_sources = A Sigma_report A^T`.
+///
+/// `order` and `matrix` are the report's covariance; `carry` has for each source the parameters and their factors,
+/// source unit (see [`Source::unit`]) per parameter unit.
+///
+/// Errors: an unknown source or parameter, a covariance that is not square, a parameter without a covariance.
+pub fn combine(
+    order: &[String],
+    matrix: &[Vec<Option<f64>>],
+    carry: &[(String, Vec<(String, f64)>)],
+) -> Result<SourceCovariance> {
+    let n = order.len();
+    if matrix.len() != n || matrix.iter().any(|row| row.len() != n) {
+        return Err(Malformed::new(Fault::Value, "the report's covariance is not a square of its parameters")
+            .at_path("calibration.report")
+            .expected(format!("{n} rows of {n} numbers"))
+            .found(format!("{} rows", matrix.len())));
+    }
+    let mut sources = Vec::new();
+    let mut factors: DMatrix<f64> = DMatrix::zeros(carry.len(), n);
+    for (i, (id, parameters)) in carry.iter().enumerate() {
+        let path = format!("calibration.carry.{id}");
+        let source = Source::named(id).ok_or_else(|| {
+            let known: Vec<String> = Source::all().iter().map(Source::id).collect();
+            Malformed::new(Fault::UnknownName, format!("no error source is called '{id}'"))
+                .at_path(&path)
+                .expected(format!("one of {}", known.join(", ")))
+                .found(format!("'{id}'"))
+        })?;
+        for (parameter, factor) in parameters {
+            let path = format!("{path}.{parameter}");
+            let column = order.iter().position(|name| name == parameter).ok_or_else(|| {
+                Malformed::new(Fault::UnknownName, format!("the report estimates no parameter '{parameter}'"))
+                    .at_path(&path)
+                    .expected(format!("one of {}", order.join(", ")))
+                    .found(format!("'{parameter}'"))
+            })?;
+            if !factor.is_finite() {
+                return Err(Malformed::new(Fault::Value, "not a factor").at_path(&path).expected("a finite number"));
+            }
+            let defined = matrix.get(column).is_some_and(|row| row.get(column).is_some_and(Option::is_some));
+            if !defined {
+                return Err(Malformed::new(Fault::Missing, format!("'{parameter}' is not estimable in the report"))
+                    .at_path(&path)
+                    .expected("a parameter with a covariance"));
+            }
+            factors[(i, column)] += factor * source.si_per_unit();
+        }
+        sources.push(source);
+    }
+    let sigma: DMatrix<f64> =
+        DMatrix::from_fn(n, n, |i, j| matrix.get(i).and_then(|row| row.get(j).copied().flatten()).unwrap_or_default());
+    Ok(SourceCovariance { sources, matrix: &factors * sigma * factors.transpose() })
+}
+
+impl SourceCovariance {
+    /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and the noise's own.
+    pub fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
+        let all = Source::all();
+        let columns: Vec<_> = self
+            .sources
+            .iter()
+            .map(|source| {
+                let index = all.iter().position(|other| other == source);
+                index.and_then(|i| signatures.states.get(i)).copied().unwrap_or([0.0; STATES])
+            })
+            .collect();
+        let mut covariance: Square = signatures.noise;
+        for (i, a) in columns.iter().enumerate() {
+            for (j, b) in columns.iter().enumerate() {
+                let sigma = self.matrix[(i, j)];
+                for (row, x) in covariance.iter_mut().zip(a) {
+                    for (slot, y) in row.iter_mut().zip(b) {
+                        *slot += sigma * x * y;
+                    }
+                }
+            }
+        }
+        let deviation = |i: usize| covariance[i][i].max(0.0).sqrt();
+        NavigationUncertainty {
+            attitude: [deviation(0), deviation(1), deviation(2)],
+            velocity: [deviation(3), deviation(4)],
+            position: [deviation(6) * signatures.metres[0], deviation(5) * signatures.metres[1]],
+        }
+    }
+
+    /// Scenarios drawn from the covariance (seeded), with the noise of `base`.
+    pub fn draw(&self, base: &ImuErrors, draws: usize, seed: u64) -> Vec<Scenario> {
+        let size = self.sources.len();
+        // Sources of one covariance differ by many orders of size: scale to correlations before the eigenvectors.
+        let scale: Vec<f64> = (0..size).map(|i| self.matrix[(i, i)].max(0.0).sqrt()).collect();
+        let correlation = DMatrix::from_fn(size, size, |i, j| match scale[i] * scale[j] {
+            0.0 => 0.0,
+            product => self.matrix[(i, j)] / product,
+        });
+        let eigen = correlation.symmetric_eigen();
+        let mut generator = Pcg64Mcg::seed_from_u64(seed);
+        (0..draws)
+            .map(|index| {
+                let unit: Vec<f64> = (0..size)
+                    .map(|k| {
+                        let normal: f64 = StandardNormal.sample(&mut generator);
+                        normal * eigen.eigenvalues[k].max(0.0).sqrt()
+                    })
+                    .collect();
+                let mut errors = ImuErrors::default();
+                errors.gyro.random_walk = base.gyro.random_walk;
+                errors.accelerometer.random_walk = base.accelerometer.random_walk;
+                for (i, source) in self.sources.iter().enumerate() {
+                    let value: f64 = unit.iter().enumerate().map(|(k, u)| eigen.eigenvectors[(i, k)] * u).sum();
+                    source.set(&mut errors, value * scale[i]);
+                }
+                Scenario { id: format!("draw {}", index + 1), errors }
+            })
+            .collect()
+    }
+}

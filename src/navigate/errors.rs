@@ -1,0 +1,206 @@
+//! What is wrong with an inertial measurement unit: the errors of its two triads, and their names.
+//!
+//! Each triad reads `measured = (1 + K) true + b + k2 true^2 + noise` in the body frame: the diagonal of `K` holds the
+//! scale factor errors, the rest the installation errors (`xy`: what of the y input the x sensor sees), `b` the bias,
+//! `k2` the second-order coefficient of each sensor on its own input, noise a white one (random walk of its integral).
+
+/// Which of the two triads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Instrument {
+    /// Angular rate, rad/s.
+    Gyro,
+    /// Specific force, m/s^2.
+    Accelerometer,
+}
+
+/// Errors of one triad, in SI units (rad/s or m/s^2) and body axes x right, y forward, z up.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TriadErrors {
+    /// Bias, rad/s or m/s^2.
+    pub bias: [f64; 3],
+    /// Row: the sensor; column: the input. Diagonal: scale factor error; off it: installation error, rad.
+    pub matrix: [[f64; 3]; 3],
+    /// Second-order coefficient of each sensor on its own input, s/rad or s^2/m.
+    pub square: [f64; 3],
+    /// Random walk of the integrated reading, rad/sqrt(s) or (m/s)/sqrt(s); the square root of the noise density.
+    pub random_walk: f64,
+}
+
+/// Errors of the whole unit.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ImuErrors {
+    /// Gyros.
+    pub gyro: TriadErrors,
+    /// Accelerometers.
+    pub accelerometer: TriadErrors,
+}
+
+/// The kind of a deterministic error source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kind {
+    /// Constant offset.
+    Bias,
+    /// Scale factor error.
+    ScaleFactor,
+    /// Installation error: a sensor's input axis leans towards another body axis.
+    Installation,
+    /// Second-order coefficient.
+    SecondOrder,
+}
+
+/// One number of [`ImuErrors`]: an error source with a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Source {
+    /// The triad.
+    pub instrument: Instrument,
+    /// The kind.
+    pub kind: Kind,
+    /// The sensor's axis, 0 to 2.
+    pub axis: usize,
+    /// The input's axis, 0 to 2; equal to `axis` unless the kind is an installation error.
+    pub input: usize,
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl Source {
+    /// The deterministic sources: 24 of bias, scale factor and installation, and 6 second-order ones after them.
+    ///
+    /// ```
+    /// use tumble::navigate::errors::Source;
+    /// assert_eq!(Source::all().len(), 30);
+    /// assert_eq!(Source::first_order().len(), 24);
+    /// assert_eq!(Source::all()[7].id(), "gyro_installation_xz");
+    /// ```
+    pub fn all() -> Vec<Source> {
+        let mut sources = Source::first_order();
+        for instrument in [Instrument::Gyro, Instrument::Accelerometer] {
+            sources.extend((0..3).map(|axis| Source { instrument, kind: Kind::SecondOrder, axis, input: axis }));
+        }
+        sources
+    }
+
+    /// The 24 sources of bias, scale factor and installation error.
+    pub fn first_order() -> Vec<Source> {
+        let mut sources = Vec::new();
+        for instrument in [Instrument::Gyro, Instrument::Accelerometer] {
+            for kind in [Kind::Bias, Kind::ScaleFactor] {
+                sources.extend((0..3).map(|axis| Source { instrument, kind, axis, input: axis }));
+            }
+            for axis in 0..3 {
+                let inputs = (0..3).filter(|&input| input != axis);
+                sources.extend(inputs.map(|input| Source { instrument, kind: Kind::Installation, axis, input }));
+            }
+        }
+        sources
+    }
+
+    /// The source of a name, if there is one.
+    pub fn named(id: &str) -> Option<Source> {
+        Source::all().into_iter().find(|source| source.id() == id)
+    }
+
+    /// The group that the source belongs to, for example `gyro_scale_factor`.
+    pub fn group(&self) -> String {
+        let instrument = match self.instrument {
+            Instrument::Gyro => "gyro",
+            Instrument::Accelerometer => "accelerometer",
+        };
+        let kind = match self.kind {
+            Kind::Bias => "bias",
+            Kind::ScaleFactor => "scale_factor",
+            Kind::Installation => "installation",
+            Kind::SecondOrder => "second_order",
+        };
+        format!("{instrument}_{kind}")
+    }
+
+    /// The source's name, for example `gyro_bias_x` or `accelerometer_installation_xy`.
+    pub fn id(&self) -> String {
+        let axis = |i: usize| AXES.get(i).copied().unwrap_or("?");
+        match self.kind {
+            Kind::Installation => format!("{}_{}{}", self.group(), axis(self.axis), axis(self.input)),
+            _ => format!("{}_{}", self.group(), axis(self.axis)),
+        }
+    }
+
+    /// The unit in which mission files and reports give the source.
+    pub fn unit(&self) -> &'static str {
+        match (self.instrument, self.kind) {
+            (Instrument::Gyro, Kind::Bias) => "deg/h",
+            (Instrument::Accelerometer, Kind::Bias) => "g",
+            (_, Kind::ScaleFactor) => "1",
+            (_, Kind::Installation) => "arcsec",
+            (Instrument::Gyro, Kind::SecondOrder) => "(deg/h)/(deg/s)^2",
+            (Instrument::Accelerometer, Kind::SecondOrder) => "g/g^2",
+        }
+    }
+
+    /// SI value (rad/s, m/s^2, 1, rad, s/rad, s^2/m) of one of [`Source::unit`].
+    pub fn si_per_unit(&self) -> f64 {
+        let degree = 1f64.to_radians();
+        match (self.instrument, self.kind) {
+            (Instrument::Gyro, Kind::Bias) => degree / 3600.0,
+            (Instrument::Accelerometer, Kind::Bias) => super::earth::STANDARD_GRAVITY,
+            (_, Kind::ScaleFactor) => 1.0,
+            (_, Kind::Installation) => degree / 3600.0,
+            (Instrument::Gyro, Kind::SecondOrder) => 1.0 / (3600.0 * degree),
+            (Instrument::Accelerometer, Kind::SecondOrder) => 1.0 / super::earth::STANDARD_GRAVITY,
+        }
+    }
+
+    /// The source's value in `errors`, SI.
+    pub fn of(&self, errors: &ImuErrors) -> f64 {
+        let mut copy = *errors;
+        self.slot(&mut copy).map_or(0.0, |slot| *slot)
+    }
+
+    /// Set the source's value, SI.
+    pub fn set(&self, errors: &mut ImuErrors, value: f64) {
+        if let Some(slot) = self.slot(errors) {
+            *slot = value;
+        }
+    }
+
+    fn slot<'a>(&self, errors: &'a mut ImuErrors) -> Option<&'a mut f64> {
+        let triad = match self.instrument {
+            Instrument::Gyro => &mut errors.gyro,
+            Instrument::Accelerometer => &mut errors.accelerometer,
+        };
+        match self.kind {
+            Kind::Bias => triad.bias.get_mut(self.axis),
+            Kind::SecondOrder => triad.square.get_mut(self.axis),
+            Kind::ScaleFactor | Kind::Installation => {
+                triad.matrix.get_mut(self.axis).and_then(|row| row.get_mut(self.input))
+            }
+        }
+    }
+}
+
+impl ImuErrors {
+    /// Only the sources that `keep` accepts; no noise.
+    pub fn only(&self, keep: impl Fn(&Source) -> bool) -> ImuErrors {
+        let mut kept = ImuErrors::default();
+        for source in Source::all().into_iter().filter(|source| keep(source)) {
+            source.set(&mut kept, source.of(self));
+        }
+        kept
+    }
+
+    /// One source of the given SI value and nothing else.
+    pub fn single(source: Source, value: f64) -> ImuErrors {
+        let mut errors = ImuErrors::default();
+        source.set(&mut errors, value);
+        errors
+    }
+
+    /// The sources that are not zero.
+    pub fn present(&self) -> Vec<Source> {
+        Source::all().into_iter().filter(|source| source.of(self) != 0.0).collect()
+    }
+
+    /// Whether there is noise, which needs random numbers at every step.
+    pub fn is_noisy(&self) -> bool {
+        self.gyro.random_walk > 0.0 || self.accelerometer.random_walk > 0.0
+    }
+}

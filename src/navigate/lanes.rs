@@ -1,0 +1,210 @@
+//! Many scenarios of one motion side by side: eight navigators to a group, as many to a register as the machine has.
+//!
+//! The motion is common to all lanes, so its increments are made once per block; every lane then applies its own errors
+//! and mechanises. Which instructions are used is decided at run time (`pulp`): a portable binary runs AVX2 and FMA
+//! where they exist, and plain arithmetic elsewhere. One thread; the groups of a block run one after another while its
+//! increments are in the first-level cache.
+
+use super::course::{Block, Course, Truth};
+use super::errors::{ImuErrors, TriadErrors};
+use super::mechanise::{self, CHUNK, ERRORS, Memory, STATES, Setting};
+use super::mission::Mission;
+use super::quadrature::MAX_STEPS;
+use pulp::{Arch, Simd, WithSimd};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+
+/// Lanes of a group.
+pub const GROUP: usize = 8;
+
+/// Eight scenarios.
+#[derive(Debug, Clone)]
+struct Group {
+    used: usize,
+    memory: Box<Memory>,
+    /// Standard deviation of one increment, gyro and accelerometer, and the generator, of each noisy lane.
+    noise: Vec<(usize, f64, f64, Pcg64Mcg)>,
+    drawn: Vec<[[f64; GROUP]; 6]>,
+}
+
+/// The navigators of one mission and motion.
+#[derive(Debug, Clone)]
+pub struct Fleet {
+    groups: Vec<Group>,
+    setting: Setting,
+    block: Block,
+    arch: Arch,
+}
+
+/// What one navigator believes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Belief {
+    /// Body to east-north-up, scalar first.
+    pub quaternion: [f64; 4],
+    /// East, north, m/s.
+    pub velocity: [f64; 2],
+    /// Latitude, rad.
+    pub latitude: f64,
+    /// Longitude, rad.
+    pub longitude: f64,
+}
+
+impl Fleet {
+    /// Navigators that start from the truth, one for each set of errors; lane `k` of noise is seeded by `seed` and `k`.
+    pub fn new(mission: &Mission, course: &mut Course, errors: &[ImuErrors], seed: u64) -> Fleet {
+        let truth = course.truth();
+        let past = course.before_start();
+        let setting = Setting { step: mission.step, altitude: mission.site.altitude };
+        let groups = errors
+            .chunks(GROUP)
+            .enumerate()
+            .map(|(g, chunk)| Group::new(chunk, mission.step, &truth, &past, seed, g * GROUP))
+            .collect();
+        Fleet { groups, setting, block: Block::default(), arch: Arch::new() }
+    }
+
+    /// Advance all navigators by one block of at most `limit` steps of their course; the block's steps are returned.
+    pub fn advance(&mut self, course: &mut Course, limit: u64) -> usize {
+        self.arch.dispatch(Advance { fleet: self, course, limit });
+        self.block.steps
+    }
+
+    /// What navigator `index` believes.
+    pub fn belief(&self, index: usize) -> Option<Belief> {
+        let group = self.groups.get(index / GROUP)?;
+        let lane = index % GROUP;
+        let at = |i: usize| group.memory.state[i][lane];
+        (lane < group.used).then(|| Belief {
+            quaternion: [at(0), at(1), at(2), at(3)],
+            velocity: [at(4), at(5)],
+            latitude: at(6),
+            longitude: at(7),
+        })
+    }
+}
+
+struct Advance<'a> {
+    fleet: &'a mut Fleet,
+    course: &'a mut Course,
+    limit: u64,
+}
+
+impl WithSimd for Advance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Advance { fleet: Fleet { groups, setting, block, .. }, course, limit } = self;
+        course.advance(limit, block);
+        for group in groups {
+            group.draw(block.steps);
+            let Group { used, memory, drawn, .. } = group;
+            // Which register is known when this is compiled, for each instruction set.
+            let registers = used.div_ceil(S::F64_LANES);
+            mechanise::fly::<S, 0, 1>(simd, *setting, block, memory, drawn);
+            if S::F64_LANES <= 4 && registers > 1 {
+                mechanise::fly::<S, 1, 1>(simd, *setting, block, memory, drawn);
+            }
+            if S::F64_LANES <= 2 && registers > 2 {
+                mechanise::fly::<S, 2, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 3, 1>(simd, *setting, block, memory, drawn);
+            }
+            if S::F64_LANES == 1 && registers > 4 {
+                mechanise::fly::<S, 4, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 5, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 6, 1>(simd, *setting, block, memory, drawn);
+                mechanise::fly::<S, 7, 1>(simd, *setting, block, memory, drawn);
+            }
+        }
+    }
+}
+
+impl Group {
+    fn new(chunk: &[ImuErrors], step: f64, truth: &Truth, past: &[f64; 6], seed: u64, first: usize) -> Group {
+        let mut group = Group {
+            used: chunk.len(),
+            memory: Box::new(Memory {
+                errors: [[0.0; GROUP]; ERRORS],
+                state: [[0.0; GROUP]; STATES],
+                reported: [[[0.0; GROUP]; 6]; CHUNK + 1],
+                track: [[[0.0; GROUP]; 7]; CHUNK / 2],
+            }),
+            noise: Vec::new(),
+            drawn: Vec::new(),
+        };
+        let (sine, cosine) = truth.latitude.sin_cos();
+        let [w, x, y, z] = truth.quaternion;
+        let [east, north] = truth.velocity;
+        let own = [w, x, y, z, east, north, truth.latitude, truth.longitude, sine, cosine, east, north];
+        for lane in 0..GROUP {
+            let errors = chunk.get(lane).copied().unwrap_or_default();
+            let columns = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
+            for (slot, value) in group.memory.errors.iter_mut().zip(columns) {
+                slot[lane] = value;
+            }
+            // The navigator remembers what its own unit reported before the start.
+            let past = measured(&errors, past, step);
+            for (slot, value) in group.memory.state.iter_mut().zip(own) {
+                slot[lane] = value;
+            }
+            for (slot, value) in group.memory.reported[0].iter_mut().zip(past) {
+                slot[lane] = value;
+            }
+            if errors.is_noisy() && lane < chunk.len() {
+                let root = step.sqrt();
+                let generator = Pcg64Mcg::seed_from_u64(seed.wrapping_add(0x9e37_79b9 * (first + lane) as u64));
+                group.noise.push((
+                    lane,
+                    errors.gyro.random_walk * root,
+                    errors.accelerometer.random_walk * root,
+                    generator,
+                ));
+            }
+        }
+        group
+    }
+
+    /// Noise of every step of a block, where there is any.
+    fn draw(&mut self, steps: usize) {
+        if self.noise.is_empty() {
+            return;
+        }
+        self.drawn.resize(MAX_STEPS, [[0.0; GROUP]; 6]);
+        for (lane, gyro, accelerometer, generator) in &mut self.noise {
+            for step in self.drawn.iter_mut().take(steps) {
+                for (axis, slot) in step.iter_mut().enumerate() {
+                    let unit: f64 = StandardNormal.sample(generator);
+                    slot[*lane] = unit * if axis < 3 { *gyro } else { *accelerometer };
+                }
+            }
+        }
+    }
+}
+
+/// A triad's errors for increments over a step.
+fn scaled(errors: &TriadErrors, step: f64) -> [f64; 15] {
+    let mut columns = [0.0; 15];
+    for axis in 0..3 {
+        columns[axis] = errors.bias[axis] * step;
+        for input in 0..3 {
+            columns[3 + 3 * axis + input] = errors.matrix[axis][input] + f64::from(u8::from(axis == input));
+        }
+        columns[12 + axis] = errors.square[axis] / step;
+    }
+    columns
+}
+
+/// What a unit with these errors and no noise reports of true increments (rates x, y, z, then specific forces).
+pub fn measured(errors: &ImuErrors, increments: &[f64; 6], step: f64) -> [f64; 6] {
+    let triad = |errors: &TriadErrors, t: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            let row = &errors.matrix[axis];
+            let squared = errors.square[axis] * t[axis] * t[axis] / step;
+            t[axis] + errors.bias[axis] * step + row[0] * t[0] + row[1] * t[1] + row[2] * t[2] + squared
+        })
+    };
+    let [a, b, c, d, e, f] = *increments;
+    let ([a, b, c], [d, e, f]) = (triad(&errors.gyro, [a, b, c]), triad(&errors.accelerometer, [d, e, f]));
+    [a, b, c, d, e, f]
+}

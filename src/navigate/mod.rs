@@ -1,0 +1,30 @@
+//! What calibration errors do to a strapdown navigator over hours.
+//!
+//! ```text
+//! motion (exact truth) -> increments (exact integrals) -> unit with errors -> mechanisation -> believed - true
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | [`mission`], [`motion`], [`errors`] | the question: site, step, motion, what is wrong with the unit |
+//! | [`earth`], [`quadrature`], [`course`] | the truth: WGS-84, exact increments, where the vehicle really is |
+//! | [`mechanise`], [`vector`], [`lanes`] | the navigator: one step in all lanes of a register, groups of eight scenarios |
+//! | [`linear`] | the linear error equations, one signature for each error source |
+//! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
+//!
+//! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
+//! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
+
+pub mod carry;
+pub mod course;
+pub mod earth;
+pub mod errors;
+pub mod lanes;
+pub mod linear;
+pub mod mechanise;
+pub mod mission;
+pub mod motion;
+pub mod quadrature;
+pub mod run;
+pub mod study;
+pub mod vector;

@@ -1,0 +1,206 @@
+//! A mission flown: rows of navigation errors as they come, and what is left of each scenario at the end.
+//!
+//! Rows go to a sink one at a time, so that memory does not depend on the duration.
+
+use super::course::{Course, Truth, metres};
+use super::errors::ImuErrors;
+use super::lanes::{Belief, Fleet};
+use super::mission::Mission;
+use super::motion::Motion;
+
+/// One set of errors with a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// Its name in reports: `all`, `gyro_bias`, `gyro_bias_x`, ...
+    pub id: String,
+    /// The unit's errors.
+    pub errors: ImuErrors,
+}
+
+/// What a navigator has wrong.
+///
+/// Attitude is the *phi* angle: the navigator's level frame is the true one turned by the small rotation `phi`, so that
+/// its attitude is `C' = (I - phi x) C`. Velocity and position are computed minus true.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct NavigationError {
+    /// `phi` about east, north, up, rad.
+    pub attitude: [f64; 3],
+    /// East, north, m/s.
+    pub velocity: [f64; 2],
+    /// East, north, m on the ground.
+    pub position: [f64; 2],
+}
+
+/// One instant of output.
+#[derive(Debug)]
+pub struct Row<'a> {
+    /// The true state.
+    pub truth: Truth,
+    /// One for each scenario, in their order.
+    pub errors: &'a [NavigationError],
+}
+
+/// Whether a run should go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Continue {
+    /// Go on.
+    Yes,
+    /// Stop here; the results so far are returned.
+    Stop,
+}
+
+/// One quantity of a scenario over the rows of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Summary {
+    /// At the last row.
+    pub last: f64,
+    /// Largest of all rows.
+    pub max: f64,
+    /// Root mean square over all rows.
+    pub rms: f64,
+}
+
+/// What is left of one scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The scenario's name.
+    pub id: String,
+    /// The error at the last row.
+    pub last: NavigationError,
+    /// Tilt `(phi_E^2 + phi_N^2)^(1/2)`, rad.
+    pub tilt: Summary,
+    /// Azimuth error `|phi_U|`, rad.
+    pub azimuth: Summary,
+    /// Horizontal velocity error, m/s.
+    pub velocity: Summary,
+    /// Horizontal position error, m.
+    pub position: Summary,
+}
+
+/// The end of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flight {
+    /// Time of the last row, s.
+    pub time: f64,
+    /// Rows given to the sink.
+    pub rows: u64,
+    /// One for each scenario.
+    pub outcomes: Vec<Outcome>,
+}
+
+impl NavigationError {
+    /// A navigator's belief against the truth.
+    pub fn of(belief: &Belief, truth: &Truth, altitude: f64) -> Self {
+        // C' C^T as a quaternion: its vector part is -phi/2.
+        let [w, x, y, z] = belief.quaternion;
+        let [tw, tx, ty, tz] = truth.quaternion;
+        let scalar = w * tw + x * tx + y * ty + z * tz;
+        let vector = [
+            -w * tx + x * tw - y * tz + z * ty,
+            -w * ty + x * tz + y * tw - z * tx,
+            -w * tz - x * ty + y * tx + z * tw,
+        ];
+        let length = vector.iter().map(|v| v * v).sum::<f64>().sqrt();
+        // The rotation vector from the quaternion; for a small one the ratio is 2.
+        let ratio = if length > 0.0 { 2.0 * length.atan2(scalar.abs()) / length } else { 2.0 };
+        let sign = if scalar < 0.0 { 1.0 } else { -1.0 };
+        NavigationError {
+            attitude: vector.map(|v| sign * ratio * v),
+            velocity: [belief.velocity[0] - truth.velocity[0], belief.velocity[1] - truth.velocity[1]],
+            position: metres(truth, altitude, belief.latitude, belief.longitude),
+        }
+    }
+
+    /// Tilt, rad.
+    pub fn tilt(&self) -> f64 {
+        self.attitude[0].hypot(self.attitude[1])
+    }
+
+    /// Horizontal velocity error, m/s.
+    pub fn speed(&self) -> f64 {
+        self.velocity[0].hypot(self.velocity[1])
+    }
+
+    /// Horizontal position error, m.
+    pub fn distance(&self) -> f64 {
+        self.position[0].hypot(self.position[1])
+    }
+}
+
+/// Fly one motion of a mission with all scenarios at once.
+///
+/// A row is given to `sink` at the start, after every `steps_per_row` steps and at the end. Nothing here fails: a
+/// navigator whose errors carry it over a pole goes on as NaN.
+///
+/// ```
+/// use tumble::navigate::{mission::{Mission, Site}, motion::Motion, run::{self, Continue, Scenario}};
+/// let site = Site { latitude: 0.8, longitude: 0.0, altitude: 0.0 };
+/// let mission = Mission::new(site, 0.01, 600.0, 60.0, Motion::default())?;
+/// let perfect = Scenario { id: "none".into(), errors: Default::default() };
+/// let flight = run::fly(&mission, &mission.motion, &[perfect], &mut |_| Continue::Yes);
+/// assert!(flight.outcomes[0].position.max < 1e-6);
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn fly(
+    mission: &Mission,
+    motion: &Motion,
+    scenarios: &[Scenario],
+    sink: &mut dyn FnMut(&Row<'_>) -> Continue,
+) -> Flight {
+    let mut course = Course::new(mission, motion);
+    let errors: Vec<ImuErrors> = scenarios.iter().map(|scenario| scenario.errors).collect();
+    let mut fleet = Fleet::new(mission, &mut course, &errors, mission.seed);
+    let mut tallies = vec![Tally::default(); scenarios.len()];
+    let mut now = vec![NavigationError::default(); scenarios.len()];
+    let mut rows = 0;
+    let mut next = 0;
+    loop {
+        if course.done() >= next {
+            let truth = course.truth();
+            for (i, error) in now.iter_mut().enumerate() {
+                if let Some(belief) = fleet.belief(i) {
+                    *error = NavigationError::of(&belief, &truth, mission.site.altitude);
+                }
+            }
+            for (tally, error) in tallies.iter_mut().zip(&now) {
+                tally.add(error);
+            }
+            rows += 1;
+            if sink(&Row { truth, errors: &now }) == Continue::Stop || course.done() >= mission.steps {
+                break;
+            }
+            next = (course.done() + mission.steps_per_row).min(mission.steps);
+        }
+        let ahead = next - course.done();
+        fleet.advance(&mut course, ahead);
+    }
+    let outcomes = scenarios.iter().zip(&tallies).zip(&now).map(|((scenario, tally), last)| Outcome {
+        id: scenario.id.clone(),
+        last: *last,
+        tilt: tally.summary(0, rows),
+        azimuth: tally.summary(1, rows),
+        velocity: tally.summary(2, rows),
+        position: tally.summary(3, rows),
+    });
+    Flight { time: course.truth().time, rows, outcomes: outcomes.collect() }
+}
+
+/// Last, largest and sum of squares of tilt, azimuth, velocity, position.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tally([(f64, f64, f64); 4]);
+
+impl Tally {
+    fn add(&mut self, error: &NavigationError) {
+        let values = [error.tilt(), error.attitude[2].abs(), error.speed(), error.distance()];
+        for ((last, max, squares), value) in self.0.iter_mut().zip(values) {
+            *last = value;
+            *max = if value.is_nan() { value } else { max.max(value) };
+            *squares += value * value;
+        }
+    }
+
+    fn summary(&self, quantity: usize, rows: u64) -> Summary {
+        let (last, max, squares) = self.0.get(quantity).copied().unwrap_or_default();
+        Summary { last, max, rms: (squares / rows.max(1) as f64).sqrt() }
+    }
+}

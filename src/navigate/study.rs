@@ -1,0 +1,248 @@
+//! All scenarios of a mission in all its motions, and what each error source does in one motion against another.
+//!
+//! The mission's own motion is the reference (at rest, in the papers); each motion beside it is compared with it by the
+//! ratio of root mean squares over the mission.
+
+use super::carry::{NavigationUncertainty, SourceCovariance};
+use super::errors::{ImuErrors, Source};
+use super::linear;
+use super::mission::Mission;
+use super::motion::Motion;
+use super::run::{self, Continue, Flight, NavigationError, Outcome, Row, Scenario};
+
+/// Rows kept of each motion for plots and reports, whatever the mission's duration.
+pub const KEPT: u64 = 400;
+
+/// Which errors fly together.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Separation {
+    /// All together.
+    Together,
+    /// All together, and each group alone.
+    #[default]
+    Groups,
+    /// All together, each group, and each source alone.
+    Components,
+}
+
+/// One motion flown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flown {
+    /// The motion's name, numbered where two have the same.
+    pub motion: String,
+    /// How its scenarios ended.
+    pub flight: Flight,
+    /// Times of the rows kept, s.
+    pub times: Vec<f64>,
+    /// For each scenario, the rows kept.
+    pub series: Vec<Vec<NavigationError>>,
+}
+
+/// Ratios of one scenario in one motion to the reference; `None` where the reference has no such error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ratio {
+    /// The scenario.
+    pub scenario: String,
+    /// The motion compared.
+    pub motion: String,
+    /// Tilt.
+    pub tilt: Option<f64>,
+    /// Azimuth.
+    pub azimuth: Option<f64>,
+    /// Velocity.
+    pub velocity: Option<f64>,
+    /// Position.
+    pub position: Option<f64>,
+}
+
+/// Uncertainty of the navigation errors in time, by linear covariance, and by Monte Carlo at the end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Carried {
+    /// The motion's name.
+    pub motion: String,
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Linear covariance.
+    pub linear: Vec<NavigationUncertainty>,
+    /// Draws flown.
+    pub draws: usize,
+    /// Standard deviation of the draws about zero at the last row; `None` without draws.
+    pub monte_carlo: Option<NavigationUncertainty>,
+}
+
+/// How far a study has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Steps done of all motions.
+    pub done: u64,
+    /// Steps of all motions.
+    pub of: u64,
+}
+
+/// The scenarios of a set of errors.
+///
+/// ```
+/// use tumble::navigate::{errors::{ImuErrors, Source}, study::{Separation, scenarios}};
+/// let mut errors = ImuErrors::default();
+/// for id in ["gyro_bias_x", "gyro_bias_y", "accelerometer_bias_x"] {
+///     Source::named(id).unwrap().set(&mut errors, 1e-6);
+/// }
+/// let ids: Vec<String> = scenarios(&errors, Separation::Groups).into_iter().map(|s| s.id).collect();
+/// assert_eq!(ids, ["all", "gyro_bias", "accelerometer_bias"]);
+/// ```
+pub fn scenarios(errors: &ImuErrors, separation: Separation) -> Vec<Scenario> {
+    let mut scenarios = vec![Scenario { id: "all".into(), errors: *errors }];
+    let present = errors.present();
+    if separation != Separation::Together {
+        let mut groups: Vec<String> = Vec::new();
+        for group in present.iter().map(Source::group) {
+            if !groups.contains(&group) {
+                groups.push(group);
+            }
+        }
+        for id in groups {
+            let errors = errors.only(|source| source.group() == id);
+            scenarios.push(Scenario { id, errors });
+        }
+        if errors.is_noisy() {
+            let mut noise = ImuErrors::default();
+            noise.gyro.random_walk = errors.gyro.random_walk;
+            noise.accelerometer.random_walk = errors.accelerometer.random_walk;
+            scenarios.push(Scenario { id: "random_walk".into(), errors: noise });
+        }
+    }
+    if separation == Separation::Components {
+        scenarios.extend(present.iter().map(|s| Scenario { id: s.id(), errors: ImuErrors::single(*s, s.of(errors)) }));
+    }
+    scenarios
+}
+
+/// The mission's motions with a name for each: the reference first.
+pub fn motions(mission: &Mission) -> Vec<(String, &Motion)> {
+    let mut named: Vec<(String, &Motion)> = Vec::new();
+    for motion in std::iter::once(&mission.motion).chain(&mission.beside) {
+        let same = named.iter().filter(|(_, other)| other.name == motion.name).count();
+        let name = if same == 0 { motion.name.clone() } else { format!("{} {}", motion.name, same + 1) };
+        named.push((name, motion));
+    }
+    named
+}
+
+/// Fly all motions of a mission; `sink` gets every row with the motion's name and may stop the study.
+pub fn fly(
+    mission: &Mission,
+    scenarios: &[Scenario],
+    sink: &mut dyn FnMut(&str, &Row<'_>, Progress) -> Continue,
+) -> Vec<Flown> {
+    let motions = motions(mission);
+    let of = mission.steps * motions.len() as u64;
+    let every = (mission.steps / mission.steps_per_row.max(1)).div_ceil(KEPT).max(1);
+    let mut all = Vec::new();
+    let mut stopped = false;
+    for (index, (name, motion)) in motions.into_iter().enumerate() {
+        if stopped {
+            break;
+        }
+        let (mut times, mut series) = (Vec::new(), vec![Vec::new(); scenarios.len()]);
+        let mut count = 0;
+        let flight = run::fly(mission, motion, scenarios, &mut |row| {
+            if count % every == 0 || row.truth.time >= mission.duration() {
+                times.push(row.truth.time);
+                for (kept, error) in series.iter_mut().zip(row.errors) {
+                    kept.push(*error);
+                }
+            }
+            count += 1;
+            let steps = (row.truth.time / mission.step).round() as u64;
+            let next = sink(&name, row, Progress { done: mission.steps * index as u64 + steps, of });
+            stopped = next == Continue::Stop;
+            next
+        });
+        all.push(Flown { motion: name, flight, times, series });
+    }
+    all
+}
+
+/// Every motion against the first, scenario by scenario.
+pub fn ratios(flown: &[Flown]) -> Vec<Ratio> {
+    let Some((reference, others)) = flown.split_first() else { return Vec::new() };
+    let mut ratios = Vec::new();
+    for (i, base) in reference.flight.outcomes.iter().enumerate() {
+        for other in others {
+            let Some(outcome) = other.flight.outcomes.get(i) else { continue };
+            let of = |quantity: fn(&Outcome) -> f64, floor: f64| {
+                let (a, b) = (quantity(outcome), quantity(base));
+                (b > floor).then(|| a / b)
+            };
+            ratios.push(Ratio {
+                scenario: base.id.clone(),
+                motion: other.motion.clone(),
+                // floors: what the perfect navigator leaves
+                tilt: of(|o| o.tilt.rms, 1e-11),
+                azimuth: of(|o| o.azimuth.rms, 1e-11),
+                velocity: of(|o| o.velocity.rms, 1e-6),
+                position: of(|o| o.position.rms, 1e-2),
+            });
+        }
+    }
+    ratios
+}
+
+/// Carry a covariance of error sources along each motion of a mission.
+///
+/// The draws of the Monte Carlo run are flown with the full simulation, eight and eight in lanes.
+pub fn carry(
+    mission: &Mission,
+    covariance: &SourceCovariance,
+    draws: usize,
+    sink: &mut dyn FnMut(Progress) -> Continue,
+) -> Vec<Carried> {
+    let motions = motions(mission);
+    let of = 2 * mission.steps * motions.len() as u64;
+    let every = (mission.steps / mission.steps_per_row.max(1)).div_ceil(KEPT).max(1);
+    let mut all = Vec::new();
+    let mut before = 0;
+    for (name, motion) in motions {
+        let (mut times, mut linear, mut count) = (Vec::new(), Vec::new(), 0);
+        let steps = |time: f64| (time / mission.step).round() as u64;
+        let mut stopped = false;
+        linear::propagate(mission, motion, &mut |signatures| {
+            if count % every == 0 || signatures.time >= mission.duration() {
+                times.push(signatures.time);
+                linear.push(covariance.propagate(signatures));
+            }
+            count += 1;
+            let next = sink(Progress { done: before + steps(signatures.time), of });
+            stopped = next == Continue::Stop;
+            next
+        });
+        let mut monte_carlo = None;
+        if draws > 0 && !stopped {
+            let scenarios = covariance.draw(&mission.errors, draws, mission.seed);
+            let flight = run::fly(mission, motion, &scenarios, &mut |row| {
+                let next = sink(Progress { done: before + mission.steps + steps(row.truth.time), of });
+                stopped = next == Continue::Stop;
+                next
+            });
+            monte_carlo = Some(deviation(&flight.outcomes));
+        }
+        before += 2 * mission.steps;
+        all.push(Carried { motion: name, times, linear, draws, monte_carlo });
+        if stopped {
+            break;
+        }
+    }
+    all
+}
+
+fn deviation(outcomes: &[Outcome]) -> NavigationUncertainty {
+    let rms = |of: &dyn Fn(&NavigationError) -> f64| {
+        let squares: f64 = outcomes.iter().map(|outcome| of(&outcome.last).powi(2)).sum();
+        (squares / outcomes.len().max(1) as f64).sqrt()
+    };
+    NavigationUncertainty {
+        attitude: [0, 1, 2].map(|i| rms(&move |e| e.attitude[i])),
+        velocity: [0, 1].map(|i| rms(&move |e| e.velocity[i])),
+        position: [0, 1].map(|i| rms(&move |e| e.position[i])),
+    }
+}

@@ -1,0 +1,71 @@
+//! Lack of fit: what the model leaves beside what replicates scatter.
+//!
+//! N. R. Draper, H. Smith, Applied Regression Analysis (1998), 2.1: the residual sum of squares of readings is parted into that
+//! of replicates about their own means (*pure error*) and the rest, which only a wrong model makes larger.
+
+use crate::uncertainty::quantiles;
+
+/// The F test for lack of fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LackOfFit {
+    /// Weighted sum of squares of replicates about their means.
+    pub pure_error: f64,
+    /// Degrees of freedom of the pure error: readings minus distinct inputs.
+    pub pure_error_dof: usize,
+    /// Weighted sum of squares that the model leaves between the means.
+    pub between: f64,
+    /// Its degrees of freedom.
+    pub between_dof: usize,
+    /// `(between / between_dof) / (pure_error / pure_error_dof)`; infinite where replicates agree to the last digit.
+    pub f: f64,
+    /// Probability of a larger F if the model is right.
+    pub p: f64,
+    /// Is `p` below one minus the level?
+    pub rejected: bool,
+}
+
+/// Part the residuals `v` (with standard uncertainties `u`, absolute or relative) by `cell`: rows of one cell have the same inputs.
+///
+/// `dof` are the degrees of freedom of the residuals. `None` where nothing is replicated, or nothing is left to be lack of fit.
+///
+/// ```
+/// use tumble::quality::lack_of_fit;
+/// // A mean (one parameter) of two cells of two: 0, 1 and 4, 5 about 2.5.
+/// let test = lack_of_fit(&[-2.5, -1.5, 1.5, 2.5], &[1.0; 4], &[0, 0, 1, 1], 3, 0.95).unwrap();
+/// assert_eq!((test.pure_error, test.between), (1.0, 16.0));
+/// assert_eq!((test.pure_error_dof, test.between_dof, test.f), (2, 1, 32.0));
+/// ```
+pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64) -> Option<LackOfFit> {
+    let cells = cell.iter().max().map_or(0, |most| most + 1);
+    let mut sums = vec![(0usize, 0.0, 0.0); cells];
+    for ((v, u), cell) in v.iter().zip(u).zip(cell) {
+        if let Some((count, weight, sum)) = sums.get_mut(*cell) {
+            *count += 1;
+            *weight += 1.0 / (u * u);
+            *sum += v / (u * u);
+        }
+    }
+    let mean = |cell: &usize| sums.get(*cell).map_or(0.0, |(_, weight, sum)| sum / weight);
+    let (mut pure_error, mut total) = (0.0, 0.0);
+    for ((v, u), cell) in v.iter().zip(u).zip(cell) {
+        pure_error += ((v - mean(cell)) / u).powi(2);
+        total += (v / u).powi(2);
+    }
+    let pure_error_dof: usize = sums.iter().map(|(count, _, _)| count.saturating_sub(1)).sum();
+    let between_dof = dof.checked_sub(pure_error_dof).filter(|rest| *rest > 0)?;
+    if pure_error_dof == 0 {
+        return None;
+    }
+    let between = sums.iter().map(|(_, weight, sum)| if *weight > 0.0 { sum * sum / weight } else { 0.0 }).sum::<f64>();
+    // rounding of identical readings is no scatter
+    let none = 64.0 * f64::EPSILON * f64::EPSILON * total;
+    let (f, p) = if pure_error > none {
+        let f = between / between_dof as f64 / (pure_error / pure_error_dof as f64);
+        (f, quantiles::fisher_f_survival(f, between_dof as f64, pure_error_dof as f64)?)
+    } else if between > none {
+        (f64::INFINITY, 0.0)
+    } else {
+        return None;
+    };
+    Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
+}

@@ -1,0 +1,105 @@
+//! Are the residuals what random errors leave: in random order, and normal?
+//!
+//! Residuals of a fit are slightly correlated, so both tests are close, not exact; with fewer than eight residuals they say nothing.
+
+use crate::uncertainty::quantiles;
+
+/// Fewest residuals that these tests take.
+const FEWEST: usize = 8;
+/// Up to this many the distribution of runs is summed exactly.
+const SUMMED: usize = 1000;
+
+/// The runs test (A. Wald, J. Wolfowitz 1940) on the signs of residuals in the order of the readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunsTest {
+    /// Runs of equal sign.
+    pub runs: usize,
+    /// Runs to be expected of this many positive and negative residuals in random order.
+    pub expected: f64,
+    /// Two-sided probability of a number of runs at least so unlikely.
+    pub p: f64,
+}
+
+/// The runs test; zero residuals are left out. `None` with fewer than eight residuals, or all of one sign.
+///
+/// ```
+/// let alternating: Vec<f64> = (0..10).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+/// let test = tumble::quality::runs(&alternating).unwrap();
+/// assert_eq!((test.runs, test.expected), (10, 6.0));
+/// assert!((test.p - 4.0 / 252.0).abs() < 1e-12); // two such orders of 252, and two with two runs
+/// ```
+pub fn runs(residuals: &[f64]) -> Option<RunsTest> {
+    let signs: Vec<bool> = residuals.iter().filter(|v| **v != 0.0 && v.is_finite()).map(|v| *v > 0.0).collect();
+    let positive = signs.iter().filter(|s| **s).count();
+    let negative = signs.len() - positive;
+    if signs.len() < FEWEST || positive == 0 || negative == 0 {
+        return None;
+    }
+    let runs = 1 + signs.windows(2).filter(|pair| pair.first() != pair.last()).count();
+    let (a, b) = (positive as f64, negative as f64);
+    let n = a + b;
+    let expected = 1.0 + 2.0 * a * b / n;
+    let p = if signs.len() <= SUMMED {
+        let probability = |r: usize| -> f64 {
+            let (k, odd) = (r / 2, r % 2 == 1);
+            let choose = |n: usize, k: usize| log_binomial(n, k);
+            let all = log_binomial(signs.len(), positive);
+            let way = |i: usize, j: usize| match (i.checked_sub(1), j.checked_sub(1)) {
+                (Some(i), Some(j)) if i < positive && j < negative => {
+                    (choose(positive - 1, i) + choose(negative - 1, j) - all).exp()
+                }
+                _ => 0.0,
+            };
+            if odd { way(k + 1, k) + way(k, k + 1) } else { 2.0 * way(k, k) }
+        };
+        let own = probability(runs);
+        (2..=signs.len()).map(probability).filter(|q| *q <= own * (1.0 + 1e-9)).sum::<f64>().min(1.0)
+    } else {
+        let variance = (expected - 1.0) * (expected - 2.0) / (n - 1.0);
+        2.0 * quantiles::normal_survival((runs as f64 - expected).abs() / variance.sqrt())?
+    };
+    Some(RunsTest { runs, expected, p })
+}
+
+/// `ln C(n, k)`.
+fn log_binomial(n: usize, k: usize) -> f64 {
+    use statrs::function::gamma::ln_gamma;
+    let ln_factorial = |n: usize| ln_gamma(n as f64 + 1.0);
+    ln_factorial(n) - ln_factorial(k) - ln_factorial(n.saturating_sub(k))
+}
+
+/// The Shapiro-Francia test of normality.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalityTest {
+    /// `W'`, the squared correlation of ordered residuals with normal scores; 1 for perfectly normal ones.
+    pub w: f64,
+    /// Probability of a smaller `W'` if errors are normal.
+    pub p: f64,
+}
+
+/// Shapiro-Francia `W'` of studentized residuals; its p-value by P. Royston, "A pocket-calculator algorithm for the Shapiro-Francia test for
+/// non-normality", Statistics in Medicine 12 (1993), for 5 to 5000 values. `None` with fewer than eight, or without any scatter.
+pub fn normality(studentized: &[f64]) -> Option<NormalityTest> {
+    let mut ordered: Vec<f64> = studentized.iter().copied().filter(|v| v.is_finite()).collect();
+    let n = ordered.len();
+    if !(FEWEST..=5000).contains(&n) {
+        return None;
+    }
+    ordered.sort_by(f64::total_cmp);
+    let mean = ordered.iter().sum::<f64>() / n as f64;
+    let scores: Vec<f64> =
+        (1..=n).map(|i| quantiles::normal_quantile((i as f64 - 0.375) / (n as f64 + 0.25))).collect::<Option<_>>()?;
+    let product: f64 = scores.iter().zip(&ordered).map(|(m, x)| m * (x - mean)).sum();
+    let of_scores: f64 = scores.iter().map(|m| m * m).sum();
+    let of_values: f64 = ordered.iter().map(|x| (x - mean).powi(2)).sum();
+    if !(of_values > 0.0) {
+        return None;
+    }
+    let w = (product * product / (of_scores * of_values)).min(1.0);
+    let ln_n = (n as f64).ln();
+    let ln_ln_n = ln_n.ln();
+    let center = -1.2725 + 1.0521 * (ln_ln_n - ln_n);
+    let spread = 1.0308 - 0.26758 * (ln_ln_n + 2.0 / ln_n);
+    let z = ((1.0 - w).max(f64::MIN_POSITIVE).ln() - center) / spread;
+    Some(NormalityTest { w, p: quantiles::normal_survival(z)? })
+}

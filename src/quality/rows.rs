@@ -1,0 +1,73 @@
+//! Quality of each row of a system, and the global test of all.
+
+use crate::estimate::{Estimate, Group, System};
+use crate::uncertainty::quantiles;
+
+/// Quality of one row of the system.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RowQuality {
+    /// Observed minus fitted, in the sensor's unit.
+    pub residual: f64,
+    /// Standard uncertainty that the adjustment used, group scale included; `None` if the scale could not be estimated.
+    pub u: Option<f64>,
+    /// Diagonal of the hat matrix.
+    pub leverage: f64,
+    /// Redundancy number, `1 - leverage`.
+    pub redundancy: f64,
+    /// Internally studentized residual, `v / (u sqrt r)`; `None` where the reading is not checked by any other.
+    pub studentized: Option<f64>,
+    /// Minimal detectable bias, `u delta0 / sqrt r`, in the sensor's unit.
+    pub mdb: Option<f64>,
+}
+
+/// Non-centrality `delta0 = z(1 - alpha/2) + z(power)` of the minimal detectable bias, alpha = 0.001, power = 0.80 (Baarda's 4.13).
+pub fn baarda_delta() -> f64 {
+    let z = |p| quantiles::normal_quantile(p).unwrap_or(0.0);
+    z(1.0 - 0.001 / 2.0) + z(0.80)
+}
+
+/// Below this redundancy number a reading counts as unchecked: its residual is rounding.
+pub(crate) const UNCHECKED: f64 = 1e-9;
+
+/// Quality of every row of a system and its estimate.
+pub fn rows(system: &System, estimate: &Estimate) -> Vec<RowQuality> {
+    let delta = baarda_delta();
+    (0..system.observed.len())
+        .map(|i| {
+            let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
+            let scale = match system.group.get(i) {
+                Some(Group::Estimated(g)) => estimate.group_scale.get(*g).copied().flatten(),
+                _ => Some(1.0),
+            };
+            let u = scale.map(|scale| scale * at(&system.u));
+            let (residual, leverage, redundancy) =
+                (at(&estimate.residuals), at(&estimate.leverage), at(&estimate.redundancy));
+            let checked = u.filter(|u| redundancy > UNCHECKED && *u > 0.0);
+            let studentized = checked.map(|u| residual / (u * redundancy.sqrt()));
+            let mdb = checked.map(|u| delta * u / redundancy.sqrt());
+            RowQuality { residual, u, leverage, redundancy, studentized, mdb }
+        })
+        .collect()
+}
+
+/// Global test of a model whose readings all have stated uncertainties: `sum (v/u)^2` against chi-square.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GlobalTest {
+    /// The statistic.
+    pub chi_square: f64,
+    /// Its degrees of freedom.
+    pub dof: usize,
+    /// Probability of a larger value if model and uncertainties are right.
+    pub p: f64,
+    /// Is `p` below one minus the level?
+    pub rejected: bool,
+}
+
+/// The global chi-square test; `None` where an uncertainty was estimated from these readings, or nothing is redundant.
+pub fn global_test(system: &System, estimate: &Estimate, level: f64) -> Option<GlobalTest> {
+    if estimate.dof == 0 || system.group.iter().any(|group| matches!(group, Group::Estimated(_))) {
+        return None;
+    }
+    let p = quantiles::chi_square_survival(estimate.sum_of_squares, estimate.dof as f64)?;
+    Some(GlobalTest { chi_square: estimate.sum_of_squares, dof: estimate.dof, p, rejected: p < 1.0 - level })
+}

@@ -1,0 +1,313 @@
+//! The digital calibration certificate (`--dcc`): XML by PTB's schema 3.3.0 with quantities in D-SI 2.
+//!
+//! ```text
+//! digitalCalibrationCertificate
+//!   administrativeData   software, core data, items, laboratory, persons, customer, statements: from the lab file only
+//!   measurementResults   one result with a quantity for each estimate (value, U, k, level), one with the covariance
+//! ```
+//!
+//! <https://ptb.de/dcc/v3.3.0/>; element names and order follow `dcc.xsd` 3.3.0 and `SI_Format.xsd` 2.2. Angles are given in radians and in
+//! arcseconds (`si:hybrid`). Deliberately absent: signatures and seals (a certificate is signed with the laboratory's own means), invented
+//! identities, a certificate of estimates without uncertainty.
+
+mod administrative;
+mod units;
+
+use super::{ArcsecReport, FitReport, VERSION};
+use crate::error::{Fault, Malformed, Result};
+use crate::fit::Fit;
+use crate::uncertainty::quantiles;
+use crate::wire::LabFile;
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesText, Event};
+use std::io;
+
+/// Version of the schema that certificates follow.
+pub const SCHEMA_VERSION: &str = "3.3.0";
+
+type Xml = Writer<Vec<u8>>;
+
+/// A fit as a digital calibration certificate, with the identities of a lab file.
+///
+/// Errors: an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
+pub fn certificate(fit: &Fit, report: &FitReport, lab: &LabFile) -> Result<String> {
+    let quantities = quantities(fit, report)?;
+    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
+    let written = write(&mut xml, fit, report, lab, &quantities);
+    let text = written.ok().and_then(|()| String::from_utf8(xml.into_inner()).ok());
+    text.map(|text| text + "\n").ok_or_else(|| Malformed::new(Fault::Value, "the certificate cannot be written as XML"))
+}
+
+/// A quantity of the certificate.
+struct Quantity {
+    id: String,
+    meaning: String,
+    unit: String,
+    value: f64,
+    expanded: f64,
+    k: f64,
+    dof: f64,
+    arcsec: Option<ArcsecReport>,
+    /// Index in the covariance matrix.
+    index: Option<usize>,
+}
+
+fn quantities(fit: &Fit, report: &FitReport) -> Result<Vec<Quantity>> {
+    let mut quantities = Vec::new();
+    for (k, (p, result)) in report.parameters.iter().zip(&fit.parameters).enumerate() {
+        let Some(value) = p.value else { continue };
+        if p.kind != "tilt" && p.unit.is_empty() {
+            return Err(Malformed::new(Fault::Missing, format!("a certificate needs the unit of '{}'", p.id))
+                .expected(format!("\"unit\" in estimate.{}, or in the bench; \"1\" for a pure number", p.id))
+                .at_path(format!("estimate.{}", p.id)));
+        }
+        if p.state == "at-bound" {
+            return Err(Malformed::new(Fault::Value, format!("'{}' is held by a bound, so no U describes it", p.id))
+                .expected("a campaign whose bounds are not active; the JSON report has the interval")
+                .at_path("constraints"));
+        }
+        let (expanded, factor) = uncertainty(&p.id, p.expanded, p.k)?;
+        quantities.push(Quantity {
+            id: p.id.clone(),
+            meaning: result.meaning.clone(),
+            unit: units::d_si(&p.unit),
+            value,
+            expanded,
+            k: factor,
+            dof: p.dof.unwrap_or(f64::INFINITY),
+            arcsec: p.arcsec,
+            index: Some(k),
+        });
+    }
+    for d in &report.derived {
+        let Some(value) = d.value else { continue };
+        let (expanded, factor) = uncertainty(&d.id, d.expanded, d.k)?;
+        quantities.push(Quantity {
+            id: d.id.clone(),
+            meaning: format!("{} = {}", d.id, d.line),
+            unit: units::d_si(&d.unit),
+            value,
+            expanded,
+            k: factor,
+            dof: d.dof.unwrap_or(f64::INFINITY),
+            arcsec: d.arcsec,
+            index: None,
+        });
+    }
+    if quantities.is_empty() {
+        return Err(Malformed::new(Fault::Value, "nothing is estimable, so there is nothing to certify")
+            .expected("readings that determine at least one parameter")
+            .at_path("readings"));
+    }
+    Ok(quantities)
+}
+
+fn uncertainty(id: &str, expanded: Option<f64>, k: Option<f64>) -> Result<(f64, f64)> {
+    let Some((expanded, k)) = expanded.zip(k).filter(|(expanded, k)| expanded.is_finite() && k.is_finite()) else {
+        return Err(Malformed::new(Fault::Value, format!("'{id}' has no uncertainty, so it cannot be certified"))
+            .expected("more readings than unknowns, or a stated uncertainty of the readings")
+            .at_path("readings"));
+    };
+    if k < 1.0 {
+        return Err(Malformed::new(Fault::Value, format!("the coverage factor of '{id}' is below 1"))
+            .expected("a level of at least 0.683; a certificate's schema has no smaller factor")
+            .found(format!("k = {k:.3}")));
+    }
+    Ok((expanded, k))
+}
+
+fn write(xml: &mut Xml, fit: &Fit, report: &FitReport, lab: &LabFile, quantities: &[Quantity]) -> io::Result<()> {
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    let attributes = [
+        ("xmlns:dcc", "https://ptb.de/dcc"),
+        ("xmlns:si", "https://ptb.de/si"),
+        ("xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance"),
+        ("xsi:schemaLocation", "https://ptb.de/dcc https://ptb.de/dcc/v3.3.0/dcc.xsd"),
+        ("schemaVersion", SCHEMA_VERSION),
+    ];
+    xml.create_element("dcc:digitalCalibrationCertificate").with_attributes(attributes).write_inner_content(|xml| {
+        administrative::write(xml, lab)?;
+        within(xml, "dcc:measurementResults", |xml| {
+            within(xml, "dcc:measurementResult", |xml| {
+                let title = &fit.campaign.bench.title;
+                named(xml, "dcc:name", if title.is_empty() { &report.bench } else { title }, "en")?;
+                administrative::method_and_equipment(xml, lab)?;
+                within(xml, "dcc:results", |xml| {
+                    estimates(xml, report, quantities)?;
+                    covariance(xml, report, quantities)
+                })
+            })
+        })
+    })?;
+    Ok(())
+}
+
+fn estimates(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io::Result<()> {
+    let level = report.parameters.first().map_or(0.95, |p| p.level);
+    within(xml, "dcc:result", |xml| {
+        named(xml, "dcc:name", "Angles and coefficients", "en")?;
+        within(xml, "dcc:description", |xml| remarks(report).iter().try_for_each(|remark| content(xml, remark, "en")))?;
+        within(xml, "dcc:data", |xml| quantities.iter().try_for_each(|quantity| self::quantity(xml, quantity, level)))
+    })
+}
+
+/// What a reader must know to use the numbers.
+fn remarks(report: &FitReport) -> Vec<String> {
+    let models: Vec<String> = report.model.iter().map(|(sensor, line)| format!("{sensor} = {line}")).collect();
+    let mut remarks = vec![format!("Model: {}.", models.join("; "))];
+    remarks.push(format!(
+        "{} least-squares estimate from {} readings with {} degrees of freedom.",
+        report.estimator, report.fit.readings, report.fit.dof
+    ));
+    if !report.known.is_empty() {
+        let known: Vec<String> =
+            report.known.iter().map(|k| format!("{} = {} {} (u = {})", k.id, k.value, k.unit, k.u)).collect();
+        remarks.push(format!("Known: {}.", known.join("; ")));
+    }
+    if !report.assumed_zero.is_empty() {
+        remarks.push(format!("Assumed zero: {}.", report.assumed_zero.join(", ")));
+    }
+    for defect in &report.not_estimable {
+        remarks.push(format!("Not estimable and therefore not given: {}.", defect.text));
+    }
+    if let Some(robust) = &report.robust {
+        remarks.push(format!("Robust estimator: {}.", robust.method));
+    }
+    if let Some(p) = report.fit.p {
+        let word = if report.fit.rejected { "failed" } else { "passed" };
+        remarks.push(format!("Global chi-square test {word}, p = {p:.3}."));
+    }
+    remarks
+}
+
+fn quantity(xml: &mut Xml, quantity: &Quantity, level: f64) -> io::Result<()> {
+    let id = format!("quantity_{}", quantity.id);
+    xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
+        named(xml, "dcc:name", &quantity.id, "en")?;
+        if !quantity.meaning.is_empty() {
+            within(xml, "dcc:description", |xml| content(xml, &quantity.meaning, "en"))?;
+        }
+        match quantity.arcsec.and_then(|a| a.value.zip(a.expanded)) {
+            Some((value, expanded)) => within(xml, "si:hybrid", |xml| {
+                real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level)?;
+                real(xml, quantity, (value, expanded, "\\arcsecond"), level)
+            }),
+            None => real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level),
+        }
+    })?;
+    Ok(())
+}
+
+fn real(xml: &mut Xml, quantity: &Quantity, (value, expanded, unit): (f64, f64, &str), level: f64) -> io::Result<()> {
+    within(xml, "si:real", |xml| {
+        text(xml, "si:label", &quantity.id)?;
+        text(xml, "si:value", &decimal(value))?;
+        text(xml, "si:unit", unit)?;
+        within(xml, "si:measurementUncertaintyUnivariate", |xml| {
+            within(xml, "si:expandedMU", |xml| {
+                text(xml, "si:valueExpandedMU", &decimal(expanded))?;
+                text(xml, "si:coverageFactor", &plain(quantity.k))?;
+                text(xml, "si:coverageProbability", &plain(level))?;
+                text(xml, "si:distribution", if quantity.dof.is_finite() { "t" } else { "normal" })
+            })
+        })
+    })
+}
+
+/// The joint region: covariance and the factor of its ellipsoid, `k^2 = n F(level; n, nu)` with the smallest degrees of freedom (GUM
+/// Supplement 2, 6.5.3 for the normal: `k^2` the chi-square quantile).
+fn covariance(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io::Result<()> {
+    let joint: Vec<(&Quantity, usize)> = quantities.iter().filter_map(|q| Some((q, q.index?))).collect();
+    let at = |i: usize, j: usize| report.covariance.matrix.get(i).and_then(|row| row.get(j)).copied().flatten();
+    let full = joint.iter().all(|(_, i)| joint.iter().all(|(_, j)| at(*i, *j).is_some()));
+    let level = report.parameters.first().map_or(0.95, |p| p.level);
+    let dof = joint.iter().map(|(q, _)| q.dof).fold(f64::INFINITY, f64::min);
+    let n = joint.len() as f64;
+    let square = match dof.is_finite() {
+        true => quantiles::fisher_f_quantile(level, n, dof).map(|f| n * f),
+        false => quantiles::chi_square_quantile(level, n),
+    };
+    let factor = square.map(f64::sqrt).filter(|k| k.is_finite() && *k >= 1.0);
+    let Some(factor) = factor.filter(|_| joint.len() > 1 && full) else { return Ok(()) };
+    let list = |of: &dyn Fn(&Quantity) -> String| joint.iter().map(|(q, _)| of(q)).collect::<Vec<_>>().join(" ");
+    within(xml, "dcc:result", |xml| {
+        named(xml, "dcc:name", "Covariance of the estimates", "en")?;
+        within(xml, "dcc:data", |xml| {
+            within(xml, "dcc:quantity", |xml| {
+                named(xml, "dcc:name", "all estimates jointly", "en")?;
+                within(xml, "si:realListXMLList", |xml| {
+                    text(xml, "si:labelXMLList", &list(&|q| q.id.clone()))?;
+                    text(xml, "si:valueXMLList", &list(&|q| decimal(q.value)))?;
+                    text(xml, "si:unitXMLList", &list(&|q| q.unit.clone()))?;
+                    within(xml, "si:ellipsoidalRegionXMLList", |xml| {
+                        within(xml, "si:covarianceMatrix", |xml| {
+                            joint.iter().try_for_each(|(a, j)| {
+                                within(xml, "si:column", |xml| {
+                                    joint.iter().try_for_each(|(b, i)| {
+                                        within(xml, "si:covariance", |xml| {
+                                            text(xml, "si:value", &decimal(at(*i, *j).unwrap_or_default()))?;
+                                            text(xml, "si:unit", &units::product(&a.unit, &b.unit))
+                                        })
+                                    })
+                                })
+                            })
+                        })?;
+                        text(xml, "si:coverageFactor", &plain(factor))?;
+                        text(xml, "si:coverageProbability", &plain(level))?;
+                        text(xml, "si:distribution", if dof.is_finite() { "t" } else { "normal" })
+                    })
+                })
+            })
+        })
+    })
+}
+
+/// A number as `si:decimalType` has it: digits, point, exponent.
+fn decimal(value: f64) -> String {
+    if value != 0.0 && !(1e-4..1e9).contains(&value.abs()) { format!("{value:e}") } else { value.to_string() }
+}
+
+/// A number without exponent, as factors and probabilities must be.
+fn plain(value: f64) -> String {
+    let text = format!("{value:.9}");
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
+}
+
+fn within(xml: &mut Xml, name: &str, inside: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<()> {
+    xml.create_element(name).write_inner_content(inside)?;
+    Ok(())
+}
+
+fn text(xml: &mut Xml, name: &str, value: &str) -> io::Result<()> {
+    xml.create_element(name).write_text_content(BytesText::new(&printable(value)))?;
+    Ok(())
+}
+
+/// A `dcc:content` in a language.
+fn content(xml: &mut Xml, value: &str, language: &str) -> io::Result<()> {
+    let element = xml.create_element("dcc:content").with_attribute(("lang", language));
+    element.write_text_content(BytesText::new(&printable(value)))?;
+    Ok(())
+}
+
+/// An element of `dcc:textType`.
+fn named(xml: &mut Xml, name: &str, value: &str, language: &str) -> io::Result<()> {
+    within(xml, name, |xml| content(xml, value, language))
+}
+
+/// Characters that XML 1.0 cannot hold become replacement characters.
+fn printable(value: &str) -> String {
+    let bad = |c: char| (c.is_control() && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}');
+    value.chars().map(|c| if bad(c) { '\u{fffd}' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_the_schema_has_them() {
+        assert_eq!((decimal(-7.5e-6), decimal(0.25), decimal(0.0)), ("-7.5e-6".into(), "0.25".into(), "0".into()));
+        assert_eq!((plain(2.0639), plain(0.95), plain(2.0)), ("2.0639".into(), "0.95".into(), "2".into()));
+    }
+}

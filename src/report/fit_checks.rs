@@ -1,0 +1,506 @@
+//! What a fit report says beyond the estimates: scatter, constraints, checks of the readings, Monte Carlo.
+
+use crate::campaign::Constraint;
+use crate::estimate::Side;
+use crate::fit::{Constraints, Drawn, Fit};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A source of scatter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ScatterReport {
+    /// `readings of V`, `remounting of V`, `priors`.
+    pub source: String,
+    /// Its standard deviation in the sensor's unit; a factor on the stated uncertainties where these are given.
+    pub sd: Option<f64>,
+    /// Degrees of freedom of the standard deviation; null for infinite.
+    pub dof: Option<f64>,
+    /// Was it estimated from these readings?
+    pub estimated: bool,
+}
+
+/// The constraints of a campaign and what became of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ConstraintsReport {
+    /// `met`, `contradictory` (none was applied) or `not-applied` (a rank defect is left, or the solver gave up).
+    pub status: String,
+    /// Each of them.
+    pub list: Vec<ConstraintReport>,
+    /// By how much the inequalities raise chi-square (the sum of squares over the estimated variance).
+    pub cost: Option<f64>,
+    /// Covariance of the constrained estimate on the active face (from the readings), in the order of `covariance`; null where no
+    /// inequality is active. The parameters' own `u` and `interval` do not rely on it.
+    pub on_face: Option<Vec<Vec<f64>>>,
+    /// In words.
+    pub verdict: String,
+}
+
+/// One constraint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ConstraintReport {
+    /// Number in the file, from 1.
+    pub index: usize,
+    /// The constraint as a line of text.
+    pub text: String,
+    /// `equality`, `inactive`, `active` or `contradictory`.
+    pub state: String,
+    /// `lower`, `upper` or `norm` where it is active.
+    pub side: Option<String>,
+    /// Decrease of chi-square for each unit (radian for tilts) by which an active bound gives way.
+    pub multiplier: Option<f64>,
+    /// By how much chi-square would be smaller without an active bound.
+    pub cost: Option<f64>,
+}
+
+/// Do the readings agree with the model?
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChecksReport {
+    /// Replicates against what the model leaves; null where nothing is replicated.
+    pub lack_of_fit: Option<LackOfFitReport>,
+    /// Order of the residuals' signs, for each sensor.
+    pub runs: BTreeMap<String, RunsReport>,
+    /// Shapiro-Francia test of normality; null with fewer than eight residuals.
+    pub normality: Option<NormalityReport>,
+    /// Suspicious readings; null in a robust or constrained fit, and without redundancy.
+    pub snooping: Option<SnoopingReport>,
+    /// For each parameter, the reading whose undetected fault would do most to it.
+    pub external: BTreeMap<String, ExternalReport>,
+    /// In words, one sentence for each thing found.
+    pub verdict: Vec<String>,
+}
+
+/// The lack of fit test.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LackOfFitReport {
+    /// F; null where replicates agree exactly.
+    pub f: Option<f64>,
+    /// Degrees of freedom of what the model leaves.
+    pub between_dof: usize,
+    /// Degrees of freedom of the replicates' scatter.
+    pub pure_error_dof: usize,
+    /// Factor by which the replicates' standard deviation differs from the weights' (1 where uncertainties are right).
+    pub pure_error_sd: f64,
+    /// Probability of a larger F if the model is right.
+    pub p: f64,
+    /// Is the model rejected?
+    pub rejected: bool,
+}
+
+/// The runs test.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RunsReport {
+    /// Runs of equal sign.
+    pub runs: usize,
+    /// Runs to be expected.
+    pub expected: f64,
+    /// Two-sided probability.
+    pub p: f64,
+}
+
+/// The test of normality.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NormalityReport {
+    /// Shapiro-Francia W'.
+    pub w: f64,
+    /// Probability of a smaller one for normal errors.
+    pub p: f64,
+}
+
+/// Data snooping.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SnoopingReport {
+    /// Readings tested.
+    pub tested: usize,
+    /// Significance for a single reading (Sidak).
+    pub single_level: f64,
+    /// Suspicious readings.
+    pub suspects: Vec<SuspectReport>,
+    /// How each parameter would change without them (tilts in arcseconds).
+    pub without_suspects: BTreeMap<String, f64>,
+}
+
+/// A suspicious reading.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SuspectReport {
+    /// Number of the reading, from 1.
+    pub index: usize,
+    /// Its position label.
+    pub position: String,
+    /// The sensor.
+    pub sensor: String,
+    /// Its shift against the other readings.
+    pub shift: f64,
+    /// Standard uncertainty of the shift.
+    pub u: f64,
+    /// `shift / u`.
+    pub w: f64,
+    /// Probability of so large a shift among all readings if none were bad.
+    pub p: f64,
+}
+
+/// External reliability of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ExternalReport {
+    /// Number of the reading, from 1.
+    pub index: usize,
+    /// What its smallest detectable fault would do to the parameter, undetected (tilts in arcseconds).
+    pub effect: f64,
+}
+
+/// The robust estimator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RobustReport {
+    /// `huber`, `tukey` or `l1`.
+    pub method: String,
+    /// Steps of reweighting.
+    pub iterations: usize,
+    /// Did it settle?
+    pub converged: bool,
+    /// Readings with less than half of their weight, by number.
+    pub downweighted: Vec<usize>,
+}
+
+/// Monte Carlo beside the first order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MonteCarloReport {
+    /// Trials that gave finite values.
+    pub trials: usize,
+    /// Trials asked for.
+    pub asked: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Each output.
+    pub outputs: Vec<DrawnReport>,
+    /// Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived.
+    pub joint: Option<JointReport>,
+    /// In words.
+    pub verdict: Vec<String>,
+}
+
+/// One output of the Monte Carlo.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DrawnReport {
+    /// Name of the parameter or derived quantity.
+    pub id: String,
+    /// Mean of the trials.
+    pub mean: f64,
+    /// Standard deviation of the trials.
+    pub u: f64,
+    /// Probabilistically symmetric coverage interval.
+    pub interval: [f64; 2],
+    /// Shortest coverage interval.
+    pub shortest: [f64; 2],
+    /// First-order interval.
+    pub first_order: Option<[f64; 2]>,
+    /// Is the first order good to two digits of the uncertainty?
+    pub first_order_agrees: Option<bool>,
+}
+
+/// Several outputs together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct JointReport {
+    /// Their order.
+    pub order: Vec<String>,
+    /// Covariance.
+    pub covariance: Vec<Vec<f64>>,
+    /// Factor of the coverage ellipsoid; null where they depend on each other.
+    pub k_p: Option<f64>,
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// Factor to arcseconds for tilts, 1 for coefficients.
+fn shown(fit: &Fit, parameter: usize) -> f64 {
+    let tilt = fit.parameters.get(parameter).is_some_and(|p| p.kind == crate::campaign::Kind::Tilt);
+    if tilt { super::ARCSEC } else { 1.0 }
+}
+
+/// The sources of scatter.
+pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
+    fit.noise
+        .sources
+        .iter()
+        .map(|source| ScatterReport {
+            source: source.name.clone(),
+            sd: (fit.noise.determined || !source.estimated).then(|| source.variance.sqrt()),
+            dof: finite(source.dof),
+            estimated: source.estimated,
+        })
+        .collect()
+}
+
+/// The constraints, if the campaign has any.
+pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
+    let (status, contradictory): (&str, &[usize]) = match &fit.constraints {
+        Constraints::None => return None,
+        Constraints::Met { .. } => ("met", &[]),
+        Constraints::Contradictory(named) => ("contradictory", named),
+        Constraints::NotApplied => ("not-applied", &[]),
+    };
+    let (active, cost, on_face) = match &fit.constraints {
+        Constraints::Met { active, cost, on_face, .. } => (active.as_slice(), Some(*cost), on_face.as_ref()),
+        _ => (&[][..], None, None),
+    };
+    let list: Vec<ConstraintReport> = fit
+        .campaign
+        .constraints
+        .iter()
+        .enumerate()
+        .map(|(k, constraint)| {
+            let own = active.iter().find(|a| a.constraint == k);
+            let equality = matches!(constraint, Constraint::Linear { lower, upper, .. } if lower == upper);
+            let state = match (own, equality) {
+                _ if contradictory.contains(&k) => "contradictory",
+                _ if status != "met" => "not-applied",
+                (Some(_), _) => "active",
+                (None, true) => "equality",
+                (None, false) => "inactive",
+            };
+            ConstraintReport {
+                index: k + 1,
+                text: constraint_text(fit, constraint),
+                state: state.into(),
+                side: own.map(|a| match a.side {
+                    Side::Lower => "lower".into(),
+                    Side::Upper => "upper".into(),
+                    Side::Norm => "norm".into(),
+                }),
+                multiplier: own.map(|a| a.multiplier),
+                cost: own.map(|a| a.cost),
+            }
+        })
+        .collect();
+    let significant = |x: f64| super::table::significant(x, 3);
+    let verdict = match status {
+        "contradictory" => {
+            let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
+            format!("no values meet constraints {} together: none was applied", named.join(", "))
+        }
+        "not-applied" => {
+            "the constraints were not applied: the readings leave parameters free, or the solver gave up".into()
+        }
+        _ => {
+            let costs: Vec<String> = list
+                .iter()
+                .filter_map(|c| {
+                    Some(format!("constraint {} ({}) costs {} in chi-square", c.index, c.text, significant(c.cost?)))
+                })
+                .collect();
+            if costs.is_empty() { "no bound is active: the estimate is the free one".into() } else { costs.join("; ") }
+        }
+    };
+    let matrix = |m: &faer::Mat<f64>| {
+        (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>()
+    };
+    Some(ConstraintsReport { status: status.into(), list, cost, on_face: on_face.map(matrix), verdict })
+}
+
+/// A constraint as a line of text, angles in arcseconds where all its parameters are tilts.
+fn constraint_text(fit: &Fit, constraint: &Constraint) -> String {
+    let id = |k: &usize| fit.campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
+    let angles = |parameters: &[usize]| parameters.iter().all(|k| shown(fit, *k) != 1.0);
+    let number = |x: f64| super::table::significant(x, 6);
+    match constraint {
+        Constraint::Linear { terms, lower, upper } => {
+            let mut sum = String::new();
+            for (k, c) in terms {
+                let sign = match (sum.is_empty(), *c < 0.0) {
+                    (true, true) => "-",
+                    (true, false) => "",
+                    (false, true) => " - ",
+                    (false, false) => " + ",
+                };
+                let factor = if c.abs() == 1.0 { String::new() } else { format!("{}*", number(c.abs())) };
+                sum.push_str(&format!("{sign}{factor}{}", id(k)));
+            }
+            let tilts = angles(&terms.iter().map(|(k, _)| *k).collect::<Vec<usize>>());
+            let (scale, unit) = if tilts { (super::ARCSEC, " arcsec") } else { (1.0, "") };
+            match (lower.is_finite(), upper.is_finite()) {
+                _ if lower == upper => format!("{sum} = {}{unit}", number(lower * scale)),
+                (true, true) => format!("{} <= {sum} <= {}{unit}", number(lower * scale), number(upper * scale)),
+                (true, false) => format!("{sum} >= {}{unit}", number(lower * scale)),
+                _ => format!("{sum} <= {}{unit}", number(upper * scale)),
+            }
+        }
+        Constraint::Norm { of, at_most } => {
+            let names: Vec<&str> = of.iter().map(id).collect();
+            let (scale, unit) = if angles(of) { (super::ARCSEC, " arcsec") } else { (1.0, "") };
+            format!("norm of ({}) <= {}{unit}", names.join(", "), number(at_most * scale))
+        }
+    }
+}
+
+/// The robust estimator's record, where one was asked for.
+pub(super) fn robust(fit: &Fit) -> Option<RobustReport> {
+    let record = fit.robust.as_ref()?;
+    let low = record.weights.iter().take(fit.design.rows.len()).enumerate().filter(|(_, w)| **w < 0.5);
+    Some(RobustReport {
+        method: record.method.name().into(),
+        iterations: record.iterations,
+        converged: record.converged,
+        downweighted: low.filter_map(|(i, _)| fit.design.rows.get(i).map(|origin| origin.reading + 1)).collect(),
+    })
+}
+
+/// What an undetected fault of a reading would do to each parameter (tilts in arcseconds).
+pub(super) fn external(fit: &Fit, row: usize) -> Option<BTreeMap<String, f64>> {
+    let effects = fit.checks.external.get(row)?.as_ref()?;
+    let named = fit.parameters.iter().zip(effects).enumerate();
+    Some(named.map(|(k, (p, effect))| (p.id.clone(), effect * shown(fit, k))).collect())
+}
+
+/// The checks.
+pub(super) fn checks(fit: &Fit) -> ChecksReport {
+    let checks = &fit.checks;
+    let level = fit.settings.level;
+    let sensor = |s: usize| fit.campaign.bench.sensors.get(s).map(|s| s.id.clone()).unwrap_or_default();
+    let significant = |x: f64| super::table::significant(x, 3);
+    let mut verdict = Vec::new();
+    let lack_of_fit = checks.lack_of_fit.map(|test| {
+        let numbers = format!(
+            "F = {} with {} and {} degrees of freedom, p = {}",
+            if test.f.is_finite() { super::table::significant(test.f, 5) } else { "inf".into() },
+            test.between_dof,
+            test.pure_error_dof,
+            significant(test.p)
+        );
+        verdict.push(if test.rejected {
+            format!("LACK OF FIT: the model leaves more than replicates scatter ({numbers}); try `tumble diagnose`")
+        } else {
+            format!("replicates scatter as much as the model leaves ({numbers})")
+        });
+        LackOfFitReport {
+            f: finite(test.f),
+            between_dof: test.between_dof,
+            pure_error_dof: test.pure_error_dof,
+            pure_error_sd: (test.pure_error / test.pure_error_dof as f64).sqrt(),
+            p: test.p,
+            rejected: test.rejected,
+        }
+    });
+    for (s, test) in checks.runs.iter().filter(|(_, test)| test.p < 1.0 - level) {
+        let word = if (test.runs as f64) < test.expected { "few" } else { "many" };
+        verdict.push(format!(
+            "residuals of {} have too {word} runs of one sign ({} for {} expected, p = {}): something drifts or alternates",
+            sensor(*s),
+            test.runs,
+            significant(test.expected),
+            significant(test.p)
+        ));
+    }
+    if let Some(test) = checks.normality.filter(|test| test.p < 1.0 - level) {
+        verdict.push(format!(
+            "residuals are not normal (Shapiro-Francia W' = {}, p = {})",
+            significant(test.w),
+            significant(test.p)
+        ));
+    }
+    let row = |k: usize| fit.design.rows.get(k);
+    let snooping = checks.snooping.as_ref().map(|found| {
+        let suspects: Vec<SuspectReport> = found
+            .suspects
+            .iter()
+            .map(|s| {
+                let reading = row(s.row).and_then(|origin| fit.campaign.readings.rows.get(origin.reading));
+                SuspectReport {
+                    index: row(s.row).map_or(0, |origin| origin.reading + 1),
+                    position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+                    sensor: row(s.row).map(|origin| sensor(origin.sensor)).unwrap_or_default(),
+                    shift: s.shift,
+                    u: s.u,
+                    w: s.w,
+                    p: s.p,
+                }
+            })
+            .collect();
+        for s in &suspects {
+            verdict.push(format!(
+                "SUSPICIOUS: reading {} of {} is {} off what the others say (w = {}, p = {} over all {} readings)",
+                s.index,
+                s.sensor,
+                significant(s.shift),
+                significant(s.w),
+                significant(s.p),
+                found.tested
+            ));
+        }
+        let change = fit.parameters.iter().zip(&checks.without_suspects).enumerate();
+        SnoopingReport {
+            tested: found.tested,
+            single_level: found.single_level,
+            suspects,
+            without_suspects: change.map(|(k, (p, x))| (p.id.clone(), x * shown(fit, k))).collect(),
+        }
+    });
+    let mut external = BTreeMap::new();
+    for (k, parameter) in fit.parameters.iter().enumerate() {
+        let worst = fit
+            .checks
+            .external
+            .iter()
+            .enumerate()
+            .filter_map(|(i, effects)| Some((row(i)?.reading + 1, *effects.as_ref()?.get(k)?)))
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        if let Some((index, effect)) = worst {
+            external.insert(parameter.id.clone(), ExternalReport { index, effect: effect * shown(fit, k) });
+        }
+    }
+    ChecksReport {
+        lack_of_fit,
+        runs: checks
+            .runs
+            .iter()
+            .map(|(s, t)| (sensor(*s), RunsReport { runs: t.runs, expected: t.expected, p: t.p }))
+            .collect(),
+        normality: checks.normality.map(|t| NormalityReport { w: t.w, p: t.p }),
+        snooping,
+        external,
+        verdict,
+    }
+}
+
+/// Monte Carlo results for the report.
+pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
+    let pair = |(a, b): (f64, f64)| [a, b];
+    let mut verdict = Vec::new();
+    let outputs = drawn
+        .names
+        .iter()
+        .zip(&drawn.trials.outputs)
+        .zip(drawn.first_order.iter().zip(&drawn.agrees))
+        .map(|((id, own), (first, agrees))| {
+            if let (Some(false), Some((low, high))) = (agrees, first) {
+                let off = (low - own.symmetric.0).abs().max((high - own.symmetric.1).abs());
+                verdict.push(format!(
+                    "the first order does not describe {id}: its {} % interval ends up to {} u elsewhere; use the Monte Carlo interval",
+                    super::table::significant(100.0 * level, 3),
+                    super::table::significant(off / own.sd, 2)
+                ));
+            }
+            DrawnReport {
+                id: id.clone(),
+                mean: own.mean,
+                u: own.sd,
+                interval: pair(own.symmetric),
+                shortest: pair(own.shortest),
+                first_order: first.map(pair),
+                first_order_agrees: *agrees,
+            }
+        })
+        .collect();
+    MonteCarloReport {
+        trials: drawn.trials.trials,
+        asked: drawn.trials.asked,
+        seed: drawn.trials.seed,
+        outputs,
+        joint: drawn.joint.as_ref().map(|joint| JointReport {
+            order: joint.names.clone(),
+            covariance: joint.covariance.clone(),
+            k_p: joint.ellipsoid_factor,
+        }),
+        verdict,
+    }
+}

@@ -1,0 +1,160 @@
+//! Tables for a terminal: the uncertainty budget, constraints, checks and Monte Carlo of a fit.
+
+use super::table::{plain, significant};
+use super::{BudgetReport, FitReport};
+
+/// The budget of every parameter and derived quantity, one table each.
+pub fn budget(report: &FitReport) -> String {
+    let mut text = String::new();
+    for p in &report.parameters {
+        text.push_str(&one_budget(&p.id, &p.unit, p.u, p.dof, &p.budget));
+    }
+    for d in &report.derived {
+        text.push_str(&one_budget(&d.id, &d.unit, d.u, d.dof, &d.budget));
+    }
+    text.push_str(&correlations(report));
+    text
+}
+
+fn one_budget(id: &str, unit: &str, u: Option<f64>, dof: Option<f64>, budget: &[BudgetReport]) -> String {
+    if budget.is_empty() {
+        return String::new();
+    }
+    let or_dash = |value: Option<f64>, digits| value.map_or("-".to_string(), |v| significant(v, digits));
+    let degrees = |dof: Option<f64>| dof.map_or("inf".to_string(), |nu| significant(nu, 3));
+    let mut rows: Vec<Vec<String>> = budget
+        .iter()
+        .map(|line| {
+            vec![
+                line.source.clone(),
+                or_dash(line.estimate, 6),
+                or_dash(line.source_u, 3),
+                line.evaluation.clone(),
+                line.distribution.clone(),
+                degrees(line.dof),
+                or_dash(line.c, 4),
+                significant(line.u, 3),
+                format!("{:.1} %", 100.0 * line.share),
+            ]
+        })
+        .collect();
+    if let Some(u) = u {
+        let mut total = vec!["combined".to_string(), "-".into(), "-".into(), String::new(), String::new()];
+        total.extend([degrees(dof), "-".into(), significant(u, 3), "100.0 %".into()]);
+        rows.push(total);
+    }
+    let header = ["quantity", "estimate", "u", "type", "distribution", "nu", "c", "contribution", "share"];
+    let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+    format!("\nbudget of {id}{unit}\n{}", plain(&header, &rows))
+}
+
+fn correlations(report: &FitReport) -> String {
+    if report.correlation.order.len() < 2 {
+        return String::new();
+    }
+    let mut header = vec!["correlation"];
+    header.extend(report.correlation.order.iter().map(String::as_str));
+    let rows: Vec<Vec<String>> = report
+        .correlation
+        .order
+        .iter()
+        .zip(&report.correlation.matrix)
+        .map(|(id, row)| {
+            let cells = row.iter().map(|r| r.map_or("-".to_string(), |r| format!("{r:.3}")));
+            std::iter::once(id.clone()).chain(cells).collect()
+        })
+        .collect();
+    format!("\n{}", plain(&header, &rows))
+}
+
+/// What was found beside the estimates: sentences under the table.
+pub fn findings(report: &FitReport) -> String {
+    let mut text = String::new();
+    for source in report.scatter.iter().filter(|s| s.source.starts_with("remounting")) {
+        if let Some(sd) = source.sd {
+            let how = match (source.estimated, source.dof) {
+                (true, Some(dof)) => format!("estimated, {} degrees of freedom", significant(dof, 2)),
+                (true, None) => "estimated".into(),
+                (false, _) => "stated".into(),
+            };
+            text.push_str(&format!("{}: sd {} ({how})\n", source.source, significant(sd, 3)));
+        }
+    }
+    if let Some(robust) = &report.robust {
+        let word = if robust.converged { "settled" } else { "did NOT settle" };
+        text.push_str(&format!("robust estimate ({}) {word} after {} steps", robust.method, robust.iterations));
+        if !robust.downweighted.is_empty() {
+            let named: Vec<String> = robust.downweighted.iter().map(usize::to_string).collect();
+            text.push_str(&format!("; less than half weight: readings {}", named.join(", ")));
+        }
+        text.push('\n');
+    }
+    if let Some(constraints) = &report.constraints {
+        text.push_str(&format!("constraints: {}\n", constraints.verdict));
+        for p in report.parameters.iter().filter(|p| p.state == "at-bound") {
+            let (scale, unit) = if p.kind == "tilt" { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
+            match p.interval {
+                Some([low, high]) => text.push_str(&format!(
+                    "  {} is at a bound: {} % interval {} to {} {unit} (of the free estimate, cut to what is allowed)\n",
+                    p.id,
+                    significant(100.0 * p.level, 3),
+                    significant(low * scale, 5),
+                    significant(high * scale, 5)
+                )),
+                None if p.u.is_some() => text.push_str(&format!(
+                    "  {} is at a bound, and the whole {} % interval of the free estimate is not allowed: bound and readings disagree\n",
+                    p.id,
+                    significant(100.0 * p.level, 3)
+                )),
+                None => {}
+            }
+        }
+    }
+    for sentence in &report.checks.verdict {
+        text.push_str(sentence);
+        text.push('\n');
+    }
+    if let Some(drawn) = &report.monte_carlo {
+        text.push_str(&monte_carlo(report, drawn));
+    }
+    text
+}
+
+fn monte_carlo(report: &FitReport, drawn: &super::MonteCarloReport) -> String {
+    let mut rows = Vec::new();
+    for output in &drawn.outputs {
+        let angle = report.parameters.iter().any(|p| p.id == output.id && p.kind == "tilt")
+            || report.derived.iter().any(|d| d.id == output.id && d.unit == "rad");
+        let (scale, unit) = if angle { (super::ARCSEC, "arcsec") } else { (1.0, "") };
+        let show = |x: f64| significant(x * scale, 5);
+        rows.push(vec![
+            output.id.clone(),
+            show(output.mean),
+            significant(output.u * scale, 3),
+            show(output.interval[0]),
+            show(output.interval[1]),
+            show(output.shortest[0]),
+            show(output.shortest[1]),
+            unit.to_string(),
+            match output.first_order_agrees {
+                Some(true) => "yes".into(),
+                Some(false) => "NO".into(),
+                None => "-".to_string(),
+            },
+        ]);
+    }
+    let header =
+        ["Monte Carlo", "mean", "u", "low", "high", "shortest low", "shortest high", "unit", "first order agrees"];
+    let mut text = format!("\n{}", plain(&header, &rows));
+    text.push_str(&format!("{} trials, seed {}\n", drawn.trials, drawn.seed));
+    if let Some(joint) = &drawn.joint
+        && let Some(k) = joint.k_p
+    {
+        text.push_str(&format!("coverage ellipsoid of {}: k_p = {}\n", joint.order.join(", "), significant(k, 4)));
+    }
+    for sentence in &drawn.verdict {
+        text.push_str(sentence);
+        text.push('\n');
+    }
+    text
+}

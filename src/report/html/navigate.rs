@@ -1,0 +1,135 @@
+//! The page of a navigation study: results, ratios, and errors against time.
+
+use super::{Align, Figure, Page, Section, Table};
+use crate::error::Result;
+use crate::navigate::run::NavigationError;
+use crate::navigate::study::Flown;
+use crate::report::plot::{Curve, curves};
+use crate::report::table::significant;
+use crate::report::{ARCSEC, ErrorReport, NavigateReport};
+
+/// Scenarios that get figures of their own; single sources beyond them are in the table and in the series.
+const DRAWN: usize = 10;
+
+/// A quantity that is drawn: its name, its unit, and how it is read off an error.
+type Quantity = (&'static str, &'static str, fn(&NavigationError) -> f64);
+
+const QUANTITIES: [Quantity; 4] = [
+    ("tilt", "arcsec", |e| e.tilt() * ARCSEC),
+    ("azimuth error", "arcsec", |e| e.attitude[2] * ARCSEC),
+    ("velocity error", "m/s", |e| e.speed()),
+    ("position error", "m", |e| e.distance()),
+];
+
+/// The page of a navigation report, with figures of the series that were kept.
+pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
+    let title = if report.title.is_empty() { "Navigation errors" } else { &report.title };
+    let mut page = Page::new(title);
+    page.subtitle = format!("{} h in steps of {} s", significant(report.duration_h, 6), report.step_s);
+    page.facts.push(("Convention".into(), report.convention.clone()));
+    if let Some(periods) = report.periods {
+        page.facts.push((
+            "Periods".into(),
+            format!(
+                "Schuler {:.2} min, Earth {:.3} h, Foucault {:.2} h",
+                periods.schuler_min, periods.earth_h, periods.foucault_h
+            ),
+        ));
+    }
+    page.colophon.push(("tumble".into(), report.tumble.clone()));
+    page = page
+        .section(Section::new("Root mean square errors").table(results(report)))
+        .section(Section::new("Against the first motion").table(ratios(report)))
+        .section(carried(report));
+    for (i, scenario) in report.scenarios.iter().enumerate().take(if flown.is_empty() { 0 } else { DRAWN }) {
+        let mut figures = Vec::new();
+        for (what, unit, of) in QUANTITIES {
+            let lines: Vec<Curve> = flown
+                .iter()
+                .enumerate()
+                .map(|(k, motion)| Curve {
+                    label: motion.motion.clone(),
+                    points: motion
+                        .times
+                        .iter()
+                        .zip(motion.series.get(i).into_iter().flatten())
+                        .map(|(time, error)| (time / 3600.0, of(error)))
+                        .collect(),
+                    dashed: k == 0 && flown.len() > 1,
+                })
+                .collect();
+            figures.push(Figure {
+                caption: format!("{what} of `{}`", scenario.id),
+                description: format!("{what} of {} against time", scenario.id),
+                svg: curves(&lines, what, unit, "time, h")?,
+                wide: false,
+            });
+        }
+        page = page.section(Section::new(format!("Errors in time: {}", scenario.id)).figures(figures));
+    }
+    Ok(page)
+}
+
+fn cell(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".into(), |value| significant(value, 4))
+}
+
+fn results(report: &NavigateReport) -> Table {
+    let mut table = Table::new(&[
+        ("motion", Align::default()),
+        ("scenario", Align::default()),
+        ("tilt, arcsec", Align::Decimal),
+        ("azimuth, arcsec", Align::Decimal),
+        ("velocity, m/s", Align::Decimal),
+        ("position, m", Align::Decimal),
+        ("position at the end, m", Align::Decimal),
+    ]);
+    for r in &report.results {
+        let sizes = [r.tilt_arcsec.rms, r.azimuth_arcsec.rms, r.velocity_m_s.rms, r.position_m.rms, r.position_m.last];
+        let names = [r.motion.clone(), r.scenario.clone()];
+        table.row(names.into_iter().chain(sizes.map(cell)).collect());
+    }
+    table
+}
+
+fn ratios(report: &NavigateReport) -> Table {
+    let mut table = Table::new(&[
+        ("scenario", Align::default()),
+        ("motion", Align::default()),
+        ("tilt", Align::Decimal),
+        ("azimuth", Align::Decimal),
+        ("velocity", Align::Decimal),
+        ("position", Align::Decimal),
+    ]);
+    for r in &report.ratios {
+        let names = [r.scenario.clone(), format!("{} / {}", r.motion, r.against)];
+        table.row(names.into_iter().chain([r.tilt, r.azimuth, r.velocity, r.position].map(cell)).collect());
+    }
+    table.note = "Ratios of root mean squares; - where the first motion has no such error.".into();
+    table
+}
+
+fn carried(report: &NavigateReport) -> Section {
+    let mut table = Table::new(&[
+        ("motion", Align::default()),
+        ("by", Align::default()),
+        ("tilt, arcsec", Align::Decimal),
+        ("azimuth, arcsec", Align::Decimal),
+        ("velocity, m/s", Align::Decimal),
+        ("position, m", Align::Decimal),
+    ]);
+    let both = |parts: [Option<f64>; 2]| Some(parts[0]?.hypot(parts[1]?));
+    for motion in &report.carried {
+        let monte_carlo = format!("Monte Carlo, {} draws", motion.draws);
+        let ways: [(&str, Option<ErrorReport>); 2] =
+            [("linear covariance", motion.linear), (&monte_carlo, motion.monte_carlo)];
+        for (by, u) in ways {
+            let Some(u) = u else { continue };
+            let [e, n, up] = u.phi_arcsec;
+            let sizes = [both([e, n]), up, both(u.velocity_m_s), both(u.position_m)];
+            let names = [motion.motion.clone(), by.to_string()];
+            table.row(names.into_iter().chain(sizes.map(cell)).collect());
+        }
+    }
+    Section::new("What the calibration's uncertainty does").table(table)
+}

@@ -1,0 +1,186 @@
+//! The page of a plan: the better schedule beside the given one, where its positions lie, and what rests on each reading.
+
+use super::{Align, Figure, Page, Section, Table, Tone};
+use crate::campaign::{Campaign, Readings};
+use crate::error::Result;
+use crate::report::plot::{Spot, positions};
+use crate::report::table::significant;
+use crate::report::{ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
+use std::collections::BTreeMap;
+
+/// The page of a plan; `candidates` are drawn as dots.
+pub fn plan_page(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>) -> Result<Page> {
+    let bench = &campaign.bench;
+    let mut page = Page::new(if bench.title.is_empty() { bench.id.clone() } else { bench.title.clone() });
+    page.subtitle = "Plan: what a schedule will reach before anyone measures".into();
+    page.facts = vec![("Bench".into(), format!("`{}`", bench.id))];
+    page.facts.extend(report.model.iter().map(|(id, line)| (format!("Model of {id}"), format!("`{id} = {line}`"))));
+    page.facts.extend(report.noise.iter().map(|(id, noise)| {
+        (format!("Noise of {id}"), format!("{} {} ({})", significant(noise.sd, 4), noise.unit, noise.from))
+    }));
+    page.colophon = vec![("made by".into(), format!("tumble {}; the same inputs give the same bytes", report.tumble))];
+    if let Some(improved) = &report.improved {
+        page = page.section(answer(improved)).section(order(improved));
+    }
+    page = page.section(map(campaign, report, candidates)?).section(judged("The given schedule", &report.schedule));
+    if let Some(improved) = &report.improved {
+        page = page.section(judged("The better schedule in full", &improved.judgement));
+    }
+    Ok(page)
+}
+
+fn cell(value: Option<f64>) -> String {
+    value.map_or("-".into(), |v| significant(v, 3))
+}
+
+fn keys(position: &PositionReport) -> String {
+    position.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+}
+
+fn answer(improved: &ImprovedReport) -> Section {
+    let mut section = Section::new("The better schedule");
+    if let Some(goal) = &improved.goal {
+        let share = goal.largest_share.map_or("unknown".into(), |s| significant(s, 3));
+        section = match goal.reached {
+            true => section
+                .verdict(Tone::Good, format!("The goal is reached: the largest uncertainty is {share} of its limit.")),
+            false => section.verdict(
+                Tone::Bad,
+                format!("The goal is not reached: at best, the largest uncertainty is {share} of its limit."),
+            ),
+        };
+    }
+    if let Some(efficiency) = improved.efficiency {
+        let text = format!(
+            "Efficiency at least {efficiency:.4} of what no schedule of these candidates can beat (criterion {}).",
+            improved.criterion
+        );
+        section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, text);
+    }
+    let mut table = Table::new(&[
+        ("Parameter", Align::Left),
+        ("u given", Align::Decimal),
+        ("u at equal effort", Align::Decimal),
+        ("u better", Align::Decimal),
+        ("gain", Align::Decimal),
+        ("unit", Align::Left),
+    ]);
+    table.caption = "Predicted standard uncertainties".into();
+    table.note =
+        "At equal effort: the given schedule repeated, or cut, to as many readings as the better one has.".into();
+    for c in &improved.comparison {
+        let gain = c.gain.map_or("-".into(), |g| format!("{g:.2}"));
+        table.row(vec![
+            format!("`{}`", c.id),
+            cell(c.given),
+            cell(c.equal_effort),
+            cell(c.better),
+            gain,
+            c.unit.clone(),
+        ]);
+    }
+    section.table(table).list(defects(&improved.unreachable, "cannot be determined by any choice of these candidates"))
+}
+
+fn defects(list: &[NotEstimableReport], what: &str) -> Vec<String> {
+    let separated = |d: &NotEstimableReport| match &d.separate_by {
+        Some(position) => format!("separated by {}", keys(position)),
+        None => "no position of this bench would separate it".into(),
+    };
+    list.iter().map(|d| format!("`{}` {what}; {}", d.text, separated(d))).collect()
+}
+
+fn order(improved: &ImprovedReport) -> Section {
+    let mut table = Table::new(&[("#", Align::Right), ("mounting", Align::Left), ("position", Align::Left)]);
+    table.small = true;
+    let mut before = String::new();
+    for (k, position) in improved.positions.iter().enumerate() {
+        let label = if position.position == before { String::new() } else { position.position.clone() };
+        table.row(vec![(k + 1).to_string(), label, keys(&position.at)]);
+        before.clone_from(&position.position);
+    }
+    let drift = improved.judgement.drift.map_or(String::new(), |d| {
+        format!("In this order, a drift of one standard deviation over the run shifts a parameter by at most {} of its uncertainty.", significant(d, 2))
+    });
+    Section::new("To run, in this order").prose(drift).table(table)
+}
+
+/// Where the positions lie, over the first two joints that stand still.
+fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>) -> Result<Section> {
+    let section = Section::new("Where the positions lie");
+    let joints: Vec<&str> = campaign.bench.joints().collect();
+    let at = |position: &PositionReport, joint: &str| position.get(&format!("{joint}_deg")).copied();
+    let swept: Vec<&str> = joints
+        .iter()
+        .copied()
+        .filter(|joint| report.schedule.readings.iter().any(|r| at(&r.at, joint).is_some()))
+        .take(2)
+        .collect();
+    let Some(across) = swept.first() else { return Ok(section) };
+    let up = swept.get(1).copied().unwrap_or("");
+    let spots = |list: &mut dyn Iterator<Item = PositionReport>| {
+        let mut count: BTreeMap<(i64, i64), Spot> = BTreeMap::new();
+        for position in list {
+            let (Some(x), y) = (at(&position, across), at(&position, up).unwrap_or(0.0)) else { continue };
+            let key = ((x * 1e6) as i64, (y * 1e6) as i64);
+            count.entry(key).or_insert(Spot { x, y, readings: 0 }).readings += 1;
+        }
+        count.into_values().collect::<Vec<Spot>>()
+    };
+    let given = spots(&mut report.schedule.readings.iter().map(|r| r.at.clone()));
+    let better = spots(&mut report.improved.iter().flat_map(|i| i.positions.iter().map(|p| p.at.clone())));
+    let rows = candidates.map(|c| c.rows.as_slice()).unwrap_or_default();
+    let dots = spots(&mut rows.iter().map(|r| crate::report::position_keys(campaign, &r.joints)));
+    let drawn = if dots.len() > 5000 { Vec::new() } else { dots };
+    let svg = positions(&drawn, &given, &better, [across, up])?;
+    let caption = if better.is_empty() {
+        "Squares: the schedule's positions."
+    } else {
+        "Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position."
+    };
+    let places: Vec<String> =
+        better.iter().map(|s| format!("{} readings at {across} {}, {up} {}", s.readings, s.x, s.y)).collect();
+    let description = if places.is_empty() { caption.to_string() } else { places.join("; ") };
+    Ok(section.figures(vec![Figure { caption: caption.into(), description, svg, wide: false }]))
+}
+
+fn judged(heading: &str, j: &JudgementReport) -> Section {
+    let mut table = Table::new(&[("Parameter", Align::Left), ("predicted u", Align::Decimal), ("unit", Align::Left)]);
+    for p in &j.parameters {
+        let u = p.u_arcsec.or(p.u);
+        let unit = if p.kind == "tilt" { "arcsec".to_string() } else { p.unit.clone() };
+        table.row(vec![format!("`{}`", p.id), u.map_or("not estimable".into(), |u| significant(u, 3)), unit]);
+    }
+    for d in &j.derived {
+        let unit = if d.u_arcsec.is_some() { "arcsec" } else { "" };
+        table.row(vec![format!("`{}`", d.id), cell(d.u_arcsec.or(d.u)), unit.to_string()]);
+    }
+    let mut readings = Table::new(&[
+        ("#", Align::Right),
+        ("position", Align::Left),
+        ("sensor", Align::Left),
+        ("leverage", Align::Decimal),
+        ("mdb", Align::Decimal),
+        ("its largest effect on an angle", Align::Left),
+    ]);
+    readings.caption =
+        "Each value: leverage, minimal detectable bias (0.1 %, 80 %), and what it does undetected".into();
+    readings.small = true;
+    for r in &j.readings {
+        let worst = r.effect_arcsec.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let effect = worst.map_or(String::new(), |(id, e)| format!("{} arcsec of `{id}`", significant(*e, 3)));
+        let leverage = format!("{:.3}", r.leverage);
+        readings.row(vec![r.index.to_string(), keys(&r.at), r.sensor.clone(), leverage, cell(r.mdb), effect]);
+    }
+    let w = &j.work;
+    let work = format!(
+        "{} readings in {} mountings with {} rate changes, cost {}; rank {}, {} degrees of freedom.",
+        w.readings,
+        w.mountings,
+        w.rate_changes,
+        significant(w.cost, 4),
+        j.rank,
+        j.dof
+    );
+    Section::new(heading).prose(work).list(defects(&j.not_estimable, "is not estimable")).table(table).table(readings)
+}

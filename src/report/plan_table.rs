@@ -1,0 +1,187 @@
+//! A plan as a person at a terminal reads it.
+
+use super::table::{plain, significant};
+use super::{ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
+
+fn number(value: Option<f64>) -> String {
+    value.map_or("-".into(), |v| significant(v, 3))
+}
+
+/// A plan report as text; `with_readings` lists every value with its leverage and minimal detectable bias.
+pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
+    let mut text = format!("tumble {}: plan on {}\n", report.tumble, report.bench);
+    for (sensor, line) in &report.model {
+        text.push_str(&format!("  {sensor} = {line}\n"));
+    }
+    for (sensor, noise) in &report.noise {
+        let sd = significant(noise.sd, 4);
+        text.push_str(&format!("  noise of {sensor}: {sd} {} ({})\n", noise.unit, noise.from));
+    }
+    for (id, sd) in &report.remount {
+        text.push_str(&format!("  every remounting scatters {id}: sd {} (rad for a tilt)\n", significant(*sd, 3)));
+    }
+    text.push_str(&format!("\nThe schedule: {}\n\n", work(&report.schedule)));
+    text.push_str(&judgement(&report.schedule));
+    if with_readings {
+        text.push_str(&readings(&report.schedule));
+    }
+    if let Some(improved) = &report.improved {
+        text.push_str(&better(improved));
+        if with_readings {
+            text.push_str(&readings(&improved.judgement));
+        }
+    }
+    text
+}
+
+fn work(judgement: &JudgementReport) -> String {
+    let w = &judgement.work;
+    format!(
+        "{} readings in {} mountings with {} rate changes, cost {}",
+        w.readings,
+        w.mountings,
+        w.rate_changes,
+        significant(w.cost, 4)
+    )
+}
+
+fn judgement(j: &JudgementReport) -> String {
+    let mut rows = Vec::new();
+    // the strongest partner says more than a matrix; the matrix is in the JSON
+    let strongest = |i: usize| {
+        let row = j.correlation.matrix.get(i)?;
+        let others = row.iter().enumerate().filter(|(k, _)| *k != i).filter_map(|(k, r)| r.map(|r| (k, r)));
+        let (k, r) = others.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        let partner = j.correlation.order.get(k)?;
+        (r.abs() >= 0.005).then(|| format!("{r:+.2} with {partner}"))
+    };
+    let worst = |id: &str, arcsec: bool| {
+        let effect = |r: &super::PlannedReadingReport| {
+            if arcsec { r.effect_arcsec.get(id).copied() } else { r.effect.get(id).copied() }
+        };
+        j.readings.iter().filter_map(effect).map(f64::abs).reduce(f64::max)
+    };
+    for (i, p) in j.parameters.iter().enumerate() {
+        let angle = p.u_arcsec.is_some();
+        rows.push(vec![
+            p.id.clone(),
+            if p.u.is_none() { "not estimable".into() } else { number(if angle { p.u_arcsec } else { p.u }) },
+            if angle { "arcsec".into() } else { p.unit.clone() },
+            strongest(i).unwrap_or_default(),
+            if p.u.is_some() { number(worst(&p.id, angle)) } else { "-".into() },
+        ]);
+    }
+    for d in &j.derived {
+        let note = if d.is_largest { "largest near the reference" } else { "" };
+        let unit = if d.u_arcsec.is_some() { "arcsec" } else { "" };
+        rows.push(vec![d.id.clone(), number(d.u_arcsec.or(d.u)), unit.into(), note.into(), "".into()]);
+    }
+    let mut text = plain(&["parameter", "predicted u", "unit", "strongest correlation", "undetected fault"], &rows);
+    text.push_str(&format!("\nrank {}, {} degrees of freedom", j.rank, j.dof));
+    if let Some(condition) = j.condition {
+        text.push_str(&format!(", condition {}", significant(condition, 3)));
+    }
+    let unchecked = j.readings.iter().filter(|r| r.mdb.is_none()).count();
+    if unchecked > 0 {
+        text.push_str(&format!("; {unchecked} values are checked by no other"));
+    }
+    text.push('\n');
+    if let Some(drift) = j.drift {
+        text.push_str(&format!(
+            "a drift of one standard deviation over the run shifts a parameter by at most {} of its u\n",
+            significant(drift, 2)
+        ));
+    }
+    text.push_str(&defects(&j.not_estimable, "is not estimable"));
+    text
+}
+
+fn defects(list: &[NotEstimableReport], what: &str) -> String {
+    let mut text = String::new();
+    for defect in list {
+        text.push_str(&format!("{} {what}", defect.text));
+        let instead: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
+        if !instead.is_empty() {
+            text.push_str(&format!("; determined instead: {}", instead.join(", ")));
+        }
+        match &defect.separate_by {
+            Some(position) => text.push_str(&format!("; separated by {}\n", keys(position))),
+            None => text.push_str("; no position of this bench would separate it\n"),
+        }
+    }
+    text
+}
+
+fn keys(position: &PositionReport) -> String {
+    position.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+}
+
+fn readings(j: &JudgementReport) -> String {
+    let rows: Vec<Vec<String>> = j
+        .readings
+        .iter()
+        .map(|r| {
+            let worst = r.effect_arcsec.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            vec![
+                r.index.to_string(),
+                r.position.clone(),
+                keys(&r.at),
+                r.sensor.clone(),
+                format!("{:.3}", r.leverage),
+                number(r.mdb),
+                worst.map_or(String::new(), |(id, e)| format!("{} arcsec of {id}", significant(*e, 3))),
+            ]
+        })
+        .collect();
+    let header = ["#", "position", "at", "sensor", "leverage", "mdb", "its largest effect on an angle"];
+    format!("\n{}", plain(&header, &rows))
+}
+
+fn better(improved: &ImprovedReport) -> String {
+    let mut text = format!("\nThe better schedule: {}\n", work(&improved.judgement));
+    text.push_str(&format!(
+        "  {} of its readings chosen among {} candidate portions, criterion {}, seed {}, {} of {} starts ended here\n",
+        improved.chosen, improved.candidates, improved.criterion, improved.seed, improved.hits, improved.starts
+    ));
+    if let Some(efficiency) = improved.efficiency {
+        text.push_str(&format!(
+            "  efficiency at least {efficiency:.4} of what no schedule of these candidates can beat\n"
+        ));
+    }
+    if let Some(goal) = &improved.goal {
+        let share = goal.largest_share.map_or("unknown".into(), |s| significant(s, 3));
+        let proof = if goal.is_fewest { "; fewer readings cannot reach it" } else { "" };
+        text.push_str(&match goal.reached {
+            true => format!("  the goal is reached: the largest uncertainty is {share} of its limit{proof}\n"),
+            false => format!("  the goal is NOT reached: at best, the largest uncertainty is {share} of its limit\n"),
+        });
+        for id in &goal.impossible {
+            text.push_str(&format!("  {id}: even all candidates together do not determine it\n"));
+        }
+    }
+    text.push('\n');
+    let rows: Vec<Vec<String>> = improved
+        .comparison
+        .iter()
+        .map(|c| {
+            let gain = c.gain.map_or("-".into(), |g| format!("{g:.2}"));
+            vec![c.id.clone(), number(c.given), number(c.equal_effort), number(c.better), gain, c.unit.clone()]
+        })
+        .collect();
+    text.push_str(&plain(&["parameter", "u given", "u at equal effort", "u better", "gain", "unit"], &rows));
+    text.push_str(&defects(&improved.unreachable, "cannot be determined by any choice of these candidates"));
+    text.push_str("\nTo run, in this order:\n");
+    let mut before = String::new();
+    for position in &improved.positions {
+        let label = if position.position == before { String::new() } else { position.position.clone() };
+        text.push_str(&format!("  {label:>4}  {}\n", keys(&position.at)));
+        before.clone_from(&position.position);
+    }
+    if let Some(drift) = improved.judgement.drift {
+        text.push_str(&format!(
+            "a drift of one standard deviation over the run shifts a parameter by at most {} of its u\n",
+            significant(drift, 2)
+        ));
+    }
+    text
+}

@@ -1,0 +1,520 @@
+//! The mission file (`*.mission.json`): where and how a strapdown navigator moves, and what is wrong with its unit.
+
+use super::{Named, Source as Text, parse};
+use crate::error::{Fault, Malformed, Result};
+use crate::navigate::errors::{ImuErrors, Instrument, Kind, Source};
+use crate::navigate::mission::{Mission, Site};
+use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
+use crate::navigate::study::Separation;
+use schemars::JsonSchema;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A mission of a strapdown navigator.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissionFile {
+    /// A person's name for it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
+    /// Where it starts.
+    pub site: MissionSiteFile,
+    /// Time between two samples of the unit, s.
+    #[serde(default = "hundredth")]
+    pub step_s: f64,
+    /// Duration, h.
+    pub duration_h: f64,
+    /// Time between two rows of output, s.
+    #[serde(default = "minute")]
+    pub output_every_s: f64,
+    /// The motion.
+    pub motion: MotionFile,
+    /// Other motions to compare with it: ratios are theirs over its; plots draw it dashed and these solid.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<MotionFile>,
+    /// Errors of the unit.
+    #[serde(default)]
+    pub errors: ErrorsFile,
+    /// Which errors fly together.
+    #[serde(default)]
+    pub scenarios: ScenariosFile,
+    /// A calibration whose covariance is carried to navigation errors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<CalibrationFile>,
+    /// Seed of all noise and draws.
+    #[serde(default = "one")]
+    pub seed: u64,
+}
+
+/// Where a mission starts.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissionSiteFile {
+    /// Geodetic latitude, degrees, -89 to 89.
+    pub latitude_deg: f64,
+    /// Longitude, degrees.
+    #[serde(default)]
+    pub longitude_deg: f64,
+    /// Altitude above the ellipsoid, m; the vertical channel is held there.
+    #[serde(default)]
+    pub altitude_m: f64,
+}
+
+/// A motion of the vehicle.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum MotionFile {
+    /// At rest.
+    Static(StaticFile),
+    /// Swinging about a fixed place.
+    Swing(SwingFile),
+    /// Legs along a constant heading.
+    Legs(LegsFile),
+}
+
+/// Attitude at rest.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StaticFile {
+    /// Nose up, degrees.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// Right side down, degrees.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// Clockwise from north, degrees.
+    #[serde(default)]
+    pub heading_deg: f64,
+}
+
+/// A swing: `mean + amplitude sin(2 pi t / period + phase)` in each angle.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SwingFile {
+    /// Nose up.
+    #[serde(default)]
+    pub pitch: OscillationFile,
+    /// Right side down.
+    #[serde(default)]
+    pub roll: OscillationFile,
+    /// Counter-clockwise from north.
+    #[serde(default)]
+    pub yaw: OscillationFile,
+}
+
+/// One angle of a swing.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OscillationFile {
+    /// Amplitude, degrees.
+    #[serde(default)]
+    pub amplitude_deg: f64,
+    /// Period, s; needed where there is an amplitude.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period_s: Option<f64>,
+    /// Phase at the start, degrees.
+    #[serde(default)]
+    pub phase_deg: f64,
+    /// Mean, degrees.
+    #[serde(default)]
+    pub mean_deg: f64,
+}
+
+/// Legs along a constant heading.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LegsFile {
+    /// Clockwise from north, degrees.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// Speed at the start, m/s.
+    #[serde(default)]
+    pub speed_m_s: f64,
+    /// One leg after another.
+    pub legs: Vec<LegFile>,
+}
+
+/// One leg; the last may have no duration and ends with the mission.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LegFile {
+    /// Duration, h.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_h: Option<f64>,
+    /// Duration, s, instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// Acceleration along the heading, m/s^2; 0 cruises (or rests).
+    #[serde(default)]
+    pub acceleration_m_s2: f64,
+}
+
+/// Errors of the unit; a single number stands for all its axes.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ErrorsFile {
+    /// Gyro bias, deg/h.
+    pub gyro_bias_deg_h: AxesFile,
+    /// Gyro scale factor error, a ratio.
+    pub gyro_scale_factor: AxesFile,
+    /// Gyro installation errors, arcsec.
+    pub gyro_installation_arcsec: InstallationFile,
+    /// Gyro second-order coefficients, (deg/h)/(deg/s)^2.
+    pub gyro_second_order_deg_h_per_deg2_s2: AxesFile,
+    /// Angle random walk of the gyros, deg/sqrt(h).
+    pub angle_random_walk_deg_sqrt_h: f64,
+    /// Accelerometer bias, g.
+    pub accelerometer_bias_g: AxesFile,
+    /// Accelerometer scale factor error, a ratio.
+    pub accelerometer_scale_factor: AxesFile,
+    /// Accelerometer installation errors, arcsec.
+    pub accelerometer_installation_arcsec: InstallationFile,
+    /// Accelerometer second-order coefficients, g/g^2.
+    pub accelerometer_second_order_g_per_g2: AxesFile,
+    /// Velocity random walk of the accelerometers, (m/s)/sqrt(h).
+    pub velocity_random_walk_m_s_sqrt_h: f64,
+}
+
+/// One number for each axis, or one for all.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(untagged)]
+pub enum AxesFile {
+    /// None.
+    #[default]
+    #[serde(skip)]
+    Absent,
+    /// The same for all.
+    All(f64),
+    /// x, y, z.
+    Each([f64; 3]),
+}
+
+/// Installation errors by sensor and input, or one number for all six.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(untagged)]
+pub enum InstallationFile {
+    /// None.
+    #[default]
+    #[serde(skip)]
+    Absent,
+    /// The same for all.
+    All(f64),
+    /// By sensor and input.
+    Each(InstallationAngles),
+}
+
+/// What of the second axis' input the first axis' sensor sees.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[allow(missing_docs)]
+pub struct InstallationAngles {
+    pub xy: f64,
+    pub xz: f64,
+    pub yx: f64,
+    pub yz: f64,
+    pub zx: f64,
+    pub zy: f64,
+}
+
+/// Which errors fly together.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ScenariosFile {
+    /// All together in one scenario.
+    Together,
+    /// All together, and each group (gyro bias, gyro scale factor, ...) alone.
+    #[default]
+    Groups,
+    /// All together, each group, and each single error alone.
+    Components,
+}
+
+/// A calibration whose covariance is carried on.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CalibrationFile {
+    /// Path of a fit report (`tumble fit --json`).
+    pub report: String,
+    /// For each error source, its combination of the report's parameters: source unit per parameter unit.
+    pub carry: Named<Named<f64>>,
+    /// Draws of the Monte Carlo run beside the linear covariance; 0 for none.
+    #[serde(default = "draws")]
+    pub monte_carlo: usize,
+}
+
+fn hundredth() -> f64 {
+    0.01
+}
+
+fn minute() -> f64 {
+    60.0
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn draws() -> usize {
+    200
+}
+
+impl<'de> Deserialize<'de> for AxesFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = AxesFile;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number for all axes, or [x, y, z]")
+            }
+            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<AxesFile, E> {
+                Ok(AxesFile::All(value))
+            }
+            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<AxesFile, E> {
+                Ok(AxesFile::All(value as f64))
+            }
+            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<AxesFile, E> {
+                Ok(AxesFile::All(value as f64))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<AxesFile, A::Error> {
+                <[f64; 3]>::deserialize(value::SeqAccessDeserializer::new(seq)).map(AxesFile::Each)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl<'de> Deserialize<'de> for InstallationFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = InstallationFile;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number for all six, or { \"xy\": ..., \"xz\": ... }")
+            }
+            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<InstallationFile, E> {
+                Ok(InstallationFile::All(value))
+            }
+            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<InstallationFile, E> {
+                Ok(InstallationFile::All(value as f64))
+            }
+            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<InstallationFile, E> {
+                Ok(InstallationFile::All(value as f64))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<InstallationFile, A::Error> {
+                InstallationAngles::deserialize(value::MapAccessDeserializer::new(map)).map(InstallationFile::Each)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl MissionFile {
+    /// Check the mission and turn it into the domain's. Errors: [`Malformed`] with the JSON path.
+    pub fn mission(&self) -> Result<Mission> {
+        let site = Site {
+            latitude: self.site.latitude_deg.to_radians(),
+            longitude: self.site.longitude_deg.to_radians(),
+            altitude: self.site.altitude_m,
+        };
+        let motion = self.motion.motion().map_err(|e| e.under("motion"))?;
+        let mut mission = Mission::new(site, self.step_s, self.duration_h * 3600.0, self.output_every_s, motion)?;
+        for (i, file) in self.beside.iter().enumerate() {
+            mission = mission.beside(file.motion().map_err(|e| e.under(&format!("beside[{i}]")))?)?;
+        }
+        mission.errors = self.errors.errors().map_err(|e| e.under("errors"))?;
+        mission.title = self.title.clone();
+        mission.seed = self.seed;
+        Ok(mission)
+    }
+}
+
+impl ScenariosFile {
+    /// The domain's word for it.
+    pub fn separation(self) -> Separation {
+        match self {
+            ScenariosFile::Together => Separation::Together,
+            ScenariosFile::Groups => Separation::Groups,
+            ScenariosFile::Components => Separation::Components,
+        }
+    }
+}
+
+impl CalibrationFile {
+    /// What each error source is made of.
+    pub fn factors(&self) -> Vec<(String, Vec<(String, f64)>)> {
+        self.carry.0.iter().map(|(id, parts)| (id.clone(), parts.0.clone())).collect()
+    }
+}
+
+/// The part of a fit report that is carried on; its other keys are left alone.
+#[derive(Debug, Clone, Deserialize)]
+pub struct CovarianceFile {
+    /// Names of the rows and columns.
+    pub order: Vec<String>,
+    /// The matrix, row by row; null for what is not estimable.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+/// The covariance in a fit report. Errors: no JSON, or a report without `covariance`.
+pub fn read_covariance(source: &Text) -> Result<CovarianceFile> {
+    #[derive(Deserialize)]
+    struct Report {
+        covariance: Option<CovarianceFile>,
+    }
+    let report: Report = parse(source)?;
+    report.covariance.ok_or_else(|| {
+        Malformed::new(Fault::Missing, "the report has no covariance")
+            .at_path("covariance")
+            .expected("a fit report (tumble fit --json) with \"covariance\": { \"order\": ..., \"matrix\": ... }")
+            .in_file(&source.name)
+    })
+}
+
+impl MotionFile {
+    fn motion(&self) -> Result<Motion> {
+        match self {
+            MotionFile::Static(file) => {
+                let angles = [file.pitch_deg, file.roll_deg, file.heading_deg];
+                if let Some(bad) = angles.iter().find(|angle| !angle.is_finite() || angle.abs() > 360.0) {
+                    return Err(Malformed::new(Fault::Value, "not an attitude")
+                        .at_path("static")
+                        .expected("angles from -360 to 360 degrees")
+                        .found(format!("{bad}")));
+                }
+                let [pitch, roll, heading] = angles.map(f64::to_radians);
+                Ok(Motion::at_rest(pitch, roll, -heading))
+            }
+            MotionFile::Swing(file) => Motion::swing(Attitude {
+                pitch: file.pitch.oscillation("pitch")?,
+                roll: file.roll.oscillation("roll")?,
+                yaw: file.yaw.oscillation("yaw")?,
+            }),
+            MotionFile::Legs(file) => {
+                let legs = file.legs.iter().enumerate().map(|(i, leg)| leg.leg(i)).collect::<Result<Vec<Leg>>>()?;
+                Ok(Motion::legs(Legs { heading: file.heading_deg.to_radians(), speed: file.speed_m_s, legs }))
+            }
+        }
+    }
+}
+
+impl OscillationFile {
+    fn oscillation(&self, name: &str) -> Result<Oscillation> {
+        let period = match self.period_s {
+            Some(period) => period,
+            None if self.amplitude_deg == 0.0 => 1.0,
+            None => {
+                return Err(Malformed::new(Fault::Missing, format!("the swing in {name} has no period"))
+                    .at_path(format!("swing.{name}"))
+                    .expected("a key 'period_s'"));
+            }
+        };
+        Ok(Oscillation {
+            mean: self.mean_deg.to_radians(),
+            amplitude: self.amplitude_deg.to_radians(),
+            period,
+            phase: self.phase_deg.to_radians(),
+        })
+    }
+}
+
+impl LegFile {
+    fn leg(&self, index: usize) -> Result<Leg> {
+        let duration = match (self.duration_h, self.duration_s) {
+            (Some(_), Some(_)) => {
+                return Err(Malformed::new(Fault::NameClash, "the leg has two durations")
+                    .at_path(format!("legs.legs[{index}]"))
+                    .expected("either 'duration_h' or 'duration_s'"));
+            }
+            (Some(hours), None) => hours * 3600.0,
+            (None, Some(seconds)) => seconds,
+            (None, None) => f64::INFINITY,
+        };
+        Ok(Leg { duration, acceleration: self.acceleration_m_s2 })
+    }
+}
+
+impl ErrorsFile {
+    /// The errors in SI units. Errors: a value that is not finite, a negative random walk, a ratio or angle that is no
+    /// small one.
+    pub fn errors(&self) -> Result<ImuErrors> {
+        let mut errors = ImuErrors::default();
+        for source in Source::all() {
+            let (key, value) = self.value(&source);
+            let si = value * source.si_per_unit();
+            let limit = match (source.instrument, source.kind) {
+                (_, Kind::ScaleFactor | Kind::Installation) => 0.1,
+                (Instrument::Gyro, Kind::Bias) => 0.1,
+                (Instrument::Accelerometer, Kind::Bias) => 10.0,
+                (_, Kind::SecondOrder) => 0.1,
+            };
+            if !(si.abs() <= limit) {
+                return Err(Malformed::new(
+                    Fault::Value,
+                    format!("{} is not an error of a navigator's unit", source.id()),
+                )
+                .at_path(key)
+                .expected(format!("at most {:.4e} {}", limit / source.si_per_unit(), source.unit()))
+                .found(format!("{value}")));
+            }
+            source.set(&mut errors, si);
+        }
+        let walks = [
+            ("angle_random_walk_deg_sqrt_h", self.angle_random_walk_deg_sqrt_h),
+            ("velocity_random_walk_m_s_sqrt_h", self.velocity_random_walk_m_s_sqrt_h),
+        ];
+        for (key, value) in walks {
+            if !(0.0..=1e3).contains(&value) {
+                return Err(Malformed::new(Fault::Value, "not a random walk")
+                    .at_path(key)
+                    .expected("0 to 1000")
+                    .found(format!("{value}")));
+            }
+        }
+        errors.gyro.random_walk = self.angle_random_walk_deg_sqrt_h.to_radians() / 60.0;
+        errors.accelerometer.random_walk = self.velocity_random_walk_m_s_sqrt_h / 60.0;
+        Ok(errors)
+    }
+
+    fn value(&self, source: &Source) -> (&'static str, f64) {
+        let axes = |file: AxesFile| match file {
+            AxesFile::Absent => 0.0,
+            AxesFile::All(value) => value,
+            AxesFile::Each(values) => values.get(source.axis).copied().unwrap_or_default(),
+        };
+        let installation = |file: InstallationFile| match file {
+            InstallationFile::Absent => 0.0,
+            InstallationFile::All(value) => value,
+            InstallationFile::Each(angles) => match (source.axis, source.input) {
+                (0, 1) => angles.xy,
+                (0, 2) => angles.xz,
+                (1, 0) => angles.yx,
+                (1, 2) => angles.yz,
+                (2, 0) => angles.zx,
+                _ => angles.zy,
+            },
+        };
+        match (source.instrument, source.kind) {
+            (Instrument::Gyro, Kind::Bias) => ("gyro_bias_deg_h", axes(self.gyro_bias_deg_h)),
+            (Instrument::Gyro, Kind::ScaleFactor) => ("gyro_scale_factor", axes(self.gyro_scale_factor)),
+            (Instrument::Gyro, Kind::Installation) => {
+                ("gyro_installation_arcsec", installation(self.gyro_installation_arcsec))
+            }
+            (Instrument::Gyro, Kind::SecondOrder) => {
+                ("gyro_second_order_deg_h_per_deg2_s2", axes(self.gyro_second_order_deg_h_per_deg2_s2))
+            }
+            (Instrument::Accelerometer, Kind::Bias) => ("accelerometer_bias_g", axes(self.accelerometer_bias_g)),
+            (Instrument::Accelerometer, Kind::ScaleFactor) => {
+                ("accelerometer_scale_factor", axes(self.accelerometer_scale_factor))
+            }
+            (Instrument::Accelerometer, Kind::Installation) => {
+                ("accelerometer_installation_arcsec", installation(self.accelerometer_installation_arcsec))
+            }
+            (Instrument::Accelerometer, Kind::SecondOrder) => {
+                ("accelerometer_second_order_g_per_g2", axes(self.accelerometer_second_order_g_per_g2))
+            }
+        }
+    }
+}

@@ -1,0 +1,373 @@
+//! Plans against closed forms, full enumeration of small cases, and fits of the published table.
+
+use tumble::algebra::Expression;
+use tumble::campaign::{Campaign, Readings};
+use tumble::error::Fault;
+use tumble::plan::{self, Blocks, Costs, Criterion, Goal, Noise, Offer, Order, Request, Term, Unit, Zone};
+use tumble::wire::{self, Source};
+use tumble::{fit, report};
+
+fn campaign(text: &str) -> Campaign {
+    let source = Source { name: "test".into(), text: text.into() };
+    wire::read_campaign(&source, &mut |_| panic!("nothing to fetch")).unwrap()
+}
+
+fn published() -> Campaign {
+    campaign(include_str!("../data/campaigns/li2012-table1.campaign.json"))
+}
+
+fn line(readings: &str) -> Campaign {
+    campaign(&format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "a + b*x + c*z" }} }} }},
+             "estimate": {{ "a": {{}}, "b": {{}} }}, "readings": [ {{ "x": {readings}, "z": 1 }} ] }}"#
+    ))
+}
+
+fn none(like: &Campaign) -> Readings {
+    Readings { columns: like.readings.columns.clone(), rows: Vec::new() }
+}
+
+/// Everything chosen anew from a sweep.
+fn offer(campaign: &Campaign, noise: Noise, step_deg: f64) -> Offer {
+    Offer { kept: none(campaign), candidates: plan::sweep(campaign, step_deg).unwrap(), noise, costs: Costs::default() }
+}
+
+fn assert_close(found: f64, expected: f64, relative: f64) {
+    assert!((found - expected).abs() <= relative * expected.abs(), "found {found}, expected {expected}");
+}
+
+/// Determinant by elimination, independent of the crate.
+fn determinant(mut m: Vec<Vec<f64>>) -> f64 {
+    let n = m.len();
+    let mut product = 1.0;
+    for k in 0..n {
+        let p = (k..n).max_by(|&a, &b| m[a][k].abs().total_cmp(&m[b][k].abs())).unwrap();
+        if m[p][k] == 0.0 {
+            return 0.0;
+        }
+        if p != k {
+            m.swap(p, k);
+            product = -product;
+        }
+        product *= m[k][k];
+        for i in k + 1..n {
+            let f = m[i][k] / m[k][k];
+            for c in k..n {
+                m[i][c] -= f * m[k][c];
+            }
+        }
+    }
+    product
+}
+
+fn information(blocks: &Blocks, chosen: &[usize]) -> Vec<Vec<f64>> {
+    let n = blocks.unknowns();
+    let mut m = vec![vec![0.0; n]; n];
+    for &j in chosen {
+        for r in 0..blocks.rows() {
+            let x = blocks.row(j, r);
+            for a in 0..n {
+                for b in 0..n {
+                    m[a][b] += x[a] * x[b];
+                }
+            }
+        }
+    }
+    m
+}
+
+/// Trace of the inverse by cofactors.
+fn trace_of_inverse(m: &[Vec<f64>]) -> f64 {
+    let n = m.len();
+    let minor = |k: usize| {
+        let keep: Vec<usize> = (0..n).filter(|i| *i != k).collect();
+        determinant(keep.iter().map(|&i| keep.iter().map(|&j| m[i][j]).collect()).collect())
+    };
+    (0..n).map(minor).sum::<f64>() / determinant(m.to_vec())
+}
+
+/// All multisets of `count` out of `of`, each at most `repeats` times.
+fn multisets(of: usize, count: usize, repeats: usize) -> Vec<Vec<usize>> {
+    let mut all = vec![Vec::new()];
+    for _ in 0..count {
+        all = all
+            .iter()
+            .flat_map(|s: &Vec<usize>| {
+                (s.last().copied().unwrap_or(0)..of)
+                    .filter(|j| s.iter().filter(|k| *k == j).count() < repeats)
+                    .map(|j| s.iter().copied().chain([j]).collect())
+                    .collect::<Vec<Vec<usize>>>()
+            })
+            .collect();
+    }
+    all
+}
+
+/// Rows without symmetry, so that the optimum is one design only.
+fn uneven(count: usize, rows: usize, n: usize) -> Blocks {
+    Blocks::from_fn(count, rows, n, |j, r, c| {
+        let angle = (j * (r + 2)) as f64 * 0.7 + 0.3 * r as f64;
+        (c as f64 * angle).cos() + 0.3 * (angle * 1.7 + c as f64).sin()
+    })
+}
+
+#[test]
+fn exchange_finds_what_full_enumeration_finds() {
+    for (count, rows, n, choose, repeats) in
+        [(9, 1, 3, 4, 9), (9, 1, 3, 5, 1), (7, 2, 3, 3, 7), (8, 2, 4, 3, 1), (10, 1, 4, 6, 2)]
+    {
+        let blocks = uneven(count, rows, n);
+        let all = multisets(count, choose, repeats);
+        let best_det = all.iter().map(|s| determinant(information(&blocks, s))).fold(0.0, f64::max);
+        let best_trace = all
+            .iter()
+            .map(|s| information(&blocks, s))
+            .filter(|m| determinant(m.clone()) > 1e-9)
+            .map(|m| trace_of_inverse(&m))
+            .fold(f64::INFINITY, f64::min);
+        let d = plan::choose(&blocks, choose, repeats, None, 50, 3, true).unwrap();
+        assert_close(d.value.exp(), best_det, 1e-9);
+        assert_close(determinant(information(&blocks, &d.chosen)), best_det, 1e-9);
+        assert!(d.bound.unwrap() >= d.value - 1e-12, "the bound must not be beaten");
+        let identity: Vec<f64> = (0..n * n).map(|k| if k % (n + 1) == 0 { 1.0 } else { 0.0 }).collect();
+        let a = plan::choose(&blocks, choose, repeats, Some(&identity), 50, 3, true).unwrap();
+        assert_close(a.value, best_trace, 1e-9);
+        assert!(a.bound.unwrap() <= a.value * (1.0 + 1e-12), "the bound must not be beaten");
+        println!(
+            "{choose} of {count} x {rows}, {n} unknowns: {} designs; det {best_det:.6}, trace {best_trace:.6}",
+            all.len()
+        );
+    }
+}
+
+/// The D-optimal design of a parabola on [-1, 1] has a third of the weight at each of -1, 0, 1 (Fedorov 1972), so six readings reach
+/// det M = 4 * 2^3 = 32 exactly, and the bound says so.
+#[test]
+fn bound_of_the_parabola() {
+    let parabola = Blocks::from_fn(41, 1, 3, |j, _, c| (j as f64 / 20.0 - 1.0).powi(c as i32));
+    let best = plan::choose(&parabola, 6, usize::MAX, None, 10, 1, true).unwrap();
+    assert_eq!(best.chosen, [0, 0, 20, 20, 40, 40]);
+    assert_close(best.value.exp(), 32.0, 1e-12);
+    let efficiency = ((best.value - best.bound.unwrap()) / 3.0).exp();
+    assert!(efficiency > 0.9999 && efficiency <= 1.0 + 1e-12, "{efficiency}");
+}
+
+/// A schedule judged with the scatter of a fit's own residuals must promise what that fit reports.
+#[test]
+fn judgement_promises_what_the_fit_delivers() {
+    let campaign = published();
+    let noise = Noise::new(&campaign, &[], &[]).unwrap();
+    let judgement = plan::judge(&campaign, &noise, &Costs::default()).unwrap();
+    let fitted = fit::fit(&campaign, &fit::Settings::default()).unwrap();
+    for (predicted, found) in judgement.parameters.iter().zip(&fitted.parameters) {
+        assert_close(predicted.u.unwrap(), found.uncertainty.as_ref().unwrap().u, 1e-12);
+    }
+    let leverages: f64 = judgement.readings.iter().map(|r| r.leverage).sum();
+    assert_close(leverages, 6.0, 1e-12);
+}
+
+/// Every mounting scatters a constant by s: m mountings of r readings give u^2 = s^2/m + sd^2/(m r).
+#[test]
+fn remounting_scatter_does_not_average_within_a_mounting() {
+    let campaign = campaign(
+        r#"{ "bench": { "id": "level", "sensors": { "y": { "model": "a + seat" } } }, "estimate": { "a": {} },
+             "readings": [ { "position": "1", "run": [1, 2, 3] }, { "position": "2", "run": [1, 2, 3] }, { "position": "3", "run": [1, 2, 3] } ] }"#,
+    );
+    let noise = Noise::new(&campaign, &[("y".into(), 0.3)], &[("seat".into(), 0.5)]).unwrap();
+    let judgement = plan::judge(&campaign, &noise, &Costs::default()).unwrap();
+    let expected = (0.25_f64 / 3.0 + 0.09 / 9.0).sqrt();
+    assert_close(judgement.parameters[0].u.unwrap(), expected, 1e-12);
+    assert_eq!((judgement.rank, judgement.dof), (1, 8));
+}
+
+#[test]
+fn what_is_not_estimable_is_named_with_the_position_that_separates_it() {
+    let text = include_str!("../data/campaigns/li2012-table1.campaign.json")
+        .replace("\"beta_deg\": 180", "\"beta_deg\": 0")
+        .replace("\"beta_deg\": 90", "\"beta_deg\": 0");
+    let campaign = campaign(&text);
+    let noise = Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
+    let judgement = plan::judge(&campaign, &noise, &Costs::default()).unwrap();
+    assert!(!judgement.not_estimable.is_empty());
+    assert!(judgement.not_estimable.iter().all(|s| s.separate_by.is_some()));
+    // V0 is determined all the same
+    assert!(judgement.parameters[0].u.is_some() && judgement.parameters.iter().any(|p| p.u.is_none()));
+}
+
+/// With gain g = rate, five mountings at multiples of 72 degrees make [1, cos b, sin b, cos a, sin a] orthogonal, so u^2 = sd^2 / (kI^2 sum g^2)
+/// for the first and twice that for the others: no design of the same rates is better.
+#[test]
+fn five_positions_better_than_the_published_five() {
+    let campaign = published();
+    let noise = Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
+    let given = plan::judge(&campaign, &noise, &Costs::default()).unwrap();
+    let request = Request { readings: 30, unit: Unit::Mounting, ..Request::default() };
+    let best = plan::improve(&campaign, &offer(&campaign, noise, 36.0), &request).unwrap();
+    assert_eq!((best.judgement.work.readings, best.judgement.work.mountings), (30, 5));
+    assert!(best.efficiency.unwrap() > 0.9999 && best.check.unwrap() < 1e-12, "{:?} {:?}", best.efficiency, best.check);
+    let sum: f64 = 10.0 * (400.0 + 900.0 + 1600.0);
+    let alone = 9e-4 / (2.9222 * sum.sqrt());
+    println!("{:12} {:>10} {:>10} {:>6}  arcsec", "angle", "published", "best", "gain");
+    for (before, after) in given.parameters.iter().zip(&best.judgement.parameters) {
+        let (u, v) = (before.u.unwrap(), after.u.unwrap());
+        match after.id.as_str() {
+            // the Earth turns the two senses a little apart: (W/rate)^2, below 1e-7
+            "V0" => assert_close(v, 9e-4 / 30f64.sqrt(), 1e-6),
+            "dtheta_y1" => assert_close(v, alone, 1e-6),
+            _ => assert_close(v, alone * 2f64.sqrt(), 1e-6),
+        }
+        assert!(v <= u * (1.0 + 1e-9), "{} is worse", after.id);
+        println!("{:12} {:10.4} {:10.4} {:6.2}", after.id, u * report::ARCSEC, v * report::ARCSEC, u / v);
+    }
+}
+
+#[test]
+fn adding_keeps_the_schedule_and_respects_repeats_and_senses() {
+    let campaign = published();
+    let noise = Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
+    let kept = Readings { rows: campaign.readings.rows[..10].to_vec(), ..campaign.readings.clone() };
+    let offer = Offer { kept, ..offer(&campaign, noise, 45.0) };
+    let request =
+        Request { readings: 8, unit: Unit::Pair, most_repeats: 1, order: Order::AsGiven, ..Request::default() };
+    let best = plan::improve(&campaign, &offer, &request).unwrap();
+    let rows = &best.schedule.readings.rows;
+    assert_eq!(rows.len(), 18);
+    for (row, kept) in rows.iter().zip(&campaign.readings.rows[..10]) {
+        assert_eq!((&row.position, &row.joints), (&kept.position, &kept.joints));
+    }
+    let rates: f64 = rows[10..].iter().map(|r| r.joints[0].rate_deg_s()).sum();
+    assert_eq!(rates, 0.0, "both senses of every rate");
+    for (k, row) in rows[10..].iter().enumerate() {
+        assert!(rows[10..].iter().skip(k + 1).all(|other| other.joints != row.joints), "no portion twice");
+    }
+}
+
+#[test]
+fn same_seed_same_schedule_and_coordinate_exchange_agrees() {
+    let campaign = published();
+    let noise = Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
+    let offer = offer(&campaign, noise, 45.0);
+    let request = Request { readings: 12, criterion: Criterion::A, unit: Unit::Pair, ..Request::default() };
+    let run = |request: &Request| plan::improve(&campaign, &offer, request).unwrap();
+    let (first, second) = (run(&request), run(&request));
+    let joints = |i: &plan::Improvement| i.schedule.readings.rows.iter().map(|r| r.joints.clone()).collect::<Vec<_>>();
+    assert_eq!(joints(&first), joints(&second));
+    let coordinate = run(&Request { method: plan::Method::Coordinate, ..request.clone() });
+    assert_close(coordinate.efficiency.unwrap(), first.efficiency.unwrap(), 1e-6);
+    let random = run(&Request { order: Order::Random, ..request.clone() });
+    assert!(random.judgement.drift.unwrap() < 1.0 && random.judgement.work.readings == 12);
+}
+
+#[test]
+fn c_optimal_for_a_slope_is_both_ends_and_g_agrees_with_d() {
+    let campaign = line("[-1, -0.5, 0, 0.5, 1]");
+    let noise = Noise::new(&campaign, &[("y".into(), 1.0)], &[]).unwrap();
+    let offer = offer(&campaign, noise, 45.0);
+    let slope = Request { readings: 4, criterion: Criterion::C("b".into()), ..Request::default() };
+    let best = plan::improve(&campaign, &offer, &slope).unwrap();
+    assert_close(best.judgement.parameters[1].u.unwrap(), 0.5, 1e-12);
+    assert!(best.efficiency.unwrap() > 0.9999);
+    // Kiefer and Wolfowitz: the D-optimal weights are G-optimal, largest prediction variance n/N = 2/4
+    let g = plan::improve(&campaign, &offer, &Request { criterion: Criterion::G, ..slope.clone() }).unwrap();
+    assert_close(g.efficiency.unwrap(), 1.0, 1e-9);
+}
+
+/// u = sd/sqrt(n) of a constant: a goal of 0.25 at sd 1 needs 16 readings, and 15 cannot do it.
+#[test]
+fn goals_are_reached_with_the_fewest_readings_or_not_at_all() {
+    let campaign = campaign(
+        r#"{ "bench": { "id": "level", "sensors": { "y": { "model": "a" } } }, "estimate": { "a": {} }, "readings": [ { "run": 1 } ] }"#,
+    );
+    let noise = Noise::new(&campaign, &[("y".into(), 1.0)], &[]).unwrap();
+    let offer = offer(&campaign, noise, 45.0);
+    let goal = [Goal { id: "a".into(), u: 0.25 }];
+    let reach = |most: usize| {
+        plan::reach(&campaign, &offer, &Request { readings: most, ..Request::default() }, &goal, false).unwrap()
+    };
+    let reached = reach(100);
+    assert!(reached.reached && reached.is_fewest && reached.improvement.chosen == 16, "{}", reached.improvement.chosen);
+    let short = reach(9);
+    assert!(!short.reached && short.improvement.chosen == 9);
+    assert_close(short.largest_share.unwrap(), (1.0 / 3.0) / 0.25, 1e-12);
+}
+
+#[test]
+fn every_angle_to_one_arcsecond_and_cheapest_costs_no_more() {
+    let campaign = published();
+    let noise = Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
+    let offer = offer(&campaign, noise, 45.0);
+    let goals: Vec<Goal> =
+        campaign.estimated()[1..].iter().map(|p| Goal { id: p.id.clone(), u: 1.0 / report::ARCSEC }).collect();
+    let request = Request { readings: 60, starts: 20, ..Request::default() };
+    let fewest = plan::reach(&campaign, &offer, &request, &goals, false).unwrap();
+    let cheapest = plan::reach(&campaign, &offer, &request, &goals, true).unwrap();
+    let cost = |r: &plan::Reached| r.improvement.judgement.work.cost;
+    println!(
+        "fewest: {} readings, cost {} (proven: {}); cheapest: {} readings, cost {}",
+        fewest.improvement.chosen,
+        cost(&fewest),
+        fewest.is_fewest,
+        cheapest.improvement.chosen,
+        cost(&cheapest)
+    );
+    assert!(fewest.reached && cheapest.reached && cost(&cheapest) <= cost(&fewest));
+    assert!(fewest.improvement.judgement.largest_angle_u().unwrap() * report::ARCSEC <= 1.0);
+}
+
+/// On x = -1 and 1 alone, x^2 and x^4 are both constants; the added positions must tell them apart.
+#[test]
+fn positions_that_tell_two_effects_apart() {
+    let campaign = line("[-1, 1]");
+    let noise = Noise::new(&campaign, &[("y".into(), 0.1)], &[]).unwrap();
+    let candidates = line("[-1, -0.7, 0, 0.4, 0.7, 1]").readings;
+    let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
+    let term = |text: &str| Term { sensor: 0, line: Expression::parse(text).unwrap() };
+    let apart = plan::discriminate(&campaign, &offer, [&term("x^2"), &term("x^4")], 2).unwrap();
+    assert_eq!(apart.before, [None, None]);
+    assert!(apart.after.iter().all(Option::is_some) && apart.positions.len() >= 2);
+    // the same term twice is told apart by nothing
+    let same = plan::discriminate(&campaign, &offer, [&term("x^2"), &term("x*x")], 2).unwrap();
+    assert!(same.positions.is_empty() && same.after == [None, None]);
+}
+
+#[test]
+fn malformed_questions_say_what_is_wrong() {
+    let campaign = published();
+    let noise = || Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
+    let fault = |error: tumble::error::Malformed| (error.fault(), error.to_string());
+    let schedule = line("[0, 1]");
+    let (kind, text) = fault(Noise::new(&schedule, &[], &[]).unwrap_err());
+    assert!(kind == Fault::Missing && text.contains("--noise y=SD"), "{text}");
+    for (given, remount) in
+        [(("W", 1.0), None), (("V", -1.0), None), (("V", f64::NAN), None), (("V", 1.0), Some(("dtheta_q", 1.0)))]
+    {
+        let remount: Vec<(String, f64)> =
+            remount.into_iter().map(|(id, sd): (&str, f64)| (id.to_string(), sd)).collect();
+        let error = Noise::new(&campaign, &[(given.0.to_string(), given.1)], &remount).unwrap_err();
+        assert!(error.expectation().is_some(), "{error}");
+    }
+    assert!(
+        plan::sweep(&campaign, 0.0).is_err()
+            && plan::sweep(&campaign, f64::NAN).is_err()
+            && plan::sweep(&campaign, 0.01).is_err()
+    );
+    let all = plan::sweep(&campaign, 45.0).unwrap();
+    let zone = |key: &str, low, high| vec![Zone { limits: vec![(key.to_string(), low, high)] }];
+    assert!(plan::without(&campaign, all.clone(), &zone("alpha", 0.0, 1.0)).is_err());
+    assert!(plan::without(&campaign, all.clone(), &zone("alpha_deg", 10.0, 1.0)).is_err());
+    assert!(plan::without(&campaign, all.clone(), &zone("alpha_deg", 0.0, 360.0)).is_err());
+    let some = plan::without(&campaign, all.clone(), &zone("alpha_deg", -45.0, 45.0)).unwrap();
+    assert_eq!(some.rows.len(), all.rows.len() / 8 * 5, "an interval may run through 0");
+    let offer = offer(&campaign, noise(), 45.0);
+    let improve = |request: Request| plan::improve(&campaign, &offer, &request).unwrap_err().to_string();
+    assert!(improve(Request { readings: 0, ..Request::default() }).contains("0 readings"));
+    assert!(improve(Request { readings: 7, unit: Unit::Pair, ..Request::default() }).contains("multiple of 2"));
+    assert!(improve(Request { readings: 3, ..Request::default() }).contains("at least 6 readings"));
+    let c = Criterion::C("dtheta_q".into());
+    assert!(improve(Request { readings: 30, criterion: c, ..Request::default() }).contains("dtheta_q"));
+    let empty = Offer { candidates: none(&campaign), ..offer.clone() };
+    let error = plan::improve(&campaign, &empty, &Request { readings: 6, ..Request::default() }).unwrap_err();
+    assert!(error.to_string().contains("no candidate positions"));
+    let goals = [Goal { id: "kOS".into(), u: 1.0 }];
+    assert!(plan::reach(&campaign, &offer, &Request { readings: 6, ..Request::default() }, &goals, false).is_err());
+}

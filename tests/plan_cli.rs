@@ -1,0 +1,134 @@
+//! `tumble plan` as a person runs it: the shipped example, files that run, exit codes, words that help.
+
+use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/30-plan-five-positions")
+}
+
+/// Exit code, stdout and stderr of `tumble ARGUMENTS` in a folder.
+fn tumble(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output =
+        Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+const PUBLISHED: &str = "published.campaign.json";
+const NOISE: [&str; 2] = ["--noise", "V=9e-4"];
+
+fn plan(arguments: &[&str]) -> (i32, String, String) {
+    let all: Vec<&str> = ["plan", PUBLISHED].into_iter().chain(NOISE).chain(arguments.iter().copied()).collect();
+    tumble(&example(), &all)
+}
+
+/// The schedule that ships with the example is what the command in its README writes, and its efficiency is at least 0.99.
+#[test]
+fn the_example_is_what_the_program_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (written, page) = (folder.path().join("best.json"), folder.path().join("plan.html"));
+    let arguments = [
+        "--choose",
+        "30",
+        "--unit",
+        "mounting",
+        "--step",
+        "36",
+        "--write",
+        written.to_str().unwrap(),
+        "--html",
+        page.to_str().unwrap(),
+    ];
+    let (code, stdout, stderr) = plan(&arguments);
+    assert_eq!((code, stderr.as_str()), (0, ""));
+    assert!(stdout.contains("efficiency at least 1.0000"), "{stdout}");
+    let shipped = std::fs::read_to_string(example().join("best-five.campaign.json")).unwrap();
+    assert_eq!(std::fs::read_to_string(&written).unwrap(), shipped);
+    let html = std::fs::read_to_string(&page).unwrap();
+    assert!(html.contains("<svg") && html.contains("Where the positions lie") && !html.contains("<script"));
+    // the schedule runs: it can be judged, and checked
+    let (code, stdout, _) = tumble(&example(), &["plan", "best-five.campaign.json", "--noise", "V=9e-4"]);
+    assert!(code == 0 && stdout.contains("30 readings in 5 mountings"), "{stdout}");
+    let (code, stdout, _) = tumble(&example(), &["check", "best-five.campaign.json"]);
+    assert!(code == 0 && stdout.contains("a schedule"), "{stdout}");
+}
+
+#[test]
+fn the_report_obeys_its_schema() {
+    let (code, schema, _) = tumble(&example(), &["schema", "plan-report"]);
+    assert_eq!(code, 0);
+    let schema: serde_json::Value = serde_json::from_str(&schema).unwrap();
+    for search in [&["--add", "6"][..], &["--goal", "1", "--most", "60"], &[]] {
+        let (_, stdout, stderr) = plan(&[search, &["--json", "-"]].concat());
+        let report: serde_json::Value = serde_json::from_str(&stdout).unwrap_or_else(|_| panic!("{stdout}{stderr}"));
+        let errors: Vec<String> =
+            jsonschema::validator_for(&schema).unwrap().iter_errors(&report).map(|e| e.to_string()).collect();
+        assert!(errors.is_empty(), "{errors:?}");
+        assert_eq!(report["report"], "plan");
+        assert_eq!(report["improved"].is_null(), search.is_empty());
+    }
+}
+
+/// A goal that so few readings cannot reach is an answer, "rejected", with the best reachable.
+#[test]
+fn a_goal_out_of_reach_says_the_best_reachable() {
+    let (code, stdout, _) = plan(&["--goal", "0.1", "--most", "12"]);
+    assert_eq!(code, 2, "{stdout}");
+    assert!(stdout.contains("NOT reached: at best"), "{stdout}");
+}
+
+#[test]
+fn malformed_questions_exit_with_1_and_say_what_was_expected() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let schedule = std::fs::read_to_string(example().join(PUBLISHED)).unwrap();
+    file(PUBLISHED, &schedule);
+    let from = schedule.find("\"readings\"").unwrap();
+    let with = |readings: &str| format!("{}\"readings\": {readings} }}", &schedule[..from]);
+    file("empty.json", &with("[]"));
+    file("impossible.json", &with(r#"[ { "alpha_deg": 0, "beta_deg_s": 20, "gamma_deg_s": 20 } ]"#));
+    file("jointless.json", &with(r#"[ { "alpha_deg": 0, "gamma_deg_s": 20 } ]"#));
+    file(
+        "other.json",
+        r#"{ "bench": "accelerometer-plumb-plane", "estimate": { "V0": {} }, "readings": [ { "beta_deg": 0 } ] }"#,
+    );
+    let cases: &[(&[&str], &str)] = &[
+        (&["plan", PUBLISHED], "--noise V=SD"),
+        (&["plan", PUBLISHED, "--noise", "V"], "NAME=NUMBER"),
+        (&["plan", PUBLISHED, "--noise", "V=0"], "positive"),
+        (&["plan", PUBLISHED, "--noise", "W=1"], "one of V"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--remount", "tilt=1"], "dtheta_y2"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "0"], "a positive number"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "4"], "at least 6 readings"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--repeats", "0"], "at most 0 readings"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--criterion", "X"], "dtheta_z2"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--starts", "0"], "1 to 1000000"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--step", "-3"], "above 0"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--forbid", "alpha"], "KEY=LOW:HIGH"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--forbid", "delta_deg=0:1"], "alpha_deg"),
+        (
+            &["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--candidates", "empty.json"],
+            "at least one position",
+        ),
+        (
+            &["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--candidates", "impossible.json"],
+            "one turning joint",
+        ),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--candidates", "jointless.json"], "beta_deg"),
+        (
+            &["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--candidates", "other.json"],
+            "a schedule on gyro-turntable",
+        ),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--goal", "-1"], "positive"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--goal", "kOS=1"], "dtheta_z2"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "tea=1"], "one of mounting, rate, reading"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "rate=-1"], "zero or a positive number"),
+        (&["plan", "empty.json", "--noise", "V=1"], "at least one reading"),
+    ];
+    for (arguments, word) in cases {
+        let (code, stdout, stderr) = tumble(folder.path(), arguments);
+        assert!(code == 1 && stdout.is_empty(), "{arguments:?}: {code}\n{stdout}{stderr}");
+        assert!(stderr.contains(word) && !stderr.contains("panicked"), "{arguments:?} lacks {word}:\n{stderr}");
+    }
+}
