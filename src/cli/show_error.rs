@@ -145,7 +145,7 @@ mod tests {
         let excerpt = Excerpt::around(&text, "f", 6 + 10_000, 1).unwrap();
         assert_eq!(&excerpt.text[excerpt.span.0..][..excerpt.span.1], "*");
         assert!(
-            excerpt.text.starts_with("first\n…a") && excerpt.text.ends_with("b…\nlast") && excerpt.text.len() < 200
+            excerpt.text.starts_with("first\n…a") && excerpt.text.ends_with("b…\nlast") && excerpt.text.len() < 300
         );
         assert_eq!(excerpt.lines_before, 0);
         assert_eq!(Excerpt::around("a\nb\nc", "f", 4, 9).unwrap().lines_before, 1);

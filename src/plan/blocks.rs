@@ -1,8 +1,5 @@
 //! Candidates as blocks of whitened rows, and the sums over all of them that the exchanges need.
 
-use faer::linalg::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
-
 /// `count` candidates, each `rows` whitened rows in `unknowns` coordinates; element (row, unknown) of all candidates lies together.
 ///
 /// The information of a design is `M = M0 + sum over chosen j of X_j' X_j`, where `X_j` is `rows x unknowns`.
@@ -63,15 +60,33 @@ impl Blocks {
 
     /// `x_jr . w` for every candidate j, into `out`; a shorter `w` stands for zeros after it.
     pub(super) fn along(&self, r: usize, w: &[f64], out: &mut [f64]) {
-        let start = r * self.unknowns * self.count;
-        let (Some(columns), true) = (self.data.get(start..start + w.len() * self.count), out.len() == self.count)
-        else {
-            return;
-        };
-        let columns = MatRef::from_column_major_slice(columns, self.count, w.len());
-        let w = MatRef::from_column_major_slice(w, w.len(), 1);
-        let out = MatMut::from_column_major_slice_mut(out, self.count, 1);
-        matmul::matmul(out, Accum::Replace, columns, w, 1.0, Par::Seq);
+        // pieces that stay in the first-level cache; measured three times as fast here as a general matrix product
+        const PIECE: usize = 256;
+        let mut start = 0;
+        for piece in out.chunks_mut(PIECE) {
+            let end = start + piece.len();
+            let part = |c: usize| self.column(r, c).get(start..end).unwrap_or_default();
+            piece.fill(0.0);
+            let mut c = 0;
+            loop {
+                match w.get(c..) {
+                    // four columns at a time: each sum is loaded and stored a quarter as often
+                    Some([a, b, d, e, ..]) => {
+                        let (p, q, s, t) = (part(c), part(c + 1), part(c + 2), part(c + 3));
+                        for ((((out, p), q), s), t) in piece.iter_mut().zip(p).zip(q).zip(s).zip(t) {
+                            *out += a * p + b * q + (d * s + e * t);
+                        }
+                        c += 4;
+                    }
+                    Some([a, ..]) => {
+                        piece.iter_mut().zip(part(c)).for_each(|(out, p)| *out += a * p);
+                        c += 1;
+                    }
+                    _ => break,
+                }
+            }
+            start = end;
+        }
     }
 
     /// `x_jr' B x_js` for every candidate j, into `out`; `b` is symmetric, row by row.

@@ -46,8 +46,9 @@ pub use navigate::{
 };
 
 pub use plan::{
-    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, NoiseReport, PlanReport,
-    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, WorkReport, plan_report,
+    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
+    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
+    WorkReport, plan_report,
 };
 pub use plan_table::plan_table;
 

@@ -20,7 +20,7 @@ pub struct PlanReport {
     /// Model line of each sensor.
     pub model: BTreeMap<String, String>,
     /// Noise of each sensor.
-    pub noise: BTreeMap<String, NoiseReport>,
+    pub noise: BTreeMap<String, SensorNoiseReport>,
     /// Parameters that every remounting scatters, with the standard deviation (radians for tilts).
     pub remount: BTreeMap<String, f64>,
     /// The schedule that was given.
@@ -31,7 +31,7 @@ pub struct PlanReport {
 
 /// Noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct NoiseReport {
+pub struct SensorNoiseReport {
     /// Standard deviation of one reading.
     pub sd: f64,
     /// Its unit.
@@ -268,7 +268,7 @@ pub fn plan_report(
         noise: sensors
             .zip(&noise.sensors)
             .map(|(s, n)| {
-                (s.id.clone(), NoiseReport { sd: n.sd, unit: s.unit.clone(), from: n.from.name().to_string() })
+                (s.id.clone(), SensorNoiseReport { sd: n.sd, unit: s.unit.clone(), from: n.from.name().to_string() })
             })
             .collect(),
         remount: noise

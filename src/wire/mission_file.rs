@@ -1,15 +1,12 @@
 //! The mission file (`*.mission.json`): where and how a strapdown navigator moves, and what is wrong with its unit.
 
-use super::{Named, Source as Text, parse};
+use super::{ErrorsFile, Named, Source, parse};
 use crate::error::{Fault, Malformed, Result};
-use crate::navigate::errors::{ImuErrors, Instrument, Kind, Source};
 use crate::navigate::mission::{Mission, Site};
 use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
 use crate::navigate::study::Separation;
 use schemars::JsonSchema;
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
 /// A mission of a strapdown navigator.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -150,75 +147,6 @@ pub struct LegFile {
     pub acceleration_m_s2: f64,
 }
 
-/// Errors of the unit; a single number stands for all its axes.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ErrorsFile {
-    /// Gyro bias, deg/h.
-    pub gyro_bias_deg_h: AxesFile,
-    /// Gyro scale factor error, a ratio.
-    pub gyro_scale_factor: AxesFile,
-    /// Gyro installation errors, arcsec.
-    pub gyro_installation_arcsec: InstallationFile,
-    /// Gyro second-order coefficients, (deg/h)/(deg/s)^2.
-    pub gyro_second_order_deg_h_per_deg2_s2: AxesFile,
-    /// Angle random walk of the gyros, deg/sqrt(h).
-    pub angle_random_walk_deg_sqrt_h: f64,
-    /// Accelerometer bias, g.
-    pub accelerometer_bias_g: AxesFile,
-    /// Accelerometer scale factor error, a ratio.
-    pub accelerometer_scale_factor: AxesFile,
-    /// Accelerometer installation errors, arcsec.
-    pub accelerometer_installation_arcsec: InstallationFile,
-    /// Accelerometer second-order coefficients, g/g^2.
-    pub accelerometer_second_order_g_per_g2: AxesFile,
-    /// Velocity random walk of the accelerometers, (m/s)/sqrt(h).
-    pub velocity_random_walk_m_s_sqrt_h: f64,
-}
-
-/// One number for each axis, or one for all.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
-#[serde(untagged)]
-#[schemars(untagged)]
-pub enum AxesFile {
-    /// None.
-    #[default]
-    #[serde(skip)]
-    Absent,
-    /// The same for all.
-    All(f64),
-    /// x, y, z.
-    Each([f64; 3]),
-}
-
-/// Installation errors by sensor and input, or one number for all six.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
-#[serde(untagged)]
-#[schemars(untagged)]
-pub enum InstallationFile {
-    /// None.
-    #[default]
-    #[serde(skip)]
-    Absent,
-    /// The same for all.
-    All(f64),
-    /// By sensor and input.
-    Each(InstallationAngles),
-}
-
-/// What of the second axis' input the first axis' sensor sees.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)]
-pub struct InstallationAngles {
-    pub xy: f64,
-    pub xz: f64,
-    pub yx: f64,
-    pub yz: f64,
-    pub zx: f64,
-    pub zy: f64,
-}
-
 /// Which errors fly together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -259,56 +187,6 @@ fn one() -> u64 {
 
 fn draws() -> usize {
     200
-}
-
-impl<'de> Deserialize<'de> for AxesFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = AxesFile;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number for all axes, or [x, y, z]")
-            }
-            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<AxesFile, E> {
-                Ok(AxesFile::All(value))
-            }
-            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<AxesFile, E> {
-                Ok(AxesFile::All(value as f64))
-            }
-            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<AxesFile, E> {
-                Ok(AxesFile::All(value as f64))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<AxesFile, A::Error> {
-                <[f64; 3]>::deserialize(value::SeqAccessDeserializer::new(seq)).map(AxesFile::Each)
-            }
-        }
-        deserializer.deserialize_any(Either)
-    }
-}
-
-impl<'de> Deserialize<'de> for InstallationFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = InstallationFile;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number for all six, or { \"xy\": ..., \"xz\": ... }")
-            }
-            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<InstallationFile, E> {
-                Ok(InstallationFile::All(value))
-            }
-            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<InstallationFile, E> {
-                Ok(InstallationFile::All(value as f64))
-            }
-            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<InstallationFile, E> {
-                Ok(InstallationFile::All(value as f64))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<InstallationFile, A::Error> {
-                InstallationAngles::deserialize(value::MapAccessDeserializer::new(map)).map(InstallationFile::Each)
-            }
-        }
-        deserializer.deserialize_any(Either)
-    }
 }
 
 impl MissionFile {
@@ -359,7 +237,7 @@ pub struct CovarianceFile {
 }
 
 /// The covariance in a fit report. Errors: no JSON, or a report without `covariance`.
-pub fn read_covariance(source: &Text) -> Result<CovarianceFile> {
+pub fn read_covariance(source: &Source) -> Result<CovarianceFile> {
     #[derive(Deserialize)]
     struct Report {
         covariance: Option<CovarianceFile>,
@@ -433,88 +311,5 @@ impl LegFile {
             (None, None) => f64::INFINITY,
         };
         Ok(Leg { duration, acceleration: self.acceleration_m_s2 })
-    }
-}
-
-impl ErrorsFile {
-    /// The errors in SI units. Errors: a value that is not finite, a negative random walk, a ratio or angle that is no
-    /// small one.
-    pub fn errors(&self) -> Result<ImuErrors> {
-        let mut errors = ImuErrors::default();
-        for source in Source::all() {
-            let (key, value) = self.value(&source);
-            let si = value * source.si_per_unit();
-            let limit = match (source.instrument, source.kind) {
-                (_, Kind::ScaleFactor | Kind::Installation) => 0.1,
-                (Instrument::Gyro, Kind::Bias) => 0.1,
-                (Instrument::Accelerometer, Kind::Bias) => 10.0,
-                (_, Kind::SecondOrder) => 0.1,
-            };
-            if !(si.abs() <= limit) {
-                return Err(Malformed::new(
-                    Fault::Value,
-                    format!("{} is not an error of a navigator's unit", source.id()),
-                )
-                .at_path(key)
-                .expected(format!("at most {:.4e} {}", limit / source.si_per_unit(), source.unit()))
-                .found(format!("{value}")));
-            }
-            source.set(&mut errors, si);
-        }
-        let walks = [
-            ("angle_random_walk_deg_sqrt_h", self.angle_random_walk_deg_sqrt_h),
-            ("velocity_random_walk_m_s_sqrt_h", self.velocity_random_walk_m_s_sqrt_h),
-        ];
-        for (key, value) in walks {
-            if !(0.0..=1e3).contains(&value) {
-                return Err(Malformed::new(Fault::Value, "not a random walk")
-                    .at_path(key)
-                    .expected("0 to 1000")
-                    .found(format!("{value}")));
-            }
-        }
-        errors.gyro.random_walk = self.angle_random_walk_deg_sqrt_h.to_radians() / 60.0;
-        errors.accelerometer.random_walk = self.velocity_random_walk_m_s_sqrt_h / 60.0;
-        Ok(errors)
-    }
-
-    fn value(&self, source: &Source) -> (&'static str, f64) {
-        let axes = |file: AxesFile| match file {
-            AxesFile::Absent => 0.0,
-            AxesFile::All(value) => value,
-            AxesFile::Each(values) => values.get(source.axis).copied().unwrap_or_default(),
-        };
-        let installation = |file: InstallationFile| match file {
-            InstallationFile::Absent => 0.0,
-            InstallationFile::All(value) => value,
-            InstallationFile::Each(angles) => match (source.axis, source.input) {
-                (0, 1) => angles.xy,
-                (0, 2) => angles.xz,
-                (1, 0) => angles.yx,
-                (1, 2) => angles.yz,
-                (2, 0) => angles.zx,
-                _ => angles.zy,
-            },
-        };
-        match (source.instrument, source.kind) {
-            (Instrument::Gyro, Kind::Bias) => ("gyro_bias_deg_h", axes(self.gyro_bias_deg_h)),
-            (Instrument::Gyro, Kind::ScaleFactor) => ("gyro_scale_factor", axes(self.gyro_scale_factor)),
-            (Instrument::Gyro, Kind::Installation) => {
-                ("gyro_installation_arcsec", installation(self.gyro_installation_arcsec))
-            }
-            (Instrument::Gyro, Kind::SecondOrder) => {
-                ("gyro_second_order_deg_h_per_deg2_s2", axes(self.gyro_second_order_deg_h_per_deg2_s2))
-            }
-            (Instrument::Accelerometer, Kind::Bias) => ("accelerometer_bias_g", axes(self.accelerometer_bias_g)),
-            (Instrument::Accelerometer, Kind::ScaleFactor) => {
-                ("accelerometer_scale_factor", axes(self.accelerometer_scale_factor))
-            }
-            (Instrument::Accelerometer, Kind::Installation) => {
-                ("accelerometer_installation_arcsec", installation(self.accelerometer_installation_arcsec))
-            }
-            (Instrument::Accelerometer, Kind::SecondOrder) => {
-                ("accelerometer_second_order_g_per_g2", axes(self.accelerometer_second_order_g_per_g2))
-            }
-        }
     }
 }

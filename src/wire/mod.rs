@@ -7,6 +7,7 @@ mod bench_file;
 mod campaign_file;
 mod csv_readings;
 mod effects_file;
+mod imu_errors_file;
 mod lab;
 mod locate;
 mod mission_file;
@@ -21,14 +22,15 @@ pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
+pub use imu_errors_file::{AxesFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
     MethodFile, PersonFile, read_lab,
 };
 pub use locate::{line_and_column, locate};
 pub use mission_file::{
-    AxesFile, CalibrationFile, CovarianceFile, ErrorsFile, InstallationAngles, InstallationFile, LegFile, LegsFile,
-    MissionFile, MissionSiteFile, MotionFile, OscillationFile, ScenariosFile, StaticFile, SwingFile, read_covariance,
+    CalibrationFile, CovarianceFile, LegFile, LegsFile, MissionFile, MissionSiteFile, MotionFile, OscillationFile,
+    ScenariosFile, StaticFile, SwingFile, read_covariance,
 };
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};

@@ -138,8 +138,8 @@ Six table errors drawn at random, twelve draws at each size, the noise of a good
 {table}
 ![errors against table error](study.svg)
 
-The discrete calibration takes every table error into the installation errors; the joint fit does not notice them. Below about one
-arcsecond of table error the discrete calibration is the better of the two: six unknowns that are not there cost something.
+The discrete calibration takes every table error into the installation errors; the joint fit does not notice them. Below a few
+tenths of an arcsecond of table error the discrete calibration is the better of the two: six unknowns that are not there cost something.
 
 ## What hides in what
 
@@ -274,7 +274,7 @@ Neither 0.40 nor 0.42 is 0.41. By other readings of the rule:
 {table}
 0.41 comes out of *one* uncertainty for *both* runs: the pooled repeatability, sqrt((0.69^2 + 0.76^2)/2) = 0.726, in the stated rule (or
 the mean of the two results, which is the same to 1e-4). And U = 0.82 is then twice the *rounded* 0.41; twice 0.4137 is 0.83. With the
-degrees of freedom that six repeats have (k = 2.08 and 2.06 at 95 % by Welch-Satterthwaite) it would be more again.
+degrees of freedom that six repeats have (k = 2.08 and 2.11 at 95 % by Welch-Satterthwaite) it would be more again.
 
 ## What hides in what
 
@@ -352,7 +352,8 @@ Data: static intervals of the Xsens recording in github.com/Kyle-ak/imu_tk (BSD)
 ![residuals](residuals.svg)
 
 A reference of 40 digits (`tests/scripts/xsens_campaign.py`) and scipy agree to a millionth of an uncertainty. What the norm cannot say is how
-the triad sits in its box: a rotation of all three axes changes no norm, so the x axis is taken as a reference.
+the triad sits in its box: a rotation of all three axes changes no norm, so the
+sensitive axis of z is taken as the frame's z, and that of y as lying in its y-z plane.
 """)
 
 

@@ -5,6 +5,7 @@ mod cube_mirror;
 mod dividing_head;
 mod imu_table;
 mod independent;
+mod readmes;
 mod refusals;
 mod skew_triad;
 mod speed;
