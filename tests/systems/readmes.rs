@@ -34,7 +34,9 @@ fn every_console_block_is_what_the_program_prints() {
             }
             blocks += 1;
         }
-        for picture in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()).filter(|p| p.ends_with(".svg")) {
+        for picture in
+            text.split("](").skip(1).filter_map(|rest| rest.split(')').next()).filter(|p| p.ends_with(".svg"))
+        {
             assert!(root.join(folder).join(picture).exists(), "{folder}: {picture}");
         }
     }
