@@ -33,7 +33,7 @@ impl Quadrature {
     /// ```
     /// use tumble::navigate::quadrature::Quadrature;
     /// let rule = Quadrature::new(60);
-    /// let third: f64 = rule.nodes.iter().zip(&rule.weights).map(|(x, w)| x.powi(2) * w[59]).sum();
+    /// let third: f64 = rule.nodes.iter().zip(rule.weights.iter()).map(|(x, w)| x.powi(2) * w[59]).sum();
     /// let exact = (1.0 - (59.0_f64 / 60.0).powi(3)) / 3.0;
     /// assert!((third - exact).abs() < 1e-16);
     /// ```
