@@ -141,7 +141,7 @@ fn every_command_helps() {
         .take_while(|line| !line.is_empty())
         .filter_map(|line| line.split_whitespace().next())
         .collect();
-    for required in ["fit", "compare", "bench", "check", "schema"] {
+    for required in ["fit", "compare", "diagnose", "simulate", "navigate", "plan", "bench", "check", "schema"] {
         assert!(commands.contains(&required), "{required} in {commands:?}");
     }
     for command in commands.iter().filter(|command| **command != "help") {

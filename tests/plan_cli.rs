@@ -104,7 +104,7 @@ fn malformed_questions_exit_with_1_and_say_what_was_expected() {
         (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--repeats", "0"], "at most 0 readings"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--criterion", "X"], "dtheta_z2"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--starts", "0"], "1 to 1000000"),
-        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--step", "-3"], "above 0"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--step=-3"], "above 0"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--forbid", "alpha"], "KEY=LOW:HIGH"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--forbid", "delta_deg=0:1"], "alpha_deg"),
         (
@@ -120,7 +120,7 @@ fn malformed_questions_exit_with_1_and_say_what_was_expected() {
             &["plan", PUBLISHED, "--noise", "V=1", "--choose", "12", "--candidates", "other.json"],
             "a schedule on gyro-turntable",
         ),
-        (&["plan", PUBLISHED, "--noise", "V=1", "--goal", "-1"], "positive"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--goal=-1"], "positive"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--goal", "kOS=1"], "dtheta_z2"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "tea=1"], "one of mounting, rate, reading"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "rate=-1"], "zero or a positive number"),

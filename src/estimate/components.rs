@@ -6,7 +6,8 @@
 //!
 //! The rows are whitened by the Cholesky factors of V's blocks and adjusted by QR. Components come from Helmert's equations
 //! `sum_h tr(P V_g P V_h) theta_h = y' P V_g P y`, iterated: at the fixed point REML (K.-R. Koch 1999, 3.6; H. D. Patterson, R. Thompson
-//! 1971). A component does not become negative. The covariance of the solution carries the small-sample correction of M. G. Kenward and
+//! 1971). The variance of an offset may come out negative as long as V stays positive definite: cutting it at zero would make the intervals
+//! of what offsets dominate too long and those of the rest too short. The covariance of the solution carries the small-sample correction of M. G. Kenward and
 //! J. H. Roger, "Small sample inference for fixed effects from restricted maximum likelihood", Biometrics 53 (1997).
 
 use super::{Elimination, Estimate, Group, Settings, System, adjust, adjust_on};
@@ -48,6 +49,8 @@ pub struct Components {
 
 /// Steps to the components at most.
 const STEPS: usize = 200;
+/// Steps that keep every variance positive, before those that converge quickly.
+const SAFE_STEPS: usize = 4;
 /// Relative change of the variances that no longer matters.
 const SETTLED: f64 = 1e-11;
 
@@ -87,7 +90,21 @@ pub fn adjust_components(
                 converged,
             });
         }
-        let next = normal.step(&estimated, &variance);
+        // the first steps stay positive; then Fisher's, shortened until V is positive definite
+        let mut next = normal.safe_step(&estimated, &variance);
+        if iterations >= SAFE_STEPS {
+            let full = normal.step(&estimated, &variance);
+            let mut share = 1.0;
+            while share > 1e-3 {
+                let trial: Vec<f64> = variance.iter().zip(&full).map(|(v, f)| v + share * (f - v)).collect();
+                let independent = |k: &usize| !components[*k].offset.is_empty() || trial[*k] > 1e-3 * variance[*k];
+                if estimated.iter().all(independent) && Whitening::new(&blocks, components, &trial).is_definite() {
+                    next = trial;
+                    break;
+                }
+                share *= 0.5;
+            }
+        }
         let size = next.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         converged = next.iter().zip(&variance).all(|(a, b)| (a - b).abs() <= SETTLED * (size * 1e-3 + b.abs()));
         variance = next;
@@ -177,6 +194,11 @@ impl<'a> Whitening<'a> {
         }
         let lower = whole.iter().map(cholesky).collect();
         Whitening { blocks, lower, place }
+    }
+
+    /// Is V positive definite, with room for rounding?
+    fn is_definite(&self) -> bool {
+        self.lower.iter().all(|lower| (0..lower.nrows()).all(|i| lower[(i, i)] > 1e-4 * lower[(0, 0)]))
     }
 
     /// `L^-1 y`.
@@ -276,7 +298,7 @@ fn cholesky(whole: &Mat<f64>) -> Mat<f64> {
     let mut lower = Mat::zeros(n, n);
     for j in 0..n {
         let rest = whole[(j, j)] - (0..j).map(|k| lower[(j, k)] * lower[(j, k)]).sum::<f64>();
-        // positive by construction (an independent error on every row); rounding must not make it otherwise
+        // what is not positive definite comes out with a tiny pivot, see `is_definite`
         let pivot = rest.max(whole[(j, j)] * f64::EPSILON).max(f64::MIN_POSITIVE).sqrt();
         lower[(j, j)] = pivot;
         for i in j + 1..n {
@@ -293,6 +315,8 @@ struct Normal {
     s: Mat<f64>,
     /// `y' P V_g P y`.
     q: Vec<f64>,
+    /// `tr(P V_g)`.
+    trace: Vec<f64>,
     /// `V~_h Q`, `m x rank`.
     seen: Vec<Mat<f64>>,
     /// `Q' V~_h Q`.
@@ -332,40 +356,41 @@ impl Normal {
             let whole: f64 = parts[g].iter().zip(&parts[h]).map(|(a, b)| dot(a, b)).sum();
             whole - 2.0 * dot(&seen[g], &seen[h]) + dot(&inner[g], &inner[h])
         });
-        Normal { s, q: squares, seen, inner }
+        let diagonal = |a: &Mat<f64>| -> f64 { (0..a.nrows()).map(|i| a[(i, i)]).sum() };
+        let trace = parts
+            .iter()
+            .zip(&inner)
+            .map(|(parts, inner)| parts.iter().map(diagonal).sum::<f64>() - diagonal(inner))
+            .collect();
+        Normal { s, q: squares, trace, seen, inner }
     }
 
-    /// The next variances: those that come out negative are zero, and the others follow.
+    /// Fisher's step, `S theta = q` over the variances to estimate.
     fn step(&self, estimated: &[usize], now: &[f64]) -> Vec<f64> {
+        let s = Mat::from_fn(estimated.len(), estimated.len(), |a, b| self.s[(estimated[a], estimated[b])]);
+        let fixed = |g: usize| -> f64 {
+            (0..now.len()).filter(|h| !estimated.contains(h)).map(|h| self.s[(g, h)] * now[h]).sum()
+        };
+        let q = Mat::from_fn(estimated.len(), 1, |a, _| self.q[estimated[a]] - fixed(estimated[a]));
+        let found = s.col_piv_qr().solve(&q);
         let mut next = now.to_vec();
-        let mut open = estimated.to_vec();
-        loop {
-            for k in estimated {
-                if !open.contains(k) {
-                    next[*k] = 0.0;
-                }
-            }
-            let s = Mat::from_fn(open.len(), open.len(), |a, b| self.s[(open[a], open[b])]);
-            let fixed =
-                |g: usize| (0..now.len()).filter(|h| !open.contains(h)).map(|h| self.s[(g, h)] * next[h]).sum::<f64>();
-            let q = Mat::from_fn(open.len(), 1, |a, _| self.q[open[a]] - fixed(open[a]));
-            let found = s.col_piv_qr().solve(&q);
-            let least = (0..open.len()).min_by(|a, b| found[(*a, 0)].total_cmp(&found[(*b, 0)]));
-            match least.filter(|a| !(found[(*a, 0)] >= 0.0)) {
-                Some(a) if open.len() > 1 => {
-                    // the offsets go before the noise of the readings, which must keep some
-                    let last = open.len() - 1;
-                    open.remove(if found[(last, 0)] < 0.0 { last } else { a });
-                }
-                Some(_) => return now.to_vec(),
-                None => {
-                    for (a, k) in open.iter().enumerate() {
-                        next[*k] = found[(a, 0)];
-                    }
-                    return next;
-                }
+        for (a, k) in estimated.iter().enumerate() {
+            next[*k] = found[(a, 0)];
+        }
+        next
+    }
+
+    /// A step that keeps every variance positive and never lowers the likelihood: `theta *= sqrt(y'P V_h P y / tr P V_h)`
+    /// (H. Zhou, L. Hu, J. Zhou, K. Lange, "MM algorithms for variance components models", J. Comp. Graph. Stat. 28 (2019)).
+    fn safe_step(&self, estimated: &[usize], now: &[f64]) -> Vec<f64> {
+        let mut next = now.to_vec();
+        for k in estimated {
+            let ratio = self.q[*k] / self.trace[*k];
+            if ratio > 0.0 && ratio.is_finite() {
+                next[*k] *= ratio.sqrt();
             }
         }
+        next
     }
 
     /// Covariance of the estimated variances, `2 S^-1`.

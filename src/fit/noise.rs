@@ -176,6 +176,10 @@ impl Noise {
     pub(super) fn scatter(&self) -> Vec<Scatter> {
         let (n, m) = (self.sensitivities.nrows(), self.sensitivities.ncols());
         let mut all = Vec::new();
+        if self.sources.iter().any(|s| s.variance < 0.0) {
+            let dof = self.sources.iter().map(|s| s.dof).filter(|nu| *nu > 0.0).fold(f64::INFINITY, f64::min);
+            return vec![Scatter { factor: super::propagate::factor(&self.covariance), dof }];
+        }
         for source in self.sources.iter().filter(|s| s.variance > 0.0) {
             // columns of the square root of V: rows, or offsets
             let count = if source.offset.is_empty() { m } else { source.offset.iter().max().map_or(0, |k| k + 1) };
@@ -213,11 +217,14 @@ impl Noise {
     pub(super) fn contributions(&self, along: &[f64]) -> (Vec<Contribution>, Option<f64>) {
         let weights = self.weights(along);
         let forms: Vec<f64> = self.sources.iter().map(|source| source.form(&weights)).collect();
+        if self.sources.iter().any(|s| s.variance < 0.0) {
+            return self.merged(along, &forms);
+        }
         let mut contributions: Vec<Contribution> = self
             .sources
             .iter()
             .zip(&forms)
-            .filter(|(_, form)| **form > 0.0)
+            .filter(|(source, form)| **form * source.variance > 0.0)
             .map(|(source, form)| Contribution {
                 source: source.name.clone(),
                 evaluation: source.evaluation,
@@ -229,36 +236,67 @@ impl Noise {
                 dof: source.dof,
             })
             .collect();
-        let Some(spread) = &self.spread else { return (contributions, None) };
-        let plain: f64 =
-            self.sources.iter().zip(&forms).filter(|(s, _)| s.estimated).map(|(s, form)| s.variance * form).sum();
+        let Some(dof) = self.together(&forms) else { return (contributions, None) };
+        let added = self.added(along);
+        if added > 0.0 {
+            contributions.push(type_a("estimated weights (Kenward-Roger)".into(), added, dof));
+        }
+        (contributions, Some(dof))
+    }
+
+    /// Degrees of freedom of all estimated variances together (Satterthwaite, with their covariance).
+    fn together(&self, forms: &[f64]) -> Option<f64> {
+        let spread = self.spread.as_ref()?;
+        let estimated = self.sources.iter().zip(forms).filter(|(s, _)| s.estimated);
+        let plain: f64 = estimated.map(|(s, form)| s.variance * form).sum();
         let mut of_variance = 0.0;
         for (g, a) in forms.iter().enumerate() {
             for (h, b) in forms.iter().enumerate() {
                 of_variance += a * b * spread[(g, h)];
             }
         }
-        let dof = if of_variance > 0.0 { 2.0 * plain * plain / of_variance } else { f64::INFINITY };
-        if let Some(correction) = &self.correction {
-            let mut added = 0.0;
-            for (i, a) in along.iter().enumerate().take(correction.nrows()) {
-                for (j, b) in along.iter().enumerate().take(correction.ncols()) {
-                    added += a * b * correction[(i, j)];
-                }
-            }
-            if added > 0.0 {
-                contributions.push(Contribution {
-                    source: "estimated weights (Kenward-Roger)".into(),
-                    evaluation: Evaluation::TypeA,
-                    distribution: "t",
-                    estimate: None,
-                    source_u: None,
-                    sensitivity: None,
-                    u: added.sqrt(),
-                    dof,
-                });
+        Some(if of_variance > 0.0 { 2.0 * plain * plain / of_variance } else { f64::INFINITY })
+    }
+
+    /// What the small-sample correction adds to the variance of `c . x`.
+    fn added(&self, along: &[f64]) -> f64 {
+        let Some(correction) = &self.correction else { return 0.0 };
+        let inside = |k: usize| k < correction.nrows();
+        let pairs =
+            along.iter().enumerate().flat_map(|(i, a)| along.iter().enumerate().map(move |(j, b)| (i, j, a * b)));
+        pairs.filter(|(i, j, _)| inside(*i) && inside(*j)).map(|(i, j, ab)| ab * correction[(i, j)]).sum()
+    }
+
+    /// With a negative variance among them, sources have no contributions of their own: all estimated ones as one.
+    fn merged(&self, along: &[f64], forms: &[f64]) -> (Vec<Contribution>, Option<f64>) {
+        let dof = self.together(forms).unwrap_or(f64::INFINITY);
+        let (mut names, mut square) = (Vec::new(), self.added(along).max(0.0));
+        let mut contributions = Vec::new();
+        for (source, form) in self.sources.iter().zip(forms) {
+            if source.estimated {
+                names.push(source.name.as_str());
+                square += source.variance * form;
+            } else if *form > 0.0 {
+                let mut own = type_a(source.name.clone(), source.variance * form, source.dof);
+                own.evaluation = source.evaluation;
+                contributions.push(own);
             }
         }
+        contributions.push(type_a(names.join(", "), square.max(0.0), dof));
         (contributions, Some(dof))
+    }
+}
+
+/// A Type A contribution of many readings.
+fn type_a(source: String, variance: f64, dof: f64) -> Contribution {
+    Contribution {
+        source,
+        evaluation: Evaluation::TypeA,
+        distribution: if dof.is_finite() { "t" } else { "normal" },
+        estimate: None,
+        source_u: None,
+        sensitivity: None,
+        u: variance.sqrt(),
+        dof,
     }
 }

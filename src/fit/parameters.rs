@@ -74,7 +74,8 @@ pub struct DerivedResult {
 
 /// Known parameters with an uncertainty, and how the solution follows each: `d x / d p = -(dx/dy) df/dp`, priors untouched.
 ///
-/// `df/dp` belongs at the solution, also for the linear estimator: of `kI*dtheta` it is the estimated `dtheta`, where at zero tilts it is 0.
+/// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
+/// tilts that it multiplies.
 fn known_inputs<'a>(
     campaign: &'a Campaign,
     at_solution: &DesignMatrix,

@@ -99,10 +99,10 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
         })
         .collect();
     let several = names.len() - parameters >= 2;
-    let from = if several { parameters } else { 0 };
-    let joint = (names.len() - from >= 2).then(|| Joint {
-        names: names[from..].to_vec(),
-        covariance: trials.covariance[from..].iter().map(|row| row[from..].to_vec()).collect(),
+    let which = if several { parameters..names.len() } else { 0..parameters };
+    let joint = (which.len() >= 2).then(|| Joint {
+        names: names[which.clone()].to_vec(),
+        covariance: trials.covariance[which.clone()].iter().map(|row| row[which.clone()].to_vec()).collect(),
         ellipsoid_factor: trials.ellipsoid_factor,
     });
     Ok(Some(Drawn { names, parameters, trials, first_order, agrees, joint }))

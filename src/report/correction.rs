@@ -240,7 +240,12 @@ fn number(fit: &Fit, name: &str) -> Option<String> {
     let value = fit.point.get(index).copied()?;
     if let Some(result) = fit.parameters.iter().find(|p| p.id == name) {
         let u = result.uncertainty.map(|c| c.u / 100.0);
-        return Some(rounded(value, u).trim_start_matches('+').to_string());
+        let text = rounded(value, u);
+        if !text.contains('e') {
+            return Some(text);
+        }
+        // an uncertainty at the level of rounding, or far from one: fifteen digits say it all
+        return Some(format!("{value:.14e}").parse::<f64>().map_or(text, |shortest| shortest.to_string()));
     }
     Some(value.to_string())
 }

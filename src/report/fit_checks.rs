@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 pub struct ScatterReport {
     /// `readings of V`, `remounting of V`, `priors`.
     pub source: String,
-    /// Its standard deviation in the sensor's unit; a factor on the stated uncertainties where these are given.
+    /// Its standard deviation in the sensor's unit, zero for a variance that came out negative; a factor where uncertainties are stated.
     pub sd: Option<f64>,
     /// Degrees of freedom of the standard deviation; null for infinite.
     pub dof: Option<f64>,
@@ -225,7 +225,7 @@ pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
         .iter()
         .map(|source| ScatterReport {
             source: source.name.clone(),
-            sd: (fit.noise.determined || !source.estimated).then(|| source.variance.sqrt()),
+            sd: (fit.noise.determined || !source.estimated).then(|| source.variance.max(0.0).sqrt()),
             dof: finite(source.dof),
             estimated: source.estimated,
         })
@@ -476,7 +476,7 @@ pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
                 let off = (low - own.symmetric.0).abs().max((high - own.symmetric.1).abs());
                 verdict.push(format!(
                     "the first order does not describe {id}: its {} % interval ends up to {} u elsewhere; use the Monte Carlo interval",
-                    super::table::significant(100.0 * level, 3),
+                    super::table::percent(level),
                     super::table::significant(off / own.sd, 2)
                 ));
             }

@@ -1,6 +1,6 @@
 //! Tables for a terminal: the uncertainty budget, constraints, checks and Monte Carlo of a fit.
 
-use super::table::{plain, significant};
+use super::table::{degrees_of_freedom, percent, plain, significant};
 use super::{BudgetReport, FitReport};
 
 /// The budget of every parameter and derived quantity, one table each.
@@ -21,7 +21,7 @@ fn one_budget(id: &str, unit: &str, u: Option<f64>, dof: Option<f64>, budget: &[
         return String::new();
     }
     let or_dash = |value: Option<f64>, digits| value.map_or("-".to_string(), |v| significant(v, digits));
-    let degrees = |dof: Option<f64>| dof.map_or("inf".to_string(), |nu| significant(nu, 3));
+    let degrees = |dof: Option<f64>| degrees_of_freedom(dof, true);
     let mut rows: Vec<Vec<String>> = budget
         .iter()
         .map(|line| {
@@ -97,14 +97,14 @@ pub fn findings(report: &FitReport) -> String {
                 Some([low, high]) => text.push_str(&format!(
                     "  {} is at a bound: {} % interval {} to {} {unit} (of the free estimate, cut to what is allowed)\n",
                     p.id,
-                    significant(100.0 * p.level, 3),
+                    percent(p.level),
                     significant(low * scale, 5),
                     significant(high * scale, 5)
                 )),
                 None if p.u.is_some() => text.push_str(&format!(
                     "  {} is at a bound, and the whole {} % interval of the free estimate is not allowed: bound and readings disagree\n",
                     p.id,
-                    significant(100.0 * p.level, 3)
+                    percent(p.level)
                 )),
                 None => {}
             }

@@ -80,8 +80,13 @@ fn optional(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
     value.map_or("-".into(), format)
 }
 
+/// A probability in percent, without idle zeros.
+pub(super) fn percent(p: f64) -> String {
+    significant(100.0 * p, 4).trim_end_matches('0').trim_end_matches('.').to_string()
+}
+
 /// Degrees of freedom: whole ones (to rounding) without a point, infinite ones as `inf`.
-fn degrees_of_freedom(dof: Option<f64>, known: bool) -> String {
+pub(super) fn degrees_of_freedom(dof: Option<f64>, known: bool) -> String {
     match dof {
         None if known => "inf".into(),
         None => "-".into(),

@@ -12,6 +12,7 @@ use crate::campaign::{Distribution, Known};
 use faer::Mat;
 use rand_distr::{ChiSquared, Distribution as _, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -90,8 +91,8 @@ pub struct MonteCarlo {
 /// Trials in a block.
 const BLOCK: usize = 10_000;
 
-/// Draw `trials` and summarise them at a coverage probability; the first `parameters` outputs are left out of the ellipsoid where at least
-/// two others follow. `progress` hears how many trials each finished block had.
+/// Draw `trials` and summarise them at a coverage probability; the ellipsoid is that of the outputs after the first `parameters`, or
+/// of those where fewer than two follow. `progress` hears how many trials each finished block had.
 ///
 /// `None` if fewer than half of the trials, or fewer than 100, give finite outputs.
 pub fn monte_carlo(
@@ -103,6 +104,7 @@ pub fn monte_carlo(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Option<MonteCarlo> {
     let count = model.outputs.len();
+    let parameters = parameters.min(count);
     let blocks = trials.div_ceil(BLOCK);
     let drawn: Vec<Vec<f64>> = (0..blocks)
         .into_par_iter()
@@ -136,9 +138,9 @@ pub fn monte_carlo(
                 .collect()
         })
         .collect();
-    let from = if count >= parameters + 2 { parameters } else { 0 };
-    let joint: Vec<Vec<f64>> = covariance[from..].iter().map(|row| row[from..].to_vec()).collect();
-    let ellipsoid_factor = ellipsoid_factor(&columns[from..], &means[from..], &joint, level);
+    let several = if count >= parameters + 2 { parameters..count } else { 0..parameters };
+    let joint: Vec<Vec<f64>> = covariance[several.clone()].iter().map(|row| row[several.clone()].to_vec()).collect();
+    let ellipsoid_factor = ellipsoid_factor(&columns[several.clone()], &means[several], &joint, level);
     let outputs = columns
         .iter_mut()
         .enumerate()
@@ -153,10 +155,8 @@ pub fn monte_carlo(
 
 /// One block: trials x outputs, row by row.
 fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
-    // any odd multiplier keeps the streams apart; this one is the golden ratio's
-    let stream =
-        u128::from(block).wrapping_mul(0x9e37_79b9_7f4a_7c15_f39c_c060_5ced_c835).wrapping_add(u128::from(seed));
-    let mut random = Pcg64Mcg::new(stream.rotate_left(64) ^ stream);
+    // any odd multiplier keeps the blocks apart; this one is the golden ratio's
+    let mut random = Pcg64Mcg::seed_from_u64(seed.wrapping_add(block.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let chi_square: Vec<Option<ChiSquared<f64>>> =
         model.scatter.iter().map(|s| if s.dof.is_finite() { ChiSquared::new(s.dof).ok() } else { None }).collect();
     let known_chi: Vec<Option<ChiSquared<f64>>> = model

@@ -320,6 +320,12 @@ impl ConstraintFile {
                         (value, value)
                     }
                 };
+                if lower == f64::NEG_INFINITY && upper == f64::INFINITY {
+                    return Err(Malformed::new(Fault::Value, "this constraint bounds nothing")
+                        .expected("a lower or an upper bound that is a number")
+                        .found("[null, null]")
+                        .at_path("between"));
+                }
                 if !(lower <= upper) {
                     return Err(Malformed::new(Fault::Value, "the lower bound is above the upper")
                         .expected("[lower, upper]")

@@ -146,7 +146,7 @@ fn estimates(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io::
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     within(xml, "dcc:result", |xml| {
         named(xml, "dcc:name", "Angles and coefficients", "en")?;
-        within(xml, "dcc:description", |xml| remarks(report).iter().try_for_each(|remark| content(xml, remark, "en")))?;
+        within(xml, "dcc:description", |xml| content(xml, &remarks(report).join(" "), "en"))?;
         within(xml, "dcc:data", |xml| quantities.iter().try_for_each(|quantity| self::quantity(xml, quantity, level)))
     })
 }
@@ -156,7 +156,7 @@ fn remarks(report: &FitReport) -> Vec<String> {
     let models: Vec<String> = report.model.iter().map(|(sensor, line)| format!("{sensor} = {line}")).collect();
     let mut remarks = vec![format!("Model: {}.", models.join("; "))];
     remarks.push(format!(
-        "{} least-squares estimate from {} readings with {} degrees of freedom.",
+        "Least squares ({}) from {} readings with {} degrees of freedom.",
         report.estimator, report.fit.readings, report.fit.dof
     ));
     if !report.known.is_empty() {

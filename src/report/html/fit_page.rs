@@ -90,7 +90,11 @@ fn answer(of: &Fit, report: &FitReport) -> Section {
         }
         _ if fit.variance == "estimated" && fit.dof > 0 => section.verdict(
             Tone::Plain,
-            "The readings state no uncertainty of their own: their scatter is estimated from the residuals, so these readings alone cannot test the model.",
+            if report.checks.lack_of_fit.is_some() {
+                "The readings state no uncertainty of their own: their scatter is estimated from the residuals, and only their replicates test the model."
+            } else {
+                "The readings state no uncertainty of their own: their scatter is estimated from the residuals, so these readings alone cannot test the model."
+            },
         ),
         _ if fit.dof == 0 => section.verdict(
             Tone::Caution,
@@ -459,8 +463,11 @@ fn readings(fit: &Fit, report: &FitReport) -> Section {
     }
     let mut columns: Vec<(&str, Align)> = vec![("", Align::Right), ("position", Align::Left)];
     columns.extend(keys.iter().map(|key| (key.as_str(), Align::Decimal)));
+    let several = fit.campaign.bench.sensors.len() > 1;
+    if several {
+        columns.push(("sensor", Align::Left));
+    }
     columns.extend([
-        ("sensor", Align::Left),
         ("value", Align::Decimal),
         ("fitted", Align::Decimal),
         ("residual", Align::Decimal),
@@ -480,8 +487,10 @@ fn readings(fit: &Fit, report: &FitReport) -> Section {
             }
         }
         let tenth = r.u.map(|u| u / 10.0);
+        if several {
+            cells.push(r.sensor.clone());
+        }
         cells.extend([
-            r.sensor.clone(),
             as_read(r.value, tenth),
             cells::value(Some(r.fitted), tenth),
             cells::value(Some(r.residual), tenth),

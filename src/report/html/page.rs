@@ -73,7 +73,7 @@ impl Tone {
     pub fn word(self) -> &'static str {
         match self {
             Tone::Plain => "Note",
-            Tone::Good => "Accepted",
+            Tone::Good => "In order",
             Tone::Caution => "Caution",
             Tone::Bad => "Rejected",
         }
@@ -228,12 +228,12 @@ impl Table {
         self
     }
 
-    /// Pad numbers on the right with figure spaces, so that they stand point under point in a column set to the right.
+    /// True minus signs in columns of numbers; decimal ones are padded with figure spaces, so that they stand point under point.
     fn align_numbers(&mut self) {
         const FIGURE_SPACE: char = '\u{2007}';
         const POINT_SPACE: char = '\u{2008}';
         for (k, column) in self.columns.iter().enumerate() {
-            if column.align != Align::Decimal {
+            if column.align == Align::Left {
                 continue;
             }
             let decimals = |cell: &str| cell.split_once('.').map_or(0, |(_, digits)| digits.chars().count());
@@ -242,10 +242,13 @@ impl Table {
                 if !cell.contains(|c: char| c.is_ascii_digit()) {
                     continue;
                 }
-                let own = decimals(cell);
                 if let Some(size) = cell.strip_prefix('-').filter(|size| !size.is_empty()) {
                     *cell = format!("\u{2212}{size}");
                 }
+                if column.align == Align::Right {
+                    continue;
+                }
+                let own = decimals(cell);
                 if own == 0 && deepest > 0 {
                     cell.push(POINT_SPACE);
                 }
