@@ -22,6 +22,9 @@ fn normal(generator: &mut Pcg64Mcg) -> f64 {
     StandardNormal.sample(generator)
 }
 
+/// Positions (alpha, beta), rates, repeats.
+type GyroPlan = (Vec<(i32, i32)>, Vec<i32>, usize);
+
 /// A schedule with times and temperatures; returns the noise that belongs to its sensor.
 fn schedule(name: &str, generator: &mut Pcg64Mcg) -> (Campaign, f64) {
     let mut readings = Vec::new();
@@ -33,7 +36,7 @@ fn schedule(name: &str, generator: &mut Pcg64Mcg) -> (Campaign, f64) {
         time += random(generator, 60.0, 140.0);
         temperature += 0.12 * normal(generator);
     };
-    let gyro: Option<(Vec<(i32, i32)>, Vec<i32>, usize)> = match name {
+    let gyro: Option<GyroPlan> = match name {
         "G5" => Some((vec![(0, 0), (0, 180), (180, 180), (90, 180), (0, 90)], vec![20, -20, 30, -30, 40, -40], 2)),
         "G16" => {
             let angles = [0, 90, 180, 270];
@@ -299,9 +302,11 @@ fn seeded_campaigns() {
         100.0 * held_after
     );
 
-    // floors below what was measured over 600 campaigns, so that a loss shows; the promised 0.98, 0.95 and 0.93 are not all reached yet
+    // floors below what is measured (see the table), wide enough for few campaigns, so that a loss shows
     assert!(rows[2].1 >= 0.93, "one effect: {}", rows[2].1);
-    assert!(rows[3].1 >= 0.70, "two effects: {}", rows[3].1);
+    assert!(rows[3].1 >= 0.85, "two effects: {}", rows[3].1);
     assert!(share(quiet, none.len()) >= 0.97, "nothing hidden: {quiet}");
+    assert!(share(honest, outside.len()) >= 0.85, "outside: {honest}");
+    assert!((ratio - 1.0).abs() < 0.1, "residuals after repair: {ratio} of the noise");
     assert!(held_after > held_before, "the repair brings the angles nearer to the truth");
 }

@@ -41,8 +41,7 @@ pub struct Candidate {
     pub column: Vec<f64>,
 }
 
-/// Everything that the catalogue has for this campaign. `rows` is the length of the system, priors included; `score(column)` ranks the
-/// members of scanned families when there are too many.
+/// Everything that the catalogue has for this campaign. `rows` is the length of the system, priors included.
 ///
 /// Errors: a term of a user's catalogue that uses a name which this campaign does not have.
 pub(super) fn build(
@@ -139,8 +138,8 @@ impl Maker<'_> {
         let campaign = self.campaign;
         let kind = Regressor::parse(campaign, Some(sensor), text)?;
         let (regressor, owner) = match &kind {
-            Regressor::Term(line) if effect.term.contains("{tau}") || effect.term.contains("{break}") => {
-                let _ = line;
+            // named as they were scanned: a canonical form would multiply the numbers out
+            Regressor::Term(_) if effect.term.contains("{tau}") || effect.term.contains("{break}") => {
                 (text.to_string(), Some(sensor))
             }
             Regressor::Term(line) => (line.canonical(), Some(sensor)),
