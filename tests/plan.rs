@@ -52,9 +52,8 @@ fn determinant(mut m: Vec<Vec<f64>>) -> f64 {
         product *= m[k][k];
         for i in k + 1..n {
             let f = m[i][k] / m[k][k];
-            for c in k..n {
-                m[i][c] -= f * m[k][c];
-            }
+            let (above, below) = m.split_at_mut(i);
+            below[0].iter_mut().zip(&above[k]).skip(k).for_each(|(x, p)| *x -= f * p);
         }
     }
     product
