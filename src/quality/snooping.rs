@@ -110,8 +110,8 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
     if system.dof <= spare {
         return None;
     }
-    // more suspects than a third of the redundancy is no longer a few bad readings
-    let most = (system.dof / 3).max(1);
+    // more suspects than half of the redundancy is no longer a few bad readings
+    let most = (system.dof / 2).max(1);
     while rows.len() < most && system.dof > rows.len() + spare {
         let square = norm(&residuals);
         let mut best: Option<(usize, f64)> = None;
