@@ -47,7 +47,7 @@ fn the_budget_has_repeatability_circle_and_compensator() {
 
 fn rule(path: &str) -> (f64, f64) {
     let fit = fit::fit(&campaign(&format!("{FOLDER}/{path}")), &Settings::default()).unwrap();
-    let uncertainty = fit.parameters[0].uncertainty.clone().unwrap();
+    let uncertainty = fit.parameters[0].uncertainty.unwrap();
     (uncertainty.u, uncertainty.dof)
 }
 
