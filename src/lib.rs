@@ -15,7 +15,7 @@
 //! |---|---|
 //! | [`error`] | the question is malformed: where, what was expected, what was found |
 //! | [`algebra`] | a model line: parsed, printed, differentiated |
-//! | [`bench`] | the chain of rotations, the site, the sensors; the built-in benches |
+//! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
 //! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
 //! | [`wire`] | bench, campaign and CSV files in and out, their JSON Schemas |
 //! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |

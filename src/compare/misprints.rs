@@ -64,6 +64,8 @@ pub(super) fn find(
         let same_as = groups.iter().find(|g| g.printed.get(k).copied().flatten() == Some(*print));
         let explanation = if agrees(-computed) || agrees(-of_entries) {
             "printed with the opposite sign to the table and the formulas".to_string()
+        } else if [computed, of_entries].iter().any(|value| (value + print).abs() <= 2.0 * slack) {
+            "printed with the opposite sign to the table and the formulas, and off in the last digit".to_string()
         } else if let Some(value) = same_as.and_then(|g| g.group) {
             format!("this is the value of group {value}, not the mean")
         } else {
