@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use tumble::estimate::{Estimate, Fold, Group, Settings, System, adjust};
 
 /// A random system, at times with dependent or zero columns, with `u` between 0.1 and 10.
@@ -42,7 +43,13 @@ fn all_near(a: &[f64], b: &[f64]) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    // seeded, so that every run draws the same cases
+    #![proptest_config(ProptestConfig {
+        cases: 400,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(20_261_121),
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn redundancy_numbers_sum_to_the_degrees_of_freedom(system in systems()) {
@@ -79,8 +86,12 @@ proptest! {
         };
         let (a, b) = (fit(&system), fit(&other));
         prop_assume!(benign(&a));
-        prop_assert!(all_near(&a.solution, &b.solution));
         prop_assert_eq!(&a.estimable, &b.estimable);
+        // what is not estimable has no value of its own: which basic solution comes out is a matter of rounding
+        let estimable = |estimate: &Estimate| -> Vec<f64> {
+            estimate.solution.iter().zip(&estimate.estimable).map(|(x, own)| if *own { *x } else { 0.0 }).collect()
+        };
+        prop_assert!(all_near(&estimable(&a), &estimable(&b)));
         prop_assert!((0..m).all(|i| near(a.residuals[from(i)], b.residuals[i], 10.0)));
     }
 
