@@ -12,6 +12,7 @@
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `search.rs` | the smallest complete set, and its rivals |
+//! | `plain.rs` | the search on columns that come from no campaign |
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
@@ -28,6 +29,7 @@ mod finding;
 mod holdout;
 mod noise;
 mod places;
+pub(crate) mod plain;
 mod pool;
 mod repair;
 mod search;
