@@ -22,6 +22,10 @@ pub struct Alias {
     pub excess: f64,
     /// Is its term zero at these positions but for rounding?
     pub rounding: bool,
+    /// Is it small at every reading against what its inputs could make of it, or mostly in the model already?
+    pub vanishing: bool,
+    /// Share of its column's weighted norm that the model leaves.
+    pub visible: f64,
     /// A second effect that must then stand in the place of another finding.
     pub together_with: Option<String>,
 }
@@ -117,6 +121,9 @@ pub(super) fn conclude(
         candidates: (candidates.len(), arena.tests),
         changes,
         would_help,
+        row_sd: scale,
+        constraints: Vec::new(),
+        repaired: None,
         after: repaired.map(|(_, after)| after),
         before,
     })
@@ -179,6 +186,8 @@ fn findings(
                     exact: 1.0 - cosine < 1e-6,
                     excess: rival.excess.max(0.0),
                     rounding: other.rounding,
+                    vanishing: other.vanishing,
+                    visible: other.visible,
                     together_with: rival.together.and_then(|j| candidates.get(j)).map(|c| c.regressor.clone()),
                 };
                 let order = u32::from(other.rank) + if other.rounding { 1000 } else { 0 };
