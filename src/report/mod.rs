@@ -14,6 +14,8 @@ pub mod fit_checks_table;
 pub mod html;
 pub mod markdown;
 mod navigate;
+mod navigate_diagnose;
+mod navigate_diagnose_table;
 mod plan;
 mod plan_table;
 pub mod plot;
@@ -45,6 +47,11 @@ pub use navigate::{
     ScenarioReport, SummaryReport, navigate_report,
 };
 
+pub use navigate_diagnose::{
+    ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport, RunReport,
+    SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
+};
+pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use plan::{
     Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
     PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
@@ -63,7 +70,7 @@ pub fn schemas() -> Vec<&'static str> {
     crate::wire::SCHEMAS
         .iter()
         .copied()
-        .chain(["fit-report", "compare-report", "diagnose-report", "plan-report", "navigate-report"])
+        .chain(["fit-report", "compare-report", "diagnose-report", "plan-report", "navigate-report", "navigate-diagnose-report"])
         .collect()
 }
 
@@ -78,6 +85,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
+        "navigate-diagnose-report" => Some(schemars::schema_for!(NavigateDiagnoseReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
         _ => crate::wire::schema(kind),
     }
