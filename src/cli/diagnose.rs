@@ -1,4 +1,4 @@
-//! `tumble diagnose CAMPAIGN`.
+//! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
 
 use super::{Outcome, files};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
@@ -11,23 +11,43 @@ use std::path::{Path, PathBuf};
 /// What to diagnose and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The campaign file (JSON).
+    /// The campaign file (JSON), or a mission file with '--measured'.
     campaign: PathBuf,
+    /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv` and `_u` beside them).
+    #[arg(long, value_name = "FILE", conflicts_with = "effects")]
+    measured: Option<PathBuf>,
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     /// Probability of reporting anything when nothing is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P")]
     significance: f64,
-    /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json.
+    /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json; with '--measured' the
+    /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
     write_model: Option<PathBuf>,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    pages: super::pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    if let Some(measured) = &arguments.measured {
+        return super::navigate_diagnose::run(&super::navigate_diagnose::Question {
+            mission: &arguments.campaign,
+            measured,
+            significance: arguments.significance,
+            write_model: arguments.write_model.as_deref(),
+            json: arguments.json.as_deref(),
+            pages: &arguments.pages,
+        });
+    }
+    if arguments.campaign.to_string_lossy().ends_with(".mission.json") {
+        return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
+            .expected("--measured FILE with measured navigation errors"));
+    }
     let (campaign, source) = files::campaign(&arguments.campaign)?;
     let own = match &arguments.effects {
         Some(path) => Some(files::read(path)?),

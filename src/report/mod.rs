@@ -48,8 +48,8 @@ pub use navigate::{
 };
 
 pub use navigate_diagnose::{
-    ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport, RunReport,
-    SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
+    ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport,
+    RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
 };
 pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use plan::{
@@ -70,7 +70,14 @@ pub fn schemas() -> Vec<&'static str> {
     crate::wire::SCHEMAS
         .iter()
         .copied()
-        .chain(["fit-report", "compare-report", "diagnose-report", "plan-report", "navigate-report", "navigate-diagnose-report"])
+        .chain([
+            "fit-report",
+            "compare-report",
+            "diagnose-report",
+            "plan-report",
+            "navigate-report",
+            "navigate-diagnose-report",
+        ])
         .collect()
 }
 

@@ -194,11 +194,8 @@ fn scenario(scenario: &Scenario) -> ScenarioReport {
 /// What is not zero of a set of errors.
 pub(super) fn error_quantities(own: &ImuErrors) -> BTreeMap<String, QuantityWithUnit> {
     let value = |value: f64, unit: &str| QuantityWithUnit { value, unit: unit.into() };
-    let mut errors: BTreeMap<String, QuantityWithUnit> = own
-        .present()
-        .iter()
-        .map(|s: &Source| (s.id(), value(s.of(own) / s.si_per_unit(), s.unit())))
-        .collect();
+    let mut errors: BTreeMap<String, QuantityWithUnit> =
+        own.present().iter().map(|s: &Source| (s.id(), value(s.of(own) / s.si_per_unit(), s.unit()))).collect();
     if own.gyro.random_walk > 0.0 {
         let walk = own.gyro.random_walk.to_degrees() * 60.0;
         errors.insert("angle_random_walk".into(), value(walk, "deg/sqrt(h)"));

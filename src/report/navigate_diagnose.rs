@@ -275,7 +275,13 @@ fn separation(own: &Separation) -> SeparationReport {
 }
 
 fn gap(own: Gap) -> GapReport {
-    GapReport { rms: (own.dof > 0).then_some(own.rms), max: own.max, chi_square: own.chi_square, dof: own.dof, p: own.p }
+    GapReport {
+        rms: (own.dof > 0).then_some(own.rms),
+        max: own.max,
+        chi_square: own.chi_square,
+        dof: own.dof,
+        p: own.p,
+    }
 }
 
 fn column(channel: usize) -> String {

@@ -59,7 +59,9 @@ pub(super) fn verdict(report: &NavigateDiagnoseReport) -> String {
         ("effects-found", count) => format!("EFFECTS FOUND: {count} errors are missing from the mission ({tried})"),
         ("nothing-missing", _) => format!("NOTHING MISSING: the gap is noise ({tried})"),
         ("unexplained", _) => {
-            format!("UNEXPLAINED: something is missing that no constant error of the unit or the start explains ({tried})")
+            format!(
+                "UNEXPLAINED: something is missing that no constant error of the unit or the start explains ({tried})"
+            )
         }
         _ => "NOT DIAGNOSABLE: fewer than three values were measured".into(),
     }

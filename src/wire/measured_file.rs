@@ -182,3 +182,42 @@ fn time(text: &str, mission: &Mission) -> Result<f64> {
     }
     Ok(time.clamp(0.0, end))
 }
+
+/// Measured navigation errors as CSV text: what [`read_measured`] reads, with digits down to a hundredth of each `u`.
+pub fn write_measured(measured: &Measured, mission: &Mission) -> String {
+    let motions: Vec<String> = study::motions(mission).into_iter().map(|(name, _)| name).collect();
+    let several = measured.runs.len() > 1 || measured.runs.iter().any(|run| run.motion != 0);
+    let channels: Vec<usize> =
+        (0..CHANNELS).filter(|channel| measured.cells().any(|cell| cell.channel == *channel)).collect();
+    let stated = |channel: usize| measured.cells().any(|cell| cell.channel == channel && cell.u.is_some());
+    let mut header: Vec<String> = several.then(|| "motion".to_string()).into_iter().collect();
+    header.push("time_s".into());
+    for channel in &channels {
+        let name = CHANNEL_NAMES.get(*channel).copied().unwrap_or_default();
+        header.push(name.into());
+        header.extend(stated(*channel).then(|| format!("{name}_u")));
+    }
+    let mut text = header.join(",") + "\n";
+    for run in &measured.runs {
+        for row in &run.rows {
+            let mut cells: Vec<String> = Vec::new();
+            cells.extend(several.then(|| motions.get(run.motion).cloned().unwrap_or_default()));
+            cells.push(row.time.to_string());
+            for channel in &channels {
+                let unit = si_per_unit(*channel);
+                let value = row.value.get(*channel).copied().flatten().map(|value| value / unit);
+                let u = row.u.get(*channel).copied().flatten().map(|u| u / unit);
+                let digits = u.map_or(9, |u| (2.0 - u.log10().floor()).clamp(0.0, 15.0) as usize);
+                cells.push(value.map_or(String::new(), |value| format!("{value:.digits$}")));
+                cells.extend(stated(*channel).then(|| u.map_or(String::new(), |u| format!("{}", significant(u)))));
+            }
+            text.push_str(&(cells.join(",") + "\n"));
+        }
+    }
+    text
+}
+
+/// Without what a unit of radians costs in the last digits.
+fn significant(value: f64) -> f64 {
+    format!("{value:.9e}").parse().unwrap_or(value)
+}

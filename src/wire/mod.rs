@@ -29,7 +29,7 @@ pub use lab::{
     MethodFile, PersonFile, read_lab,
 };
 pub use locate::{line_and_column, locate};
-pub use measured_file::read_measured;
+pub use measured_file::{read_measured, write_measured};
 pub use mission_file::{
     CalibrationFile, CovarianceFile, LegFile, LegsFile, MissionFile, MissionSiteFile, MotionFile, OscillationFile,
     ScenariosFile, StaticFile, SwingFile, read_covariance,

@@ -22,12 +22,14 @@ mod escape;
 mod fit_figures;
 mod fit_page;
 mod navigate;
+mod navigate_diagnose;
 mod page;
 mod plan_page;
 
 pub use compare_page::compare_page;
 pub use fit_page::fit_page;
 pub use navigate::navigate_page;
+pub use navigate_diagnose::navigate_diagnose_page;
 pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
 
