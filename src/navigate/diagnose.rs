@@ -12,7 +12,7 @@
 //! Deliberately absent: errors that change in time. They come out as unexplained.
 
 use super::errors::{ImuErrors, Kind, Source};
-use super::measured::{CHANNELS, Measured};
+use super::measured::{CHANNEL_NAMES, CHANNELS, Cell, Measured};
 use super::mission::Mission;
 use super::remainder::{self, ChannelGap, Course, Remainder};
 use super::separate::{self, Separation};
@@ -22,7 +22,7 @@ use crate::diagnosis::plain::{self, Answer, Question};
 use crate::diagnosis::{NoiseFrom, Settings, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Fold, Group};
-use crate::uncertainty::quantiles::chi_square_survival;
+use crate::uncertainty::quantiles::{chi_square_survival, normal_survival};
 use faer::Mat;
 
 /// Another error that explains the same.
@@ -91,6 +91,15 @@ pub struct Unexplained {
     pub nearest_explains: f64,
 }
 
+/// A single value that noise does not explain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Suspect {
+    /// The value.
+    pub cell: Cell,
+    /// What is left of it, in standard uncertainties (of innovations, where the mission has random walks).
+    pub z: f64,
+}
+
 /// Everything that a diagnosis of navigation errors found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NavigationDiagnosis {
@@ -112,6 +121,8 @@ pub struct NavigationDiagnosis {
     pub courses: Vec<Course>,
     /// What is unexplained.
     pub unexplained: Option<Unexplained>,
+    /// Single values that noise does not explain after all that was found, the furthest first; none where only residuals tell the noise.
+    pub suspects: Vec<Suspect>,
     /// The search's record.
     pub steps: Vec<Step>,
     /// How many errors were tried, and how many of them are distinct here.
@@ -400,6 +411,12 @@ impl<'a> Case<'a> {
         };
         let found = verdict == Verdict::EffectsFound;
         let (change, left, after) = if found { (change.to_vec(), &left[..], after) } else { (Vec::new(), gap, before) };
+        let suspects = if verdict == Verdict::Unexplained { Vec::new() } else { self.suspects(left, u) };
+        // what no name explains is not nothing
+        let verdict = match verdict {
+            Verdict::NothingMissing if !suspects.is_empty() => Verdict::Unexplained,
+            other => other,
+        };
         let rest = Remainder { mission: self.mission, measured: self.measured, u, before: gap, after: left };
         let unexplained = (verdict == Verdict::Unexplained).then(|| {
             let share = match &look.answer.verdict {
@@ -407,7 +424,16 @@ impl<'a> Case<'a> {
                 plain::Verdict::Found(members) => members.iter().map(|m| m.explains).sum::<f64>().min(1.0),
                 plain::Verdict::Nothing => 0.0,
             };
-            let (cells, pattern) = rest.pattern();
+            let (cells, mut pattern) = rest.pattern();
+            if let Some(worst) = suspects.first() {
+                let name = CHANNEL_NAMES.get(worst.cell.channel).copied().unwrap_or_default();
+                let more = suspects.len() - 1;
+                let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
+                pattern = format!(
+                    "the gap is noise but for single values: {name} at {} s is {:.1} u off{more}",
+                    worst.cell.time, worst.z
+                );
+            }
             let nearest = set.iter().filter_map(|j| self.sources.get(*j).copied()).collect();
             Unexplained { pattern, cells, nearest, nearest_explains: share }
         });
@@ -421,11 +447,28 @@ impl<'a> Case<'a> {
             channels: rest.channels(),
             courses: rest.courses(),
             unexplained,
+            suspects,
             steps,
             candidates: (self.sources.len(), look.answer.tests),
             invisible: look.invisible,
             refits,
         })
+    }
+
+    /// Single values further off than noise goes among so many, with what the significance leaves for them.
+    fn suspects(&self, left: &[f64], u: &[f64]) -> Vec<Suspect> {
+        if self.from != NoiseFrom::Stated {
+            return Vec::new();
+        }
+        let mut columns = [left.to_vec()];
+        whiten(self.measured, &self.system.walks, u, &mut columns);
+        let [white] = columns;
+        let level = 0.1 * self.settings.significance / white.len().max(1) as f64;
+        let far = |z: f64| normal_survival(z.abs()).is_some_and(|p| 2.0 * p < level);
+        let pairs = self.measured.cells().zip(white).filter(|(_, z)| far(*z));
+        let mut suspects: Vec<Suspect> = pairs.map(|(cell, z)| Suspect { cell, z }).collect();
+        suspects.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
+        suspects
     }
 
     fn findings(&self, look: &Look, members: &[plain::Member], fit: &[(f64, f64)]) -> Vec<Finding> {

@@ -44,6 +44,8 @@ pub struct NavigateDiagnoseReport {
     pub channels: Vec<ChannelReport>,
     /// What is unexplained; null unless the verdict says so.
     pub unexplained: Option<UnexplainedNavigationReport>,
+    /// Single values that noise does not explain after all that was found, the furthest first.
+    pub suspects: Vec<NavigationSuspectReport>,
     /// The search's record.
     pub steps: Vec<StepReport>,
     /// How many error sources were tried.
@@ -166,6 +168,19 @@ pub struct UnexplainedNavigationReport {
     pub nearest_explains: f64,
 }
 
+/// A single value that noise does not explain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NavigationSuspectReport {
+    /// Name of the motion.
+    pub motion: String,
+    /// The column.
+    pub column: String,
+    /// Time, s.
+    pub time_s: f64,
+    /// What is left of it, in standard uncertainties.
+    pub z: f64,
+}
+
 /// Mean gap in a part of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NavigationCellReport {
@@ -217,6 +232,21 @@ pub fn navigate_diagnose_report(
             nearest: own.nearest.iter().map(Source::id).collect(),
             nearest_explains: own.nearest_explains,
         }),
+        suspects: diagnosis
+            .suspects
+            .iter()
+            .map(|own| NavigationSuspectReport {
+                motion: measured
+                    .runs
+                    .get(own.cell.run)
+                    .and_then(|run| motions.get(run.motion))
+                    .cloned()
+                    .unwrap_or_default(),
+                column: column(own.cell.channel),
+                time_s: own.cell.time,
+                z: own.z,
+            })
+            .collect(),
         steps: diagnosis
             .steps
             .iter()

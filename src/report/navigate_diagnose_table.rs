@@ -1,7 +1,9 @@
 //! A diagnosis of navigation errors as a person reads it at a terminal.
 
 use super::GapReport;
-use super::navigate_diagnose::{NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport};
+use super::navigate_diagnose::{
+    NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport, NavigationSuspectReport,
+};
 use super::table::{plain, rounded, significant};
 
 /// Most aliases and cells that are listed at a terminal; the JSON report has all.
@@ -42,6 +44,13 @@ pub fn navigate_diagnose_table(report: &NavigateDiagnoseReport) -> String {
         });
         let rows: Vec<Vec<String>> = rows.collect();
         text.push_str(&format!("\n{}", plain(&["where", "motion", "time, h", "mean gap", "in sd"], &rows)));
+    }
+    if !report.suspects.is_empty() {
+        let row = |own: &NavigationSuspectReport| {
+            vec![own.column.clone(), own.motion.clone(), own.time_s.to_string(), format!("{:+.1}", own.z)]
+        };
+        let rows: Vec<Vec<String>> = report.suspects.iter().take(LISTED).map(row).collect();
+        text.push_str(&format!("\n{}", plain(&["single values far off", "motion", "time, s", "in u"], &rows)));
     }
     if !report.invisible.is_empty() {
         text.push_str(&format!("\nthese data cannot show: {}\n", report.invisible.join(", ")));

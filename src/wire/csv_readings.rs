@@ -36,7 +36,7 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
     let mut rows = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| csv_error(&error, source))?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = line_of(&record, &source.text);
         let cells = headers
             .iter()
             .zip(record.iter())
@@ -53,6 +53,14 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
         rows.push((csv_place(line, &source.name), Named(cells)));
     }
     from_cells(bench, rows).map_err(|error| at_line(error, source))
+}
+
+/// The line of a record: its position as the reader gives it stands before the remarks and empty lines above it.
+pub(super) fn line_of(record: &csv::StringRecord, text: &str) -> u64 {
+    let Some(place) = record.position() else { return 0 };
+    let start = usize::try_from(place.byte()).unwrap_or(usize::MAX);
+    let above = text.get(start..).unwrap_or_default().split_inclusive('\n');
+    place.line() + above.take_while(|line| line.starts_with('#') || line.trim().is_empty()).count() as u64
 }
 
 /// The place of a row and its column (as `from_cells` names them) to line, column and caret.

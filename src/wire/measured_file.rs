@@ -1,7 +1,7 @@
 //! Measured navigation errors from a CSV file, with the columns that `tumble navigate --csv` writes, and back.
 
 use super::Source;
-use super::csv_readings::{at_line, csv_error, delimiter};
+use super::csv_readings::{at_line, csv_error, delimiter, line_of};
 use super::locate::csv_place;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::measured::{CHANNEL_NAMES, CHANNELS, Measured, MeasuredRow, si_per_unit};
@@ -33,7 +33,7 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
         .comment(Some(b'#'))
         .from_reader(source.text.as_bytes());
     let headers = reader.headers().map_err(|error| csv_error(&error, source))?.clone();
-    let first = headers.position().map_or(1, |place| place.line().max(1));
+    let first = line_of(&headers, &source.text).max(1);
     let columns = columns(&headers, first, source).map_err(|error| at_line(error, source))?;
     let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
     let records = records.map_err(|error| csv_error(&error, source))?;
@@ -41,13 +41,13 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
     let scenario = scenario(&columns, &records, source)?;
     let mut measured = Measured::default();
     for record in &records {
-        let line = record.position().map_or(0, csv::Position::line);
         let text = |wanted: Column| columns.iter().zip(record).find(|(c, _)| **c == wanted).map(|(_, text)| text);
         if scenario.as_deref().is_some_and(|wanted| text(Column::Scenario) != Some(wanted)) {
             measured.left_out += 1;
             continue;
         }
         let here = |error: Malformed, name: &str| {
+            let line = line_of(record, &source.text);
             at_line(error.moved_to(format!("{}{name}", csv_place(line, &source.name))), source)
         };
         let motion = match text(Column::Motion) {

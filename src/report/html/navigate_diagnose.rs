@@ -164,14 +164,14 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> 
         let name = CHANNEL_NAMES.get(course.channel).copied().unwrap_or_default();
         let scale = 1.0 / si_per_unit(course.channel);
         let where_ = if several { format!(" ({})", course.motion) } else { String::new() };
-        let line = |label: &str, dashed: bool, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
+        let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
             label: label.into(),
             points: course.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
-            dashed,
+            dashed: false,
         };
-        let mut lines = vec![line("before", true, &|point| point.1)];
+        let mut lines = vec![line("before", &|point| point.1)];
         if found {
-            lines.push(line("with what was found", false, &|point| point.2));
+            lines.push(line("with what was found", &|point| point.2));
         }
         figures.push(Figure {
             caption: format!("Gap of `{name}`{where_}"),
@@ -184,11 +184,12 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> 
             wide: false,
         });
         if found {
-            let lines = [
-                line("two u", true, &|_| 2.0 * channel.u),
-                line("what is left", false, &|point| point.2),
-                line("", true, &|_| -2.0 * channel.u),
-            ];
+            // the band of two u as a box around the time of the run
+            let (first, last) = (course.points.first().map_or(0.0, |p| p.0), course.points.last().map_or(0.0, |p| p.0));
+            let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
+            let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
+            let lines =
+                [Curve { label: "two u".into(), points: band, dashed: true }, line("what is left", &|point| point.2)];
             figures.push(Figure {
                 caption: format!("What is left of `{name}`{where_}, with two standard uncertainties"),
                 description: String::new(),
@@ -219,5 +220,14 @@ fn cells(report: &NavigateDiagnoseReport) -> Section {
             format!("{:.1}", cell.z),
         ]);
     }
-    Section::new("Where it is").table(table)
+    let mut far = Table::new(&[
+        ("single values far off", Align::default()),
+        ("motion", Align::default()),
+        ("time, s", Align::Decimal),
+        ("in standard uncertainties", Align::Decimal),
+    ]);
+    for own in &report.suspects {
+        far.row(vec![format!("`{}`", own.column), own.motion.clone(), own.time_s.to_string(), format!("{:.1}", own.z)]);
+    }
+    Section::new("Where it is").table(table).table(far)
 }
