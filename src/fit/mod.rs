@@ -9,6 +9,7 @@
 mod checks;
 mod gauss_newton;
 mod least_absolute;
+mod linear;
 mod names;
 mod noise;
 mod parameters;
@@ -20,7 +21,7 @@ mod step;
 mod system;
 
 pub use checks::Checks;
-pub use gauss_newton::{Convergence, Iteration};
+pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
 pub use noise::{Noise, Source};
 pub use parameters::{DerivedResult, ParameterResult, State};
