@@ -128,3 +128,61 @@ fn turn_back(later: &mut [Vector3<f64>; 3], about: Axis, (sin, cos): (f64, f64))
         Axis::Z => [x * cos - y * sin, x * sin + y * cos, z],
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    /// Every rotation as a matrix, and derivatives by central differences: nothing shared with what is tested but the chain.
+    #[test]
+    fn rate_force_and_derivatives_are_those_of_rotation_matrices() {
+        let text = crate::bench::built_in("imu-three-axis-table").map(|own| own.text).unwrap_or_default();
+        let source = crate::wire::Source { name: "imu".into(), text: text.into() };
+        let bench = crate::wire::read_bench(&source).unwrap();
+        let instant = Instant { angle_deg: vec![37.0, -122.0, 200.0], rate_deg_s: vec![0.0, 15.0, -3.0] };
+        let by_matrices = |tilts: &[f64]| {
+            let (mut rate, mut force) = (bench.earth_rate(), bench.specific_force());
+            let (mut joint, mut tilt) = (0, 0);
+            for link in &bench.chain {
+                let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
+                let (angle, turning) = match link {
+                    Link::Joint { .. } => {
+                        joint += 1;
+                        (instant.angle_deg[joint - 1].to_radians(), instant.rate_deg_s[joint - 1])
+                    }
+                    Link::Tilt { times, .. } => {
+                        tilt += 1;
+                        let angles: Vec<f64> = instant.angle_deg.iter().map(|a| a.to_radians()).collect();
+                        let factor = times.as_ref().map_or(1.0, |t| t.factor(&angles, &mut Scratch::default()));
+                        (factor * tilts[tilt - 1], 0.0)
+                    }
+                };
+                let back = Rotation3::new(about.unit() * angle).inverse();
+                (rate, force) = (back * rate + about.unit() * turning, back * force);
+            }
+            (rate, force)
+        };
+        let tilts: Vec<f64> =
+            (0..bench.tilts().count()).map(|k| if k == 3 { 0.0 } else { 1e-2 * (k as f64 - 4.0) }).collect();
+        let mut found = Kinematics::default();
+        for _ in 0..2 {
+            // the second time from what it remembers
+            kinematics(&bench, &tilts, &instant, &mut found);
+            let (rate, force) = by_matrices(&tilts);
+            assert!((found.rate - rate).norm() < 1e-13 && (found.force - force).norm() < 1e-14);
+            for k in 0..tilts.len() {
+                let h = 1e-5;
+                let at = |step: f64| {
+                    let mut moved = tilts.clone();
+                    moved[k] += step;
+                    by_matrices(&moved)
+                };
+                let ((rate_up, force_up), (rate_down, force_down)) = (at(h), at(-h));
+                // h^2 of the third derivative (cubed factors of up to 3.5), and eps/h of rounding
+                assert!((found.rate_by_tilt[k] - (rate_up - rate_down) / (2.0 * h)).norm() < 1e-7, "{k}");
+                assert!((found.force_by_tilt[k] - (force_up - force_down) / (2.0 * h)).norm() < 1e-8, "{k}");
+            }
+        }
+    }
+}

@@ -4,6 +4,7 @@ use super::basis::Combination;
 use super::compress::Compressed;
 use super::condition::condition;
 use super::factor::Factor;
+use super::groups::ScaleHints;
 use super::{Group, Settings, System, groups, refine};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -86,13 +87,18 @@ impl Estimate {
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
+    adjust_hinted(system, &ScaleHints::default(), settings)
+}
+
+/// The same with what is known of the groups' scales beforehand.
+pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
     system.check()?;
     let count = groups::count(&system.group);
     let alone = is_alone(system, count);
     let scales = if count == 0 || alone {
         groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
     } else {
-        groups::estimate(&Compressed::new(system, count), settings)?
+        groups::estimate(&Compressed::new(system, count), hints, settings)?
     };
     let entering: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
     let weight = groups::weights(system, &entering);
@@ -174,14 +180,14 @@ pub struct Solution {
 /// condition number.
 ///
 /// Errors: those of [`adjust`].
-pub fn solve(system: &System, settings: &Settings) -> Result<Solution> {
+pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Solution> {
     system.check()?;
     let count = groups::count(&system.group);
     let compressed = Compressed::new(system, count);
     let scales = if count == 0 || is_alone(system, count) {
         groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
     } else {
-        groups::estimate(&compressed, settings)?
+        groups::estimate(&compressed, hints, settings)?
     };
     let group_scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
     let factor = compressed.factor(|g| group_scale[g], settings)?;

@@ -22,6 +22,16 @@ pub(super) struct Scales {
     pub converged: bool,
 }
 
+/// What is known of the groups' scales beforehand, one number for each group; empty where nothing is.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ScaleHints<'a> {
+    /// Where the iteration begins: the scales of a system like this one.
+    pub start: &'a [f64],
+    /// What a scale is at least: the rounding of the observations as they were before a prediction was subtracted. Heeded where several
+    /// scales are estimated, or one beside known ones; one alone changes no weight.
+    pub least: &'a [f64],
+}
+
 /// What estimated scales cost beyond the covariance that takes them as known.
 #[derive(Debug, Clone)]
 pub struct ScaleUncertainty {
@@ -46,14 +56,17 @@ pub(super) fn count(group: &[Group]) -> usize {
     group.iter().map(number).max().unwrap_or(0)
 }
 
-/// Iterates the scales, beginning with what each group's own best fit leaves.
-pub(super) fn estimate(rows: &Compressed, settings: &Settings) -> Result<Scales> {
+/// Iterates the scales, beginning with what each group's own best fit leaves,
+/// or with what is said of them beforehand.
+pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scales> {
     let count = rows.range.len() - 1;
     let largest = rows.magnitude.iter().fold(0.0_f64, |most, y| most.max(*y));
     let least: Vec<f64> = (0..count)
         .map(|g| {
             let size = [rows.magnitude[g], f64::EPSILON * largest, f64::EPSILON];
-            (ROUNDING * size.into_iter().find(|y| *y > 0.0).unwrap_or(1.0)).powi(2).max(f64::MIN_POSITIVE)
+            let arithmetic = ROUNDING * size.into_iter().find(|y| *y > 0.0).unwrap_or(1.0);
+            let stated = hints.least.get(g).copied().unwrap_or(0.0);
+            arithmetic.max(stated).powi(2).max(f64::MIN_POSITIVE)
         })
         .collect();
     let own = |g: usize| rows.own[g].filter(|(_, dof)| *dof > 0).map(|(squares, dof)| squares / dof as f64);
@@ -63,7 +76,8 @@ pub(super) fn estimate(rows: &Compressed, settings: &Settings) -> Result<Scales>
         known += 1;
     }
     let other = if known > 0 && sum > 0.0 { sum / f64::from(known) } else { 1.0 };
-    let mut variance: Vec<f64> = (0..count).map(|g| own(g).unwrap_or(other).max(least[g])).collect();
+    let begin = |g: usize| hints.start.get(g).map(|s| s * s).or_else(|| own(g)).unwrap_or(other);
+    let mut variance: Vec<f64> = (0..count).map(|g| begin(g).max(least[g])).collect();
     let mut undetermined = vec![false; count];
     let (mut iterations, mut converged) = (0, false);
     while iterations < settings.group_iterations && !converged {

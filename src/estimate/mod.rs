@@ -44,13 +44,13 @@ mod inequalities;
 mod refine;
 mod whitening;
 
-pub use adjust::{Estimate, Solution, adjust, solve};
+pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
 pub use components::{Component, Components, adjust_components};
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub use fold::{Fold, Folded};
-pub use groups::ScaleUncertainty;
+pub use groups::{ScaleHints, ScaleUncertainty};
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 
 use crate::error::{Fault, Malformed, Result};

@@ -91,7 +91,7 @@ pub(super) fn run(
         let step = step::solve(campaign, &design, settings)?;
         return Ok((design, step, None));
     }
-    let first = Linear::at(campaign, &design, settings)?;
+    let first = Linear::at(campaign, &design, None, settings)?;
     let unknowns = campaign.unknowns();
     let linear = design.point.iter().zip(&first.change).take(unknowns).map(|(x, dx)| x + dx).collect();
     let rank = first.rank;
@@ -109,7 +109,7 @@ pub(super) fn run(
         walk.holds = true;
         walk.iterations.clear();
         walk.hold(&mut held);
-        let first = Linear::at(campaign, &held, settings)?;
+        let first = Linear::at(campaign, &held, None, settings)?;
         (design, stop) = walk.go(held, first)?;
     }
     let step = step::solve(campaign, &design, settings)?;
@@ -164,7 +164,7 @@ impl Walk<'_> {
             self.iterations.push(Iteration { sum_of_squares: before, step: length, share });
             let Some(next) = next else { return Ok((design, Some(Stop::NoDescent))) };
             // derivatives beyond the range of numbers: the last good point stands
-            let Ok(adjusted) = Linear::at(self.campaign, &next, self.settings) else {
+            let Ok(adjusted) = Linear::at(self.campaign, &next, Some(&step), self.settings) else {
                 return Ok((design, Some(Stop::OutOfRange)));
             };
             (design, step) = (next, adjusted);

@@ -1,12 +1,12 @@
 //! A linear step as Gauss-Newton needs it on its way: where to go, and how far from the readings that is.
 
 use super::step::{self, Step};
-use super::system::weigh;
+use super::system::{rounding, weigh};
 use super::{Remount, Settings};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{self, Group, System};
+use crate::estimate::{self, Group, ScaleHints, System};
 
 /// The solution of one linear problem.
 pub(super) struct Linear {
@@ -18,6 +18,8 @@ pub(super) struct Linear {
     pub residuals: Vec<f64>,
     /// Number of independent columns.
     pub rank: usize,
+    /// Scales of the groups, for the next step to begin with.
+    scales: Vec<f64>,
     weights: Weights,
 }
 
@@ -30,17 +32,24 @@ enum Weights {
 }
 
 impl Linear {
-    /// Solve at a design's point. Errors: those of [`step::solve`].
-    pub fn at(campaign: &Campaign, design: &DesignMatrix, settings: &Settings) -> Result<Self> {
+    /// Solve at a design's point, after the solution at another point if there is one. Errors: those of [`step::solve`].
+    pub fn at(
+        campaign: &Campaign,
+        design: &DesignMatrix,
+        before: Option<&Linear>,
+        settings: &Settings,
+    ) -> Result<Self> {
         let plain = campaign.constraints.is_empty() && settings.robust.is_none() && settings.remount == Remount::No;
         if !plain {
             return Ok(Linear::from(step::solve(campaign, design, settings)?));
         }
         let system = weigh(campaign, design, settings.weighting)?;
-        let found = estimate::solve(&system, &settings.adjust)?;
+        let hints =
+            ScaleHints { start: before.map_or(&[], |step| &step.scales), least: &rounding(campaign, design, &system) };
+        let found = estimate::solve(&system, &hints, &settings.adjust)?;
         let weights = weights(&system, |g| found.group_scale.get(g).copied());
         let (change, residuals, rank) = (found.solution, found.residuals, found.rank);
-        Ok(Linear { system, change, residuals, rank, weights: Weights::Rows(weights) })
+        Ok(Linear { system, change, residuals, rank, scales: found.group_scale, weights: Weights::Rows(weights) })
     }
 
     /// What the step makes smaller: the weighted sum of squares, with the whitened rows' covariance or the robust weights of this step.
@@ -80,7 +89,7 @@ impl From<Step> for Linear {
             }
         };
         let (residuals, rank) = (step.estimate.residuals, step.estimate.rank);
-        Linear { system: step.system, change: step.change, residuals, rank, weights }
+        Linear { system: step.system, change: step.change, residuals, rank, scales: Vec::new(), weights }
     }
 }
 

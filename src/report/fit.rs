@@ -213,6 +213,9 @@ pub struct FitSummary {
     pub variance: String,
     /// Estimated standard deviation of each sensor whose scatter was estimated.
     pub sensor_sd: BTreeMap<String, Option<f64>>,
+    /// Sensors whose readings scatter by no more than the rounding of their numbers; their standard deviation is that rounding.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at_rounding: Vec<String>,
     /// Largest difference between exact and linear model at the solution, in units of the readings' standard uncertainty.
     pub linearisation_error: Option<f64>,
     /// Is the answer "rejected" (rank defect, failed global test, no convergence)?
@@ -446,6 +449,7 @@ fn summary(fit: &Fit) -> FitSummary {
         condition: estimate.condition.and_then(finite),
         variance: if estimated { "estimated" } else { "stated" }.into(),
         sensor_sd,
+        at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
         linearisation_error: fit.linearisation_error,
         rejected: fit.is_rejected(),
     }

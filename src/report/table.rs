@@ -245,10 +245,14 @@ fn summary(report: &FitReport) -> String {
         _ => {
             for (sensor, sd) in &fit.sensor_sd {
                 match sd {
-                    Some(sd) => text.push_str(&format!(
-                        "residual sd of {sensor}: {}, estimated from these readings\n",
-                        significant(*sd, 4)
-                    )),
+                    Some(sd) => {
+                        let how = if fit.at_rounding.contains(sensor) {
+                            "the rounding of its readings, which show no scatter"
+                        } else {
+                            "estimated from these readings"
+                        };
+                        text.push_str(&format!("residual sd of {sensor}: {}, {how}\n", significant(*sd, 4)));
+                    }
                     None => text.push_str(&format!(
                         "residual sd of {sensor}: none (no degrees of freedom), so no uncertainty can be given\n"
                     )),
