@@ -20,6 +20,7 @@ mod plan;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod separation;
 pub mod series;
 pub mod table;
 
@@ -31,11 +32,11 @@ pub use diagnose::{
 };
 pub use diagnose_table::diagnose_table;
 pub use fit::{
-    ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
-    FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
-    fit_report, position_keys,
+    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
+    IterationReport, KnownReport, ParameterReport, ReadingReport, fit_report,
 };
 pub use provenance::Input;
+pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
 pub use fit_checks::{
     ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,

@@ -1,8 +1,8 @@
 //! The report of a plan: how well a schedule will do, and the better one.
 
-use super::{ARCSEC, CombinationReport, NotEstimableReport, PositionReport, VERSION, position_keys};
+use super::separation::not_estimable;
+use super::{ARCSEC, NotEstimableReport, PositionReport, VERSION, position_keys};
 use crate::campaign::{Campaign, Kind};
-use crate::fit::{NamedCombination, Separation};
 use crate::plan::{Goal, Improvement, Judgement, Noise, Reached, Work};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -344,19 +344,6 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement) -> JudgementRepo
                 }
             })
             .collect(),
-    }
-}
-
-fn not_estimable(campaign: &Campaign, separation: &Separation) -> NotEstimableReport {
-    let combination = |c: &NamedCombination| CombinationReport {
-        combination: c.terms.iter().cloned().collect(),
-        text: c.text.clone(),
-    };
-    NotEstimableReport {
-        combination: separation.free.terms.iter().cloned().collect(),
-        text: separation.free.text.clone(),
-        estimable: separation.estimable.iter().map(combination).collect(),
-        separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
     }
 }
 
