@@ -3,7 +3,8 @@
 use tumble::algebra::Expression;
 use tumble::campaign::{Campaign, Readings};
 use tumble::error::Fault;
-use tumble::plan::{self, Blocks, Costs, Criterion, Goal, Noise, Offer, Order, Request, Term, Unit, Zone};
+use tumble::plan::{self, Blocks, Costs, Criterion, Goal, Noise, Objective, Offer, Order, Request, Term, Unit, Zone};
+use tumble::simulate::Regressor;
 use tumble::wire::{self, Source};
 use tumble::{fit, report};
 
@@ -75,14 +76,40 @@ fn information(blocks: &Blocks, chosen: &[usize]) -> Vec<Vec<f64>> {
     m
 }
 
-/// Trace of the inverse by cofactors.
-fn trace_of_inverse(m: &[Vec<f64>]) -> f64 {
+/// Inverse by cofactors, independent of the crate.
+fn inverse(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = m.len();
-    let minor = |k: usize| {
-        let keep: Vec<usize> = (0..n).filter(|i| *i != k).collect();
-        determinant(keep.iter().map(|&i| keep.iter().map(|&j| m[i][j]).collect()).collect())
+    let whole = determinant(m.to_vec());
+    let minor = |a: usize, b: usize| {
+        let rows = (0..n).filter(|i| *i != a);
+        determinant(rows.map(|i| (0..n).filter(|j| *j != b).map(|j| m[i][j]).collect()).collect())
     };
-    (0..n).map(minor).sum::<f64>() / determinant(m.to_vec())
+    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+    (0..n).map(|i| (0..n).map(|j| sign(i + j) * minor(j, i) / whole).collect()).collect()
+}
+
+/// The objective of a choice from its definition; infinite where it is singular.
+fn by_definition(blocks: &Blocks, objective: &Objective, chosen: &[usize]) -> f64 {
+    let m = information(blocks, chosen);
+    let whole = determinant(m.clone());
+    if whole < 1e-9 {
+        return f64::INFINITY;
+    }
+    let n = blocks.unknowns();
+    match objective {
+        Objective::Determinant => -whole.ln(),
+        Objective::Trace(w) => {
+            let c = inverse(&m);
+            (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| w[i * n + j] * c[i][j]).sum()
+        }
+        Objective::Largest(rows) => {
+            let c = inverse(&m);
+            let quadratic =
+                |x: &[f64]| -> f64 { (0..n).map(|i| (0..n).map(|j| x[i] * c[i][j] * x[j]).sum::<f64>()).sum() };
+            let all = (0..rows.count()).flat_map(|j| (0..rows.rows()).map(move |r| (j, r)));
+            all.map(|(j, r)| quadratic(&rows.row(j, r))).fold(0.0, f64::max)
+        }
+    }
 }
 
 /// All multisets of `count` out of `of`, each at most `repeats` times.
@@ -110,32 +137,40 @@ fn uneven(count: usize, rows: usize, n: usize) -> Blocks {
     })
 }
 
+/// Every criterion, with and without a limit on repeats, portions of one row and of several: the exchange ends at the best of all designs.
 #[test]
 fn exchange_finds_what_full_enumeration_finds() {
-    for (count, rows, n, choose, repeats) in
-        [(9, 1, 3, 4, 9), (9, 1, 3, 5, 1), (7, 2, 3, 3, 7), (8, 2, 4, 3, 1), (10, 1, 4, 6, 2)]
-    {
+    println!("{:>24} {:>9} {:>12} {:>12} {:>12} {:>12}", "case", "designs", "D", "A", "c", "G");
+    for (count, rows, n, choose, repeats) in [
+        (9, 1, 3, 4, 9),
+        (9, 1, 3, 5, 1),
+        (7, 2, 3, 3, 7),
+        (8, 2, 4, 3, 1),
+        (10, 1, 4, 6, 2),
+        (6, 4, 3, 3, 6),
+        (7, 3, 5, 4, 2),
+    ] {
         let blocks = uneven(count, rows, n);
         let all = multisets(count, choose, repeats);
-        let best_det = all.iter().map(|s| determinant(information(&blocks, s))).fold(0.0, f64::max);
-        let best_trace = all
-            .iter()
-            .map(|s| information(&blocks, s))
-            .filter(|m| determinant(m.clone()) > 1e-9)
-            .map(|m| trace_of_inverse(&m))
-            .fold(f64::INFINITY, f64::min);
-        let d = plan::choose(&blocks, choose, repeats, None, 50, 3, true).unwrap();
-        assert_close(d.value.exp(), best_det, 1e-9);
-        assert_close(determinant(information(&blocks, &d.chosen)), best_det, 1e-9);
-        assert!(d.bound.unwrap() >= d.value - 1e-12, "the bound must not be beaten");
-        let identity: Vec<f64> = (0..n * n).map(|k| if k % (n + 1) == 0 { 1.0 } else { 0.0 }).collect();
-        let a = plan::choose(&blocks, choose, repeats, Some(&identity), 50, 3, true).unwrap();
-        assert_close(a.value, best_trace, 1e-9);
-        assert!(a.bound.unwrap() <= a.value * (1.0 + 1e-12), "the bound must not be beaten");
-        println!(
-            "{choose} of {count} x {rows}, {n} unknowns: {} designs; det {best_det:.6}, trace {best_trace:.6}",
-            all.len()
-        );
+        let square = |f: &dyn Fn(usize, usize) -> f64| (0..n * n).map(|k| f(k / n, k % n)).collect::<Vec<f64>>();
+        let sum = Objective::Trace(square(&|i, j| f64::from(u8::from(i == j))));
+        let one = Objective::Trace(square(&|i, j| ((i + 1) * (j + 1)) as f64));
+        let mut line = format!("{choose:>2} of {count:>2} x {rows}, {n} unknowns {:>9}", all.len());
+        for objective in [Objective::Determinant, sum, one, Objective::Largest(blocks.clone())] {
+            let best = all.iter().map(|s| by_definition(&blocks, &objective, s)).fold(f64::INFINITY, f64::min);
+            let found = plan::choose(&blocks, choose, repeats, &objective, 60, 3, true).unwrap();
+            assert!(
+                (found.value - best).abs() <= 1e-9 * best.abs().max(1.0),
+                "{choose} of {count} x {rows}: {} {best}",
+                found.value
+            );
+            assert!((by_definition(&blocks, &objective, &found.chosen) - best).abs() <= 1e-9 * best.abs().max(1.0));
+            let (bound, reach) = (found.bound.unwrap(), found.weights_reach.unwrap());
+            assert!(bound <= best + 1e-9 * best.abs(), "the bound must not be beaten: {bound} {best}");
+            assert!(bound <= reach + 1e-12 * reach.abs(), "{bound} {reach}");
+            line.push_str(&format!(" {best:>12.6}"));
+        }
+        println!("{line}");
     }
 }
 
@@ -144,11 +179,42 @@ fn exchange_finds_what_full_enumeration_finds() {
 #[test]
 fn bound_of_the_parabola() {
     let parabola = Blocks::from_fn(41, 1, 3, |j, _, c| (j as f64 / 20.0 - 1.0).powi(c as i32));
-    let best = plan::choose(&parabola, 6, usize::MAX, None, 10, 1, true).unwrap();
+    let best = plan::choose(&parabola, 6, usize::MAX, &Objective::Determinant, 10, 1, true).unwrap();
     assert_eq!(best.chosen, [0, 0, 20, 20, 40, 40]);
-    assert_close(best.value.exp(), 32.0, 1e-12);
-    let efficiency = ((best.value - best.bound.unwrap()) / 3.0).exp();
+    assert_close((-best.value).exp(), 32.0, 1e-12);
+    let efficiency = ((best.bound.unwrap() - best.value) / 3.0).exp();
     assert!(efficiency > 0.9999 && efficiency <= 1.0 + 1e-12, "{efficiency}");
+}
+
+/// Efficiencies of the shipped table's bench: which shortfall is the bound's, which is that few portions cannot follow the weights. On 16 and 25
+/// mountings every multiset of five is enumerated, so that the search is proven to end at the best there is.
+#[test]
+fn efficiencies_and_why_they_fall_short() {
+    let campaign = published();
+    let noise = Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
+    let criteria = [Criterion::D, Criterion::A, Criterion::G, Criterion::C("dtheta_z2".into())];
+    println!("{:>26} {:>12} {:>11} {:>10}", "30 readings, 5 mountings", "criterion", "efficiency", "bound gap");
+    for (unit, step) in [
+        (Unit::Mounting, 36.0),
+        (Unit::Mounting, 45.0),
+        (Unit::Mounting, 72.0),
+        (Unit::Mounting, 90.0),
+        (Unit::Pair, 36.0),
+        (Unit::Reading, 36.0),
+    ] {
+        for criterion in &criteria {
+            let request = Request { readings: 30, unit, criterion: criterion.clone(), ..Request::default() };
+            let best = plan::improve(&campaign, &offer(&campaign, noise.clone(), step), &request).unwrap();
+            let (efficiency, gap) = (best.efficiency.unwrap(), best.bound_gap.unwrap());
+            println!(
+                "{:>14?} {step:>4} deg {:>16} {efficiency:>11.4} {gap:>10.1e} hits {} check {:?}",
+                unit,
+                format!("{criterion:?}"),
+                best.hits,
+                best.check
+            );
+        }
+    }
 }
 
 /// A schedule judged with the scatter of a fit's own residuals must promise what that fit reports.
@@ -320,12 +386,12 @@ fn positions_that_tell_two_effects_apart() {
     let noise = Noise::new(&campaign, &[("y".into(), 0.1)], &[]).unwrap();
     let candidates = line("[-1, -0.7, 0, 0.4, 0.7, 1]").readings;
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
-    let term = |text: &str| Term { sensor: 0, line: Expression::parse(text).unwrap() };
-    let apart = plan::discriminate(&campaign, &offer, [&term("x^2"), &term("x^4")], 2).unwrap();
+    let term = |text: &str| Term { sensor: Some(0), regressor: Regressor::Term(Expression::parse(text).unwrap()) };
+    let apart = plan::discriminate(&campaign, &offer, [&term("x^2"), &term("x^4")], 2, 20, 1).unwrap();
     assert_eq!(apart.before, [None, None]);
     assert!(apart.after.iter().all(Option::is_some) && apart.positions.len() >= 2);
     // the same term twice is told apart by nothing
-    let same = plan::discriminate(&campaign, &offer, [&term("x^2"), &term("x*x")], 2).unwrap();
+    let same = plan::discriminate(&campaign, &offer, [&term("x^2"), &term("x*x")], 2, 20, 1).unwrap();
     assert!(same.positions.is_empty() && same.after == [None, None]);
 }
 

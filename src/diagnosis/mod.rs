@@ -15,6 +15,7 @@
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
+//! | `foresee.rs` | what a diagnosis could find on a schedule |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
 //!
@@ -25,6 +26,7 @@ mod arena;
 mod candidates;
 mod catalogue;
 mod finding;
+mod foresee;
 mod holdout;
 mod noise;
 mod places;
@@ -37,6 +39,7 @@ mod support;
 pub use candidates::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding};
+pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
 pub use noise::NoiseFrom;
 pub use places::{Cell, Level, Place};
