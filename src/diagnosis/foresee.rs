@@ -30,7 +30,7 @@ pub struct Rule {
     pub significance: f64,
     /// Probability of seeing an effect of the smallest size.
     pub power: f64,
-    /// Distinct directions among the effects.
+    /// Distinct directions among the effects, at small tilts.
     pub tests: usize,
     /// `delta`, with the noise known.
     pub noncentrality: f64,
@@ -128,6 +128,8 @@ const ZERO: f64 = 1e-9;
 const ONE_DIRECTION: f64 = 1e-6;
 /// General positions that are looked at beside the schedule.
 const GENERAL: usize = 24;
+/// Small tilts, radians: 100 arcsec.
+const SMALL: f64 = 5e-4;
 /// A parameter that takes up less than this share of an absorbed effect is not named.
 const TAKES_PART: f64 = 0.01;
 
@@ -175,7 +177,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         });
     }
     let (mut groups, cosines) = alike(&pool, &mut prospects);
-    let rule = rule(groups.len(), estimate.dof);
+    let rule = rule(directions(campaign, catalogue, &model, noise)?.max(groups.len()), estimate.dof);
     for prospect in &mut prospects {
         let Some(u) = prospect.u else { continue };
         let minimal = rule.noncentrality * u;
@@ -209,6 +211,32 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let passed_over =
         catalogue.iter().map(|e| (e.name.clone(), lacks(&e.needs))).filter(|(_, l): &(_, Vec<_>)| !l.is_empty());
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
+}
+
+/// Distinct directions at small tilts of no special size: what vanishes at zero tilts only is tried by a diagnosis all the same.
+fn directions(campaign: &Campaign, catalogue: &[Effect], model: &Model, noise: &Noise) -> Result<usize> {
+    let mut point = campaign.reference_point();
+    for (k, (parameter, value)) in campaign.parameters.iter().zip(&mut point).enumerate() {
+        if parameter.kind == Kind::Tilt && matches!(parameter.role, crate::campaign::Role::Estimated { .. }) {
+            *value += SMALL * (1.0 + 0.618_034 * k as f64).sin();
+        }
+    }
+    let design = design::assemble(campaign, model, &point)?;
+    let system = plan::system(campaign, &design, noise);
+    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let effects = columns(campaign, catalogue, model, &design)?;
+    let weight: Vec<f64> = system.u.iter().map(|u| 1.0 / u).collect();
+    // scores against a direction of no special kind are alike only where the columns are
+    let general: Vec<f64> = (0..weight.len()).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
+    let matrix = Mat::from_fn(weight.len(), effects.len(), |i, j| {
+        effects.get(j).and_then(|(e, _)| e.column.get(i)).copied().unwrap_or_default() * weight[i]
+    });
+    let pool = Pool::new(matrix, estimate.factor.thin_q(), &general);
+    let mut scores: Vec<f64> =
+        pool.scores().iter().zip(pool.visible()).filter(|(_, v)| **v > 0.0).map(|(s, _)| s.abs()).collect();
+    scores.sort_by(f64::total_cmp);
+    scores.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
+    Ok(scores.len())
 }
 
 fn rule(tests: usize, dof: usize) -> Rule {

@@ -28,24 +28,31 @@ const ITERATIONS: usize = 5000;
 const EFFORT: f64 = 3e9;
 /// Stop when the bound is this near the value reached (relative, for one unknown).
 const NEAR: f64 = 1e-5;
+/// The bound needs all candidates; between bounds so many steps are made with those that have weight.
+const STEPS: usize = 10;
+/// A candidate with less weight than this, and less than the mean gain, takes no further part: its weight would only go on shrinking.
+const WEIGHTLESS: f64 = 1e-9;
 
 /// Bound on designs of `choose` candidates; `None` where even all candidates together leave a defect.
 pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose: usize) -> Option<Bound> {
     let (n, count) = (blocks.unknowns(), blocks.count());
     let total = choose as f64;
-    let mut weights = vec![1.0 / count as f64; count];
     let mut best: Option<Bound> = None;
     let mut reached = f64::INFINITY;
-    let (mut gain, mut sums, mut work) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
+    // candidates that still take part, their rows and their weights
+    let mut active: Vec<usize> = (0..count).collect();
+    let mut rows = blocks.clone();
+    let mut weights = vec![1.0 / count as f64; count];
     let mut predicted = match objective {
         Objective::Largest(rows) => Some(Predicted::new(rows)),
         _ => None,
     };
-    let rows = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
-    let most = ((EFFORT / (2.0 * (rows * n * n) as f64)) as usize).clamp(50, ITERATIONS);
-    for _ in 0..most {
+    let determinant = matches!(objective, Objective::Determinant);
+    let size = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
+    let most = ((EFFORT / (2.0 * (size * n * n) as f64)) as usize).clamp(50, ITERATIONS);
+    for iteration in 0..most {
         // the best weights for one quantity may leave others undetermined: then they are as near as rounding allows
-        let Some((inverse, log_det)) = invert(&weighted(blocks, base, total, &weights), n) else { break };
+        let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else { break };
         // value of the smooth objective at these weights, and the matrix whose quadratic forms are its slopes
         let (slopes, value, here) = match (objective, &mut predicted) {
             (Objective::Trace(w), _) => {
@@ -59,34 +66,52 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose
             }
             _ => (inverse, -log_det, -log_det),
         };
-        gain.fill(0.0);
-        for r in 0..blocks.rows() {
-            blocks.quadratic(r, r, &slopes, &mut sums, &mut work);
-            gain.iter_mut().zip(&sums).for_each(|(g, d)| *g += d);
-        }
-        let most = gain.iter().copied().fold(0.0, f64::max);
+        let gain = gains(&rows, &slopes);
         let mean = dot(&gain, &weights);
-        let determinant = matches!(objective, Objective::Determinant);
-        let lower = if determinant {
-            value - total * (most - mean)
-        } else {
-            // tr(W M^-1)^2 <= tr(W M*^-1) tr(M* M^-1 W M^-1) by Cauchy and Schwarz, for every M*
-            value * value / (value + total * (most - mean))
-        };
         reached = here.min(reached);
-        if best.as_ref().is_none_or(|b| lower > b.value) {
-            best = Some(Bound { value: lower, reached, weights: weights.clone() });
+        if iteration % STEPS == 0 {
+            let most = gains(blocks, &slopes).into_iter().fold(0.0, f64::max);
+            let lower = if determinant {
+                value - total * (most - mean)
+            } else {
+                // tr(W M^-1)^2 <= tr(W M*^-1) tr(M* M^-1 W M^-1) by Cauchy and Schwarz, for every M*
+                value * value / (value + total * (most - mean))
+            };
+            if best.as_ref().is_none_or(|b| lower > b.value) {
+                let mut all = vec![0.0; count];
+                active.iter().zip(&weights).for_each(|(j, w)| all[*j] = *w);
+                best = Some(Bound { value: lower, reached, weights: all });
+            }
+            let near = if determinant { NEAR * n as f64 } else { NEAR * reached.abs() };
+            if best.as_ref().is_some_and(|b| reached - b.value <= near) || !(mean > 0.0) {
+                break;
+            }
+            let stays: Vec<bool> = weights.iter().zip(&gain).map(|(w, g)| *w > WEIGHTLESS || *g >= mean).collect();
+            if 4 * stays.iter().filter(|stays| **stays).count() < 3 * active.len() {
+                let kept = |k: &usize| stays.get(*k).copied().unwrap_or(false);
+                let places: Vec<usize> = (0..active.len()).filter(kept).collect();
+                (active, weights) = places.iter().map(|k| (active[*k], weights[*k])).unzip();
+                rows = blocks.subset(&active);
+                continue;
+            }
         }
-        let near = if determinant { NEAR * n as f64 } else { NEAR * reached.abs() };
-        if best.as_ref().is_some_and(|b| reached - b.value <= near) || !(mean > 0.0) {
-            break;
-        }
-        let power = if determinant { 1.0 } else { 0.5 };
-        weights.iter_mut().zip(&gain).for_each(|(w, g)| *w *= (g / mean).powf(power));
+        let step = |g: f64| if determinant { g / mean } else { (g / mean).sqrt() };
+        weights.iter_mut().zip(&gain).for_each(|(w, g)| *w *= step(*g));
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum);
     }
     best.map(|b| Bound { reached, ..b })
+}
+
+/// `tr(Xj B Xj')` of every candidate.
+fn gains(blocks: &Blocks, b: &[f64]) -> Vec<f64> {
+    let count = blocks.count();
+    let (mut gain, mut sums, mut work) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
+    for r in 0..blocks.rows() {
+        blocks.quadratic(r, r, b, &mut sums, &mut work);
+        gain.iter_mut().zip(&sums).for_each(|(g, d)| *g += d);
+    }
+    gain
 }
 
 /// Weights of predicted rows: mass where the variance is largest.
@@ -133,7 +158,7 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
         for a in 0..n {
             let scaled: Vec<f64> = blocks.column(r, a).iter().zip(weights).map(|(x, w)| total * x * w).collect();
             for b in 0..=a {
-                let sum = dot(&scaled, blocks.column(r, b));
+                let sum = lanes(&scaled, blocks.column(r, b));
                 m[a * n + b] += sum;
                 if a != b {
                     m[b * n + a] += sum;
@@ -164,4 +189,17 @@ fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
 /// `M(w)^-1` of an approximate design.
 pub(super) fn inverse(blocks: &Blocks, base: &[f64], choose: usize, bound: &Bound) -> Option<Vec<f64>> {
     invert(&weighted(blocks, base, choose as f64, &bound.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
+}
+
+/// Scalar product of long vectors, in eight lanes.
+fn lanes(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = dot(left.remainder(), right.remainder());
+    for (x, y) in left.zip(right) {
+        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
+            *sum += x * y;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }

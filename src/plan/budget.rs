@@ -7,7 +7,7 @@
 //! Exchanges as for a fixed number, among partners that the budget allows; then whole mountings are moved, closed and filled up again.
 //! Every start has its own number of mountings, from one to as many as the budget pays for.
 
-use super::blocks::{add_outer, dot, invert};
+use super::blocks::{add_outer, dot, invert, times};
 use super::effort::{Costs, mounting};
 use super::exchange::{Design, Problem, WORTH, best_of, improve_state, information, value};
 use super::pool::Pool;
@@ -56,23 +56,41 @@ impl Prices {
 
     /// Cost of a list of portions.
     pub fn of(&self, chosen: impl Iterator<Item = usize>) -> f64 {
-        // readings, first state and whether there is another, of each place
-        let mut used: HashMap<usize, (usize, usize, bool)> = HashMap::new();
+        let mut used: Vec<(usize, usize)> =
+            chosen.filter_map(|k| Some((*self.place.get(k)?, *self.state.get(k)?))).collect();
+        used.sort_unstable();
+        let own = |same: &[(usize, usize)]| {
+            let changes = self.size > 1 || same.first() != same.last();
+            self.of_mounting(same.len(), changes)
+        };
+        used.chunk_by(|a, b| a.0 == b.0).map(own).sum()
+    }
+
+    /// Cost of one mounting with so many portions.
+    fn of_mounting(&self, portions: usize, changes: bool) -> f64 {
+        let readings = portions * self.size;
+        let changed = if changes { readings.saturating_sub(1) } else { 0 };
+        self.costs.mounting + self.costs.reading * readings as f64 + self.costs.rate_change * changed as f64
+    }
+
+    /// What each portion would add to the cost of a list.
+    fn further(&self, chosen: &[usize]) -> Vec<f64> {
+        // portions, first state and whether there is another, of each place
+        let mut used: Vec<(usize, usize, bool)> = vec![(0, 0, false); self.places];
         for k in chosen {
-            let (Some(place), Some(state)) = (self.place.get(k), self.state.get(k)) else { continue };
-            let own = used.entry(*place).or_insert((0, *state, self.size > 1));
-            own.0 += self.size;
-            own.2 |= own.1 != *state;
+            let (Some(state), Some(own)) = (self.state.get(*k), self.place.get(*k).and_then(|p| used.get_mut(*p)))
+            else {
+                continue;
+            };
+            *own = if own.0 == 0 { (1, *state, self.size > 1) } else { (own.0 + 1, own.1, own.2 || own.1 != *state) };
         }
-        let mut sum = 0.0;
-        let mut all: Vec<&(usize, usize, bool)> = used.values().collect();
-        all.sort_unstable();
-        for (readings, _, changes) in all {
-            let changed = if *changes { readings.saturating_sub(1) } else { 0 };
-            sum +=
-                self.costs.mounting + self.costs.reading * *readings as f64 + self.costs.rate_change * changed as f64;
-        }
-        sum
+        let more = |(place, state): (&usize, &usize)| match used.get(*place) {
+            Some((portions, first, changes)) if *portions > 0 => {
+                self.of_mounting(portions + 1, *changes || first != state) - self.of_mounting(*portions, *changes)
+            }
+            _ => self.of_mounting(1, self.size > 1),
+        };
+        self.place.iter().zip(&self.state).map(more).collect()
     }
 
     /// Is a list within the budget?
@@ -133,32 +151,37 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
     let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
     let mut m = information(blocks, problem.base, chosen);
     let little = 1e-6 * (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d)).max(1e-6);
-    (0..n).filter_map(|i| Some(i * n + i)).for_each(|d| m[d] += little);
+    m.iter_mut().step_by(n + 1).for_each(|d| *d += little);
+    let Some((mut inverse, _)) = invert(&m, n) else { return };
     let mut used = vec![0_usize; blocks.count()];
     chosen.iter().for_each(|k| used[*k] += 1);
     let mut spent = prices.of(chosen.iter().copied());
-    while let Some((inverse, _)) = invert(&m, n) {
-        let mut best: Option<(f64, usize, f64)> = None;
-        for (k, used) in used.iter().enumerate() {
-            let after = prices.of(chosen.iter().copied().chain([k]));
-            if *used >= problem.most_repeats || after > prices.budget * (1.0 + 1e-12) {
-                continue;
-            }
-            let told: f64 = (0..blocks.rows())
-                .map(|r| blocks.row(k, r))
-                .map(|x| dot(&x, &super::blocks::times(&inverse, &x)).ln_1p())
-                .sum();
-            let gain = told / (after - spent).max(1e-9);
-            if best.is_none_or(|(most, ..)| gain > most) {
-                best = Some((gain, k, after));
+    let (mut told, mut sums, mut work) = (vec![0.0_f64; used.len()], vec![0.0; used.len()], vec![0.0; used.len()]);
+    // free readings without end are no design
+    while chosen.len() < MOST {
+        told.fill(0.0);
+        for r in 0..blocks.rows() {
+            blocks.quadratic(r, r, &inverse, &mut sums, &mut work);
+            told.iter_mut().zip(&sums).for_each(|(told, d)| *told += d.ln_1p());
+        }
+        let further = prices.further(chosen);
+        let mut best: Option<(f64, usize)> = None;
+        for (k, (told, more)) in told.iter().zip(&further).enumerate() {
+            let allowed = used[k] < problem.most_repeats && spent + more <= prices.budget * (1.0 + 1e-12);
+            let gain = told / more.max(1e-9);
+            if allowed && best.is_none_or(|(most, _)| gain > most) {
+                best = Some((gain, k));
             }
         }
-        // free readings without end are no design
-        let Some((_, k, after)) = best.filter(|_| chosen.len() < MOST) else { break };
-        (0..blocks.rows()).for_each(|r| add_outer(&mut m, 1.0, &blocks.row(k, r)));
+        let Some((_, k)) = best else { break };
+        for r in 0..blocks.rows() {
+            let x = blocks.row(k, r);
+            let w = times(&inverse, &x);
+            add_outer(&mut inverse, -1.0 / (1.0 + dot(&x, &w)), &w);
+        }
         used[k] += 1;
+        spent += further[k];
         chosen.push(k);
-        spent = after;
     }
 }
 

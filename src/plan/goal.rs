@@ -5,7 +5,7 @@ use super::bound::bound;
 use super::criterion::weight_matrix;
 use super::effort::{Offer, mounting, positions_only};
 use super::exchange::{Objective, Problem, best_of_starts, information};
-use super::improve::{Improvement, Request, schedule_rows};
+use super::improve::{Improvement, Request, relabelled, schedule_rows};
 use super::judge::{Judgement, check_question, judge};
 use super::order::{Order, ordered};
 use super::pool::Pool;
@@ -96,6 +96,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     if request.order != Order::Abba {
         schedule = campaign.with_readings(ordered(&schedule, noise, request.order, request.seed)?);
     }
+    schedule = campaign.with_readings(relabelled(kept, schedule.readings));
     let judgement = judge(&schedule, noise, costs)?;
     let largest_share = largest_share(&judgement, goals);
     Ok(Reached {

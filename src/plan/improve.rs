@@ -137,7 +137,8 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
     };
     let rows = schedule_rows(kept, &pool, &design.chosen, remounts);
     let unordered = campaign.with_readings(Readings { columns: kept.columns.clone(), rows });
-    let schedule = campaign.with_readings(ordered(&unordered, noise, request.order, request.seed)?);
+    let run = ordered(&unordered, noise, request.order, request.seed)?;
+    let schedule = campaign.with_readings(relabelled(kept, run));
     let judgement = judge(&schedule, noise, costs)?;
     Ok(Improvement {
         check: check(&schedule, noise, &pool, &objective, &design)?,
@@ -247,6 +248,21 @@ pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repe
         rows.extend(portion.iter().map(|r| Reading { position: label.clone(), ..r.clone() }));
     }
     rows
+}
+
+/// New mountings numbered in the order in which they are run; labels that were kept stay.
+pub(super) fn relabelled(kept: &Readings, mut run: Readings) -> Readings {
+    let old: Vec<&str> = kept.rows.iter().map(|r| r.position.as_str()).collect();
+    let mut next = 1 + old.iter().filter_map(|label| label.parse::<usize>().ok()).max().unwrap_or(0);
+    let mut names: std::collections::HashMap<String, String> = std::collections::HashMap::new();
+    for reading in run.rows.iter_mut().filter(|r| !old.contains(&r.position.as_str())) {
+        let label = names.entry(reading.position.clone()).or_insert_with(|| {
+            next += 1;
+            (next - 1).to_string()
+        });
+        reading.position.clone_from(label);
+    }
+    run
 }
 
 /// The criterion from a fresh QR of the final schedule, against the value that the exchange ended with.

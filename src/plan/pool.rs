@@ -51,7 +51,7 @@ impl Pool {
         noise: &Noise,
         terms: &[Term],
     ) -> Result<Pool> {
-        let portions = portions(candidates, unit)?;
+        let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, unit)?;
         let n = campaign.unknowns() + terms.len();
         let mut rows = whitened(campaign, kept, noise, terms, false)?;
         for (k, u) in priors(campaign) {

@@ -55,7 +55,7 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
     let fitted: Vec<Vec<f64>> = (0..terms.len()).map(|t| estimate.factor.solve(&column(t))).collect::<Result<_>>()?;
     let residual: Vec<Vec<f64>> =
         (0..terms.len()).map(|t| estimate.factor.project_out(&column(t))).collect::<Result<_>>()?;
-    let portions = portions(candidates, Unit::Reading)?;
+    let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, Unit::Reading)?;
     let flat: Vec<Reading> = portions
         .iter()
         .enumerate()

@@ -194,6 +194,8 @@ pub(super) struct GroupLine {
     /// Other members, then near groups with their cosines.
     pub alike: Vec<String>,
     pub near: Vec<String>,
+    /// The nearest group, in few words.
+    pub nearest: Option<String>,
 }
 
 /// Groups as lines, in their order.
@@ -217,6 +219,7 @@ pub(super) fn group_lines(report: &ForesightReport) -> Vec<GroupLine> {
                 .as_ref()
                 .map_or(String::new(), |m| format!("{} by {} u", m.parameter, super::table::significant(m.in_u, 2))),
             alike: group.members.iter().skip(1).cloned().collect(),
+            nearest: group.near.first().map(|n| format!("nearly {} ({:+.2})", n.regressor, n.cosine)),
             near: group
                 .near
                 .iter()

@@ -27,15 +27,17 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
         .iter()
         .take(LISTED)
         .map(|line| {
-            let mut alike = line.alike.clone();
-            alike.extend(line.near.iter().map(|near| format!("nearly {near}")));
+            let alike = match &line.nearest {
+                Some(nearest) if line.alike.is_empty() => nearest.clone(),
+                _ => some_of(&line.alike, 2),
+            };
             vec![
                 line.effect.clone(),
                 significant(line.minimal, 3),
                 line.unit.clone(),
                 format!("{} u", significant(line.at_a_reading, 2)),
                 line.moves.clone(),
-                some_of(&alike, 2),
+                alike,
             ]
         })
         .collect();

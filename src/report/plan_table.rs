@@ -3,8 +3,8 @@
 use super::foresight_table::foresight_table;
 use super::table::{plain, significant};
 use super::{
-    ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport, SeparationReport,
-    ThroughTiltsReport,
+    ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PlannedPositionReport, PositionReport,
+    SeparationReport, ThroughTiltsReport,
 };
 
 fn number(value: Option<f64>) -> String {
@@ -127,6 +127,43 @@ pub(super) fn through_tilts(through: &ThroughTiltsReport) -> String {
     }
 }
 
+/// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
+pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
+    let mut lines: Vec<(String, String)> = Vec::new();
+    let mut rest = positions;
+    while let Some(first) = rest.first() {
+        // the longest run with this label in which only one key changes
+        let mut changing: Option<&str> = None;
+        let mut length = 1;
+        for other in rest.get(1..).unwrap_or_default() {
+            let same_keys = other.at.keys().eq(first.at.keys()) && other.position == first.position;
+            let different: Vec<&str> =
+                first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();
+            match different.as_slice() {
+                [] if same_keys => {}
+                [one] if same_keys && changing.is_none_or(|own| own == *one) => changing = Some(one),
+                _ => break,
+            }
+            length += 1;
+        }
+        let (run, left) = rest.split_at(length);
+        let part = |(key, value): (&String, &f64)| match changing {
+            Some(own) if own == key => {
+                let values = run.iter().filter_map(|p| p.at.get(key)).map(f64::to_string).collect::<Vec<_>>();
+                format!("{key} = {}", values.join(", "))
+            }
+            _ => format!("{key} = {value}"),
+        };
+        let mut parts: Vec<String> = first.at.iter().map(part).collect();
+        if changing.is_none() && length > 1 {
+            parts.push(format!("{length} times"));
+        }
+        lines.push((first.position.clone(), parts.join(", ")));
+        rest = left;
+    }
+    lines
+}
+
 /// Why the efficiency is below 0.99: the bound, or the few portions.
 pub(super) fn shortfall(improved: &ImprovedReport) -> Option<String> {
     let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
@@ -239,11 +276,8 @@ fn better(improved: &ImprovedReport) -> String {
     text.push_str(&plain(&["parameter", "u given", &equal, "u better", "gain", "unit"], &rows));
     text.push_str(&defects(&improved.unreachable, "cannot be determined by any choice of these candidates"));
     text.push_str("\nTo run, in this order:\n");
-    let mut before = String::new();
-    for position in &improved.positions {
-        let label = if position.position == before { String::new() } else { position.position.clone() };
-        text.push_str(&format!("  {label:>4}  {}\n", keys(&position.at)));
-        before.clone_from(&position.position);
+    for (label, place) in mountings(&improved.positions) {
+        text.push_str(&format!("  {label:>4}  {place}\n"));
     }
     if let Some(drift) = improved.judgement.drift {
         text.push_str(&format!(

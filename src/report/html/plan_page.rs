@@ -5,7 +5,7 @@ use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
-use crate::report::plan_table::{apart, shortfall, through_tilts};
+use crate::report::plan_table::{apart, mountings, shortfall, through_tilts};
 use crate::report::plot::{Spot, positions};
 use crate::report::table::significant;
 use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
@@ -113,13 +113,10 @@ fn defects(list: &[NotEstimableReport], what: &str) -> Vec<String> {
 }
 
 fn order(improved: &ImprovedReport) -> Section {
-    let mut table = Table::new(&[("#", Align::Right), ("mounting", Align::Left), ("position", Align::Left)]);
+    let mut table = Table::new(&[("mounting", Align::Left), ("position, values in the order to run", Align::Left)]);
     table.small = true;
-    let mut before = String::new();
-    for (k, position) in improved.positions.iter().enumerate() {
-        let label = if position.position == before { String::new() } else { position.position.clone() };
-        table.row(vec![(k + 1).to_string(), label, keys(&position.at)]);
-        before.clone_from(&position.position);
+    for (label, place) in mountings(&improved.positions) {
+        table.row(vec![label, place]);
     }
     let drift = improved.judgement.drift.map_or(String::new(), |d| {
         format!("In this order, a drift of one standard deviation over the run shifts a parameter by at most {} of its uncertainty.", significant(d, 2))
