@@ -620,7 +620,7 @@ fn positions_that_tell_are_best_first() {
 /// A scale factor error moves no angle at zero tilts and `x u(kI) / kI` at a tilt x: what a fit finds at tilts of 100 arcsec is what the plan promised.
 #[test]
 fn known_inputs_act_through_tilts_of_the_stated_size() {
-    let text = include_str!("../data/campaigns/li2012-table1.campaign.json").replace("\"u\": 0 }", "\"u\": 0.03 }");
+    let text = include_str!("../data/campaigns/li2012-table1.campaign.json").replace("\"u\": 0\n", "\"u\": 0.03\n");
     let campaign = campaign(&text);
     let base = Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
     let none = plan::judge(&campaign, &base, &Costs::default()).unwrap();

@@ -37,6 +37,8 @@ pub struct Candidate {
     pub rounding: bool,
     /// Is it small at every reading against what its inputs could make of it, so that only small tilts leave anything of it?
     pub vanishing: bool,
+    /// Share of its column's weighted norm that the model leaves; 1 until an arena has looked.
+    pub visible: f64,
     /// Its value at each row, `m`, zero at the rows of priors.
     pub column: Vec<f64>,
 }
@@ -187,6 +189,7 @@ impl Maker<'_> {
             existing,
             rounding: false,
             vanishing: false,
+            visible: 1.0,
             column,
         });
         Ok(())

@@ -273,7 +273,10 @@ fn columns(
         candidate.column = design.rows.iter().map(|o| at(o).copied().unwrap_or_default()).collect();
         (candidate, size)
     };
-    Ok(found.into_iter().filter(|c| !matches!(c.kind, Regressor::Reading(_))).map(keep).collect())
+    // one bad reading has its detectable bias; a wrong prior or constraint is no effect of a position
+    let other =
+        |c: &Candidate| !matches!(c.kind, Regressor::Reading(_) | Regressor::Prior(_) | Regressor::Constraint(_));
+    Ok(found.into_iter().filter(other).map(keep).collect())
 }
 
 /// Positions at no special angles, with the rates of the schedule: a term that is zero there too is zero everywhere.

@@ -86,7 +86,7 @@ fn only_position(campaign: &Campaign, candidate: &Candidate) -> bool {
             line.names().iter().all(|name| !column(name) || joint_key(name))
         }
         Regressor::Tilt(_) | Regressor::Known(_) | Regressor::Position(_) => true,
-        Regressor::Reading(_) | Regressor::Approach(_) => false,
+        Regressor::Reading(_) | Regressor::Approach(_) | Regressor::Prior(_) | Regressor::Constraint(_) => false,
     }
 }
 

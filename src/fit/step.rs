@@ -114,6 +114,15 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     })
 }
 
+/// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.
+pub(crate) fn adjust_with_equations(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Result<Estimate> {
+    let settings = crate::estimate::Settings::default();
+    match eliminate(system, &Rules::at(campaign, &design.point), campaign.unknowns()).0 {
+        Some(elimination) => adjust_on(system, &elimination, &settings),
+        None => adjust(system, &settings),
+    }
+}
+
 /// Eliminate equations; or the constraints of the campaign that contradict each other.
 fn eliminate(system: &System, rules: &Rules, unknowns: usize) -> (Option<Elimination>, Option<Vec<usize>>) {
     if rules.equations.is_empty() {

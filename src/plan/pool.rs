@@ -248,6 +248,7 @@ fn term_column(
         Regressor::Tilt(k) | Regressor::Known(k) if *k < design.jacobian.ncols() => {
             Ok(design.jacobian.col(*k).iter().copied().collect())
         }
+        Regressor::Prior(_) | Regressor::Constraint(_) => Ok(vec![0.0; design.rows.len()]),
         Regressor::Reading(_) | Regressor::Position(_) | Regressor::Approach(_) if further => {
             Ok(vec![0.0; design.rows.len()])
         }
