@@ -49,16 +49,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             .expected("--measured FILE with measured navigation errors"));
     }
     let (campaign, source) = files::campaign(&arguments.campaign)?;
-    let own = match &arguments.effects {
-        Some(path) => Some(files::read(path)?),
-        None => None,
-    };
-    let catalogue = catalogue(own.as_ref())?;
+    let catalogue = catalogue(arguments.effects.as_deref())?;
     let settings = diagnosis::Settings { significance: arguments.significance };
-    let diagnosis = diagnosis::diagnose(&campaign, &catalogue, &settings).map_err(|error| match &own {
-        Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
-        _ => wire::locate(error, &source),
-    })?;
+    let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
+        .map_err(|error| catalogue.locate(error, &source))?;
     let report = report::diagnose_report(&campaign, &diagnosis, &settings);
     let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
     if let Some(path) = &arguments.json {
@@ -73,14 +67,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
 }
 
+/// Effects that are tried.
+pub(super) struct Catalogue {
+    pub effects: Vec<Effect>,
+    /// The user's own file.
+    own: Option<Source>,
+}
+
+impl Catalogue {
+    /// The place of an error: the user's catalogue where it is about an effect, else the campaign.
+    pub fn locate(&self, error: Malformed, campaign: &Source) -> Malformed {
+        match &self.own {
+            Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
+            _ => wire::locate(error, campaign),
+        }
+    }
+}
+
 /// The user's effects first, so that their names stand where both have the same term.
-fn catalogue(own: Option<&Source>) -> Result<Vec<Effect>> {
-    let mut effects = match own {
+pub(super) fn catalogue(path: Option<&Path>) -> Result<Catalogue> {
+    let own = path.map(files::read).transpose()?;
+    let mut effects = match &own {
         Some(source) => wire::read_effects(source)?,
         None => Vec::new(),
     };
     effects.extend(wire::built_in_effects()?);
-    Ok(effects)
+    Ok(Catalogue { effects, own })
 }
 
 fn write_model(path: &Path, diagnosis: &Diagnosis) -> Result<()> {

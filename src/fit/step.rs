@@ -9,7 +9,7 @@ use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{
-    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, System, adjust_components, adjust_hinted,
+    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, System, adjust, adjust_components, adjust_hinted,
     adjust_on, restrict,
 };
 

@@ -11,12 +11,15 @@ mod diagnose_table;
 mod fit;
 mod fit_checks;
 pub mod fit_checks_table;
+mod foresight;
+mod foresight_table;
 pub mod html;
 pub mod markdown;
 mod navigate;
 mod navigate_diagnose;
 mod navigate_diagnose_table;
 mod plan;
+mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
@@ -43,6 +46,10 @@ pub use fit_checks::{
     MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
     monte_carlo_report,
 };
+pub use foresight::{
+    AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport, RuleReport,
+    foresight_report,
+};
 pub use navigate::{
     CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
     ScenarioReport, SummaryReport, navigate_report,
@@ -54,10 +61,11 @@ pub use navigate_diagnose::{
 };
 pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use plan::{
-    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
+    ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
     PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
-    WorkReport, plan_report,
+    ThroughTiltsReport, WorkReport,
 };
+pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;
 
 /// Version of the program, as every report says it.
