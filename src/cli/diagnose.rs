@@ -1,9 +1,10 @@
 //! `tumble diagnose CAMPAIGN`.
 
+use super::pages::{self, Ready};
 use super::{Outcome, files};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
-use crate::report;
+use crate::report::{self, html};
 use crate::wire::{self, BenchRef, Source};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -25,30 +26,51 @@ pub(super) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Write the residuals before and after as a picture (SVG), or to stdout with '-'.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    #[command(flatten)]
+    pages: pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.campaign)?;
+    let (campaign, source, mut inputs) = files::campaign_and_inputs(&arguments.campaign)?;
     let own = match &arguments.effects {
-        Some(path) => Some(files::read(path)?),
+        Some(path) => {
+            let (effects, input) = files::read_input(path)?;
+            inputs.push(input);
+            Some(effects)
+        }
         None => None,
     };
     let catalogue = catalogue(own.as_ref())?;
+    let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
     let settings = diagnosis::Settings { significance: arguments.significance };
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue, &settings).map_err(|error| match &own {
         Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
         _ => wire::locate(error, &source),
     })?;
     let report = report::diagnose_report(&campaign, &diagnosis, &settings);
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
-    if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+    // every text is made before any is written
+    let mut ready = match arguments.pages.is_asked_for() {
+        true => arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs)?)?,
+        false => Ready::default(),
+    };
+    if let Some(path) = &arguments.svg {
+        ready.add(path, html::diagnose_svg(&campaign, &diagnosis, &report)?);
     }
-    if !to_stdout {
+    if let Some(path) = &arguments.json {
+        ready.add(path, files::json(&report)?);
+    }
+    if let Some(names) = &model_names {
+        names.add(&mut ready, &diagnosis)?;
+    }
+    ready.write()?;
+    if !ready.to_stdout() {
         super::print(&report::diagnose_table(&report));
     }
-    if let Some(path) = &arguments.write_model {
-        write_model(path, &diagnosis)?;
+    if let Some(names) = &model_names {
+        eprintln!("{}", names.note(&diagnosis));
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
 }
@@ -63,25 +85,45 @@ fn catalogue(own: Option<&Source>) -> Result<Vec<Effect>> {
     Ok(effects)
 }
 
-fn write_model(path: &Path, diagnosis: &Diagnosis) -> Result<()> {
-    let Some(after) = &diagnosis.after else {
-        eprintln!("note: no effect was found, so no repaired model is written");
-        return Ok(());
-    };
-    let name = path.file_name().map(|name| name.to_string_lossy().to_string()).unwrap_or_default();
-    let Some(stem) = name.strip_suffix(".bench.json").filter(|stem| !stem.is_empty()) else {
-        return Err(Malformed::new(Fault::Value, "the repaired model needs a bench file's name")
-            .expected("a name that ends in .bench.json")
-            .found(format!("'{name}'")));
-    };
-    let mut bench = wire::bench_file(&after.campaign.bench);
-    bench.id = stem.to_string();
-    let added: Vec<&str> = diagnosis.effects.iter().map(|finding| finding.effect.regressor.as_str()).collect();
-    bench.title = format!("{} with {}", bench.title, added.join(", ")).trim().to_string();
-    let campaign = wire::campaign_file(&after.campaign, BenchRef::Named(name.clone()));
-    let beside = path.with_file_name(format!("{stem}.campaign.json"));
-    files::write(path, &files::json(&bench)?)?;
-    files::write(&beside, &files::json(&campaign)?)?;
-    eprintln!("wrote {} and {}", path.display(), beside.display());
-    Ok(())
+/// Where the repaired model goes.
+struct ModelNames {
+    bench: PathBuf,
+    campaign: PathBuf,
+    /// Name of the bench's file, as the campaign refers to it, and the part before `.bench.json`.
+    name: String,
+    stem: String,
+}
+
+impl ModelNames {
+    /// Errors: a name that does not end in `.bench.json`.
+    fn new(path: &Path) -> Result<Self> {
+        let name = path.file_name().map(|name| name.to_string_lossy().to_string()).unwrap_or_default();
+        let Some(stem) = name.strip_suffix(".bench.json").filter(|stem| !stem.is_empty()) else {
+            return Err(Malformed::new(Fault::Value, "the repaired model needs a bench file's name")
+                .expected("a name that ends in .bench.json")
+                .found(format!("'{name}'")));
+        };
+        let campaign = path.with_file_name(format!("{stem}.campaign.json"));
+        Ok(ModelNames { bench: path.to_path_buf(), campaign, stem: stem.to_string(), name })
+    }
+
+    /// Both files, if anything was repaired.
+    fn add(&self, ready: &mut Ready, diagnosis: &Diagnosis) -> Result<()> {
+        let Some(repaired) = &diagnosis.repaired else { return Ok(()) };
+        let mut bench = wire::bench_file(&repaired.bench);
+        bench.id = self.stem.clone();
+        let added: Vec<&str> = diagnosis.effects.iter().map(|finding| finding.effect.regressor.as_str()).collect();
+        bench.title = format!("{} with {}", bench.title, added.join(", ")).trim().to_string();
+        let campaign = wire::campaign_file(repaired, BenchRef::Named(self.name.clone()));
+        ready.add(&self.bench, files::json(&bench)?);
+        ready.add(&self.campaign, files::json(&campaign)?);
+        Ok(())
+    }
+
+    fn note(&self, diagnosis: &Diagnosis) -> String {
+        match diagnosis.repaired {
+            Some(_) => format!("wrote {} and {}", self.bench.display(), self.campaign.display()),
+            None => "note: no effect was found, so no repaired model is written".into(),
+        }
+    }
 }

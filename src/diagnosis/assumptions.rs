@@ -144,6 +144,7 @@ fn blank(column: Vec<f64>) -> Candidate {
         rounding: false,
         vanishing: false,
         visible: 1.0,
+        size: 1.0,
         column,
     }
 }

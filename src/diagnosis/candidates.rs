@@ -39,6 +39,8 @@ pub struct Candidate {
     pub vanishing: bool,
     /// Share of its column's weighted norm that the model leaves; 1 until an arena has looked.
     pub visible: f64,
+    /// Its largest value here over what its inputs could make of it; 1 for what is no term.
+    pub size: f64,
     /// Its value at each row, `m`, zero at the rows of priors.
     pub column: Vec<f64>,
 }
@@ -184,12 +186,13 @@ impl Maker<'_> {
             kind,
             sensor: owner,
             rank: effect.rank,
-            why: effect.why.clone(),
-            confirm: effect.confirm.clone(),
+            why: fill(&effect.why, filling),
+            confirm: fill(&effect.confirm, filling),
             existing,
             rounding: false,
             vanishing: false,
             visible: 1.0,
+            size: 1.0,
             column,
         });
         Ok(())
@@ -318,6 +321,7 @@ fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
         let Ok(tape) = Tape::compile(line, &names) else { continue };
         let natural = tape.value(&inputs, &mut scratch).abs();
         let here = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        candidate.size = if natural > 0.0 { here / natural } else { 1.0 };
         candidate.rounding = here < ROUNDING * natural;
         candidate.vanishing = here < VANISHING * natural;
     }

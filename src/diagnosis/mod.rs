@@ -45,7 +45,7 @@ pub use finding::{Alias, Change, Finding};
 pub use holdout::Holdout;
 pub use look::candidates;
 pub use noise::NoiseFrom;
-pub use places::{Cell, Level, Place};
+pub use places::{Cell, Grouping, Level, Place};
 pub use pool::{Pool, VISIBLE};
 
 use crate::campaign::{Campaign, JointState};
@@ -161,6 +161,8 @@ pub struct Diagnosis {
     pub noise: NoiseFloor,
     /// Where the gap is, the most significant first.
     pub places: Vec<Place>,
+    /// The readings by the factor with few levels that the gap follows most, for a picture.
+    pub grouping: Option<Grouping>,
     /// What is unexplained.
     pub unexplained: Option<Unexplained>,
     /// Leave-one-position-out prediction.
@@ -222,12 +224,14 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let Some((look, repaired)) = result else {
         return Err(Malformed::new(Fault::Value, "the search made no pass"));
     };
+    let grouping = places::grouping(campaign, &look.design, &look.weighted);
     let mut diagnosis = finding::conclude(campaign, before, look, repaired, pass.steps)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
             assumptions::value(campaign, after, finding);
         }
     }
+    diagnosis.grouping = grouping;
     diagnosis.constraints = assumed.held;
     let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));
     for k in wrong.filter_map(|k| assumed.asked.get(k)) {

@@ -70,6 +70,8 @@ pub struct AliasReport {
     pub only_small_terms: bool,
     /// Share of its column that the model as given leaves.
     pub visible: f64,
+    /// Largest value of its term here over what its inputs could make of it.
+    pub size: f64,
     /// A second effect that must then stand in the place of another finding.
     pub together_with: Option<String>,
 }
@@ -150,6 +152,7 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
                 zero_but_for_rounding: alias.rounding,
                 only_small_terms: alias.vanishing,
                 visible: alias.visible,
+                size: alias.size,
                 together_with: alias.together_with.clone(),
             })
             .collect(),

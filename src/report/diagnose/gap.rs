@@ -77,6 +77,8 @@ pub struct PlaceReport {
     pub readings: usize,
     /// Mean residual before.
     pub mean: f64,
+    /// Its size in standard deviations.
+    pub z: f64,
     /// Probability of a mean as large by chance, this level alone.
     pub p: f64,
 }
@@ -194,6 +196,7 @@ pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<PlaceRep
         sensor: sensor(campaign, place.sensor),
         readings: place.readings,
         mean: place.mean,
+        z: place.z,
         p: place.p,
     };
     diagnosis.places.iter().map(report).collect()

@@ -84,7 +84,7 @@ pub struct HoldoutReport {
     pub positions: usize,
     /// Positions that cannot be left out, because they alone hold a parameter.
     pub skipped: usize,
-    /// Root mean square prediction error before, in standard deviations of the noise.
+    /// Root mean square prediction error before, in standard uncertainties of prediction and reading together: 1 for a true model.
     pub before: f64,
     /// The same with the effects.
     pub after: Option<f64>,

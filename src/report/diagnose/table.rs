@@ -46,7 +46,7 @@ fn verdict(report: &DiagnoseReport) -> String {
         "unexplained" => "UNEXPLAINED",
         _ => "NOT DIAGNOSABLE",
     };
-    let sentence = format!("{label}: {}", words::verdict(report));
+    let sentence = format!("{label}: {}", words::verdict(report).replace('`', ""));
     if report.verdict == "not-diagnosable" {
         let help = words::would_help(report);
         return if help.is_empty() { sentence } else { format!("{sentence};\n{help}") };
@@ -87,9 +87,9 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
         text.push_str(&format!("  {stated}\n"));
     }
     text.push_str(&format!(
-        "  t = {:.1}, p = {}; explains {:.1} % of the gap\n",
+        "  t = {:.1}, {}; explains {:.1} % of the gap\n",
         effect.t,
-        significant(effect.p, 2),
+        words::p_is(effect.p),
         100.0 * effect.explains
     ));
     if effect.zero_but_for_rounding {
@@ -98,9 +98,9 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
     let aliases = words::aliases(effect);
     for (what, names) in [
         ("this schedule cannot tell it from", &aliases.same),
-        ("fits not significantly worse (+ noise variances)", &aliases.near),
-        ("only through small terms (share of the column that the model leaves)", &aliases.small),
-        ("only through rounding, with an absurd coefficient", &aliases.rounding),
+        ("nor, fitting not significantly worse (by so many noise variances), from", &aliases.near),
+        ("nor, but only through small terms, from", &aliases.small),
+        ("nor, but only through rounding, from", &aliases.rounding),
     ] {
         if !names.is_empty() {
             text.push_str(&format!("  {what}: {}\n", listed(names, 2 * LISTED)));
@@ -165,7 +165,7 @@ fn gap(report: &DiagnoseReport) -> String {
             cells.extend([optional(gap.rms), significant(gap.max, 4)]);
         }
         cells.extend([significant(gap.chi_square, 4), gap.dof.to_string()]);
-        cells.push(gap.p.map_or("-".into(), |p| significant(p, 2)));
+        cells.push(gap.p.map_or("-".into(), words::p));
         cells
     };
     let mut rows = vec![row("before", &report.gap.before)];
@@ -241,7 +241,7 @@ fn places(report: &DiagnoseReport) -> String {
                 place.sensor.clone(),
                 place.readings.to_string(),
                 significant(place.mean, 3),
-                significant(place.p, 2),
+                words::p(place.p),
             ]
         })
         .collect();
@@ -269,6 +269,6 @@ fn changes(report: &DiagnoseReport) -> String {
             ]
         })
         .collect();
-    let header = ["what it does to", "before", "u", "after", "u", "shift", "in u", "unit"];
+    let header = ["what it does to", "before", "u", "after", "u", "shift", "shift/u", "unit"];
     format!("\n{}", plain(&header, &rows))
 }

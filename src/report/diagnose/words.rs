@@ -8,10 +8,10 @@ use super::{AliasReport, DiagnoseReport, EffectReport, LevelReport};
 pub fn verdict(report: &DiagnoseReport) -> String {
     let known = report.gap.noise.from != "residuals";
     match (report.verdict.as_str(), report.effects.as_slice()) {
-        ("effects-found", [one]) => format!("one effect is missing from the model: {}", one.name),
+        ("effects-found", [one]) => format!("one effect is missing from the model: {}", named(one)),
         ("effects-found", several) => {
-            let names: Vec<&str> = several.iter().map(|e| e.name.as_str()).collect();
-            format!("{} effects are missing from the model: {}", several.len(), names.join("; "))
+            let names: Vec<String> = several.iter().map(named).collect();
+            format!("{} effects are missing from the model: {}", several.len(), names.join("; and "))
         }
         ("nothing-missing", _) if known => "nothing is missing: the gap is noise".into(),
         ("nothing-missing", _) => {
@@ -22,6 +22,17 @@ pub fn verdict(report: &DiagnoseReport) -> String {
             "nothing can be diagnosed: the readings only just determine the unknowns, and nothing is left to check them"
                 .into()
         }
+    }
+}
+
+/// An effect with how many others it could as well be.
+fn named(effect: &EffectReport) -> String {
+    let aliases = aliases(effect);
+    let name = format!("{} (`{}`)", effect.name, effect.regressor);
+    match aliases.same.len() + aliases.near.len() {
+        0 => name,
+        1 => format!("{name}, or one other that this schedule cannot tell from it"),
+        n => format!("{name}, or one of {n} others that this schedule cannot tell from it"),
     }
 }
 
@@ -138,9 +149,24 @@ pub fn aliases(effect: &EffectReport) -> Aliases {
     sorted
 }
 
-/// What an alias is seen by.
+/// What an alias with small terms only is seen by.
 fn seen(alias: &AliasReport) -> String {
-    share(alias.visible)
+    if alias.visible < alias.size {
+        format!("the model has all but {} of it", share(alias.visible))
+    } else {
+        format!("{} of its full size", share(alias.size))
+    }
+}
+
+/// A probability as `p = 0.01`.
+pub fn p_is(value: f64) -> String {
+    let text = p(value);
+    if text.starts_with('<') { format!("p {}", text.replace('<', "< ")) } else { format!("p = {text}") }
+}
+
+/// A probability; one that is too small to be a number says so.
+pub fn p(p: f64) -> String {
+    if p < 1e-99 { "<1e-99".into() } else { significant(p, 2) }
 }
 
 /// A share in percent, two digits.
@@ -199,7 +225,7 @@ pub fn constraints(report: &DiagnoseReport) -> Vec<String> {
 /// The holdout in one sentence; empty where there is none.
 pub fn holdout(report: &DiagnoseReport) -> String {
     let Some(own) = &report.holdout else { return String::new() };
-    let after = own.after.map_or(String::new(), |after| format!(", with the effects to {after:.2}"));
+    let after = own.after.map_or(String::new(), |after| format!(", with what was found by {after:.2}"));
     let skipped = match own.skipped {
         0 => String::new(),
         1 => "; 1 cannot be left out, it alone determines a parameter".into(),
@@ -207,7 +233,7 @@ pub fn holdout(report: &DiagnoseReport) -> String {
     };
     let positions = if own.positions == 1 { "1 position".into() } else { format!("{} positions", own.positions) };
     format!(
-        "left out in turn and predicted from the others, {positions} differ by {:.2} standard deviations of the noise (rms){after}{skipped}",
+        "left out in turn and predicted from the others, {positions} miss by {:.2} of their standard uncertainties (rms; 1 is expected){after}{skipped}",
         own.before
     )
 }
