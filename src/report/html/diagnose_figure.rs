@@ -18,14 +18,17 @@ const POINTS: usize = 2400;
 ///
 /// Errors: none that a diagnosis can cause.
 pub fn diagnose_svg(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<String> {
-    figure(campaign, diagnosis, report).map(|figure| figure.svg)
+    let svg = figure(campaign, diagnosis, report)?.svg;
+    // alone it needs paper of its own
+    Ok(svg.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
 }
 
 pub(super) fn figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<Figure> {
     let sensors = shown(campaign, diagnosis, report);
     let total: usize = sensors.iter().filter_map(|k| gap_of(campaign, report, *k)).map(|own| own.readings).sum();
     let every = total.div_ceil(POINTS).max(1);
-    let panels: Vec<GapPanel> = sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, every)).collect();
+    let panels: Vec<GapPanel> =
+        sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()))).collect();
     let factor = diagnosis.grouping.as_ref().map_or("", |g| g.factor.as_str());
     let svg = plot::gap(&panels, factor)?;
     let many = panels.iter().any(|panel| panel.points.len() > 60);
@@ -85,7 +88,13 @@ fn shown(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) ->
     shown
 }
 
-fn panel(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, sensor: usize, every: usize) -> GapPanel {
+fn panel(
+    campaign: &Campaign,
+    diagnosis: &Diagnosis,
+    report: &DiagnoseReport,
+    sensor: usize,
+    (every, panels): (usize, usize),
+) -> GapPanel {
     let (id, unit) = campaign.bench.sensors.get(sensor).map_or(("", ""), |s| (s.id.as_str(), s.unit.as_str()));
     let repaired = diagnosis.after.is_some();
     let levels = diagnosis.grouping.as_ref().map(ordered).unwrap_or_default();
@@ -103,7 +112,9 @@ fn panel(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, se
         rows.push((place.unwrap_or(levels.len()), GapPoint { group, before: own.before, after, band }));
     }
     rows.sort_by_key(|(place, _)| *place);
-    GapPanel { title: format!("{id} residual"), unit: unit.into(), points: rows.into_iter().map(|(_, p)| p).collect() }
+    // the title of a low panel has little room
+    let title = if panels > 2 { id.to_string() } else { format!("{id} residual") };
+    GapPanel { title, unit: unit.into(), points: rows.into_iter().map(|(_, p)| p).collect() }
 }
 
 /// Levels with their labels: numbers from small to large, labels as they come.
