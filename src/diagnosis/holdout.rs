@@ -1,5 +1,6 @@
 //! Leave-one-position-out prediction: does the repaired model predict positions that it has not seen better than the given one?
 
+use super::linear::solve;
 use crate::campaign::Campaign;
 use crate::fit::Fit;
 
@@ -15,9 +16,6 @@ pub struct Holdout {
     /// The same with the effects.
     pub after: Option<f64>,
 }
-
-/// A position whose readings all other positions leave this little determined cannot be left out.
-const DETERMINED: f64 = 1e-6;
 
 /// Leave out each position in turn: `e = (1 - H_gg)^-1 v_g`, `cov e = (1 - H_gg)^-1` (Cook, Weisberg: Residuals and Influence in Regression).
 pub(super) fn holdout(campaign: &Campaign, before: &Fit, after: Option<&Fit>, scale: &[f64]) -> Option<Holdout> {
@@ -92,33 +90,4 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
         sum += v * (v + correction) / (u * u);
     }
     Some(sum)
-}
-
-/// Gaussian elimination with pivoting of a small symmetric system; `None` where it is nearly singular.
-fn solve(mut a: faer::Mat<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
-    let n = b.len();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|i, j| a[(*i, k)].abs().total_cmp(&a[(*j, k)].abs()))?;
-        if !(a[(pivot, k)].abs() > DETERMINED) {
-            return None;
-        }
-        for j in 0..n {
-            let held = a[(k, j)];
-            a[(k, j)] = a[(pivot, j)];
-            a[(pivot, j)] = held;
-        }
-        b.swap(k, pivot);
-        for i in k + 1..n {
-            let factor = a[(i, k)] / a[(k, k)];
-            for j in k..n {
-                a[(i, j)] -= factor * a[(k, j)];
-            }
-            b[i] -= factor * b[k];
-        }
-    }
-    for k in (0..n).rev() {
-        let rest: f64 = (k + 1..n).map(|j| a[(k, j)] * b[j]).sum();
-        b[k] = (b[k] - rest) / a[(k, k)];
-    }
-    Some(b)
 }

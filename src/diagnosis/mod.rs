@@ -14,24 +14,30 @@
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `search.rs` | the smallest complete set, and its rivals |
+//! | `plain.rs` | the search on columns that come from no campaign |
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
+//! | `ambiguity.rs` | what the aliases do to the parameters |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
+//! | `linear.rs` | small systems |
 //!
 //! Honesty: probabilities count everything that was tried; what the schedule cannot tell apart is one finding with aliases; a set that only
 //! approximates the pattern is not named. Priors and constraints stand while the model is diagnosed, and may be found wrong themselves.
 
+mod ambiguity;
 mod arena;
 mod assumptions;
 mod candidates;
 mod catalogue;
 mod finding;
 mod holdout;
+mod linear;
 mod look;
 mod noise;
 mod places;
+pub(crate) mod plain;
 mod pool;
 mod repair;
 mod search;

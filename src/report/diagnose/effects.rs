@@ -89,11 +89,15 @@ pub struct ChangeReport {
     pub u_before: Option<f64>,
     /// After.
     pub after: Option<f64>,
-    /// Standard uncertainty after.
+    /// Standard uncertainty after, with what is not known about which alias it is.
     pub u_after: Option<f64>,
+    /// Standard uncertainty after, if the effects are the ones named.
+    pub u_after_as_named: Option<f64>,
+    /// How far the value would move at most if an alias were the effect (rectangular half-width; part of `u_after`).
+    pub alias_half_width: f64,
     /// After minus before.
     pub shift: Option<f64>,
-    /// After minus before, over the standard uncertainty after.
+    /// After minus before, over the standard uncertainty after as named.
     pub change_in_u: Option<f64>,
 }
 
@@ -189,7 +193,9 @@ pub(super) fn change(own: &Change) -> ChangeReport {
         before: scaled(own.before.0),
         u_before: scaled(own.before.1),
         after: scaled(own.after.0),
-        u_after: scaled(own.after.1),
+        u_after: scaled(own.u_with_aliases()),
+        u_after_as_named: scaled(own.after.1),
+        alias_half_width: scale * own.alias_half_width,
         shift: scaled(shift),
         change_in_u,
     }

@@ -263,12 +263,14 @@ fn changes(report: &DiagnoseReport) -> String {
                 number(p.u_before, p.u_before),
                 number(p.after, p.u_after),
                 number(p.u_after, p.u_after),
-                words::shift(p.shift, p.u_after),
+                words::shift(p.shift, p.u_after_as_named),
                 words::in_u(p.change_in_u),
                 p.unit.clone(),
             ]
         })
         .collect();
     let header = ["what it does to", "before", "u", "after", "u", "shift", "shift/u", "unit"];
-    format!("\n{}", plain(&header, &rows))
+    let note = words::after_u(report);
+    let note = if note.is_empty() { String::new() } else { format!("{note}\n") };
+    format!("\n{}{note}", plain(&header, &rows))
 }

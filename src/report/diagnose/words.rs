@@ -210,6 +210,15 @@ pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
     }
 }
 
+/// What the standard uncertainties after are of; empty where the aliases move nothing.
+pub fn after_u(report: &DiagnoseReport) -> &'static str {
+    if report.parameters.iter().any(|p| p.alias_half_width > 0.0) {
+        "u after includes not knowing which of the aliases it is (they move the estimates differently); the shift is over u without that"
+    } else {
+        ""
+    }
+}
+
 /// What was done with the constraints, one sentence each.
 pub fn constraints(report: &DiagnoseReport) -> Vec<String> {
     let words = |state: &str| match state {

@@ -261,7 +261,7 @@ fn changes(report: &DiagnoseReport) -> Section {
             cells::value(p.u_before, p.u_before),
             cells::value(p.after, p.u_after),
             cells::value(p.u_after, p.u_after),
-            words::shift(p.shift, p.u_after),
+            words::shift(p.shift, p.u_after_as_named),
             words::in_u(p.change_in_u),
             p.unit.clone(),
         ]);
@@ -269,8 +269,9 @@ fn changes(report: &DiagnoseReport) -> Section {
             row.tone = Tone::Caution;
         }
     }
-    table.note =
-        "The shift is divided by the standard uncertainty after. Marked: shifts of more than twice that.".into();
+    let note = words::after_u(report);
+    table.note = if note.is_empty() { String::new() } else { sentence(note) + " " };
+    table.note.push_str("Marked: shifts of more than twice their standard uncertainty.");
     Section::new("What it does to the estimates").table(table)
 }
 
