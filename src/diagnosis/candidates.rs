@@ -72,6 +72,7 @@ pub(super) fn build(
     }
     let mut found = maker.found;
     mark_vanishing(campaign, &mut found);
+    mark_small_tilts(campaign, design, &mut found);
     Ok(found)
 }
 
@@ -295,6 +296,19 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
         };
         (assumed && terms.iter().any(has)).then_some(k)
     })
+}
+
+/// A tilt whose derivatives are small beside those of the largest tilt is seen only through other small tilts.
+fn mark_small_tilts(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate]) {
+    let largest = |column: &[f64]| column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+    let tilts = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Tilt).map(|(k, _)| k);
+    let columns = tilts.filter(|k| *k < design.jacobian.ncols()).map(|k| largest(design.jacobian.col_as_slice(k)));
+    let natural = columns.fold(0.0, f64::max);
+    for candidate in found.iter_mut().filter(|c| matches!(c.kind, Regressor::Tilt(_)) && natural > 0.0) {
+        candidate.size = largest(&candidate.column) / natural;
+        candidate.rounding = candidate.size < ROUNDING;
+        candidate.vanishing = candidate.size < VANISHING;
+    }
 }
 
 /// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.

@@ -191,6 +191,8 @@ pub struct Diagnosis {
 
 /// Passes of search and repair: columns that depend on the tilts follow the repaired ones.
 const PASSES: usize = 3;
+/// Sets whose repair may fail before the search is left as it is.
+const BROKEN: usize = 8;
 
 /// Diagnose a campaign with a catalogue (see `wire::built_in_effects`).
 ///
@@ -209,7 +211,8 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let mut pass = look::Pass::new(campaign, &assumed.asked, catalogue, levels, before.design.point.clone())?;
     let mut result: Option<(Look, Option<(Campaign, Fit)>)> = None;
     let mut named: Option<Vec<String>> = None;
-    for _ in 0..PASSES {
+    let (mut passes, mut broken) = (0, 0);
+    while passes < PASSES {
         let look = pass.look()?;
         let Found::Set { set, .. } = &look.found else {
             result = Some((look, None));
@@ -219,6 +222,11 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
         let names: Vec<String> = effects.iter().map(|c| c.regressor.clone()).collect();
         let repaired = repaired(campaign, &effects)?;
         let after = fit_exactly(&repaired)?;
+        if !pass.keeps_its_promise(&look, set, &after) && broken < BROKEN {
+            broken += 1;
+            continue;
+        }
+        passes += 1;
         pass.stand_at(&repaired, &after);
         let settled = named.as_ref() == Some(&names);
         named = Some(names);

@@ -53,7 +53,9 @@ pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
             if !(-6..=12).contains(&digits) {
                 return format!("{value:.6e}");
             }
-            format!("{value:.*}", digits.max(0) as usize)
+            let text = format!("{value:.*}", digits.max(0) as usize);
+            let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+            if zero { text.trim_start_matches('-').to_string() } else { text }
         }
         None => significant(value, 6),
     }

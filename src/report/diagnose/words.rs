@@ -201,13 +201,9 @@ pub fn in_u(shift: Option<f64>) -> String {
     shift.map_or("-".into(), |s| format!("{:+.1}", if s.abs() < 0.05 { 0.0 } else { s }))
 }
 
-/// A shift with as many digits as its uncertainty carries; a zero without sign.
+/// A shift with as many digits as its uncertainty carries.
 pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
-    let text = shift.map_or("-".into(), |v| rounded(v, u));
-    match text.parse::<f64>() {
-        Ok(0.0) => text.trim_start_matches('-').to_string(),
-        _ => text,
-    }
+    shift.map_or("-".into(), |v| rounded(v, u))
 }
 
 /// What the standard uncertainties after are of; empty where the aliases move nothing.
