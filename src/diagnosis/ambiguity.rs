@@ -52,7 +52,7 @@ pub(super) fn half_widths(
 }
 
 /// What a set of effects does to the unknowns: `-A+ C_S k`.
-pub(super) fn moved(candidates: &[Candidate], arena: &Arena, weighted: &Weighted, set: &[usize]) -> Option<Vec<f64>> {
+fn moved(candidates: &[Candidate], arena: &Arena, weighted: &Weighted, set: &[usize]) -> Option<Vec<f64>> {
     let cosine = |a: usize, b: usize| arena.cosines.col_as_slice(a).get(b).copied().unwrap_or_default();
     if set.iter().any(|j| *j >= arena.cosines.ncols()) {
         return None;
