@@ -7,7 +7,6 @@ mod compare;
 mod correction;
 pub mod dcc;
 mod diagnose;
-mod diagnose_table;
 mod fit;
 mod fit_checks;
 pub mod fit_checks_table;
@@ -30,10 +29,10 @@ pub mod table;
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use diagnose::{
-    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport,
-    LevelReport, NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
+    AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
+    HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
+    UnexplainedReport, diagnose_report, diagnose_table,
 };
-pub use diagnose_table::diagnose_table;
 pub use fit::{
     ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
     IterationReport, KnownReport, ParameterReport, ReadingReport, fit_report,
