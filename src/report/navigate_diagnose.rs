@@ -227,7 +227,7 @@ pub fn navigate_diagnose_report(
         gap: GapsReport {
             before,
             after,
-            sensors: Vec::new(),
+            sensors: BTreeMap::new(),
             noise: NoiseReport { sd: None, from: diagnosis.noise.name().into() },
         },
         channels: channels(measured, diagnosis),
