@@ -14,6 +14,7 @@
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
+//! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
 //! | `search.rs` | the smallest complete set, and its rivals |
 //! | `plain.rs` | the search on columns that come from no campaign |
 //! | `support.rs` | effects that hang on one position alone |
@@ -44,6 +45,7 @@ mod places;
 pub(crate) mod plain;
 mod pool;
 mod repair;
+mod screen;
 mod search;
 mod separate;
 mod support;
@@ -210,12 +212,14 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let mut pass = look::Pass::new(campaign, &assumed.asked, catalogue, levels, before.design.point.clone())?;
     let (look, repaired) = passes::run(&mut pass, campaign, levels)?;
     let grouping = places::grouping(campaign, &look.design, &look.weighted);
+    let without_column = pass.without_column;
     let mut diagnosis = finding::conclude(campaign, before, look, repaired, pass.steps)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
             assumptions::value(campaign, after, finding);
         }
     }
+    diagnosis.candidates.0 += without_column;
     diagnosis.grouping = grouping;
     diagnosis.constraints = assumed.held;
     let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));
