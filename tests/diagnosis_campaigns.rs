@@ -252,7 +252,9 @@ fn seeded_campaigns() {
     let jobs: Vec<(usize, usize)> = modes.iter().flat_map(|(mode, n)| (0..*n).map(|k| (*mode, k))).collect();
     let trials: Vec<(usize, Trial)> = jobs
         .par_iter()
-        .map(|(mode, k)| (*mode, trial(schedules[k % 4], *mode, seed + 1_000_003 * *mode as u64 + *k as u64, &catalogue)))
+        .map(|(mode, k)| {
+            (*mode, trial(schedules[k % 4], *mode, seed + 1_000_003 * *mode as u64 + *k as u64, &catalogue))
+        })
         .collect();
     let share = |n: usize, of: usize| if of == 0 { 1.0 } else { n as f64 / of as f64 };
 
@@ -333,11 +335,40 @@ fn seeded_campaigns() {
     if std::env::var("TUMBLE_WHY").is_ok() {
         for which in [Outcome::Named, Outcome::Aliased, Outcome::Missed, Outcome::False] {
             for mode in [1, 2] {
-                let own: Vec<&Trial> = trials.iter().filter(|(m, t)| *m == mode && t.strength >= 10.0 && outcome(t) == which).map(|(_, t)| t).collect();
-                println!("mode {mode} {which:?} {} {:.3?}", own.len(), coverage(own.iter().copied().filter(|t| !t.absurd)));
+                let own: Vec<&Trial> = trials
+                    .iter()
+                    .filter(|(m, t)| *m == mode && t.strength >= 10.0 && outcome(t) == which)
+                    .map(|(_, t)| t)
+                    .collect();
+                println!(
+                    "mode {mode} {which:?} {} {:.3?}",
+                    own.len(),
+                    coverage(own.iter().copied().filter(|t| !t.absurd))
+                );
                 for t in own.iter().filter(|t| coverage(std::iter::once(**t))[2] < 0.99) {
-                    let names: Vec<String> = t.found.effects.iter().map(|f| format!("{} {:?}", f.effect.regressor, f.aliases.iter().filter(|a| t.hidden.contains(&a.regressor)).map(|a| (a.regressor.clone(), a.exact)).collect::<Vec<_>>())).collect();
-                    println!("    {} {:.1} {:?} -> {names:?} {:.2}", t.schedule, t.strength, t.hidden, coverage(std::iter::once(*t))[2]);
+                    let names: Vec<String> = t
+                        .found
+                        .effects
+                        .iter()
+                        .map(|f| {
+                            format!(
+                                "{} {:?}",
+                                f.effect.regressor,
+                                f.aliases
+                                    .iter()
+                                    .filter(|a| t.hidden.contains(&a.regressor))
+                                    .map(|a| (a.regressor.clone(), a.exact))
+                                    .collect::<Vec<_>>()
+                            )
+                        })
+                        .collect();
+                    println!(
+                        "    {} {:.1} {:?} -> {names:?} {:.2}",
+                        t.schedule,
+                        t.strength,
+                        t.hidden,
+                        coverage(std::iter::once(*t))[2]
+                    );
                 }
             }
         }

@@ -60,6 +60,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         _ => wire::locate(error, &source),
     })?;
     let report = report::diagnose_report(&campaign, &diagnosis, &settings);
+    let lines = report::diagnose_table(&report).lines().map(str::to_string).collect();
+    let section = report::html::Section::new("Diagnosis").block(report::html::Block::Formula(lines));
+    arguments.pages.page(&report::html::Page::new(&campaign.bench.id).section(section))?.write()?;
     let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
     if let Some(path) = &arguments.json {
         files::write_or_print(path, &files::json(&report)?)?;
