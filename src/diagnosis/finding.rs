@@ -26,6 +26,8 @@ pub struct Alias {
     pub vanishing: bool,
     /// Share of its column's weighted norm that the model leaves.
     pub visible: f64,
+    /// Its largest value here over what its inputs could make of it.
+    pub size: f64,
     /// A second effect that must then stand in the place of another finding.
     pub together_with: Option<String>,
 }
@@ -135,6 +137,7 @@ pub(super) fn conclude(
         changes,
         would_help,
         row_sd: scale,
+        grouping: None,
         constraints: Vec::new(),
         repaired: None,
         after: repaired.map(|(_, after)| after),
@@ -201,6 +204,7 @@ fn findings(
                     rounding: other.rounding,
                     vanishing: other.vanishing,
                     visible: other.visible,
+                    size: other.size,
                     together_with: rival.together.and_then(|j| candidates.get(j)).map(|c| c.regressor.clone()),
                 };
                 let order = u32::from(other.rank) + if other.rounding { 1000 } else { 0 };

@@ -24,6 +24,8 @@ pub(super) struct Pass<'a> {
     model: Model,
     point: Vec<f64>,
     scales: Option<Vec<Option<f64>>>,
+    /// Candidates whose repair did not do what their column promised.
+    banned: Vec<(String, Option<usize>)>,
     /// The last pass's record.
     pub steps: Vec<Step>,
 }
@@ -46,7 +48,17 @@ impl<'a> Pass<'a> {
         point: Vec<f64>,
     ) -> Result<Self> {
         let model = Model::new(campaign)?;
-        Ok(Pass { campaign, asked, catalogue, levels, model, point, scales: None, steps: Vec::new() })
+        Ok(Pass {
+            campaign,
+            asked,
+            catalogue,
+            levels,
+            model,
+            point,
+            scales: None,
+            banned: Vec::new(),
+            steps: Vec::new(),
+        })
     }
 
     /// Stand where a repaired model stands, with its noise: columns that depend on the tilts follow.
@@ -59,11 +71,30 @@ impl<'a> Pass<'a> {
         self.scales = Some(after.estimate.group_scale.clone());
     }
 
+    /// Does the exact fit with a set take off at least half of what its columns promised? If not, the set is banned.
+    ///
+    /// A column that exists only because of wrong tilts promises what no coefficient keeps: once the tilts are right, it is gone.
+    pub fn keeps_its_promise(&mut self, look: &Look, set: &[usize], after: &Fit) -> bool {
+        let left: f64 = after.estimate.residuals.iter().zip(&look.weighted.weight).map(|(v, w)| v * w * v * w).sum();
+        let promised = look.arena.rss - look.arena.rss_of(set);
+        if look.arena.rss - left >= 0.5 * promised {
+            return true;
+        }
+        // of a set the least visible is the one that fails
+        let least = set
+            .iter()
+            .filter_map(|j| look.candidates.get(*j))
+            .min_by(|a, b| (a.visible * a.size).total_cmp(&(b.visible * b.size)));
+        self.banned.extend(least.map(|c| (c.regressor.clone(), c.sensor)));
+        false
+    }
+
     fn arena(&self) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, Arena)> {
         let design = design::assemble(self.campaign, &self.model, &self.point)?;
         let weighted = noise::weigh(self.campaign, &design, self.scales.as_deref())?;
         let mut candidates = build(self.campaign, self.catalogue, &self.model, &design, weighted.weight.len())?;
         candidates.extend(assumptions::candidates(self.campaign, self.asked, &design)?);
+        candidates.retain(|c| !self.banned.iter().any(|(name, sensor)| *name == c.regressor && *sensor == c.sensor));
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
         let arena = Arena::new(&weighted, &columns);
         for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {

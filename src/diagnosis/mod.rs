@@ -18,6 +18,7 @@
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
+//! | `foresee.rs` | what a diagnosis could find on a schedule |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
@@ -32,6 +33,7 @@ mod assumptions;
 mod candidates;
 mod catalogue;
 mod finding;
+mod foresee;
 mod holdout;
 mod linear;
 mod look;
@@ -48,10 +50,11 @@ pub use assumptions::Held;
 pub use candidates::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding};
+pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
 pub use look::candidates;
 pub use noise::NoiseFrom;
-pub use places::{Cell, Level, Place};
+pub use places::{Cell, Grouping, Level, Place};
 pub use pool::{Pool, VISIBLE};
 
 use crate::campaign::{Campaign, JointState};
@@ -167,6 +170,8 @@ pub struct Diagnosis {
     pub noise: NoiseFloor,
     /// Where the gap is, the most significant first.
     pub places: Vec<Place>,
+    /// The readings by the factor with few levels that the gap follows most, for a picture.
+    pub grouping: Option<Grouping>,
     /// What is unexplained.
     pub unexplained: Option<Unexplained>,
     /// Leave-one-position-out prediction.
@@ -189,6 +194,8 @@ pub struct Diagnosis {
 
 /// Passes of search and repair: columns that depend on the tilts follow the repaired ones.
 const PASSES: usize = 3;
+/// Sets whose repair may fail before the search is left as it is.
+const BROKEN: usize = 8;
 
 /// Diagnose a campaign with a catalogue (see `wire::built_in_effects`).
 ///
@@ -207,7 +214,8 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let mut pass = look::Pass::new(campaign, &assumed.asked, catalogue, levels, before.design.point.clone())?;
     let mut result: Option<(Look, Option<(Campaign, Fit)>)> = None;
     let mut named: Option<Vec<String>> = None;
-    for _ in 0..PASSES {
+    let (mut passes, mut broken) = (0, 0);
+    while passes < PASSES {
         let look = pass.look()?;
         let Found::Set { set, .. } = &look.found else {
             result = Some((look, None));
@@ -217,6 +225,11 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
         let names: Vec<String> = effects.iter().map(|c| c.regressor.clone()).collect();
         let repaired = repaired(campaign, &effects)?;
         let after = fit_exactly(&repaired)?;
+        if !pass.keeps_its_promise(&look, set, &after) && broken < BROKEN {
+            broken += 1;
+            continue;
+        }
+        passes += 1;
         pass.stand_at(&repaired, &after);
         let settled = named.as_ref() == Some(&names);
         named = Some(names);
@@ -228,12 +241,14 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let Some((look, repaired)) = result else {
         return Err(Malformed::new(Fault::Value, "the search made no pass"));
     };
+    let grouping = places::grouping(campaign, &look.design, &look.weighted);
     let mut diagnosis = finding::conclude(campaign, before, look, repaired, pass.steps)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
             assumptions::value(campaign, after, finding);
         }
     }
+    diagnosis.grouping = grouping;
     diagnosis.constraints = assumed.held;
     let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));
     for k in wrong.filter_map(|k| assumed.asked.get(k)) {

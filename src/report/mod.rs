@@ -7,40 +7,47 @@ mod compare;
 mod correction;
 pub mod dcc;
 mod diagnose;
-mod diagnose_table;
 mod fit;
 mod fit_checks;
 pub mod fit_checks_table;
+mod foresight;
+mod foresight_table;
 pub mod html;
 pub mod markdown;
 mod navigate;
 mod navigate_diagnose;
 mod navigate_diagnose_table;
 mod plan;
+mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod separation;
 pub mod series;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use diagnose::{
-    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport,
-    LevelReport, NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
+    AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
+    HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
+    UnexplainedReport, diagnose_report, diagnose_table,
 };
-pub use diagnose_table::diagnose_table;
 pub use fit::{
-    ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
-    FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
-    fit_report, position_keys,
+    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
+    IterationReport, KnownReport, ParameterReport, ReadingReport, fit_report,
 };
 pub use provenance::Input;
+pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
 pub use fit_checks::{
     ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
     MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
     monte_carlo_report,
+};
+pub use foresight::{
+    AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport, RuleReport,
+    foresight_report,
 };
 pub use navigate::{
     CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
@@ -53,10 +60,11 @@ pub use navigate_diagnose::{
 };
 pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use plan::{
-    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
+    ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
     PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
-    WorkReport, plan_report,
+    ThroughTiltsReport, WorkReport,
 };
+pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;
 
 /// Version of the program, as every report says it.

@@ -224,7 +224,12 @@ pub fn navigate_diagnose_report(
         effects: diagnosis.findings.iter().map(|finding| effect(finding, diagnosis)).collect(),
         model_before: error_quantities(&diagnosis.before),
         model_after: error_quantities(&diagnosis.after),
-        gap: GapsReport { before, after, noise: NoiseReport { sd: None, from: diagnosis.noise.name().into() } },
+        gap: GapsReport {
+            before,
+            after,
+            sensors: BTreeMap::new(),
+            noise: NoiseReport { sd: None, from: diagnosis.noise.name().into() },
+        },
         channels: channels(measured, diagnosis),
         unexplained: diagnosis.unexplained.as_ref().map(|own| UnexplainedNavigationReport {
             pattern: own.pattern.clone(),
