@@ -269,7 +269,6 @@ impl Target {
 fn solve(start: f64, target: Target, tails: impl Fn(f64) -> Tails) -> Option<f64> {
     const LEAST: f64 = 1e-307;
     const MOST: f64 = 1e307;
-    const ENOUGH: f64 = 1e-9;
     let (mut low, mut high) = (LEAST, MOST);
     let mut x = start.exp();
     if !(x > low && x < high) {
@@ -288,8 +287,7 @@ fn solve(start: f64, target: Target, tails: impl Fn(f64) -> Tails) -> Option<f64
         }
         let newton = x + x * (-excess / slope).exp_m1();
         let next = if newton > low && newton < high { newton } else { low.sqrt() * high.sqrt() };
-        // what is left after a step of Newton's is of the order of its square
-        let settled = (next / x - 1.0).abs() <= ENOUGH;
+        let settled = (next / x - 1.0).abs() <= 2.0 * f64::EPSILON;
         x = next;
         if settled {
             break;
