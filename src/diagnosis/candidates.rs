@@ -37,6 +37,10 @@ pub struct Candidate {
     pub rounding: bool,
     /// Is it small at every reading against what its inputs could make of it, so that only small tilts leave anything of it?
     pub vanishing: bool,
+    /// Share of its column's weighted norm that the model leaves; 1 until an arena has looked.
+    pub visible: f64,
+    /// Its largest value here over what its inputs could make of it; 1 for what is no term.
+    pub size: f64,
     /// Its value at each row, `m`, zero at the rows of priors.
     pub column: Vec<f64>,
 }
@@ -68,6 +72,7 @@ pub(super) fn build(
     }
     let mut found = maker.found;
     mark_vanishing(campaign, &mut found);
+    mark_small_tilts(campaign, design, &mut found);
     Ok(found)
 }
 
@@ -182,11 +187,13 @@ impl Maker<'_> {
             kind,
             sensor: owner,
             rank: effect.rank,
-            why: effect.why.clone(),
-            confirm: effect.confirm.clone(),
+            why: fill(&effect.why, filling),
+            confirm: fill(&effect.confirm, filling),
             existing,
             rounding: false,
             vanishing: false,
+            visible: 1.0,
+            size: 1.0,
             column,
         });
         Ok(())
@@ -291,6 +298,19 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
     })
 }
 
+/// A tilt whose derivatives are small beside those of the largest tilt is seen only through other small tilts.
+fn mark_small_tilts(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate]) {
+    let largest = |column: &[f64]| column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+    let tilts = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Tilt).map(|(k, _)| k);
+    let columns = tilts.filter(|k| *k < design.jacobian.ncols()).map(|k| largest(design.jacobian.col_as_slice(k)));
+    let natural = columns.fold(0.0, f64::max);
+    for candidate in found.iter_mut().filter(|c| matches!(c.kind, Regressor::Tilt(_)) && natural > 0.0) {
+        candidate.size = largest(&candidate.column) / natural;
+        candidate.rounding = candidate.size < ROUNDING;
+        candidate.vanishing = candidate.size < VANISHING;
+    }
+}
+
 /// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.
 fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
     let per_deg_s = campaign.bench.units.rate.per_deg_s();
@@ -315,6 +335,7 @@ fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
         let Ok(tape) = Tape::compile(line, &names) else { continue };
         let natural = tape.value(&inputs, &mut scratch).abs();
         let here = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        candidate.size = if natural > 0.0 { here / natural } else { 1.0 };
         candidate.rounding = here < ROUNDING * natural;
         candidate.vanishing = here < VANISHING * natural;
     }

@@ -4,7 +4,7 @@ use super::arena::Arena;
 use super::noise::{NoiseFrom, Weighted};
 use super::search::{Found, Rival};
 use super::{Candidate, Diagnosis, Gap, Look, NoiseFloor, Step, Unexplained, Verdict};
-use super::{holdout, places, separate};
+use super::{ambiguity, holdout, places, separate};
 use crate::campaign::{Campaign, JointState, Kind};
 use crate::error::Result;
 use crate::fit::{self, Fit};
@@ -22,6 +22,12 @@ pub struct Alias {
     pub excess: f64,
     /// Is its term zero at these positions but for rounding?
     pub rounding: bool,
+    /// Is it small at every reading against what its inputs could make of it, or mostly in the model already?
+    pub vanishing: bool,
+    /// Share of its column's weighted norm that the model leaves.
+    pub visible: f64,
+    /// Its largest value here over what its inputs could make of it.
+    pub size: f64,
     /// A second effect that must then stand in the place of another finding.
     pub together_with: Option<String>,
 }
@@ -60,8 +66,17 @@ pub struct Change {
     pub unit: String,
     /// Value and standard uncertainty before.
     pub before: (Option<f64>, Option<f64>),
-    /// Value and standard uncertainty after.
+    /// Value and standard uncertainty after, if the effects are the ones named.
     pub after: (Option<f64>, Option<f64>),
+    /// How far the value would move at most if an alias were the effect: the half-width of a rectangular distribution.
+    pub alias_half_width: f64,
+}
+
+impl Change {
+    /// Standard uncertainty after, not knowing which alias it is: `sqrt(u^2 + half-width^2 / 3)`.
+    pub fn u_with_aliases(&self) -> Option<f64> {
+        self.after.1.map(|u| u.hypot(self.alias_half_width / 3f64.sqrt()))
+    }
 }
 
 pub(super) fn conclude(
@@ -99,7 +114,11 @@ pub(super) fn conclude(
             (Verdict::Unexplained, Vec::new(), Some(unexplained))
         }
     };
-    let changes = repaired.as_ref().map(|(_, after)| changes(&before, after)).unwrap_or_default();
+    let widths = match &found {
+        Found::Set { set, rivals } => ambiguity::half_widths(&candidates, &arena, &weighted, set, rivals),
+        _ => Vec::new(),
+    };
+    let changes = repaired.as_ref().map(|(_, after)| changes(&before, after, &widths)).unwrap_or_default();
     let holdout = holdout::holdout(campaign, &before, repaired.as_ref().map(|(_, fit)| fit), &scale);
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
@@ -117,6 +136,10 @@ pub(super) fn conclude(
         candidates: (candidates.len(), arena.tests),
         changes,
         would_help,
+        row_sd: scale,
+        grouping: None,
+        constraints: Vec::new(),
+        repaired: None,
         after: repaired.map(|(_, after)| after),
         before,
     })
@@ -179,6 +202,9 @@ fn findings(
                     exact: 1.0 - cosine < 1e-6,
                     excess: rival.excess.max(0.0),
                     rounding: other.rounding,
+                    vanishing: other.vanishing,
+                    visible: other.visible,
+                    size: other.size,
                     together_with: rival.together.and_then(|j| candidates.get(j)).map(|c| c.regressor.clone()),
                 };
                 let order = u32::from(other.rank) + if other.rounding { 1000 } else { 0 };
@@ -230,7 +256,8 @@ fn coefficient(
     (result.value.map(|v| v - stated), result.uncertainty.as_ref().map(|c| c.u), unit)
 }
 
-fn changes(before: &Fit, after: &Fit) -> Vec<Change> {
+fn changes(before: &Fit, after: &Fit, widths: &[f64]) -> Vec<Change> {
+    let unknown = |id: &str| before.campaign.estimated().iter().position(|own| own.id == id);
     let of = |p: &fit::ParameterResult| (p.value, p.uncertainty.as_ref().map(|c| c.u));
     before
         .parameters
@@ -243,6 +270,7 @@ fn changes(before: &Fit, after: &Fit) -> Vec<Change> {
                 unit: own.unit.clone(),
                 before: of(own),
                 after: of(then),
+                alias_half_width: unknown(&own.id).and_then(|j| widths.get(j)).copied().unwrap_or_default(),
             })
         })
         .collect()

@@ -7,49 +7,61 @@
 //! | file | subject |
 //! |---|---|
 //! | `catalogue.rs` | effects as data |
+//! | `assumptions.rs` | priors and constraints: held, and candidates themselves |
+//! | `look.rs` | one pass of the search at one point |
 //! | `candidates.rs` | each effect as a column of this campaign |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `search.rs` | the smallest complete set, and its rivals |
+//! | `plain.rs` | the search on columns that come from no campaign |
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
+//! | `foresee.rs` | what a diagnosis could find on a schedule |
+//! | `ambiguity.rs` | what the aliases do to the parameters |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
+//! | `linear.rs` | small systems |
 //!
 //! Honesty: probabilities count everything that was tried; what the schedule cannot tell apart is one finding with aliases; a set that only
-//! approximates the pattern is not named. Constraints are left out: the free model is diagnosed.
+//! approximates the pattern is not named. Priors and constraints stand while the model is diagnosed, and may be found wrong themselves.
 
+mod ambiguity;
 mod arena;
+mod assumptions;
 mod candidates;
 mod catalogue;
 mod finding;
+mod foresee;
 mod holdout;
+mod linear;
+mod look;
 mod noise;
 mod places;
+pub(crate) mod plain;
 mod pool;
 mod repair;
 mod search;
 mod separate;
 mod support;
 
+pub use assumptions::Held;
 pub use candidates::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding};
+pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
+pub use look::candidates;
 pub use noise::NoiseFrom;
-pub use places::{Cell, Level, Place};
+pub use places::{Cell, Grouping, Level, Place};
 pub use pool::{Pool, VISIBLE};
 
 use crate::campaign::{Campaign, JointState};
-use crate::design::{self, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Fit};
-use arena::Arena;
-use noise::Weighted;
+use look::Look;
 use search::{Found, Levels};
-use support::Support;
 
 /// How to diagnose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,6 +170,8 @@ pub struct Diagnosis {
     pub noise: NoiseFloor,
     /// Where the gap is, the most significant first.
     pub places: Vec<Place>,
+    /// The readings by the factor with few levels that the gap follows most, for a picture.
+    pub grouping: Option<Grouping>,
     /// What is unexplained.
     pub unexplained: Option<Unexplained>,
     /// Leave-one-position-out prediction.
@@ -170,12 +184,18 @@ pub struct Diagnosis {
     pub changes: Vec<Change>,
     /// Positions that would make a diagnosis possible, best first.
     pub would_help: Vec<Vec<JointState>>,
+    /// Standard deviation that the noise floor gives each row, in the sensor's unit; readings first, then priors.
+    pub row_sd: Vec<f64>,
+    /// What was done with each constraint.
+    pub constraints: Vec<Held>,
+    /// The repaired question with its constraints as they were asked for, without those found wrong; `None` where nothing was found.
+    pub repaired: Option<Campaign>,
 }
 
-/// Candidates that are mostly in the model already are the less plausible the less of them is left.
-const MOSTLY_ABSORBED: f64 = 1e-2;
 /// Passes of search and repair: columns that depend on the tilts follow the repaired ones.
 const PASSES: usize = 3;
+/// Sets whose repair may fail before the search is left as it is.
+const BROKEN: usize = 8;
 
 /// Diagnose a campaign with a catalogue (see `wire::built_in_effects`).
 ///
@@ -186,33 +206,31 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
             .expected("a number between 0 and 1, for example 0.01")
             .found(settings.significance.to_string()));
     }
-    let mut free = campaign.clone();
-    free.constraints.clear();
-    let campaign = &free;
+    let assumed = assumptions::hold(campaign)?;
+    let question = campaign;
+    let campaign = &assumed.campaign;
     let before = fit_exactly(campaign)?;
-    let model = Model::new(campaign)?;
     let levels = Levels::of(settings.significance);
-    let mut point = before.design.point.clone();
-    let mut scales: Option<Vec<Option<f64>>> = None;
-    let mut steps = Vec::new();
+    let mut pass = look::Pass::new(campaign, &assumed.asked, catalogue, levels, before.design.point.clone())?;
     let mut result: Option<(Look, Option<(Campaign, Fit)>)> = None;
     let mut named: Option<Vec<String>> = None;
-    for _ in 0..PASSES {
-        let look = look(campaign, catalogue, &model, &point, scales.as_deref(), levels, &mut steps)?;
+    let (mut passes, mut broken) = (0, 0);
+    while passes < PASSES {
+        let look = pass.look()?;
         let Found::Set { set, .. } = &look.found else {
             result = Some((look, None));
             break;
         };
         let effects: Vec<&Candidate> = set.iter().filter_map(|j| look.candidates.get(*j)).collect();
         let names: Vec<String> = effects.iter().map(|c| c.regressor.clone()).collect();
-        let repaired = repair::repair(campaign, &effects)?;
+        let repaired = repaired(campaign, &effects)?;
         let after = fit_exactly(&repaired)?;
-        for (value, parameter) in point.iter_mut().zip(campaign.estimated()) {
-            if let Some(found) = repaired.parameter_index(&parameter.id).and_then(|k| after.point.get(k)) {
-                *value = *found;
-            }
+        if !pass.keeps_its_promise(&look, set, &after) && broken < BROKEN {
+            broken += 1;
+            continue;
         }
-        scales = Some(after.estimate.group_scale.clone());
+        passes += 1;
+        pass.stand_at(&repaired, &after);
         let settled = named.as_ref() == Some(&names);
         named = Some(names);
         result = Some((look, Some((repaired, after))));
@@ -223,91 +241,33 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let Some((look, repaired)) = result else {
         return Err(Malformed::new(Fault::Value, "the search made no pass"));
     };
-    finding::conclude(campaign, before, look, repaired, steps)
-}
-
-/// One pass at one point: candidates, their arena, what was found.
-pub(crate) struct Look {
-    candidates: Vec<Candidate>,
-    arena: Arena,
-    weighted: Weighted,
-    design: design::DesignMatrix,
-    found: Found,
-}
-
-fn look(
-    campaign: &Campaign,
-    catalogue: &[Effect],
-    model: &Model,
-    point: &[f64],
-    scales: Option<&[Option<f64>]>,
-    levels: Levels,
-    record: &mut Vec<Step>,
-) -> Result<Look> {
-    let design = design::assemble(campaign, model, point)?;
-    let weighted = noise::weigh(campaign, &design, scales)?;
-    let mut candidates = candidates::build(campaign, catalogue, model, &design, weighted.weight.len())?;
-    let mut arena = {
-        let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-        Arena::new(&weighted, &columns)
-    };
-    for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {
-        candidate.vanishing |= *visible < MOSTLY_ABSORBED;
+    let grouping = places::grouping(campaign, &look.design, &look.weighted);
+    let mut diagnosis = finding::conclude(campaign, before, look, repaired, pass.steps)?;
+    if let Some(after) = &diagnosis.after {
+        for finding in &mut diagnosis.effects {
+            assumptions::value(campaign, after, finding);
+        }
     }
-    let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-    let handicap: Vec<f64> = candidates
-        .iter()
-        .map(|candidate| {
-            let small = if candidate.vanishing { 5.0 } else { 0.0 };
-            let rounding = if candidate.rounding { 5.0 } else { 0.0 };
-            0.4 * f64::from(candidate.rank) + small + rounding
-        })
-        .collect();
-    let mut steps = Vec::new();
-    let found = if weighted.estimate.dof == 0 {
-        Found::Nothing
-    } else {
-        let positions = noise::positions(campaign, &design, weighted.weight.len());
-        let support = Support { weighted: &weighted, columns: &columns, positions: &positions };
-        search::search(&mut arena, levels, &handicap, &support, &mut steps)
-    };
-    let name = |j: usize| candidates.get(j).map_or(String::new(), |c: &Candidate| c.regressor.clone());
-    record.clear();
-    record.extend(steps.iter().map(|step| Step {
-        with: step.set.iter().map(|j| name(*j)).collect(),
-        strongest: step.strongest.map(|(j, t, p)| (name(j), t, p)),
-        global_p: step.global,
-    }));
-    Ok(Look { candidates, arena, weighted, design, found })
+    diagnosis.grouping = grouping;
+    diagnosis.constraints = assumed.held;
+    let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));
+    for k in wrong.filter_map(|k| assumed.asked.get(k)) {
+        diagnosis.constraints.iter_mut().skip(*k).take(1).for_each(|held| *held = Held::Wrong);
+    }
+    diagnosis.repaired = diagnosis.after.as_ref().map(|after| {
+        let mut repaired = after.campaign.clone();
+        let asked = question.constraints.iter().zip(&diagnosis.constraints);
+        repaired.constraints = asked.filter(|(_, held)| **held != Held::Wrong).map(|(own, _)| own.clone()).collect();
+        repaired
+    });
+    Ok(diagnosis)
 }
 
-/// Every candidate for this campaign at its fitted model, with the standard uncertainty that its coefficient would have in it.
-///
-/// What a schedule can see: an effect of less than five of these hides in the noise. Infinite where the model absorbs it.
-/// Errors: as [`diagnose`].
-pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Candidate, f64)>> {
-    let fit = fit_exactly(campaign)?;
-    let model = Model::new(campaign)?;
-    let mut point = fit.point.clone();
-    point.truncate(fit.design.point.len());
-    let design = design::assemble(campaign, &model, &point)?;
-    let weighted = noise::weigh(campaign, &design, None)?;
-    let mut candidates = candidates::build(campaign, catalogue, &model, &design, weighted.weight.len())?;
-    let arena = {
-        let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-        Arena::new(&weighted, &columns)
-    };
-    for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {
-        candidate.vanishing |= *visible < MOSTLY_ABSORBED;
-    }
-    let norm = |candidate: &Candidate| {
-        let largest = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-        let square = |(v, w): (&f64, &f64)| (v / largest * w) * (v / largest * w);
-        candidate.column.iter().zip(&weighted.weight).map(square).sum::<f64>().sqrt() * largest
-    };
-    let u: Vec<f64> =
-        candidates.iter().zip(arena.pool.visible()).map(|(c, visible)| 1.0 / (norm(c) * visible)).collect();
-    Ok(candidates.into_iter().zip(u).collect())
+/// The campaign with these effects in its model, and without the priors and constraints that are among them.
+fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
+    let freed = assumptions::freed(campaign, effects);
+    let terms: Vec<&Candidate> = effects.iter().filter(|c| !assumptions::is_assumption(c)).copied().collect();
+    repair::repair(&freed, &terms)
 }
 
 /// Gauss-Newton to the exact model, or the linear estimator where that does not converge.

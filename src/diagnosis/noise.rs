@@ -3,7 +3,7 @@
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{self, Estimate, Group, System};
+use crate::estimate::{Estimate, Group, System};
 use crate::fit::{self, Weighting};
 use faer::Mat;
 use std::collections::HashMap;
@@ -83,7 +83,7 @@ pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, scales: Option<&
     let system = fit::weigh(campaign, design, Weighting::AsStated)?;
     let groups = replicate_groups(campaign, design, system.observed.len());
     let unknown_scale = system.group.iter().any(|g| matches!(g, Group::Estimated(_)));
-    let relative = estimate::adjust(&system, &estimate::Settings::default())?;
+    let relative = fit::adjust_with_equations(campaign, design, &system)?;
     let mut from = NoiseFrom::Stated;
     let mut u = system.u.clone();
     if unknown_scale {
@@ -115,7 +115,7 @@ pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, scales: Option<&
     }
     let known =
         System { rows: system.rows, observed: system.observed, u, group: vec![Group::Known; groups.group.len()] };
-    let estimate = estimate::adjust(&known, &estimate::Settings::default())?;
+    let estimate = fit::adjust_with_equations(campaign, design, &known)?;
     let weight: Vec<f64> = known.u.iter().map(|u| 1.0 / u).collect();
     let residual: Vec<f64> = estimate.residuals.iter().zip(&weight).map(|(v, w)| v * w).collect();
     let rss = residual.iter().map(|v| v * v).sum();

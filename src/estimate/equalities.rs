@@ -35,6 +35,13 @@ pub struct Elimination {
     offset: Vec<f64>,
 }
 
+impl Elimination {
+    /// One solution of the equations, `n`: the one where every unknown that was kept is zero.
+    pub fn offset(&self) -> &[f64] {
+        &self.offset
+    }
+}
+
 /// Relative size below which an eliminated row is empty.
 const EMPTY: f64 = 1e-12;
 /// Relative size of a right-hand side that an empty row may keep.

@@ -96,6 +96,11 @@ impl Fold {
         Ok(())
     }
 
+    /// The triangle `[R z; 0 rho]` of all rows so far, `n + 1` square: it has the inner products of the weighted columns and observations.
+    pub fn triangle(&self) -> MatRef<'_, f64> {
+        self.triangle.as_ref()
+    }
+
     /// The estimate from all rows so far; `group` says whether their uncertainties are known or relative.
     pub fn finish(&self, group: Group, settings: &Settings) -> Result<Folded> {
         let n = self.triangle.ncols() - 1;

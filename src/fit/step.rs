@@ -9,7 +9,7 @@ use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{
-    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, System, adjust_components, adjust_hinted,
+    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, System, adjust, adjust_components, adjust_hinted,
     adjust_on, restrict,
 };
 
@@ -116,6 +116,15 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         whitened_residuals,
         settled,
     })
+}
+
+/// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.
+pub(crate) fn adjust_with_equations(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Result<Estimate> {
+    let settings = crate::estimate::Settings::default();
+    match eliminate(system, &Rules::at(campaign, &design.point), campaign.unknowns()).0 {
+        Some(elimination) => adjust_on(system, &elimination, &settings),
+        None => adjust(system, &settings),
+    }
 }
 
 /// Eliminate equations; or the constraints of the campaign that contradict each other.

@@ -53,7 +53,7 @@ pub fn combine(
     for (i, (id, parameters)) in carry.iter().enumerate() {
         let path = format!("calibration.carry.{id}");
         let source = Source::named(id).ok_or_else(|| {
-            let known: Vec<String> = Source::all().iter().map(Source::id).collect();
+            let known: Vec<String> = Source::catalogue().iter().map(Source::id).collect();
             Malformed::new(Fault::UnknownName, format!("no error source is called '{id}'"))
                 .at_path(&path)
                 .expected(format!("one of {}", known.join(", ")))
@@ -88,7 +88,7 @@ pub fn combine(
 impl SourceCovariance {
     /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and the noise's own.
     pub fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
-        let all = Source::all();
+        let all = Source::catalogue();
         let columns: Vec<_> = self
             .sources
             .iter()

@@ -1,16 +1,18 @@
-//! What is wrong with an inertial measurement unit: the errors of its two triads, and their names.
+//! What is wrong with an inertial measurement unit and with the navigator's start: errors and their names.
 //!
 //! Each triad reads `measured = (1 + K) true + b + k2 true^2 + noise` in the body frame: the diagonal of `K` holds the
 //! scale factor errors, the rest the installation errors (`xy`: what of the y input the x sensor sees), `b` the bias,
 //! `k2` the second-order coefficient of each sensor on its own input, noise a white one (random walk of its integral).
 
-/// Which of the two triads.
+/// Which of the two triads, or the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Instrument {
     /// Angular rate, rad/s.
     Gyro,
     /// Specific force, m/s^2.
     Accelerometer,
+    /// What the navigator believes when it starts: its alignment, velocity and position.
+    Start,
 }
 
 /// Errors of one triad, in SI units (rad/s or m/s^2) and body axes x right, y forward, z up.
@@ -26,13 +28,26 @@ pub struct TriadErrors {
     pub random_walk: f64,
 }
 
-/// Errors of the whole unit.
+/// What the navigator has wrong when it starts, in the convention of `run::NavigationError`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StartErrors {
+    /// `phi` about east, north, up, rad.
+    pub attitude: [f64; 3],
+    /// East, north, m/s.
+    pub velocity: [f64; 2],
+    /// East, north, m.
+    pub position: [f64; 2],
+}
+
+/// Errors of the whole unit, and of the navigator's start.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ImuErrors {
     /// Gyros.
     pub gyro: TriadErrors,
     /// Accelerometers.
     pub accelerometer: TriadErrors,
+    /// The start.
+    pub start: StartErrors,
 }
 
 /// The kind of a deterministic error source.
@@ -46,6 +61,12 @@ pub enum Kind {
     Installation,
     /// Second-order coefficient.
     SecondOrder,
+    /// Attitude at the start (tilts and azimuth).
+    Attitude,
+    /// Velocity at the start.
+    Velocity,
+    /// Position at the start.
+    Position,
 }
 
 /// One number of [`ImuErrors`]: an error source with a name.
@@ -55,13 +76,14 @@ pub struct Source {
     pub instrument: Instrument,
     /// The kind.
     pub kind: Kind,
-    /// The sensor's axis, 0 to 2.
+    /// The sensor's axis, 0 to 2; at the start east, north, up.
     pub axis: usize,
     /// The input's axis, 0 to 2; equal to `axis` unless the kind is an installation error.
     pub input: usize,
 }
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+const DIRECTIONS: [&str; 3] = ["east", "north", "up"];
 
 impl Source {
     /// The deterministic sources: 24 of bias, scale factor and installation, and 6 second-order ones after them.
@@ -95,9 +117,27 @@ impl Source {
         sources
     }
 
+    /// What can be wrong at the start: attitude, velocity and position, 7 sources.
+    pub fn start() -> Vec<Source> {
+        let source = |kind, axis| Source { instrument: Instrument::Start, kind, axis, input: axis };
+        let kinds = [(Kind::Attitude, 3), (Kind::Velocity, 2), (Kind::Position, 2)];
+        kinds.into_iter().flat_map(|(kind, axes)| (0..axes).map(move |axis| source(kind, axis))).collect()
+    }
+
+    /// Everything that a mission can have wrong: the 30 sources of the unit, then the 7 of the start.
+    ///
+    /// ```
+    /// use tumble::navigate::errors::Source;
+    /// assert_eq!(Source::catalogue().len(), 37);
+    /// assert_eq!(Source::catalogue()[32].id(), "start_attitude_up");
+    /// ```
+    pub fn catalogue() -> Vec<Source> {
+        Source::all().into_iter().chain(Source::start()).collect()
+    }
+
     /// The source of a name, if there is one.
     pub fn named(id: &str) -> Option<Source> {
-        Source::all().into_iter().find(|source| source.id() == id)
+        Source::catalogue().into_iter().find(|source| source.id() == id)
     }
 
     /// The group that the source belongs to, for example `gyro_scale_factor`.
@@ -105,19 +145,24 @@ impl Source {
         let instrument = match self.instrument {
             Instrument::Gyro => "gyro",
             Instrument::Accelerometer => "accelerometer",
+            Instrument::Start => "start",
         };
         let kind = match self.kind {
             Kind::Bias => "bias",
             Kind::ScaleFactor => "scale_factor",
             Kind::Installation => "installation",
             Kind::SecondOrder => "second_order",
+            Kind::Attitude => "attitude",
+            Kind::Velocity => "velocity",
+            Kind::Position => "position",
         };
         format!("{instrument}_{kind}")
     }
 
     /// The source's name, for example `gyro_bias_x` or `accelerometer_installation_xy`.
     pub fn id(&self) -> String {
-        let axis = |i: usize| AXES.get(i).copied().unwrap_or("?");
+        let names = if self.instrument == Instrument::Start { DIRECTIONS } else { AXES };
+        let axis = |i: usize| names.get(i).copied().unwrap_or("?");
         match self.kind {
             Kind::Installation => format!("{}_{}{}", self.group(), axis(self.axis), axis(self.input)),
             _ => format!("{}_{}", self.group(), axis(self.axis)),
@@ -128,24 +173,36 @@ impl Source {
     pub fn unit(&self) -> &'static str {
         match (self.instrument, self.kind) {
             (Instrument::Gyro, Kind::Bias) => "deg/h",
-            (Instrument::Accelerometer, Kind::Bias) => "g",
+            (_, Kind::Bias) => "g",
             (_, Kind::ScaleFactor) => "1",
-            (_, Kind::Installation) => "arcsec",
+            (_, Kind::Installation | Kind::Attitude) => "arcsec",
             (Instrument::Gyro, Kind::SecondOrder) => "(deg/h)/(deg/s)^2",
-            (Instrument::Accelerometer, Kind::SecondOrder) => "g/g^2",
+            (_, Kind::SecondOrder) => "g/g^2",
+            (_, Kind::Velocity) => "m/s",
+            (_, Kind::Position) => "m",
         }
     }
 
-    /// SI value (rad/s, m/s^2, 1, rad, s/rad, s^2/m) of one of [`Source::unit`].
+    /// SI value (rad/s, m/s^2, 1, rad, s/rad, s^2/m, m/s, m) of one of [`Source::unit`].
     pub fn si_per_unit(&self) -> f64 {
         let degree = 1f64.to_radians();
         match (self.instrument, self.kind) {
             (Instrument::Gyro, Kind::Bias) => degree / 3600.0,
-            (Instrument::Accelerometer, Kind::Bias) => super::earth::STANDARD_GRAVITY,
-            (_, Kind::ScaleFactor) => 1.0,
-            (_, Kind::Installation) => degree / 3600.0,
+            (_, Kind::Bias) => super::earth::STANDARD_GRAVITY,
+            (_, Kind::ScaleFactor | Kind::Velocity | Kind::Position) => 1.0,
+            (_, Kind::Installation | Kind::Attitude) => degree / 3600.0,
             (Instrument::Gyro, Kind::SecondOrder) => 1.0 / (3600.0 * degree),
-            (Instrument::Accelerometer, Kind::SecondOrder) => 1.0 / super::earth::STANDARD_GRAVITY,
+            (_, Kind::SecondOrder) => 1.0 / super::earth::STANDARD_GRAVITY,
+        }
+    }
+
+    /// The largest size, SI, that a navigator's unit and start can have at all: no mission holds more.
+    pub fn limit(&self) -> f64 {
+        match (self.instrument, self.kind) {
+            (Instrument::Accelerometer, Kind::Bias) => 10.0,
+            (_, Kind::Velocity) => 100.0,
+            (_, Kind::Position) => 1e5,
+            _ => 0.1,
         }
     }
 
@@ -166,6 +223,14 @@ impl Source {
         let triad = match self.instrument {
             Instrument::Gyro => &mut errors.gyro,
             Instrument::Accelerometer => &mut errors.accelerometer,
+            Instrument::Start => {
+                return match self.kind {
+                    Kind::Attitude => errors.start.attitude.get_mut(self.axis),
+                    Kind::Velocity => errors.start.velocity.get_mut(self.axis),
+                    Kind::Position => errors.start.position.get_mut(self.axis),
+                    _ => None,
+                };
+            }
         };
         match self.kind {
             Kind::Bias => triad.bias.get_mut(self.axis),
@@ -173,6 +238,7 @@ impl Source {
             Kind::ScaleFactor | Kind::Installation => {
                 triad.matrix.get_mut(self.axis).and_then(|row| row.get_mut(self.input))
             }
+            Kind::Attitude | Kind::Velocity | Kind::Position => None,
         }
     }
 }
@@ -181,7 +247,7 @@ impl ImuErrors {
     /// Only the sources that `keep` accepts; no noise.
     pub fn only(&self, keep: impl Fn(&Source) -> bool) -> ImuErrors {
         let mut kept = ImuErrors::default();
-        for source in Source::all().into_iter().filter(|source| keep(source)) {
+        for source in Source::catalogue().into_iter().filter(|source| keep(source)) {
             source.set(&mut kept, source.of(self));
         }
         kept
@@ -196,7 +262,15 @@ impl ImuErrors {
 
     /// The sources that are not zero.
     pub fn present(&self) -> Vec<Source> {
-        Source::all().into_iter().filter(|source| source.of(self) != 0.0).collect()
+        Source::catalogue().into_iter().filter(|source| source.of(self) != 0.0).collect()
+    }
+
+    /// The same without random walks.
+    pub fn noiseless(&self) -> ImuErrors {
+        let mut errors = *self;
+        errors.gyro.random_walk = 0.0;
+        errors.accelerometer.random_walk = 0.0;
+        errors
     }
 
     /// Whether there is noise, which needs random numbers at every step.

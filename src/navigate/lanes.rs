@@ -6,7 +6,8 @@
 //! increments are in the first-level cache.
 
 use super::course::{Block, Course, Truth};
-use super::errors::{ImuErrors, TriadErrors};
+use super::earth::Curvature;
+use super::errors::{ImuErrors, StartErrors, TriadErrors};
 use super::mechanise::{self, CHUNK, ERRORS, Memory, STATES, Setting};
 use super::mission::Mission;
 use super::quadrature::MAX_STEPS;
@@ -51,7 +52,7 @@ pub struct Belief {
 }
 
 impl Fleet {
-    /// Navigators that start from the truth, one for each set of errors; lane `k` of noise is seeded by `seed` and `k`.
+    /// Navigators that start from the truth but for their errors of the start, one for each set of errors; lane `k` of noise is seeded by `seed` and `k`.
     pub fn new(mission: &Mission, course: &mut Course, errors: &[ImuErrors], seed: u64) -> Fleet {
         let truth = course.truth();
         let past = course.before_start();
@@ -59,7 +60,7 @@ impl Fleet {
         let groups = errors
             .chunks(GROUP)
             .enumerate()
-            .map(|(g, chunk)| Group::new(chunk, mission.step, &truth, &past, seed, g * GROUP))
+            .map(|(g, chunk)| Group::new(chunk, setting, &truth, &past, seed, g * GROUP))
             .collect();
         Fleet { groups, setting, block: Block::default(), arch: Arch::new() }
     }
@@ -121,7 +122,8 @@ impl WithSimd for Advance<'_> {
 }
 
 impl Group {
-    fn new(chunk: &[ImuErrors], step: f64, truth: &Truth, past: &[f64; 6], seed: u64, first: usize) -> Group {
+    fn new(chunk: &[ImuErrors], setting: Setting, truth: &Truth, past: &[f64; 6], seed: u64, first: usize) -> Group {
+        let Setting { step, altitude } = setting;
         let mut group = Group {
             used: chunk.len(),
             memory: Box::new(Memory {
@@ -133,12 +135,9 @@ impl Group {
             noise: Vec::new(),
             drawn: Vec::new(),
         };
-        let (sine, cosine) = truth.latitude.sin_cos();
-        let [w, x, y, z] = truth.quaternion;
-        let [east, north] = truth.velocity;
-        let own = [w, x, y, z, east, north, truth.latitude, truth.longitude, sine, cosine, east, north];
         for lane in 0..GROUP {
             let errors = chunk.get(lane).copied().unwrap_or_default();
+            let own = believed(truth, &errors.start, altitude);
             let columns = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
             for (slot, value) in group.memory.errors.iter_mut().zip(columns) {
                 slot[lane] = value;
@@ -180,6 +179,27 @@ impl Group {
             }
         }
     }
+}
+
+/// What a navigator believes when it starts, as its states: the truth, turned by `-phi` and shifted.
+fn believed(truth: &Truth, start: &StartErrors, altitude: f64) -> [f64; STATES] {
+    let [tw, tx, ty, tz] = truth.quaternion;
+    let angle = start.attitude.iter().map(|phi| phi * phi).sum::<f64>().sqrt();
+    let part = if angle > 0.0 { -(0.5 * angle).sin() / angle } else { -0.5 };
+    let (w, [x, y, z]) = ((0.5 * angle).cos(), start.attitude.map(|phi| part * phi));
+    let quaternion = [
+        w * tw - x * tx - y * ty - z * tz,
+        w * tx + x * tw + y * tz - z * ty,
+        w * ty - x * tz + y * tw + z * tx,
+        w * tz + x * ty - y * tx + z * tw,
+    ];
+    let radii = Curvature::at(truth.latitude, altitude);
+    let latitude = truth.latitude + start.position[1] / radii.meridian;
+    let longitude = truth.longitude + start.position[0] / (radii.prime_vertical * truth.latitude.cos());
+    let [east, north] = [0, 1].map(|i| truth.velocity[i] + start.velocity[i]);
+    let (sine, cosine) = latitude.sin_cos();
+    let [w, x, y, z] = quaternion;
+    [w, x, y, z, east, north, latitude, longitude, sine, cosine, east, north]
 }
 
 /// A triad's errors for increments over a step.

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! (Titterton and Weston, *Strapdown Inertial Navigation Technology*, 2nd ed., section 12.3; Benson 1975 for the name.)
-//! `dw` and `df` are linear in the sources, so that 30 signatures, integrated once, hold every small error.
+//! `dw` and `df` are linear in the sources, so that 30 signatures and 7 of the start, integrated once, hold every small error.
 
 use super::course::{Block, Course, NodeValues};
 use super::earth::{self, Curvature, EARTH_RATE};
@@ -32,7 +32,7 @@ pub type Square = [[f64; STATES]; STATES];
 pub struct Signatures {
     /// Time, s.
     pub time: f64,
-    /// For each of [`Source::all`], the state per SI unit of it.
+    /// For each of [`Source::catalogue`], the state per SI unit of it.
     pub states: Vec<State>,
     /// Covariance that the mission's random walks have built up.
     pub noise: Square,
@@ -44,7 +44,7 @@ impl Signatures {
     /// The navigation error of a set of small errors (their noise left out).
     pub fn response(&self, errors: &ImuErrors) -> NavigationError {
         let mut sum = [0.0; STATES];
-        for (source, state) in Source::all().iter().zip(&self.states) {
+        for (source, state) in Source::catalogue().iter().zip(&self.states) {
             let value = source.of(errors);
             for (total, part) in sum.iter_mut().zip(state) {
                 *total += value * part;
@@ -139,7 +139,17 @@ pub fn frequencies(site: Site) -> Option<[f64; 3]> {
 
 /// Propagate all signatures along one motion of a mission; one call of `sink` for each row, as in a full run.
 pub fn propagate(mission: &Mission, motion: &Motion, sink: &mut dyn FnMut(&Signatures) -> Continue) {
-    let sources = Source::all();
+    propagate_to(mission, motion, &mut |done| done + mission.steps_per_row, sink);
+}
+
+/// The same with rows after steps of one's own: `next` gives the next row's step, from that of the row before.
+pub fn propagate_to(
+    mission: &Mission,
+    motion: &Motion,
+    next_row: &mut dyn FnMut(u64) -> u64,
+    sink: &mut dyn FnMut(&Signatures) -> Continue,
+) {
+    let sources = Source::catalogue();
     // Weights of the mean over a block and of its moment about the middle, on the same nodes for any number of steps.
     let rule = Quadrature::new(1);
     let mean = rule.whole;
@@ -152,6 +162,12 @@ pub fn propagate(mission: &Mission, motion: &Motion, sink: &mut dyn FnMut(&Signa
         noise: [[0.0; STATES]; STATES],
         metres: [0.0; 2],
     };
+    let place = course.truth();
+    let radii = Curvature::at(place.latitude, mission.site.altitude);
+    let metres = [radii.prime_vertical * place.latitude.cos(), radii.meridian];
+    for (source, state) in sources.iter().zip(&mut signatures.states) {
+        *state = at_start(source, metres);
+    }
     let mut next = 0;
     loop {
         if course.done() >= next {
@@ -162,7 +178,7 @@ pub fn propagate(mission: &Mission, motion: &Motion, sink: &mut dyn FnMut(&Signa
             if sink(&signatures) == Continue::Stop || course.done() >= mission.steps {
                 return;
             }
-            next = (course.done() + mission.steps_per_row).min(mission.steps);
+            next = next_row(course.done()).clamp(course.done() + 1, mission.steps);
         }
         let before = course.truth();
         let ahead = next - course.done();
@@ -187,6 +203,23 @@ pub fn propagate(mission: &Mission, motion: &Motion, sink: &mut dyn FnMut(&Signa
         }
         signatures.noise = grow(&signatures.noise, &whole, &mission.errors, span);
     }
+}
+
+/// The state at the start per SI unit of a source, with the metres of a radian of longitude and latitude there.
+fn at_start(source: &Source, metres: [f64; 2]) -> State {
+    let mut state = [0.0; STATES];
+    // longitude stands after latitude
+    let (place, value) = match (source.kind, source.axis) {
+        (Kind::Attitude, axis) => (axis, 1.0),
+        (Kind::Velocity, axis) => (3 + axis, 1.0),
+        (Kind::Position, 0) => (6, 1.0 / metres[0]),
+        (Kind::Position, _) => (5, 1.0 / metres[1]),
+        _ => return state,
+    };
+    if let Some(slot) = state.get_mut(place) {
+        *slot = value;
+    }
+    state
 }
 
 /// What a block adds per unit of each source: integrals of `C`, `C omega`, `C omega^2`, and the same of `f`.
@@ -221,17 +254,19 @@ impl Drive {
 
     /// The integral of `G` for one source: `-C dw` into the attitude, `C df` into the velocity.
     fn of(&self, source: &Source) -> State {
+        let mut state = [0.0; STATES];
         let (triad, sign, rows, first) = match source.instrument {
             Instrument::Gyro => (0, -1.0, 3, 0),
             Instrument::Accelerometer => (1, 1.0, 2, 3),
+            Instrument::Start => return state,
         };
-        let mut state = [0.0; STATES];
         for row in 0..rows {
             state[first + row] = sign
                 * match source.kind {
                     Kind::Bias => self.bias[row][source.axis],
                     Kind::ScaleFactor | Kind::Installation => self.matrix[triad][row][source.axis][source.input],
                     Kind::SecondOrder => self.square[triad][row][source.axis],
+                    Kind::Attitude | Kind::Velocity | Kind::Position => 0.0,
                 };
         }
         state

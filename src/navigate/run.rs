@@ -147,6 +147,18 @@ pub fn fly(
     scenarios: &[Scenario],
     sink: &mut dyn FnMut(&Row<'_>) -> Continue,
 ) -> Flight {
+    fly_to(mission, motion, scenarios, &mut |done| done + mission.steps_per_row, sink)
+}
+
+/// The same with rows after steps of one's own: `next` gives the next row's step, from that of the row before (an even
+/// number, as the navigator takes samples in pairs).
+pub fn fly_to(
+    mission: &Mission,
+    motion: &Motion,
+    scenarios: &[Scenario],
+    next_row: &mut dyn FnMut(u64) -> u64,
+    sink: &mut dyn FnMut(&Row<'_>) -> Continue,
+) -> Flight {
     let mut course = Course::new(mission, motion);
     let errors: Vec<ImuErrors> = scenarios.iter().map(|scenario| scenario.errors).collect();
     let mut fleet = Fleet::new(mission, &mut course, &errors, mission.seed);
@@ -169,7 +181,7 @@ pub fn fly(
             if sink(&Row { truth, errors: &now }) == Continue::Stop || course.done() >= mission.steps {
                 break;
             }
-            next = (course.done() + mission.steps_per_row).min(mission.steps);
+            next = next_row(course.done()).clamp(course.done() + 1, mission.steps);
         }
         let ahead = next - course.done();
         fleet.advance(&mut course, ahead);

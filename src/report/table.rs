@@ -32,7 +32,10 @@ pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 fn looks_numeric(cell: &str) -> bool {
-    cell.is_empty() || cell == "-" || cell == "inf" || cell.trim_end_matches(" %").parse::<f64>().is_ok()
+    cell.is_empty()
+        || cell == "-"
+        || cell == "inf"
+        || cell.trim_start_matches('<').trim_end_matches(" %").parse::<f64>().is_ok()
 }
 
 /// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2 (GUM 7.2.6).
@@ -50,7 +53,9 @@ pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
             if !(-6..=12).contains(&digits) {
                 return format!("{value:.6e}");
             }
-            format!("{value:.*}", digits.max(0) as usize)
+            let text = format!("{value:.*}", digits.max(0) as usize);
+            let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+            if zero { text.trim_start_matches('-').to_string() } else { text }
         }
         None => significant(value, 6),
     }

@@ -179,7 +179,11 @@ pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Reg
             let senses = senses(campaign, *joint);
             Box::new(move |k| senses.get(k).copied().unwrap_or_default())
         }
-        Regressor::Term(_) | Regressor::Tilt(_) | Regressor::Known(_) => Box::new(|_| 0.0),
+        Regressor::Term(_)
+        | Regressor::Tilt(_)
+        | Regressor::Known(_)
+        | Regressor::Prior(_)
+        | Regressor::Constraint(_) => Box::new(|_| 0.0),
     };
     rows.iter().map(|origin| if origin.sensor == sensor { value(origin.reading) } else { 0.0 }).collect()
 }

@@ -21,6 +21,10 @@ pub enum Regressor {
     Reading(usize),
     /// +1 where a joint was last moved forward, -1 where backward, by joint index.
     Approach(usize),
+    /// The error of a prior, by parameter index. Only a diagnosis has it.
+    Prior(usize),
+    /// What a constraint forbids, by its index. Only a diagnosis has it.
+    Constraint(usize),
 }
 
 impl Regressor {

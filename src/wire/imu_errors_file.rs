@@ -12,25 +12,52 @@ use std::fmt;
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorsFile {
     /// Gyro bias, deg/h.
+    #[serde(skip_serializing_if = "AxesFile::is_absent")]
     pub gyro_bias_deg_h: AxesFile,
     /// Gyro scale factor error, a ratio.
+    #[serde(skip_serializing_if = "AxesFile::is_absent")]
     pub gyro_scale_factor: AxesFile,
     /// Gyro installation errors, arcsec.
+    #[serde(skip_serializing_if = "InstallationFile::is_absent")]
     pub gyro_installation_arcsec: InstallationFile,
     /// Gyro second-order coefficients, (deg/h)/(deg/s)^2.
+    #[serde(skip_serializing_if = "AxesFile::is_absent")]
     pub gyro_second_order_deg_h_per_deg2_s2: AxesFile,
     /// Angle random walk of the gyros, deg/sqrt(h).
+    #[serde(skip_serializing_if = "is_zero")]
     pub angle_random_walk_deg_sqrt_h: f64,
     /// Accelerometer bias, g.
+    #[serde(skip_serializing_if = "AxesFile::is_absent")]
     pub accelerometer_bias_g: AxesFile,
     /// Accelerometer scale factor error, a ratio.
+    #[serde(skip_serializing_if = "AxesFile::is_absent")]
     pub accelerometer_scale_factor: AxesFile,
     /// Accelerometer installation errors, arcsec.
+    #[serde(skip_serializing_if = "InstallationFile::is_absent")]
     pub accelerometer_installation_arcsec: InstallationFile,
     /// Accelerometer second-order coefficients, g/g^2.
+    #[serde(skip_serializing_if = "AxesFile::is_absent")]
     pub accelerometer_second_order_g_per_g2: AxesFile,
     /// Velocity random walk of the accelerometers, (m/s)/sqrt(h).
+    #[serde(skip_serializing_if = "is_zero")]
     pub velocity_random_walk_m_s_sqrt_h: f64,
+    /// The navigator's attitude error at the start, `phi` about east, north, up, arcsec.
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub start_attitude_arcsec: [f64; 3],
+    /// Its velocity error at the start, east and north, m/s.
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub start_velocity_m_s: [f64; 2],
+    /// Its position error at the start, east and north, m.
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub start_position_m: [f64; 2],
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+fn is_nothing<const N: usize>(values: &[f64; N]) -> bool {
+    values.iter().all(is_zero)
 }
 
 /// One number for each axis, or one for all.
@@ -74,6 +101,47 @@ pub struct InstallationAngles {
     pub yz: f64,
     pub zx: f64,
     pub zy: f64,
+}
+
+impl AxesFile {
+    fn is_absent(&self) -> bool {
+        *self == AxesFile::Absent
+    }
+
+    fn each(self) -> [f64; 3] {
+        match self {
+            AxesFile::Absent => [0.0; 3],
+            AxesFile::All(value) => [value; 3],
+            AxesFile::Each(values) => values,
+        }
+    }
+}
+
+impl InstallationFile {
+    fn is_absent(&self) -> bool {
+        *self == InstallationFile::Absent
+    }
+
+    fn each(self) -> InstallationAngles {
+        match self {
+            InstallationFile::Absent => InstallationAngles::default(),
+            InstallationFile::All(v) => InstallationAngles { xy: v, xz: v, yx: v, yz: v, zx: v, zy: v },
+            InstallationFile::Each(angles) => angles,
+        }
+    }
+}
+
+impl InstallationAngles {
+    fn slot(&mut self, source: &Source) -> &mut f64 {
+        match (source.axis, source.input) {
+            (0, 1) => &mut self.xy,
+            (0, _) => &mut self.xz,
+            (1, 0) => &mut self.yx,
+            (1, _) => &mut self.yz,
+            (_, 0) => &mut self.zx,
+            _ => &mut self.zy,
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for AxesFile {
@@ -131,15 +199,9 @@ impl ErrorsFile {
     /// small one.
     pub fn errors(&self) -> Result<ImuErrors> {
         let mut errors = ImuErrors::default();
-        for source in Source::all() {
+        for source in Source::catalogue() {
             let (key, value) = self.value(&source);
-            let si = value * source.si_per_unit();
-            let limit = match (source.instrument, source.kind) {
-                (_, Kind::ScaleFactor | Kind::Installation) => 0.1,
-                (Instrument::Gyro, Kind::Bias) => 0.1,
-                (Instrument::Accelerometer, Kind::Bias) => 10.0,
-                (_, Kind::SecondOrder) => 0.1,
-            };
+            let (si, limit) = (value * source.si_per_unit(), source.limit());
             if !(si.abs() <= limit) {
                 return Err(Malformed::new(
                     Fault::Value,
@@ -168,24 +230,38 @@ impl ErrorsFile {
         Ok(errors)
     }
 
+    /// Change one source by a value in [`Source::unit`]; everything else stays as it was written.
+    pub fn add(&mut self, source: &Source, change: f64) {
+        let axes = |file: &mut AxesFile| {
+            let mut each = file.each();
+            each.get_mut(source.axis).into_iter().for_each(|value| *value += change);
+            *file = AxesFile::Each(each);
+        };
+        let installation = |file: &mut InstallationFile| {
+            let mut each = file.each();
+            *each.slot(source) += change;
+            *file = InstallationFile::Each(each);
+        };
+        let at = |values: &mut [f64]| values.get_mut(source.axis).into_iter().for_each(|value| *value += change);
+        match (source.instrument, source.kind) {
+            (Instrument::Gyro, Kind::Bias) => axes(&mut self.gyro_bias_deg_h),
+            (Instrument::Gyro, Kind::ScaleFactor) => axes(&mut self.gyro_scale_factor),
+            (Instrument::Gyro, Kind::Installation) => installation(&mut self.gyro_installation_arcsec),
+            (Instrument::Gyro, Kind::SecondOrder) => axes(&mut self.gyro_second_order_deg_h_per_deg2_s2),
+            (_, Kind::Bias) => axes(&mut self.accelerometer_bias_g),
+            (_, Kind::ScaleFactor) => axes(&mut self.accelerometer_scale_factor),
+            (_, Kind::Installation) => installation(&mut self.accelerometer_installation_arcsec),
+            (_, Kind::SecondOrder) => axes(&mut self.accelerometer_second_order_g_per_g2),
+            (_, Kind::Attitude) => at(&mut self.start_attitude_arcsec),
+            (_, Kind::Velocity) => at(&mut self.start_velocity_m_s),
+            (_, Kind::Position) => at(&mut self.start_position_m),
+        }
+    }
+
     fn value(&self, source: &Source) -> (&'static str, f64) {
-        let axes = |file: AxesFile| match file {
-            AxesFile::Absent => 0.0,
-            AxesFile::All(value) => value,
-            AxesFile::Each(values) => values.get(source.axis).copied().unwrap_or_default(),
-        };
-        let installation = |file: InstallationFile| match file {
-            InstallationFile::Absent => 0.0,
-            InstallationFile::All(value) => value,
-            InstallationFile::Each(angles) => match (source.axis, source.input) {
-                (0, 1) => angles.xy,
-                (0, 2) => angles.xz,
-                (1, 0) => angles.yx,
-                (1, 2) => angles.yz,
-                (2, 0) => angles.zx,
-                _ => angles.zy,
-            },
-        };
+        let at = |values: &[f64]| values.get(source.axis).copied().unwrap_or_default();
+        let axes = |file: AxesFile| at(&file.each());
+        let installation = |file: InstallationFile| *file.each().slot(source);
         match (source.instrument, source.kind) {
             (Instrument::Gyro, Kind::Bias) => ("gyro_bias_deg_h", axes(self.gyro_bias_deg_h)),
             (Instrument::Gyro, Kind::ScaleFactor) => ("gyro_scale_factor", axes(self.gyro_scale_factor)),
@@ -195,16 +271,17 @@ impl ErrorsFile {
             (Instrument::Gyro, Kind::SecondOrder) => {
                 ("gyro_second_order_deg_h_per_deg2_s2", axes(self.gyro_second_order_deg_h_per_deg2_s2))
             }
-            (Instrument::Accelerometer, Kind::Bias) => ("accelerometer_bias_g", axes(self.accelerometer_bias_g)),
-            (Instrument::Accelerometer, Kind::ScaleFactor) => {
-                ("accelerometer_scale_factor", axes(self.accelerometer_scale_factor))
-            }
-            (Instrument::Accelerometer, Kind::Installation) => {
+            (_, Kind::Bias) => ("accelerometer_bias_g", axes(self.accelerometer_bias_g)),
+            (_, Kind::ScaleFactor) => ("accelerometer_scale_factor", axes(self.accelerometer_scale_factor)),
+            (_, Kind::Installation) => {
                 ("accelerometer_installation_arcsec", installation(self.accelerometer_installation_arcsec))
             }
-            (Instrument::Accelerometer, Kind::SecondOrder) => {
+            (_, Kind::SecondOrder) => {
                 ("accelerometer_second_order_g_per_g2", axes(self.accelerometer_second_order_g_per_g2))
             }
+            (_, Kind::Attitude) => ("start_attitude_arcsec", at(&self.start_attitude_arcsec)),
+            (_, Kind::Velocity) => ("start_velocity_m_s", at(&self.start_velocity_m_s)),
+            (_, Kind::Position) => ("start_position_m", at(&self.start_position_m)),
         }
     }
 }

@@ -10,6 +10,7 @@ mod effects_file;
 mod imu_errors_file;
 mod lab;
 mod locate;
+mod measured_file;
 mod mission_file;
 mod named;
 mod readings_file;
@@ -29,6 +30,7 @@ pub use lab::{
 };
 use locate::in_source;
 pub use locate::{line_and_column, locate};
+pub use measured_file::{read_measured, write_measured};
 pub use mission_file::{
     CalibrationFile, CovarianceFile, LegFile, LegsFile, MissionFile, MissionSiteFile, MotionFile, OscillationFile,
     ScenariosFile, StaticFile, SwingFile, read_covariance,

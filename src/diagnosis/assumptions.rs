@@ -1,0 +1,232 @@
+//! What a campaign asserts besides its model line: priors and constraints. They stand while the model is diagnosed, and each may be wrong.
+//!
+//! An equation is met exactly, an inequality that holds the estimate back is held as an equation (a norm by its tangent), any other has no
+//! part. Taking a prior or an equation away is a candidate like any other: its column is what it kept the parameters from doing.
+
+use super::{Candidate, Finding};
+use crate::campaign::{Campaign, Constraint, Role};
+use crate::design::DesignMatrix;
+use crate::error::Result;
+use crate::estimate::{Equation, Equations, Side};
+use crate::fit::{self, Constraints, Fit, Weighting};
+use crate::simulate::Regressor;
+
+/// What a diagnosis did with a constraint of the campaign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    /// An equality: met exactly throughout.
+    Equality,
+    /// An inequality that holds the estimate back: taken as an equality at its limit.
+    AtLimit,
+    /// An inequality that the estimate meets by itself: it has no part.
+    Inactive,
+    /// It contradicts others, or could not be applied: left out.
+    LeftOut,
+    /// Found to be wrong, and taken away by the repair.
+    Wrong,
+}
+
+impl Held {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Held::Equality => "equality",
+            Held::AtLimit => "at-limit",
+            Held::Inactive => "inactive",
+            Held::LeftOut => "left-out",
+            Held::Wrong => "wrong",
+        }
+    }
+}
+
+/// A campaign whose constraints are equations only, and where each of them comes from.
+pub(super) struct Assumed {
+    pub campaign: Campaign,
+    /// For each constraint that was asked for.
+    pub held: Vec<Held>,
+    /// For each equation, the constraint that was asked for.
+    pub asked: Vec<usize>,
+}
+
+/// Hold what is active at the estimate, let go what is not.
+pub(super) fn hold(campaign: &Campaign) -> Result<Assumed> {
+    let equality = |c: &Constraint| matches!(c, Constraint::Linear { lower, upper, .. } if lower == upper);
+    let mut assumed = Assumed { campaign: campaign.clone(), held: Vec::new(), asked: Vec::new() };
+    if campaign.constraints.is_empty() {
+        return Ok(assumed);
+    }
+    assumed.campaign.constraints.clear();
+    let fit = super::fit_exactly(campaign)?;
+    for (k, constraint) in campaign.constraints.iter().enumerate() {
+        let (held, equation) = match &fit.constraints {
+            Constraints::Contradictory(_) => (Held::LeftOut, None),
+            _ if equality(constraint) => (Held::Equality, Some(constraint.clone())),
+            Constraints::Met { active, .. } => match active.iter().find(|a| a.constraint == k) {
+                Some(own) => match at_limit(constraint, own.side, &fit.point) {
+                    Some(equation) => (Held::AtLimit, Some(equation)),
+                    None => (Held::LeftOut, None),
+                },
+                None => (Held::Inactive, None),
+            },
+            Constraints::None | Constraints::NotApplied => (Held::LeftOut, None),
+        };
+        assumed.held.push(held);
+        if let Some(equation) = equation {
+            assumed.campaign.constraints.push(equation);
+            assumed.asked.push(k);
+        }
+    }
+    Ok(assumed)
+}
+
+/// An active inequality as an equation; a norm by its tangent, `sum (x_j / |x|) x_j = limit`.
+fn at_limit(constraint: &Constraint, side: Side, point: &[f64]) -> Option<Constraint> {
+    let at = |j: &usize| point.get(*j).copied().unwrap_or_default();
+    match constraint {
+        Constraint::Linear { terms, lower, upper } => {
+            let limit = if side == Side::Lower { *lower } else { *upper };
+            Some(Constraint::Linear { terms: terms.clone(), lower: limit, upper: limit })
+        }
+        Constraint::Norm { of, at_most } => {
+            let norm = of.iter().map(|j| at(j) * at(j)).sum::<f64>().sqrt();
+            let terms = of.iter().map(|j| (*j, at(j) / norm)).collect();
+            (norm > 0.0).then_some(Constraint::Linear { terms, lower: *at_most, upper: *at_most })
+        }
+    }
+}
+
+/// Each prior and each equation as a candidate: the column of what it forbids. `asked` numbers the equations as the campaign's file does.
+pub(super) fn candidates(campaign: &Campaign, asked: &[usize], design: &DesignMatrix) -> Result<Vec<Candidate>> {
+    let mut found = Vec::new();
+    let system = fit::weigh(campaign, design, Weighting::AsStated)?;
+    let rows = system.observed.len();
+    let mut row = design.rows.len();
+    for (k, parameter) in campaign.estimated().iter().enumerate() {
+        if let Role::Estimated { prior: Some(_), .. } = parameter.role {
+            let mut column = vec![0.0; rows];
+            column.iter_mut().skip(row).take(1).for_each(|value| *value = 1.0);
+            row += 1;
+            found.push(Candidate {
+                regressor: format!("prior:{}", parameter.id),
+                name: format!("error of the prior of {}", parameter.id),
+                kind: Regressor::Prior(k),
+                why: "the prior value is not that of this campaign".into(),
+                confirm: "leave the prior out, or measure at positions that determine the parameter without it".into(),
+                ..blank(column)
+            });
+        }
+    }
+    for (k, column) in equation_columns(campaign, &system.rows) {
+        let number = asked.get(k).map_or(k, |own| own + 1);
+        found.push(Candidate {
+            regressor: format!("constraint:{number}"),
+            name: format!("constraint {number} does not hold"),
+            kind: Regressor::Constraint(k),
+            why: "what was taken as given between the parameters is not so in this campaign".into(),
+            confirm: "leave the constraint out and compare the estimates with it".into(),
+            ..blank(column)
+        });
+    }
+    Ok(found)
+}
+
+fn blank(column: Vec<f64>) -> Candidate {
+    Candidate {
+        regressor: String::new(),
+        name: String::new(),
+        coefficient: String::new(),
+        kind: Regressor::Prior(0),
+        sensor: None,
+        rank: 0,
+        why: String::new(),
+        confirm: String::new(),
+        existing: None,
+        rounding: false,
+        vanishing: false,
+        visible: 1.0,
+        size: 1.0,
+        column,
+    }
+}
+
+/// For each equation that the others do not imply: `A d` with `b_k d = 1` and `b_l d = 0` for the others.
+fn equation_columns(campaign: &Campaign, rows: &faer::Mat<f64>) -> Vec<(usize, Vec<f64>)> {
+    let linear = |own: &Constraint| match own {
+        Constraint::Linear { terms, .. } => terms.clone(),
+        Constraint::Norm { .. } => Vec::new(),
+    };
+    let terms: Vec<Vec<(usize, f64)>> = campaign.constraints.iter().map(linear).collect();
+    let mut columns = Vec::new();
+    for k in 0..terms.len() {
+        let value = |l: usize| f64::from(u8::from(l == k));
+        let equations: Vec<Equation> =
+            terms.iter().enumerate().map(|(l, terms)| Equation { terms: terms.clone(), value: value(l) }).collect();
+        if let Equations::Consistent(elimination) = Equations::new(rows.ncols(), &[], &equations) {
+            let mut column = vec![0.0; rows.nrows()];
+            for (j, d) in elimination.offset().iter().enumerate().take(rows.ncols()) {
+                column.iter_mut().zip(rows.col_as_slice(j)).for_each(|(sum, a)| *sum += a * d);
+            }
+            columns.push((k, column));
+        }
+    }
+    columns
+}
+
+/// The campaign without the priors and equations among these effects.
+pub(super) fn freed(campaign: &Campaign, effects: &[&Candidate]) -> Campaign {
+    let mut freed = campaign.clone();
+    let wrong: Vec<usize> = effects.iter().filter_map(|c| constraint_of(c)).collect();
+    let kept = freed.constraints.iter().enumerate().filter(|(k, _)| !wrong.contains(k)).map(|(_, own)| own.clone());
+    freed.constraints = kept.collect();
+    for effect in effects {
+        if let Regressor::Prior(k) = effect.kind
+            && let Some(parameter) = freed.parameters.get_mut(k)
+        {
+            // where the prior stood the estimate still begins
+            let start = Some(parameter.reference());
+            parameter.role = Role::Estimated { start, prior: None };
+        }
+    }
+    freed
+}
+
+/// Is this an effect that no model line has: a prior or a constraint that is wrong?
+pub(super) fn is_assumption(candidate: &Candidate) -> bool {
+    matches!(candidate.kind, Regressor::Prior(_) | Regressor::Constraint(_))
+}
+
+/// The equation that a candidate takes away.
+pub(super) fn constraint_of(candidate: &Candidate) -> Option<usize> {
+    match candidate.kind {
+        Regressor::Constraint(k) => Some(k),
+        _ => None,
+    }
+}
+
+/// By how much a prior or an equation misses, with its standard uncertainty: in the parameter's unit (radians for tilts).
+pub(super) fn value(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
+    let at = |j: usize| after.point.get(j).copied().unwrap_or_default();
+    let unit = |j: usize| campaign.parameters.get(j).map_or(String::new(), |p| p.unit.clone());
+    let n = after.covariance.nrows();
+    let along = |terms: &[(usize, f64)]| {
+        let inside = || terms.iter().filter(|(j, _)| *j < n);
+        inside().map(|(j, a)| inside().map(|(k, b)| a * b * after.covariance[(*j, *k)]).sum::<f64>()).sum::<f64>()
+    };
+    match finding.effect.kind {
+        Regressor::Prior(k) => {
+            let Some(Role::Estimated { prior: Some(prior), .. }) = campaign.parameters.get(k).map(|p| &p.role) else {
+                return;
+            };
+            finding.value = Some(at(k) - prior.value);
+            finding.u = Some((along(&[(k, 1.0)]) + prior.u * prior.u).sqrt());
+            finding.unit = unit(k);
+        }
+        Regressor::Constraint(k) => {
+            let Some(Constraint::Linear { terms, lower, .. }) = campaign.constraints.get(k) else { return };
+            finding.value = Some(terms.iter().map(|(j, c)| c * at(*j)).sum::<f64>() - lower);
+            finding.u = Some(along(terms).max(0.0).sqrt());
+            finding.unit = terms.first().map_or(String::new(), |(j, _)| unit(*j));
+        }
+        _ => {}
+    }
+}

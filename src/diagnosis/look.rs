@@ -1,0 +1,161 @@
+//! One pass: every candidate at one point of the model, and what the search finds among them.
+
+use super::arena::Arena;
+use super::candidates::build;
+use super::noise::{self, Weighted};
+use super::search::{self, Found, Levels};
+use super::support::Support;
+use super::{Candidate, Effect, Step, assumptions};
+use crate::campaign::Campaign;
+use crate::design::{self, DesignMatrix, Model};
+use crate::error::Result;
+use crate::fit::Fit;
+
+/// Candidates that are mostly in the model already are the less plausible the less of them is left.
+const MOSTLY_ABSORBED: f64 = 1e-2;
+
+/// What the passes of a diagnosis share, and where the next one stands.
+pub(super) struct Pass<'a> {
+    campaign: &'a Campaign,
+    /// For each equation, the constraint that was asked for.
+    asked: &'a [usize],
+    catalogue: &'a [Effect],
+    levels: Levels,
+    model: Model,
+    point: Vec<f64>,
+    scales: Option<Vec<Option<f64>>>,
+    /// Candidates whose repair did not do what their column promised.
+    banned: Vec<(String, Option<usize>)>,
+    /// The last pass's record.
+    pub steps: Vec<Step>,
+}
+
+/// What one pass saw and found.
+pub(super) struct Look {
+    pub candidates: Vec<Candidate>,
+    pub arena: Arena,
+    pub weighted: Weighted,
+    pub design: DesignMatrix,
+    pub found: Found,
+}
+
+impl<'a> Pass<'a> {
+    pub fn new(
+        campaign: &'a Campaign,
+        asked: &'a [usize],
+        catalogue: &'a [Effect],
+        levels: Levels,
+        point: Vec<f64>,
+    ) -> Result<Self> {
+        let model = Model::new(campaign)?;
+        Ok(Pass {
+            campaign,
+            asked,
+            catalogue,
+            levels,
+            model,
+            point,
+            scales: None,
+            banned: Vec::new(),
+            steps: Vec::new(),
+        })
+    }
+
+    /// Stand where a repaired model stands, with its noise: columns that depend on the tilts follow.
+    pub fn stand_at(&mut self, repaired: &Campaign, after: &Fit) {
+        for (value, parameter) in self.point.iter_mut().zip(self.campaign.estimated()) {
+            if let Some(found) = repaired.parameter_index(&parameter.id).and_then(|k| after.point.get(k)) {
+                *value = *found;
+            }
+        }
+        self.scales = Some(after.estimate.group_scale.clone());
+    }
+
+    /// Does the exact fit with a set take off at least half of what its columns promised? If not, the set is banned.
+    ///
+    /// A column that exists only because of wrong tilts promises what no coefficient keeps: once the tilts are right, it is gone.
+    pub fn keeps_its_promise(&mut self, look: &Look, set: &[usize], after: &Fit) -> bool {
+        let left: f64 = after.estimate.residuals.iter().zip(&look.weighted.weight).map(|(v, w)| v * w * v * w).sum();
+        let promised = look.arena.rss - look.arena.rss_of(set);
+        if look.arena.rss - left >= 0.5 * promised {
+            return true;
+        }
+        // of a set the least visible is the one that fails
+        let least = set
+            .iter()
+            .filter_map(|j| look.candidates.get(*j))
+            .min_by(|a, b| (a.visible * a.size).total_cmp(&(b.visible * b.size)));
+        self.banned.extend(least.map(|c| (c.regressor.clone(), c.sensor)));
+        false
+    }
+
+    fn arena(&self) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, Arena)> {
+        let design = design::assemble(self.campaign, &self.model, &self.point)?;
+        let weighted = noise::weigh(self.campaign, &design, self.scales.as_deref())?;
+        let mut candidates = build(self.campaign, self.catalogue, &self.model, &design, weighted.weight.len())?;
+        candidates.extend(assumptions::candidates(self.campaign, self.asked, &design)?);
+        candidates.retain(|c| !self.banned.iter().any(|(name, sensor)| *name == c.regressor && *sensor == c.sensor));
+        let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
+        let arena = Arena::new(&weighted, &columns);
+        for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {
+            candidate.visible = *visible;
+            candidate.vanishing |= *visible < MOSTLY_ABSORBED;
+        }
+        Ok((design, weighted, candidates, arena))
+    }
+
+    pub fn look(&mut self) -> Result<Look> {
+        let (design, weighted, candidates, mut arena) = self.arena()?;
+        let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
+        let handicap: Vec<f64> = candidates
+            .iter()
+            .map(|candidate| {
+                let small = if candidate.vanishing { 5.0 } else { 0.0 };
+                let rounding = if candidate.rounding { 5.0 } else { 0.0 };
+                0.4 * f64::from(candidate.rank) + small + rounding
+            })
+            .collect();
+        let mut steps = Vec::new();
+        let found = if weighted.estimate.dof == 0 {
+            Found::Nothing
+        } else {
+            let positions = noise::positions(self.campaign, &design, weighted.weight.len());
+            let support = Support { weighted: &weighted, columns: &columns, positions: &positions };
+            search::search(&mut arena, self.levels, &handicap, &support, &mut steps)
+        };
+        let name = |j: usize| candidates.get(j).map_or(String::new(), |c: &Candidate| c.regressor.clone());
+        self.steps = steps
+            .iter()
+            .map(|step| Step {
+                with: step.set.iter().map(|j| name(*j)).collect(),
+                strongest: step.strongest.map(|(j, t, p)| (name(j), t, p)),
+                global_p: step.global,
+            })
+            .collect();
+        Ok(Look { candidates, arena, weighted, design, found })
+    }
+}
+
+/// Every candidate for this campaign at its fitted model, with the standard uncertainty that its coefficient would have in it.
+///
+/// What a schedule can see: an effect of less than five of these hides in the noise. Infinite where the model absorbs it.
+/// Errors: as [`super::diagnose`].
+pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Candidate, f64)>> {
+    let assumed = assumptions::hold(campaign)?;
+    let campaign = &assumed.campaign;
+    let fit = super::fit_exactly(campaign)?;
+    let mut point = fit.point.clone();
+    point.truncate(fit.design.point.len());
+    let (_, weighted, candidates, _) =
+        Pass::new(campaign, &assumed.asked, catalogue, Levels::of(0.01), point)?.arena()?;
+    let norm = |candidate: &Candidate| {
+        let largest = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        let square = |(v, w): (&f64, &f64)| (v / largest * w) * (v / largest * w);
+        candidate.column.iter().zip(&weighted.weight).map(square).sum::<f64>().sqrt() * largest
+    };
+    let with_u = |candidate: Candidate| {
+        let u = 1.0 / (norm(&candidate) * candidate.visible);
+        (candidate, u)
+    };
+    Ok(candidates.into_iter().map(with_u).collect())
+}

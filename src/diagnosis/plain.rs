@@ -1,0 +1,162 @@
+//! The same search on plain columns: for a linear model that comes from elsewhere than a campaign (the signatures of a navigator's errors).
+//!
+//! Columns and residuals are weighted already and nothing is estimated beside the candidates. An orthogonal transformation of both changes
+//! nothing (all that counts are inner products), so that many rows may come as the triangle of their QR; `rows` says how many there were.
+
+use super::arena::Arena;
+use super::noise::{NoiseFrom, Weighted};
+use super::search::{self, Found, Levels};
+use super::support::Support;
+use crate::error::Result;
+use crate::estimate::{self, Group, System};
+use faer::Mat;
+
+/// Which columns explain a residual?
+pub(crate) struct Question<'a> {
+    /// Candidates, weighted.
+    pub columns: &'a [Vec<f64>],
+    /// What is to be explained, weighted.
+    pub residual: &'a [f64],
+    /// Rows of the data, at least those of the columns.
+    pub rows: usize,
+    /// Where the weights come from: stated or residuals.
+    pub from: NoiseFrom,
+    /// What decides among candidates that fit alike, in variances of the noise.
+    pub handicap: &'a [f64],
+    /// Probability of naming anything when nothing is missing.
+    pub significance: f64,
+}
+
+/// What the search says.
+pub(crate) struct Answer {
+    pub verdict: Verdict,
+    /// Distinct candidates: how many tests every probability accounts for.
+    pub tests: usize,
+    /// Looks at the evidence: members, the strongest further candidate with its t and p, the global test.
+    pub steps: Vec<Look>,
+}
+
+pub(crate) struct Look {
+    pub with: Vec<usize>,
+    pub strongest: Option<(usize, f64, f64)>,
+    pub global: Option<f64>,
+}
+
+pub(crate) enum Verdict {
+    Nothing,
+    Found(Vec<Member>),
+    /// The nearest set, which was not accepted, and the share of the sum of squares that it would take off.
+    Unexplained(Vec<usize>, f64),
+}
+
+/// A column that is missing.
+pub(crate) struct Member {
+    pub index: usize,
+    /// Given the other members; normal where the noise is stated.
+    pub t: f64,
+    /// Family-wise.
+    pub p: f64,
+    /// Share of the sum of squares, the other members given.
+    pub explains: f64,
+    pub aliases: Vec<Alias>,
+}
+
+/// Another column that could stand in a member's place.
+pub(crate) struct Alias {
+    pub index: usize,
+    /// The same column, but for rounding.
+    pub exact: bool,
+    /// How much worse it fits, in variances of the noise.
+    pub excess: f64,
+    /// A column that must then stand in the place of the other member.
+    pub together: Option<usize>,
+}
+
+/// Errors: numbers that are not finite.
+pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
+    let m = question.residual.len();
+    let bare = System {
+        rows: Mat::zeros(m, 0),
+        observed: question.residual.to_vec(),
+        u: vec![1.0; m],
+        group: vec![Group::Known; m],
+    };
+    let mut estimate = estimate::adjust(&bare, &estimate::Settings::default())?;
+    estimate.dof = question.rows.max(m);
+    let residual = question.residual.to_vec();
+    let rss = residual.iter().map(|v| v * v).sum();
+    let weighted = Weighted { estimate, weight: vec![1.0; m], residual, rss, from: question.from, replicates: None };
+    let columns: Vec<&Vec<f64>> = question.columns.iter().collect();
+    let mut arena = Arena::new(&weighted, &columns);
+    let support = Support { weighted: &weighted, columns: &columns, positions: &[] };
+    let mut steps = Vec::new();
+    let levels = Levels::of(question.significance);
+    let found = search::search(&mut arena, levels, question.handicap, &support, &mut steps);
+    let verdict = match found {
+        Found::Nothing => Verdict::Nothing,
+        Found::Unexplained { nearest } => {
+            let left = if arena.rss > 0.0 { arena.rss_of(&nearest) / arena.rss } else { 1.0 };
+            Verdict::Unexplained(nearest, (1.0 - left).max(0.0))
+        }
+        Found::Set { set, rivals } => {
+            Verdict::Found((0..set.len()).filter_map(|place| member(&arena, &set, place, &rivals)).collect())
+        }
+    };
+    let looks = steps.into_iter().map(|s| Look {
+        with: s.set,
+        strongest: s.strongest.map(|(index, t, p)| (index, t, p)),
+        global: s.global,
+    });
+    Ok(Answer { verdict, tests: arena.tests, steps: looks.collect() })
+}
+
+fn member(arena: &Arena, set: &[usize], place: usize, rivals: &[search::Rival]) -> Option<Member> {
+    let index = *set.get(place)?;
+    let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, j)| *j).collect();
+    let without = arena.given(&others)?;
+    let (t, dof) = arena.t(&without, index);
+    let own = arena.cosines.col_as_slice(index);
+    let aliases = rivals.iter().filter(|rival| rival.place == place).map(|rival| Alias {
+        index: rival.candidate,
+        exact: own.get(rival.candidate).is_some_and(|cosine| 1.0 - cosine.abs() < 1e-6),
+        excess: rival.excess.max(0.0),
+        together: rival.together,
+    });
+    Some(Member {
+        index,
+        t,
+        p: arena.family_wise(t, dof),
+        explains: if arena.rss > 0.0 { (without.rss - arena.rss_of(set)) / arena.rss } else { 0.0 },
+        aliases: aliases.collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_is_named_and_its_double_is_an_alias() {
+        let line = |f: &dyn Fn(f64) -> f64| (0..60).map(|i| f(f64::from(i) / 60.0)).collect::<Vec<f64>>();
+        let columns = [line(&|x| x), line(&|x| 2.0 * x), line(&|x| (9.0 * x).sin()), line(&|_| 0.0)];
+        let noise = line(&|x| (1e4 * x * (1.0 + x)).sin());
+        let residual: Vec<f64> = columns[0].iter().zip(&noise).map(|(c, n)| 30.0 * c + n).collect();
+        let ask = |residual: &[f64]| {
+            let handicap = [0.0, 1.0, 0.0, 0.0];
+            let question = Question {
+                columns: &columns,
+                residual,
+                rows: 60,
+                from: NoiseFrom::Stated,
+                handicap: &handicap,
+                significance: 0.01,
+            };
+            search(&question).unwrap()
+        };
+        let Verdict::Found(members) = ask(&residual).verdict else { panic!("nothing found") };
+        assert_eq!((members.len(), members[0].index), (1, 0));
+        assert!(members[0].aliases.len() == 1 && members[0].aliases[0].index == 1 && members[0].aliases[0].exact);
+        assert!(matches!(ask(&noise).verdict, Verdict::Nothing));
+        assert_eq!(ask(&noise).tests, 2);
+    }
+}
