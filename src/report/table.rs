@@ -76,6 +76,15 @@ pub fn significant(value: f64, digits: i32) -> String {
     format!("{value:.*}", (digits - 1 - lead).max(0) as usize)
 }
 
+/// Six digits at most, no idle zeros.
+pub fn trimmed(value: f64) -> String {
+    let text = significant(value, 6);
+    if text.contains('.') && !text.contains('e') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_string();
+    }
+    text
+}
+
 /// Exponent of the leading digit.
 fn leading_digit(value: f64) -> i32 {
     value.abs().log10().floor() as i32
