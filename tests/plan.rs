@@ -653,7 +653,8 @@ fn budgets_buy_the_best_that_they_can() {
     let design = tumble::design::assemble(&campaign, &model, &campaign.reference_point()).unwrap();
     let rows: Vec<Vec<f64>> = (0..8).map(|i| (0..4).map(|j| design.jacobian[(i, j)] / 0.1).collect()).collect();
     let place = |k: usize| candidates.rows[k].joints[0];
-    for budget in [22.0, 27.0, 33.0] {
+    // with 29 no schedule that determines all four has more than twelve readings
+    for budget in [22.0, 26.0, 29.0] {
         for (criterion, weight) in
             [(Criterion::D, None), (Criterion::C("d".into()), Some(3)), (Criterion::C("b".into()), Some(1))]
         {
