@@ -127,6 +127,8 @@ const POWER: f64 = 0.8;
 const ZERO: f64 = 1e-9;
 /// Cosines this near to 1 are one direction.
 const ONE_DIRECTION: f64 = 1e-6;
+/// Means of terms with kinks have no more than four digits: less than this share left of them is error of the mean.
+const ROUGH: f64 = 1e-3;
 /// General positions that are looked at beside the schedule.
 const GENERAL: usize = 24;
 /// Small tilts, radians: 100 arcsec.
@@ -157,7 +159,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         let largest = effect.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let fate = match () {
             () if largest <= ZERO * size => Fate::NotExercised,
-            () if *left == 0.0 => Fate::Absorbed,
+            () if *left == 0.0 || (*left < ROUGH && has_kinks(&effect)) => Fate::Absorbed,
             () => Fate::Detectable,
         };
         let mut shifts = if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, rows)? };
@@ -393,6 +395,10 @@ fn unit(campaign: &Campaign, effect: &Candidate) -> String {
         }
         _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
     }
+}
+
+fn has_kinks(effect: &Candidate) -> bool {
+    ["abs(", "sign(", "step("].iter().any(|function| effect.regressor.contains(function))
 }
 
 /// Is the coefficient of this effect an angle?

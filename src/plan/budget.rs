@@ -156,13 +156,16 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
     let mut used = vec![0_usize; blocks.count()];
     chosen.iter().for_each(|k| used[*k] += 1);
     let mut spent = prices.of(chosen.iter().copied());
-    let (mut told, mut sums, mut work) = (vec![0.0_f64; used.len()], vec![0.0; used.len()], vec![0.0; used.len()]);
+    // x' M^-1 x of every row of every candidate, kept by rank-one updates
+    let mut work = vec![0.0; used.len()];
+    let mut spread = vec![vec![0.0_f64; used.len()]; blocks.rows()];
+    spread.iter_mut().enumerate().for_each(|(r, own)| blocks.quadratic(r, r, &inverse, own, &mut work));
+    let mut told = vec![0.0_f64; used.len()];
     // free readings without end are no design
     while chosen.len() < MOST {
         told.fill(0.0);
-        for r in 0..blocks.rows() {
-            blocks.quadratic(r, r, &inverse, &mut sums, &mut work);
-            told.iter_mut().zip(&sums).for_each(|(told, d)| *told += d.ln_1p());
+        for own in &spread {
+            told.iter_mut().zip(own).for_each(|(told, d)| *told += d.ln_1p());
         }
         let further = prices.further(chosen);
         let mut best: Option<(f64, usize)> = None;
@@ -177,7 +180,12 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
         for r in 0..blocks.rows() {
             let x = blocks.row(k, r);
             let w = times(&inverse, &x);
-            add_outer(&mut inverse, -1.0 / (1.0 + dot(&x, &w)), &w);
+            let factor = -1.0 / (1.0 + dot(&x, &w));
+            add_outer(&mut inverse, factor, &w);
+            for (s, own) in spread.iter_mut().enumerate() {
+                blocks.along(s, &w, &mut work);
+                own.iter_mut().zip(&work).for_each(|(d, t)| *d += factor * t * t);
+            }
         }
         used[k] += 1;
         spent += further[k];
