@@ -1,9 +1,10 @@
-//! `tumble diagnose CAMPAIGN`.
+//! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
 
+use super::pages::{self, Ready};
 use super::{Outcome, files};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
-use crate::report;
+use crate::report::{self, html};
 use crate::wire::{self, BenchRef, Source};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -11,38 +12,81 @@ use std::path::{Path, PathBuf};
 /// What to diagnose and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The campaign file (JSON).
+    /// The campaign file (JSON), or a mission file with '--measured'.
     campaign: PathBuf,
+    /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv` and `_u` beside them).
+    #[arg(long, value_name = "FILE", conflicts_with = "effects")]
+    measured: Option<PathBuf>,
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     /// Probability of reporting anything when nothing is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P")]
     significance: f64,
-    /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json.
+    /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json; with '--measured' the
+    /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
     write_model: Option<PathBuf>,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Write the residuals before and after as a picture (SVG), or to stdout with '-'.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    #[command(flatten)]
+    pages: pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source) = files::campaign(&arguments.campaign)?;
-    let catalogue = catalogue(arguments.effects.as_deref())?;
+    if let Some(measured) = &arguments.measured {
+        return super::navigate_diagnose::run(&super::navigate_diagnose::Question {
+            mission: &arguments.campaign,
+            measured,
+            significance: arguments.significance,
+            write_model: arguments.write_model.as_deref(),
+            json: arguments.json.as_deref(),
+            pages: &arguments.pages,
+        });
+    }
+    if arguments.campaign.to_string_lossy().ends_with(".mission.json") {
+        return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
+            .expected("--measured FILE with measured navigation errors"));
+    }
+    let (campaign, source, mut inputs) = files::campaign_and_inputs(&arguments.campaign)?;
+    let own = match &arguments.effects {
+        Some(path) => {
+            let (effects, input) = files::read_input(path)?;
+            inputs.push(input);
+            Some(effects)
+        }
+        None => None,
+    };
+    let catalogue = Catalogue::new(own)?;
+    let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
     let settings = diagnosis::Settings { significance: arguments.significance };
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
     let report = report::diagnose_report(&campaign, &diagnosis, &settings);
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
-    if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+    // every text is made before any is written
+    let mut ready = match arguments.pages.is_asked_for() {
+        true => arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs)?)?,
+        false => Ready::default(),
+    };
+    if let Some(path) = &arguments.svg {
+        ready.add(path, html::diagnose_svg(&campaign, &diagnosis, &report)?);
     }
-    if !to_stdout {
+    if let Some(path) = &arguments.json {
+        ready.add(path, files::json(&report)?);
+    }
+    if let Some(names) = &model_names {
+        names.add(&mut ready, &diagnosis)?;
+    }
+    ready.write()?;
+    if !ready.to_stdout() {
         super::print(&report::diagnose_table(&report));
     }
-    if let Some(path) = &arguments.write_model {
-        write_model(path, &diagnosis)?;
+    if let Some(names) = &model_names {
+        eprintln!("{}", names.note(&diagnosis));
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
 }
@@ -55,6 +99,16 @@ pub(super) struct Catalogue {
 }
 
 impl Catalogue {
+    /// The user's effects first, so that their names stand where both have the same term.
+    fn new(own: Option<Source>) -> Result<Self> {
+        let mut effects = match &own {
+            Some(source) => wire::read_effects(source)?,
+            None => Vec::new(),
+        };
+        effects.extend(wire::built_in_effects()?);
+        Ok(Catalogue { effects, own })
+    }
+
     /// The place of an error: the user's catalogue where it is about an effect, else the campaign.
     pub fn locate(&self, error: Malformed, campaign: &Source) -> Malformed {
         match &self.own {
@@ -64,36 +118,50 @@ impl Catalogue {
     }
 }
 
-/// The user's effects first, so that their names stand where both have the same term.
+/// The built-in catalogue, after a user's own.
 pub(super) fn catalogue(path: Option<&Path>) -> Result<Catalogue> {
-    let own = path.map(files::read).transpose()?;
-    let mut effects = match &own {
-        Some(source) => wire::read_effects(source)?,
-        None => Vec::new(),
-    };
-    effects.extend(wire::built_in_effects()?);
-    Ok(Catalogue { effects, own })
+    Catalogue::new(path.map(files::read).transpose()?)
 }
 
-fn write_model(path: &Path, diagnosis: &Diagnosis) -> Result<()> {
-    let Some(after) = &diagnosis.after else {
-        eprintln!("note: no effect was found, so no repaired model is written");
-        return Ok(());
-    };
-    let name = path.file_name().map(|name| name.to_string_lossy().to_string()).unwrap_or_default();
-    let Some(stem) = name.strip_suffix(".bench.json").filter(|stem| !stem.is_empty()) else {
-        return Err(Malformed::new(Fault::Value, "the repaired model needs a bench file's name")
-            .expected("a name that ends in .bench.json")
-            .found(format!("'{name}'")));
-    };
-    let mut bench = wire::bench_file(&after.campaign.bench);
-    bench.id = stem.to_string();
-    let added: Vec<&str> = diagnosis.effects.iter().map(|finding| finding.effect.regressor.as_str()).collect();
-    bench.title = format!("{} with {}", bench.title, added.join(", ")).trim().to_string();
-    let campaign = wire::campaign_file(&after.campaign, BenchRef::Named(name.clone()));
-    let beside = path.with_file_name(format!("{stem}.campaign.json"));
-    files::write(path, &files::json(&bench)?)?;
-    files::write(&beside, &files::json(&campaign)?)?;
-    eprintln!("wrote {} and {}", path.display(), beside.display());
-    Ok(())
+/// Where the repaired model goes.
+struct ModelNames {
+    bench: PathBuf,
+    campaign: PathBuf,
+    /// Name of the bench's file, as the campaign refers to it, and the part before `.bench.json`.
+    name: String,
+    stem: String,
+}
+
+impl ModelNames {
+    /// Errors: a name that does not end in `.bench.json`.
+    fn new(path: &Path) -> Result<Self> {
+        let name = path.file_name().map(|name| name.to_string_lossy().to_string()).unwrap_or_default();
+        let Some(stem) = name.strip_suffix(".bench.json").filter(|stem| !stem.is_empty()) else {
+            return Err(Malformed::new(Fault::Value, "the repaired model needs a bench file's name")
+                .expected("a name that ends in .bench.json")
+                .found(format!("'{name}'")));
+        };
+        let campaign = path.with_file_name(format!("{stem}.campaign.json"));
+        Ok(ModelNames { bench: path.to_path_buf(), campaign, stem: stem.to_string(), name })
+    }
+
+    /// Both files, if anything was repaired.
+    fn add(&self, ready: &mut Ready, diagnosis: &Diagnosis) -> Result<()> {
+        let Some(repaired) = &diagnosis.repaired else { return Ok(()) };
+        let mut bench = wire::bench_file(&repaired.bench);
+        bench.id = self.stem.clone();
+        let added: Vec<&str> = diagnosis.effects.iter().map(|finding| finding.effect.regressor.as_str()).collect();
+        bench.title = format!("{} with {}", bench.title, added.join(", ")).trim().to_string();
+        let campaign = wire::campaign_file(repaired, BenchRef::Named(self.name.clone()));
+        ready.add(&self.bench, files::json(&bench)?);
+        ready.add(&self.campaign, files::json(&campaign)?);
+        Ok(())
+    }
+
+    fn note(&self, diagnosis: &Diagnosis) -> String {
+        match diagnosis.repaired {
+            Some(_) => format!("wrote {} and {}", self.bench.display(), self.campaign.display()),
+            None => "note: no effect was found, so no repaired model is written".into(),
+        }
+    }
 }

@@ -14,7 +14,7 @@ pub(super) fn read(path: &Path) -> Result<Source> {
 }
 
 /// Read a file as text, with the digest of its bytes.
-fn read_input(path: &Path) -> Result<(Source, Input)> {
+pub(super) fn read_input(path: &Path) -> Result<(Source, Input)> {
     let name = path.display().to_string();
     if path.is_dir() {
         return Err(Malformed::new(Fault::File, format!("'{name}' is a folder")).expected("a file").in_file(name));
@@ -60,18 +60,37 @@ pub(super) fn temporary(path: &Path) -> PathBuf {
 
 /// Write a file whole or not at all.
 pub(super) fn write(path: &Path, text: &str) -> Result<()> {
-    let fault = |error: std::io::Error| {
+    write_all(&[&(path.to_path_buf(), text.to_string())])
+}
+
+/// Write several files, each whole; where one of them cannot be written, none is.
+pub(super) fn write_all(files: &[&(PathBuf, String)]) -> Result<()> {
+    let fault = |path: &Path, error: &dyn std::fmt::Display| {
         Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
             .expected("a folder that can be written to")
     };
-    let temporary = temporary(path);
-    let written = std::fs::File::create(&temporary)
-        .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
-        .and_then(|()| std::fs::rename(&temporary, path));
-    if written.is_err() {
-        let _ = std::fs::remove_file(&temporary);
+    let whole = |path: &Path, text: &str| {
+        std::fs::File::create(temporary(path)).and_then(|mut file| {
+            file.write_all(text.as_bytes())?;
+            file.sync_all()
+        })
+    };
+    let written = files.iter().try_for_each(|(path, text)| {
+        if path.is_dir() {
+            return Err(fault(path, &"it is a folder"));
+        }
+        whole(path, text).map_err(|error| fault(path, &error))
+    });
+    let renamed = written.and_then(|()| {
+        files
+            .iter()
+            .try_for_each(|(path, _)| std::fs::rename(temporary(path), path).map_err(|error| fault(path, &error)))
+    });
+    if renamed.is_err() {
+        // those that were renamed are gone from here already
+        files.iter().for_each(|(path, _)| drop(std::fs::remove_file(temporary(path))));
     }
-    written.map_err(fault)
+    renamed
 }
 
 /// A value as JSON text that ends with a line break.

@@ -50,6 +50,11 @@ impl Certificate {
 pub(super) struct Ready(Vec<(PathBuf, String)>);
 
 impl Pages {
+    /// Is any page asked for?
+    pub(super) fn is_asked_for(&self) -> bool {
+        self.html.is_some() || self.md.is_some()
+    }
+
     /// Lay out a page, if it is asked for.
     pub(super) fn page(&self, page: &Page) -> Result<Ready> {
         let mut ready = Ready::default();
@@ -76,6 +81,11 @@ impl Pages {
 }
 
 impl Ready {
+    /// One more text.
+    pub(super) fn add(&mut self, path: &Path, text: String) {
+        self.0.push((path.to_path_buf(), text));
+    }
+
     /// These and others.
     pub(super) fn and(mut self, other: Ready) -> Ready {
         self.0.extend(other.0);
@@ -87,8 +97,11 @@ impl Ready {
         self.0.iter().any(|(path, _)| path == Path::new("-"))
     }
 
-    /// Write them all.
+    /// Write them all, or none where one of the files cannot be written.
     pub(super) fn write(&self) -> Result<()> {
-        self.0.iter().try_for_each(|(path, text)| files::write_or_print(path, text))
+        let (printed, files): (Vec<_>, Vec<_>) = self.0.iter().partition(|(path, _)| path == Path::new("-"));
+        files::write_all(&files)?;
+        printed.iter().for_each(|(_, text)| super::print(text));
+        Ok(())
     }
 }

@@ -137,13 +137,14 @@ fn blank(column: Vec<f64>) -> Candidate {
         coefficient: String::new(),
         kind: Regressor::Prior(0),
         sensor: None,
-        rank: 2,
+        rank: 0,
         why: String::new(),
         confirm: String::new(),
         existing: None,
         rounding: false,
         vanishing: false,
         visible: 1.0,
+        size: 1.0,
         column,
     }
 }

@@ -1,6 +1,7 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
 
 use super::catalogue::{Effect, Filling, column_values, fill};
+use super::screen::{Chosen, Scanned};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};
@@ -39,6 +40,8 @@ pub struct Candidate {
     pub vanishing: bool,
     /// Share of its column's weighted norm that the model leaves; 1 until an arena has looked.
     pub visible: f64,
+    /// Its largest value here over what its inputs could make of it; 1 for what is no term.
+    pub size: f64,
     /// Its value at each row, `m`, zero at the rows of priors.
     pub column: Vec<f64>,
 }
@@ -52,12 +55,14 @@ pub(super) fn build(
     model: &Model,
     design: &DesignMatrix,
     rows: usize,
+    chosen: &Chosen,
 ) -> Result<Vec<Candidate>> {
     let tilts = model.tilts_of(&design.point);
     let mut maker = Maker {
         campaign,
         design,
         rows,
+        chosen,
         table: Table::new(campaign, &tilts, &design.point),
         found: Vec::new(),
         seen: std::collections::HashSet::new(),
@@ -70,6 +75,7 @@ pub(super) fn build(
     }
     let mut found = maker.found;
     mark_vanishing(campaign, &mut found);
+    mark_small_tilts(campaign, design, &mut found);
     Ok(found)
 }
 
@@ -77,6 +83,8 @@ struct Maker<'a> {
     campaign: &'a Campaign,
     design: &'a DesignMatrix,
     rows: usize,
+    /// Which bad readings, positions and steps get a column.
+    chosen: &'a Chosen,
     table: Table<'a>,
     found: Vec<Candidate>,
     seen: std::collections::HashSet<(String, Option<usize>)>,
@@ -116,15 +124,19 @@ impl Maker<'_> {
             self.campaign.readings.rows.get(k).is_some_and(|r| r.observations.iter().any(|o| o.sensor == sensor))
         };
         if effect.term.contains("{break}") {
-            return breaks(self.campaign).into_iter().map(|(text, at)| (with("{break}", text), Some(at))).collect();
+            let breaks = breaks(self.campaign).into_iter();
+            let chosen = breaks.filter(|(_, at)| self.chosen.has(&Scanned::Break(sensor, at.to_bits())));
+            return chosen.map(|(text, at)| (with("{break}", text), Some(at))).collect();
         }
         if effect.term.contains("{reading}") {
-            let indices = (0..self.campaign.readings.rows.len()).filter(|k| read(*k));
+            let indices = (0..self.campaign.readings.rows.len())
+                .filter(|k| read(*k) && self.chosen.has(&Scanned::Reading(sensor, *k)));
             return indices.map(|k| (with("{reading}", (k + 1).to_string()), None)).collect();
         }
         if effect.term.contains("{position}") {
-            let labels = positions(self.campaign);
-            return labels.into_iter().map(|label| (with("{position}", label), None)).collect();
+            let labels = positions(self.campaign).into_iter();
+            let chosen = labels.filter(|own| self.chosen.has(&Scanned::Position(sensor, own.clone())));
+            return chosen.map(|label| (with("{position}", label), None)).collect();
         }
         vec![(filling, None)]
     }
@@ -184,12 +196,13 @@ impl Maker<'_> {
             kind,
             sensor: owner,
             rank: effect.rank,
-            why: effect.why.clone(),
-            confirm: effect.confirm.clone(),
+            why: fill(&effect.why, filling),
+            confirm: fill(&effect.confirm, filling),
             existing,
             rounding: false,
             vanishing: false,
             visible: 1.0,
+            size: 1.0,
             column,
         });
         Ok(())
@@ -240,7 +253,7 @@ impl Maker<'_> {
 }
 
 /// The times between readings, as text and number: midpoints, with as many decimals as the times have (at least one).
-fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
+pub(super) fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
     let mut times = column_values(campaign, "time_s");
     times.sort_by(f64::total_cmp);
     times.dedup();
@@ -258,12 +271,10 @@ fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
 
 /// The labels of positions, in order of first appearance; none where every reading has the same.
 fn positions(campaign: &Campaign) -> Vec<String> {
-    let mut labels: Vec<String> = Vec::new();
-    for reading in &campaign.readings.rows {
-        if !reading.position.is_empty() && !labels.contains(&reading.position) {
-            labels.push(reading.position.clone());
-        }
-    }
+    let mut seen = std::collections::HashSet::new();
+    let labels = campaign.readings.rows.iter().map(|reading| reading.position.as_str());
+    let labels: Vec<String> =
+        labels.filter(|label| !label.is_empty() && seen.insert(*label)).map(str::to_string).collect();
     if labels.len() < 2 { Vec::new() } else { labels }
 }
 
@@ -294,6 +305,19 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
     })
 }
 
+/// A tilt whose derivatives are small beside those of the largest tilt is seen only through other small tilts.
+fn mark_small_tilts(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate]) {
+    let largest = |column: &[f64]| column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+    let tilts = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Tilt).map(|(k, _)| k);
+    let columns = tilts.filter(|k| *k < design.jacobian.ncols()).map(|k| largest(design.jacobian.col_as_slice(k)));
+    let natural = columns.fold(0.0, f64::max);
+    for candidate in found.iter_mut().filter(|c| matches!(c.kind, Regressor::Tilt(_)) && natural > 0.0) {
+        candidate.size = largest(&candidate.column) / natural;
+        candidate.rounding = candidate.size < ROUNDING;
+        candidate.vanishing = candidate.size < VANISHING;
+    }
+}
+
 /// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.
 fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
     let per_deg_s = campaign.bench.units.rate.per_deg_s();
@@ -318,6 +342,7 @@ fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
         let Ok(tape) = Tape::compile(line, &names) else { continue };
         let natural = tape.value(&inputs, &mut scratch).abs();
         let here = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        candidate.size = if natural > 0.0 { here / natural } else { 1.0 };
         candidate.rounding = here < ROUNDING * natural;
         candidate.vanishing = here < VANISHING * natural;
     }

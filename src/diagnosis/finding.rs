@@ -1,9 +1,10 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
 use super::arena::Arena;
+use super::look::Look;
 use super::noise::{NoiseFrom, Weighted};
 use super::search::{Found, Rival};
-use super::{Candidate, Diagnosis, Gap, Look, NoiseFloor, Step, Unexplained, Verdict};
+use super::{Candidate, Diagnosis, Gap, NoiseFloor, Step, Unexplained, Verdict};
 use super::{ambiguity, holdout, places, separate};
 use crate::campaign::{Campaign, JointState, Kind};
 use crate::error::Result;
@@ -26,6 +27,8 @@ pub struct Alias {
     pub vanishing: bool,
     /// Share of its column's weighted norm that the model leaves.
     pub visible: f64,
+    /// Its largest value here over what its inputs could make of it.
+    pub size: f64,
     /// A second effect that must then stand in the place of another finding.
     pub together_with: Option<String>,
 }
@@ -103,7 +106,7 @@ pub(super) fn conclude(
             let effects = findings(campaign, &candidates, &arena, &design, set, rivals, after);
             (Verdict::EffectsFound, effects, None)
         }
-        Found::Unexplained { nearest } => {
+        Found::Unexplained { nearest, .. } => {
             let cells = places::cells(campaign, &design, &weighted);
             let explains = if arena.rss > 0.0 { 1.0 - arena.rss_of(nearest) / arena.rss } else { 0.0 };
             let nearest: Vec<Candidate> = nearest.iter().filter_map(|j| candidates.get(*j).cloned()).collect();
@@ -135,6 +138,7 @@ pub(super) fn conclude(
         changes,
         would_help,
         row_sd: scale,
+        grouping: None,
         constraints: Vec::new(),
         repaired: None,
         after: repaired.map(|(_, after)| after),
@@ -201,6 +205,7 @@ fn findings(
                     rounding: other.rounding,
                     vanishing: other.vanishing,
                     visible: other.visible,
+                    size: other.size,
                     together_with: rival.together.and_then(|j| candidates.get(j)).map(|c| c.regressor.clone()),
                 };
                 let order = u32::from(other.rank) + if other.rounding { 1000 } else { 0 };

@@ -11,29 +11,32 @@ pub struct Holdout {
     pub positions: usize,
     /// Positions that hold a parameter alone, so that they cannot be left out.
     pub skipped: usize,
-    /// Root mean square of prediction minus reading before, in standard deviations of the noise.
+    /// Root mean square of prediction minus reading before, in standard uncertainties of that difference; a true model has 1.
     pub before: f64,
     /// The same with the effects.
     pub after: Option<f64>,
 }
 
-/// Leave out each position in turn: `e = (1 - H_gg)^-1 v_g` (Cook, Weisberg: Residuals and Influence in Regression), weighted.
+/// Leave out each position in turn: `e = (1 - H_gg)^-1 v_g`, `cov e = (1 - H_gg)^-1` (Cook, Weisberg: Residuals and Influence in Regression).
 pub(super) fn holdout(campaign: &Campaign, before: &Fit, after: Option<&Fit>, scale: &[f64]) -> Option<Holdout> {
-    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut seen: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
     for (i, origin) in before.design.rows.iter().enumerate() {
         let reading = campaign.readings.rows.get(origin.reading)?;
         let label =
             if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.clone() };
-        match groups.iter_mut().find(|(own, _)| *own == label) {
-            Some((_, rows)) => rows.push(i),
-            None => groups.push((label, vec![i])),
+        let next = groups.len();
+        let place = *seen.entry(label).or_insert(next);
+        if place == next {
+            groups.push(Vec::new());
         }
+        groups.iter_mut().skip(place).take(1).for_each(|rows| rows.push(i));
     }
     if groups.len() < 2 {
         return None;
     }
     let (mut sum_before, mut sum_after, mut rows, mut positions, mut skipped) = (0.0, 0.0, 0, 0, 0);
-    for (_, group) in &groups {
+    for group in &groups {
         let own = left_out(before, group, scale);
         let other = after.map(|fit| left_out(fit, group, scale));
         match (own, other) {
@@ -57,7 +60,8 @@ pub(super) fn holdout(campaign: &Campaign, before: &Fit, after: Option<&Fit>, sc
     Some(Holdout { positions, skipped, before: rms(sum_before), after: after.map(|_| rms(sum_after)) })
 }
 
-/// Sum of squared prediction errors of the rows of a group when they are left out, over `scale^2`; `None` where the rest cannot predict them.
+/// `v' (1 - H)^-1 v` of the rows of a group, over `scale^2`: the squared errors of their prediction from the others, each over its variance;
+/// `None` where the rest cannot predict them.
 fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     let factor = &fit.estimate.factor;
     let q = factor.thin_q();
@@ -82,9 +86,8 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     let mut sum = 0.0;
     for (i, v) in group.iter().zip(&v) {
         let correction: f64 = solution.iter().enumerate().map(|(a, x)| q[(*i, a)] * x).sum();
-        let error = (v + correction) / weight(i);
-        let u = scale.get(*i).copied().filter(|u| *u > 0.0)?;
-        sum += (error / u) * (error / u);
+        let u = scale.get(*i).copied().filter(|u| *u > 0.0)? * weight(i);
+        sum += v * (v + correction) / (u * u);
     }
     Some(sum)
 }

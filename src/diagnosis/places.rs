@@ -4,6 +4,7 @@ use super::noise::Weighted;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::design::DesignMatrix;
 use crate::uncertainty::quantiles::normal_survival;
+use std::collections::HashMap;
 
 /// A level of a factor.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,15 +56,32 @@ const LISTED: usize = 40;
 /// Factors with more levels than this are continuous.
 const LEVELS: usize = 64;
 
+/// The readings by the levels of one factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grouping {
+    /// The factor.
+    pub factor: String,
+    /// Its levels, in order of first appearance.
+    pub levels: Vec<Level>,
+    /// Level of each reading of the campaign, by index; `None` where it has none.
+    pub of: Vec<Option<usize>>,
+}
+
+/// Most levels of a factor by which a picture groups the readings.
+const GROUPS: usize = 24;
+/// A factor whose standardised means have a larger mean square than this is followed by the gap.
+const FOLLOWED: f64 = 2.0;
+
 /// Every level of every factor, the most significant first.
 pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<Place> {
     let mut places = Vec::new();
-    for (factor, levels) in factors(campaign) {
+    for factor in factors(campaign) {
         for sensor in 0..campaign.bench.sensors.len() {
-            for (level, members) in &levels {
-                if let Some((readings, mean, z)) = mean_of(design, weighted, sensor, members) {
+            for (level, mean) in factor.levels.iter().zip(means(design, weighted, sensor, &factor)) {
+                if let Some(Mean { readings, mean, z }) = mean {
                     let p = normal_survival(z.abs()).map_or(1.0, |p| (2.0 * p).min(1.0));
-                    places.push(Place { factor: factor.clone(), level: level.clone(), sensor, readings, mean, p, z });
+                    let factor = factor.factor.clone();
+                    places.push(Place { factor, level: level.clone(), sensor, readings, mean, p, z });
                 }
             }
         }
@@ -73,20 +91,51 @@ pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weig
     places
 }
 
+/// The factor with few levels that the gap follows most, if it follows any; every reading has a level of it.
+pub(super) fn grouping(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Option<Grouping> {
+    let all = |factor: &Grouping| factor.of.iter().all(Option::is_some);
+    let few = factors(campaign).into_iter().filter(|factor| factor.levels.len() <= GROUPS && all(factor));
+    let scored = few.map(|factor| {
+        let between: f64 = (0..campaign.bench.sensors.len())
+            .flat_map(|sensor| means(design, weighted, sensor, &factor))
+            .flatten()
+            .map(|mean| mean.z * mean.z)
+            .sum();
+        (between / factor.levels.len() as f64, factor)
+    });
+    // means of noise have squares of one
+    let followed = scored.filter(|(between, _)| *between > FOLLOWED);
+    let best = followed.fold(None, |best: Option<(f64, Grouping)>, own| match best {
+        Some(before) if before.0 >= own.0 => Some(before),
+        _ => Some(own),
+    });
+    best.map(|(_, factor)| factor)
+}
+
 /// Mean residual at every distinct state of the joints, the most significant first.
 pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<Cell> {
-    let mut states: Vec<(Vec<JointState>, Vec<usize>)> = Vec::new();
-    for (k, reading) in campaign.readings.rows.iter().enumerate() {
-        match states.iter_mut().find(|(joints, _)| *joints == reading.joints) {
-            Some((_, members)) => members.push(k),
-            None => states.push((reading.joints.clone(), vec![k])),
+    let mut states: Vec<&[JointState]> = Vec::new();
+    let mut seen: HashMap<Vec<[u64; 3]>, usize> = HashMap::new();
+    let of = campaign.readings.rows.iter().map(|reading| {
+        let bits = |state: &JointState| {
+            let (deg, deg_s, turns) = state.keys();
+            [deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
+        };
+        let next = states.len();
+        let index = *seen.entry(reading.joints.iter().map(bits).collect()).or_insert(next);
+        if index == next {
+            states.push(&reading.joints);
         }
-    }
+        Some(index)
+    });
+    let of = of.collect();
+    let levels = states.iter().map(|_| Level::Number(0.0)).collect();
+    let by_state = Grouping { factor: String::new(), levels, of };
     let mut cells = Vec::new();
     for sensor in 0..campaign.bench.sensors.len() {
-        for (joints, members) in &states {
-            if let Some((readings, mean, z)) = mean_of(design, weighted, sensor, members) {
-                cells.push(Cell { joints: joints.clone(), sensor, readings, mean, z });
+        for (joints, mean) in states.iter().zip(means(design, weighted, sensor, &by_state)) {
+            if let Some(Mean { readings, mean, z }) = mean {
+                cells.push(Cell { joints: joints.to_vec(), sensor, readings, mean, z });
             }
         }
     }
@@ -100,15 +149,14 @@ pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Wei
     let total: f64 = weighted.rss;
     let mut shares: Vec<(f64, String)> = factors(campaign)
         .into_iter()
-        .filter_map(|(factor, levels)| {
+        .filter_map(|factor| {
             let between: f64 = (0..campaign.bench.sensors.len())
-                .flat_map(|sensor| {
-                    levels.iter().filter_map(move |(_, members)| mean_of(design, weighted, sensor, members))
-                })
-                .map(|(_, _, z)| z * z)
+                .flat_map(|sensor| means(design, weighted, sensor, &factor))
+                .flatten()
+                .map(|mean| mean.z * mean.z)
                 .sum();
-            let tests = levels.len().max(2) as f64;
-            (between > 3.0 * tests).then(|| ((between / total).min(1.0), factor))
+            let tests = factor.levels.len().max(2) as f64;
+            (between > 3.0 * tests).then(|| ((between / total).min(1.0), factor.factor))
         })
         .collect();
     shares.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -146,24 +194,29 @@ pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Wei
     text
 }
 
-/// A factor and the readings at each of its levels.
-type Factor = (String, Vec<(Level, Vec<usize>)>);
-
-fn factors(campaign: &Campaign) -> Vec<Factor> {
+/// Every factor that these readings vary.
+fn factors(campaign: &Campaign) -> Vec<Grouping> {
     let rows = &campaign.readings.rows;
-    let mut factors: Vec<Factor> = Vec::new();
-    let mut by = |name: String, level: &dyn Fn(&Reading) -> Option<Level>| {
-        let mut levels: Vec<(Level, Vec<usize>)> = Vec::new();
-        for (k, reading) in rows.iter().enumerate() {
-            let Some(level) = level(reading) else { continue };
-            match levels.iter().position(|(own, _)| *own == level) {
-                Some(place) => levels.get_mut(place).into_iter().for_each(|(_, members)| members.push(k)),
-                None if levels.len() < LEVELS => levels.push((level, vec![k])),
-                None => return,
+    let mut factors: Vec<Grouping> = Vec::new();
+    let mut by = |factor: String, level: &dyn Fn(&Reading) -> Option<Level>| {
+        let mut levels: Vec<Level> = Vec::new();
+        let mut of = Vec::with_capacity(rows.len());
+        for reading in rows {
+            let Some(level) = level(reading) else {
+                of.push(None);
+                continue;
+            };
+            let place = levels.iter().position(|own| *own == level).unwrap_or(levels.len());
+            if place == levels.len() {
+                if place == LEVELS {
+                    return;
+                }
+                levels.push(level);
             }
+            of.push(Some(place));
         }
         if levels.len() > 1 {
-            factors.push((name, levels));
+            factors.push(Grouping { factor, levels, of });
         }
     };
     by("position".into(), &|reading| (!reading.position.is_empty()).then(|| Level::Text(reading.position.clone())));
@@ -189,49 +242,65 @@ fn factors(campaign: &Campaign) -> Vec<Factor> {
 }
 
 /// A continuous factor in parts of equal number; the level is the part's mean.
-fn parts(name: &str, values: &[Option<f64>]) -> Option<Factor> {
+fn parts(name: &str, values: &[Option<f64>]) -> Option<Grouping> {
     let mut known: Vec<(f64, usize)> = values.iter().enumerate().filter_map(|(k, v)| v.map(|v| (v, k))).collect();
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
     if known.len() < 2 * PARTS || known.first().map(|f| f.0) == known.last().map(|l| l.0) {
         return None;
     }
-    let size = known.len().div_ceil(PARTS);
-    let levels = known
-        .chunks(size)
-        .map(|part| {
-            let mean = part.iter().map(|(v, _)| v).sum::<f64>() / part.len() as f64;
-            (Level::Number(mean), part.iter().map(|(_, k)| *k).collect())
-        })
-        .collect();
-    Some((name.to_string(), levels))
+    let mut factor = Grouping { factor: name.to_string(), levels: Vec::new(), of: vec![None; values.len()] };
+    for part in known.chunks(known.len().div_ceil(PARTS)) {
+        for (_, k) in part {
+            factor.of.iter_mut().skip(*k).take(1).for_each(|level| *level = Some(factor.levels.len()));
+        }
+        let mean = part.iter().map(|(v, _)| v).sum::<f64>() / part.len() as f64;
+        factor.levels.push(Level::Number(mean));
+    }
+    Some(factor)
 }
 
-/// Number of rows, mean residual and its standardised size, for the rows of some readings of one sensor; `None` without any, or where the
-/// model absorbs them.
-fn mean_of(design: &DesignMatrix, weighted: &Weighted, sensor: usize, readings: &[usize]) -> Option<(usize, f64, f64)> {
-    let wanted: std::collections::HashSet<usize> = readings.iter().copied().collect();
-    let rows = design.rows.iter().enumerate();
-    let members: Vec<usize> =
-        rows.filter(|(_, o)| o.sensor == sensor && wanted.contains(&o.reading)).map(|(i, _)| i).collect();
-    if members.is_empty() {
-        return None;
+/// The residuals at one level.
+#[derive(Debug, Clone, Copy)]
+struct Mean {
+    readings: usize,
+    mean: f64,
+    /// Standardised: all levels but this one absorbed by nothing but the model.
+    z: f64,
+}
+
+/// The mean residual of one sensor at each level; `None` at levels without a reading.
+fn means(design: &DesignMatrix, weighted: &Weighted, sensor: usize, factor: &Grouping) -> Vec<Option<Mean>> {
+    #[derive(Clone, Default)]
+    struct Sums {
+        readings: usize,
+        square: f64,
+        product: f64,
+        sum: f64,
+        along: Vec<f64>,
     }
     let q = weighted.estimate.factor.thin_q();
-    let (mut along, mut square, mut product, mut mean) = (vec![0.0; q.ncols()], 0.0, 0.0, 0.0);
-    for &i in &members {
-        let (Some(w), Some(r), Some(v)) =
-            (weighted.weight.get(i), weighted.residual.get(i), weighted.estimate.residuals.get(i))
-        else {
+    let empty = Sums { along: vec![0.0; q.ncols()], ..Sums::default() };
+    let mut levels = vec![empty; factor.levels.len()];
+    for (i, origin) in design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor) {
+        let level = factor.of.get(origin.reading).copied().flatten();
+        let (Some(own), Some(w), Some(r), Some(v)) = (
+            level.and_then(|level| levels.get_mut(level)),
+            weighted.weight.get(i),
+            weighted.residual.get(i),
+            weighted.estimate.residuals.get(i),
+        ) else {
             continue;
         };
-        square += w * w;
-        product += w * r;
-        mean += v;
-        for (k, slot) in along.iter_mut().enumerate() {
-            *slot += q[(i, k)] * w;
-        }
+        own.readings += 1;
+        own.square += w * w;
+        own.product += w * r;
+        own.sum += v;
+        own.along.iter_mut().enumerate().for_each(|(k, slot)| *slot += q[(i, k)] * w);
     }
-    let left = square - along.iter().map(|a| a * a).sum::<f64>();
-    let z = if left > 1e-9 * square { product / left.sqrt() } else { 0.0 };
-    Some((members.len(), mean / members.len() as f64, z))
+    let mean = |own: Sums| {
+        let left = own.square - own.along.iter().map(|a| a * a).sum::<f64>();
+        let z = if left > 1e-9 * own.square { own.product / left.sqrt() } else { 0.0 };
+        (own.readings > 0).then(|| Mean { readings: own.readings, mean: own.sum / own.readings as f64, z })
+    };
+    levels.into_iter().map(mean).collect()
 }

@@ -1,6 +1,6 @@
 //! What a fit report says beyond the estimates: scatter, constraints, checks of the readings, Monte Carlo.
 
-use crate::campaign::Constraint;
+use crate::campaign::{Campaign, Constraint};
 use crate::estimate::Side;
 use crate::fit::{Constraints, Drawn, Fit};
 use schemars::JsonSchema;
@@ -261,7 +261,7 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
             };
             ConstraintReport {
                 index: k + 1,
-                text: constraint_text(fit, constraint),
+                text: constraint_text(&fit.campaign, constraint),
                 state: state.into(),
                 side: own.map(|a| match a.side {
                     Side::Lower => "lower".into(),
@@ -299,10 +299,11 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
 }
 
 /// A constraint as a line of text, angles in arcseconds where all its parameters are tilts.
-fn constraint_text(fit: &Fit, constraint: &Constraint) -> String {
-    let id = |k: &usize| fit.campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
-    let angles = |parameters: &[usize]| parameters.iter().all(|k| shown(fit, *k) != 1.0);
-    let number = |x: f64| super::table::significant(x, 6);
+pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> String {
+    let id = |k: &usize| campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
+    let tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == crate::campaign::Kind::Tilt);
+    let angles = |parameters: &[usize]| parameters.iter().all(tilt);
+    let number = super::table::trimmed;
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let mut sum = String::new();

@@ -1,6 +1,6 @@
 //! A page as markdown (`--md`): the same sections, tables with numbers point under point, figures as the words that describe them.
 
-use super::html::{Align, Block, Page, Section, Table, Tone};
+use super::html::{Align, Block, MarkedLine, Page, Section, Table, Tone};
 
 /// A page as markdown (CommonMark with tables).
 ///
@@ -40,7 +40,15 @@ fn section(section: &Section) -> Vec<String> {
                 let lines: Vec<String> = lines.iter().map(|line| format!("    {}", one_line(line))).collect();
                 parts.push(lines.join("\n"));
             }
+            Block::Marked(lines) => {
+                let lines: Vec<String> = lines.iter().flat_map(marked).map(|line| format!("    {line}")).collect();
+                parts.push(lines.join("\n"));
+            }
             Block::Facts(list) => parts.extend(facts(list)),
+            Block::Card { heading, facts: list, .. } => {
+                parts.push(format!("### {}", inline(heading)));
+                parts.extend(facts(list));
+            }
             Block::Table(table) => parts.extend(self::table(table)),
             Block::Figures(figures) => {
                 parts.extend(figures.iter().filter(|f| !f.description.is_empty()).map(|f| inline(&f.description)));
@@ -48,6 +56,23 @@ fn section(section: &Section) -> Vec<String> {
         }
     }
     parts
+}
+
+/// A line, and under what was added to it a row of carets.
+fn marked(line: &MarkedLine) -> Vec<String> {
+    let (kept, added) = (one_line(&line.kept), one_line(&line.added));
+    let mut lines = vec![format!("{kept}{added}")];
+    if !added.is_empty() {
+        lines.push(format!("{}{}", " ".repeat(kept.chars().count()), "^".repeat(added.chars().count())));
+    }
+    lines
+}
+
+/// A bar of at most eight signs, from -1 to 1.
+fn bar(cell: &str) -> String {
+    let share = cell.parse::<f64>().unwrap_or(0.0).clamp(-1.0, 1.0);
+    let sign = if share < 0.0 { "-" } else { "+" };
+    sign.repeat((8.0 * share.abs()).round() as usize)
 }
 
 fn facts(list: &[(String, String)]) -> Option<String> {
@@ -71,7 +96,9 @@ fn table(table: &Table) -> Vec<String> {
                 Tone::Caution => " \u{25b3}",
                 _ => "",
             };
-            let cell = |k: usize| row.cells.get(k).map(|cell| inline(cell)).unwrap_or_default();
+            let is_bar = |k: usize| table.columns.get(k).is_some_and(|c| c.align == Align::Bar);
+            let text = |k: usize, cell: &str| if is_bar(k) { bar(cell) } else { inline(cell) };
+            let cell = |k: usize| row.cells.get(k).map(|cell| text(k, cell)).unwrap_or_default();
             (0..titles.len()).map(|k| if k == 0 { cell(0) + mark } else { cell(k) }).collect()
         })
         .collect();
@@ -84,7 +111,7 @@ fn table(table: &Table) -> Vec<String> {
             .iter()
             .enumerate()
             .map(|(k, cell)| match table.columns.get(k).map(|c| c.align) {
-                Some(Align::Left) | None => format!("{cell:<0$}", width(k)),
+                Some(Align::Left | Align::Bar) | None => format!("{cell:<0$}", width(k)),
                 Some(_) => format!("{cell:>0$}", width(k)),
             })
             .collect();
@@ -92,7 +119,7 @@ fn table(table: &Table) -> Vec<String> {
     };
     let rules: Vec<String> = (0..titles.len())
         .map(|k| match table.columns.get(k).map(|c| c.align) {
-            Some(Align::Left) | None => "-".repeat(width(k)),
+            Some(Align::Left | Align::Bar) | None => "-".repeat(width(k)),
             Some(_) => "-".repeat(width(k) - 1) + ":",
         })
         .collect();

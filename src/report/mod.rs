@@ -7,7 +7,6 @@ mod compare;
 mod correction;
 pub mod dcc;
 mod diagnose;
-mod diagnose_table;
 mod fit;
 mod fit_checks;
 pub mod fit_checks_table;
@@ -16,27 +15,30 @@ mod foresight_table;
 pub mod html;
 pub mod markdown;
 mod navigate;
+mod navigate_diagnose;
+mod navigate_diagnose_table;
 mod plan;
 mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod separation;
 pub mod series;
 pub mod table;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use diagnose::{
-    AliasReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport, HoldoutReport,
-    LevelReport, NoiseReport, PlaceReport, ResidualReport, StepReport, UnexplainedReport, diagnose_report,
+    AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
+    HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
+    UnexplainedReport, diagnose_report, diagnose_table,
 };
-pub use diagnose_table::diagnose_table;
 pub use fit::{
-    ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
-    FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
-    fit_report, position_keys,
+    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
+    IterationReport, KnownReport, ParameterReport, ReadingReport, fit_report,
 };
 pub use provenance::Input;
+pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
 pub use fit_checks::{
     ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
@@ -52,10 +54,15 @@ pub use navigate::{
     ScenarioReport, SummaryReport, navigate_report,
 };
 
+pub use navigate_diagnose::{
+    ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport,
+    RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
+};
+pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use plan::{
-    ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
+    ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
     PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
-    SeparationReport, ThroughTiltsReport, WorkReport,
+    ThroughTiltsReport, WorkReport,
 };
 pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;
@@ -71,7 +78,14 @@ pub fn schemas() -> Vec<&'static str> {
     crate::wire::SCHEMAS
         .iter()
         .copied()
-        .chain(["fit-report", "compare-report", "diagnose-report", "plan-report", "navigate-report"])
+        .chain([
+            "fit-report",
+            "compare-report",
+            "diagnose-report",
+            "plan-report",
+            "navigate-report",
+            "navigate-diagnose-report",
+        ])
         .collect()
 }
 
@@ -86,6 +100,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
+        "navigate-diagnose-report" => Some(schemars::schema_for!(NavigateDiagnoseReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
         _ => crate::wire::schema(kind),
     }

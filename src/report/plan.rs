@@ -198,12 +198,12 @@ pub struct ImprovedReport {
     /// The goal, if one was set.
     pub goal: Option<GoalReport>,
     /// The two effects to be told apart, if two were named.
-    pub separation: Option<SeparationReport>,
+    pub separation: Option<DiscriminationReport>,
 }
 
 /// Two effects, and how well their coefficients are known with both in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct SeparationReport {
+pub struct DiscriminationReport {
     /// Regressors.
     pub effects: [String; 2],
     /// Standard uncertainties before; null where nothing tells them apart.

@@ -2,10 +2,10 @@
 
 use super::foresight::foresight_report;
 use super::plan::*;
-use super::{ARCSEC, CombinationReport, NotEstimableReport, VERSION, position_keys};
+use super::separation::not_estimable;
+use super::{ARCSEC, VERSION, position_keys};
 use crate::campaign::{Campaign, Kind};
 use crate::diagnosis::Foresight;
-use crate::fit::{NamedCombination, Separation};
 use crate::plan::{Goal, Improvement, Judgement, Noise, Reached, Request, Separated, Work};
 
 /// What was found beside the judgement of the given schedule.
@@ -74,7 +74,7 @@ pub fn plan_report(
             separation: match better {
                 Better::Apart(separated, effects) => {
                     let Separated { before, after, .. } = separated;
-                    Some(SeparationReport { effects: effects.clone(), before: *before, after: *after })
+                    Some(DiscriminationReport { effects: effects.clone(), before: *before, after: *after })
                 }
                 Better::Best(..) | Better::Goal(..) => None,
             },
@@ -177,19 +177,6 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
                 }
             })
             .collect(),
-    }
-}
-
-fn not_estimable(campaign: &Campaign, separation: &Separation) -> NotEstimableReport {
-    let combination = |c: &NamedCombination| CombinationReport {
-        combination: c.terms.iter().cloned().collect(),
-        text: c.text.clone(),
-    };
-    NotEstimableReport {
-        combination: separation.free.terms.iter().cloned().collect(),
-        text: separation.free.text.clone(),
-        estimable: separation.estimable.iter().map(combination).collect(),
-        separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
     }
 }
 

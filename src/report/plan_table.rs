@@ -3,8 +3,8 @@
 use super::foresight_table::foresight_table;
 use super::table::{plain, significant};
 use super::{
-    ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PlannedPositionReport, PositionReport,
-    SeparationReport, ThroughTiltsReport,
+    DiscriminationReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PlannedPositionReport,
+    PositionReport, ThroughTiltsReport,
 };
 
 fn number(value: Option<f64>) -> String {
@@ -175,7 +175,7 @@ pub(super) fn shortfall(improved: &ImprovedReport) -> Option<String> {
 }
 
 /// How well two effects are told apart, before and after.
-pub(super) fn apart(separation: &SeparationReport) -> Vec<String> {
+pub(super) fn apart(separation: &DiscriminationReport) -> Vec<String> {
     let [a, b] = &separation.effects;
     let known = |u: &[Option<f64>; 2]| match u {
         [Some(p), Some(q)] => format!("u of their coefficients {} and {}", significant(*p, 3), significant(*q, 3)),

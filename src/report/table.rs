@@ -32,7 +32,10 @@ pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 fn looks_numeric(cell: &str) -> bool {
-    cell.is_empty() || cell == "-" || cell == "inf" || cell.trim_end_matches(" %").parse::<f64>().is_ok()
+    cell.is_empty()
+        || cell == "-"
+        || cell == "inf"
+        || cell.trim_start_matches('<').trim_end_matches(" %").parse::<f64>().is_ok()
 }
 
 /// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2 (GUM 7.2.6).
@@ -50,7 +53,9 @@ pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
             if !(-6..=12).contains(&digits) {
                 return format!("{value:.6e}");
             }
-            format!("{value:.*}", digits.max(0) as usize)
+            let text = format!("{value:.*}", digits.max(0) as usize);
+            let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+            if zero { text.trim_start_matches('-').to_string() } else { text }
         }
         None => significant(value, 6),
     }
@@ -69,6 +74,15 @@ pub fn significant(value: f64, digits: i32) -> String {
         return format!("{value:.*e}", (digits - 1).max(0) as usize);
     }
     format!("{value:.*}", (digits - 1 - lead).max(0) as usize)
+}
+
+/// Six digits at most, no idle zeros.
+pub fn trimmed(value: f64) -> String {
+    let text = significant(value, 6);
+    if text.contains('.') && !text.contains('e') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_string();
+    }
+    text
 }
 
 /// Exponent of the leading digit.
@@ -190,7 +204,14 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     if let Some(record) = &report.convergence {
         let steps = record.iterations.len();
         let word = if record.converged { "converged" } else { "NOT converged" };
-        text.push_str(&format!("Gauss-Newton {word} after {steps} iterations; exact minus linear:"));
+        let why = if record.converged { String::new() } else { format!(" ({})", record.stop) };
+        if !record.held.is_empty() {
+            text.push_str(&format!(
+                "held at the reference point, which does not determine them (and the exact model beyond it too weakly): {}\n",
+                record.held.join(", ")
+            ));
+        }
+        text.push_str(&format!("Gauss-Newton {word} after {steps} iterations{why}; exact minus linear:"));
         for p in &report.parameters {
             if let Some(change) = record.change.get(&p.id) {
                 let (scale, unit) = if p.kind == "tilt" { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
@@ -238,10 +259,14 @@ fn summary(report: &FitReport) -> String {
         _ => {
             for (sensor, sd) in &fit.sensor_sd {
                 match sd {
-                    Some(sd) => text.push_str(&format!(
-                        "residual sd of {sensor}: {}, estimated from these readings\n",
-                        significant(*sd, 4)
-                    )),
+                    Some(sd) => {
+                        let how = if fit.at_rounding.contains(sensor) {
+                            "the rounding of its readings, which show no scatter"
+                        } else {
+                            "estimated from these readings"
+                        };
+                        text.push_str(&format!("residual sd of {sensor}: {}, {how}\n", significant(*sd, 4)));
+                    }
                     None => text.push_str(&format!(
                         "residual sd of {sensor}: none (no degrees of freedom), so no uncertainty can be given\n"
                     )),
@@ -279,6 +304,9 @@ fn defects(report: &FitReport) -> String {
     let mut text = String::new();
     for defect in &report.not_estimable {
         text.push_str(&format!("NOT ESTIMABLE: {} is free;", defect.text));
+        if let Some(hides) = &defect.hides {
+            text.push_str(&format!(" {hides};"));
+        }
         let only: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
         if only.is_empty() {
             text.push_str(" no reading responds to it");

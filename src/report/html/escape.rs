@@ -23,6 +23,16 @@ pub(super) fn inline(text: &str) -> String {
     html
 }
 
+/// A number from -1 to 1 as a bar about a middle line; nothing for what is no number.
+pub(super) fn bar(text: &str) -> String {
+    let Some(share) = text.parse::<f64>().ok().filter(|v| v.is_finite()).map(|v| v.clamp(-1.0, 1.0)) else {
+        return String::new();
+    };
+    let width = 50.0 * share.abs();
+    let left = if share < 0.0 { 50.0 - width } else { 50.0 };
+    format!("<span class=\"bar\"><i style=\"left:{left:.1}%;width:{width:.1}%\"></i></span>")
+}
+
 /// Escape what HTML and XML would take for markup; control characters that neither allows become a replacement character.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());

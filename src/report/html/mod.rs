@@ -18,17 +18,23 @@
 mod cells;
 mod checks_page;
 mod compare_page;
+mod diagnose_figure;
+mod diagnose_page;
 mod escape;
 mod fit_figures;
 mod fit_page;
 mod navigate;
+mod navigate_diagnose;
 mod page;
 mod plan_page;
 
 pub use compare_page::compare_page;
+pub use diagnose_figure::diagnose_svg;
+pub use diagnose_page::diagnose_page;
 pub use fit_page::fit_page;
 pub use navigate::navigate_page;
-pub use page::{Align, Block, Column, Figure, Page, Row, Section, Table, Tone};
+pub use navigate_diagnose::navigate_diagnose_page;
+pub use page::{Align, Block, Column, Figure, MarkedLine, Page, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
 
 use crate::error::{Fault, Malformed, Result};
@@ -62,6 +68,7 @@ pub fn render(page: &Page) -> Result<String> {
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fault)?);
     environment.add_filter("inline", |text: &str| Value::from_safe_string(escape::inline(text)));
     environment.add_filter("plain", |text: &str| Value::from_safe_string(escape::escape(text)));
+    environment.add_filter("bar", |text: &str| Value::from_safe_string(escape::bar(text)));
     environment.add_template("page.html", TEMPLATE).map_err(fault)?;
     let template = environment.get_template("page.html").map_err(fault)?;
     let page = Serde(page.clone().aligned());

@@ -45,12 +45,32 @@ pub enum Block {
     List(Vec<String>),
     /// Lines of algebra, as they are.
     Formula(Vec<String>),
+    /// Lines of algebra with what was added to them marked.
+    Marked(Vec<MarkedLine>),
     /// Names and values.
     Facts(Vec<(String, String)>),
+    /// One thing by itself: its name, and names and values about it.
+    Card {
+        /// Its name.
+        heading: String,
+        /// How it sounds.
+        tone: Tone,
+        /// Names and values.
+        facts: Vec<(String, String)>,
+    },
     /// A table.
     Table(Table),
     /// Figures; several stand side by side where there is room.
     Figures(Vec<Figure>),
+}
+
+/// A line of algebra: what stood there, and what was added.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct MarkedLine {
+    /// What stood there.
+    pub kept: String,
+    /// What was added; may be empty.
+    pub added: String,
 }
 
 /// How a verdict or a row sounds.
@@ -115,6 +135,8 @@ pub enum Align {
     Right,
     /// Numbers, at the decimal point.
     Decimal,
+    /// Numbers from -1 to 1 as bars about a middle line.
+    Bar,
 }
 
 /// A row.
@@ -233,7 +255,7 @@ impl Table {
         const FIGURE_SPACE: char = '\u{2007}';
         const POINT_SPACE: char = '\u{2008}';
         for (k, column) in self.columns.iter().enumerate() {
-            if column.align == Align::Left {
+            if matches!(column.align, Align::Left | Align::Bar) {
                 continue;
             }
             let decimals = |cell: &str| cell.split_once('.').map_or(0, |(_, digits)| digits.chars().count());

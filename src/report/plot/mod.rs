@@ -7,6 +7,7 @@
 mod bars;
 mod correlation;
 mod curves;
+mod gap;
 mod normal;
 mod positions;
 mod residuals;
@@ -16,6 +17,7 @@ mod values;
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
 pub use curves::{Curve, curves};
+pub use gap::{GapPanel, GapPoint, gap};
 pub use normal::normal;
 pub use positions::{Spot, positions};
 pub use residuals::{Residual, residuals};
@@ -106,12 +108,15 @@ mod tests {
                 assert!(bars(&[bar(a), bar(b)], ("u", "arcsec"), WIDE).is_ok());
                 let point = |value, band| Residual { number: 1, group: "p".into(), value, band, far: false };
                 assert!(residuals(&[point(a, Some(b)), point(b, None)], "residual", "V").is_ok());
+                let pair = |after, band| GapPoint { group: "<".into(), before: a, after, band };
+                let points = vec![pair(Some(b), Some(a)), pair(None, None)];
+                assert!(gap(&[GapPanel { points, ..GapPanel::default() }], "x").is_ok());
                 assert!(normal(&[a, b, 1.0]).is_ok());
                 assert!(correlation(&["a", "b"], &[vec![Some(1.0), Some(a)], vec![Some(b), None]]).is_ok());
             }
         }
         assert!(values(&[], "").is_ok() && bars(&[], ("", ""), HALF).is_ok() && residuals(&[], "", "").is_ok());
-        assert!(normal(&[]).is_ok() && correlation(&[], &[]).is_ok());
+        assert!(normal(&[]).is_ok() && correlation(&[], &[]).is_ok() && gap(&[], "").is_ok());
     }
 
     #[test]

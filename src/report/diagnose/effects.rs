@@ -1,0 +1,202 @@
+//! What is missing, as the report of a diagnosis has it: effects, their aliases, and what the repair does to each parameter.
+
+use super::super::{ARCSEC, PositionReport, position_keys};
+use crate::campaign::{Campaign, JointState, Role};
+use crate::diagnosis::{Change, Diagnosis, Finding};
+use crate::simulate::Regressor;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A missing effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct EffectReport {
+    /// The appended term without its coefficient.
+    pub regressor: String,
+    /// Name in the field's words.
+    pub name: String,
+    /// Name of the coefficient in the repaired model line; empty for a prior or a constraint that is wrong.
+    pub coefficient: String,
+    /// The sensor; null for what is common to all.
+    pub sensor: Option<String>,
+    /// Coefficient; for a known parameter, a prior or a constraint its error; null where the repaired model does not determine it.
+    pub value: Option<f64>,
+    /// Its standard uncertainty.
+    pub u: Option<f64>,
+    /// Its expanded uncertainty.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+    /// Coverage probability of the expanded uncertainty.
+    pub level: f64,
+    /// Unit; empty where the term does not tell.
+    pub unit: String,
+    /// The value in arcseconds, for an angle.
+    pub arcsec: Option<f64>,
+    /// Standard uncertainty that was stated for a known parameter or a prior which is found wrong; null for anything else.
+    pub stated_u: Option<f64>,
+    /// Student's t (z where the noise is stated), the other effects given.
+    pub t: f64,
+    /// Probability of evidence as strong by chance, among all that was tried.
+    pub p: f64,
+    /// Share of the gap's sum of squares that it takes off.
+    pub explains: f64,
+    /// Why it happens.
+    pub why: String,
+    /// How to confirm it.
+    pub confirm: String,
+    /// Is the term zero at these positions but for rounding?
+    pub zero_but_for_rounding: bool,
+    /// Share of its column that the model as given leaves: what it is seen by.
+    pub visible: f64,
+    /// What else it could be on this schedule.
+    pub aliases: Vec<AliasReport>,
+    /// Positions that would tell them apart, best first.
+    pub separate_by: Vec<PositionReport>,
+}
+
+/// Another effect that explains the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AliasReport {
+    /// Its regressor.
+    pub regressor: String,
+    /// Its name.
+    pub name: String,
+    /// The same column exactly (true), or only a fit that is not significantly worse (false).
+    pub exact: bool,
+    /// How much worse it fits, in variances of the noise.
+    pub excess: f64,
+    /// Is its term zero at these positions but for rounding, so that it would need an absurd coefficient?
+    pub zero_but_for_rounding: bool,
+    /// Is it seen only through small terms (it vanishes here but for small tilts, or the model has nearly all of it)?
+    pub only_small_terms: bool,
+    /// Share of its column that the model as given leaves.
+    pub visible: f64,
+    /// Largest value of its term here over what its inputs could make of it.
+    pub size: f64,
+    /// A second effect that must then stand in the place of another finding.
+    pub together_with: Option<String>,
+}
+
+/// A parameter before and after the repair.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChangeReport {
+    /// Name.
+    pub id: String,
+    /// Unit of the numbers: `arcsec` for tilts.
+    pub unit: String,
+    /// Before.
+    pub before: Option<f64>,
+    /// Standard uncertainty before.
+    pub u_before: Option<f64>,
+    /// After.
+    pub after: Option<f64>,
+    /// Standard uncertainty after, with what is not known about which alias it is.
+    pub u_after: Option<f64>,
+    /// Standard uncertainty after, if the effects are the ones named.
+    pub u_after_as_named: Option<f64>,
+    /// How far the value would move at most if an alias were the effect (rectangular half-width; part of `u_after`).
+    pub alias_half_width: f64,
+    /// After minus before.
+    pub shift: Option<f64>,
+    /// After minus before, over the standard uncertainty after as named.
+    pub change_in_u: Option<f64>,
+}
+
+pub(super) fn effects(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<EffectReport> {
+    diagnosis.effects.iter().map(|finding| effect(campaign, diagnosis, finding)).collect()
+}
+
+fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> EffectReport {
+    let own = &finding.effect;
+    let sensor = |k: usize| campaign.bench.sensors.get(k).map(|s| s.id.clone()).unwrap_or_default();
+    let keys = |list: &[Vec<JointState>]| list.iter().map(|joints| position_keys(campaign, joints)).collect();
+    let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
+    let results = || after.parameters.iter();
+    let combined = |p: &crate::fit::ParameterResult| p.uncertainty.clone();
+    // what has no parameter of its own (a prior, a constraint) is covered like the others
+    let coverage = results()
+        .find(|p| !own.coefficient.is_empty() && p.id == own.coefficient)
+        .and_then(combined)
+        .or_else(|| results().find_map(combined))
+        .map(|c| c.coverage_factor);
+    let name = match own.kind {
+        Regressor::Constraint(_) => {
+            constraint_number(&own.regressor).and_then(|k| campaign.constraints.get(k)).map(|c| {
+                format!("the constraint {} does not hold", super::super::fit_checks::constraint_text(campaign, c))
+            })
+        }
+        _ => None,
+    };
+    EffectReport {
+        regressor: own.regressor.clone(),
+        name: name.unwrap_or_else(|| own.name.clone()),
+        coefficient: own.coefficient.clone(),
+        sensor: own.sensor.map(sensor),
+        value: finding.value,
+        u: finding.u,
+        expanded: finding.u.zip(coverage).map(|(u, k)| k * u),
+        level: after.settings.level,
+        unit: finding.unit.clone(),
+        arcsec: finding.value.filter(|_| finding.unit == "rad").map(|v| v * ARCSEC),
+        stated_u: stated_u(campaign, &own.kind),
+        t: finding.t,
+        p: finding.p,
+        explains: finding.explains,
+        why: own.why.clone(),
+        confirm: own.confirm.clone(),
+        zero_but_for_rounding: own.rounding,
+        visible: own.visible,
+        aliases: finding
+            .aliases
+            .iter()
+            .map(|alias| AliasReport {
+                regressor: alias.regressor.clone(),
+                name: alias.name.clone(),
+                exact: alias.exact,
+                excess: alias.excess,
+                zero_but_for_rounding: alias.rounding,
+                only_small_terms: alias.vanishing,
+                visible: alias.visible,
+                size: alias.size,
+                together_with: alias.together_with.clone(),
+            })
+            .collect(),
+        separate_by: keys(&finding.separate_by),
+    }
+}
+
+/// Index of the constraint that a regressor `constraint:N` names.
+fn constraint_number(regressor: &str) -> Option<usize> {
+    regressor.strip_prefix("constraint:")?.parse::<usize>().ok()?.checked_sub(1)
+}
+
+/// The standard uncertainty that the campaign states for a known parameter or a prior.
+fn stated_u(campaign: &Campaign, kind: &Regressor) -> Option<f64> {
+    let (Regressor::Known(k) | Regressor::Prior(k)) = kind else { return None };
+    match campaign.parameters.get(*k).map(|p| &p.role) {
+        Some(Role::Known(known)) => Some(known.u),
+        Some(Role::Estimated { prior, .. }) => prior.map(|p| p.u),
+        _ => None,
+    }
+}
+
+pub(super) fn change(own: &Change) -> ChangeReport {
+    let scale = if own.is_angle { ARCSEC } else { 1.0 };
+    let scaled = |v: Option<f64>| v.map(|v| v * scale);
+    let shift = own.before.0.zip(own.after.0).map(|(before, after)| after - before);
+    let change_in_u = match (shift, own.after.1) {
+        (Some(shift), Some(u)) if u > 0.0 => Some(shift / u),
+        _ => None,
+    };
+    ChangeReport {
+        id: own.id.clone(),
+        unit: if own.is_angle { "arcsec".into() } else { own.unit.clone() },
+        before: scaled(own.before.0),
+        u_before: scaled(own.before.1),
+        after: scaled(own.after.0),
+        u_after: scaled(own.u_with_aliases()),
+        u_after_as_named: scaled(own.after.1),
+        alias_half_width: scale * own.alias_half_width,
+        shift: scaled(shift),
+        change_in_u,
+    }
+}

@@ -1,0 +1,238 @@
+//! The gap, as the report of a diagnosis has it: how large, where, and what of it is unexplained.
+
+use super::super::{PositionReport, position_keys};
+use crate::campaign::Campaign;
+use crate::diagnosis::{Candidate, Diagnosis, Gap, Level};
+use crate::fit::Fit;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The gap before and after.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GapsReport {
+    /// With the model as given.
+    pub before: GapReport,
+    /// With the effects; as before where nothing was found.
+    pub after: GapReport,
+    /// The noise floor.
+    pub noise: NoiseReport,
+    /// The same for each sensor by itself, in its unit.
+    pub sensors: BTreeMap<String, SensorGapReport>,
+}
+
+/// A gap.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GapReport {
+    /// `sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`.
+    pub rms: Option<f64>,
+    /// Largest residual by size.
+    pub max: f64,
+    /// `sum (v/u)^2` with the noise floor.
+    pub chi_square: f64,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Probability of a gap as large by chance; null where only residuals tell the noise.
+    pub p: Option<f64>,
+}
+
+/// The gap of one sensor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SensorGapReport {
+    /// Its unit.
+    pub unit: String,
+    /// How many values it gave.
+    pub readings: usize,
+    /// `sqrt(sum v^2 / r)` before, `r` the sum of its redundancy numbers; null where that is zero.
+    pub rms_before: Option<f64>,
+    /// The same with the effects.
+    pub rms_after: Option<f64>,
+    /// Largest residual before.
+    pub max_before: f64,
+    /// Largest residual after.
+    pub max_after: f64,
+    /// Standard deviation of a reading by the noise floor (root mean square where readings differ).
+    pub sd: Option<f64>,
+}
+
+/// The noise floor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NoiseReport {
+    /// Standard deviation of a reading of the first sensor; null where nothing tells.
+    pub sd: Option<f64>,
+    /// `replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested).
+    pub from: String,
+}
+
+/// Mean residual at one level of a factor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PlaceReport {
+    /// The factor.
+    pub factor: String,
+    /// The level.
+    pub level: LevelReport,
+    /// The sensor.
+    pub sensor: String,
+    /// Readings there.
+    pub readings: usize,
+    /// Mean residual before.
+    pub mean: f64,
+    /// Its size in standard deviations.
+    pub z: f64,
+    /// Probability of a mean as large by chance, this level alone.
+    pub p: f64,
+}
+
+/// A level: a number or a label.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum LevelReport {
+    /// A number.
+    Number(f64),
+    /// A label.
+    Text(String),
+}
+
+/// What is unexplained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct UnexplainedReport {
+    /// In one sentence.
+    pub pattern: String,
+    /// Mean residual at each state of the joints.
+    pub cells: Vec<CellReport>,
+    /// The candidates that come nearest together; they are not accepted.
+    pub nearest: Vec<String>,
+    /// Share of the gap's sum of squares that those would take off.
+    pub nearest_explains: f64,
+}
+
+/// Mean residual at one state of the joints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CellReport {
+    /// The state.
+    pub at: PositionReport,
+    /// The sensor.
+    pub sensor: String,
+    /// Readings there.
+    pub readings: usize,
+    /// Mean residual.
+    pub mean: f64,
+    /// Its size in standard deviations.
+    pub z: f64,
+}
+
+/// A reading's residual before and after.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ResidualReport {
+    /// Number of the reading, from 1.
+    pub index: usize,
+    /// Its position.
+    pub position: String,
+    /// The sensor.
+    pub sensor: String,
+    /// Before.
+    pub before: f64,
+    /// After.
+    pub after: f64,
+    /// Standard deviation of the reading by the noise floor; null where nothing tells.
+    pub sd: Option<f64>,
+}
+
+pub(super) fn gaps(campaign: &Campaign, diagnosis: &Diagnosis) -> GapsReport {
+    GapsReport {
+        before: gap(&diagnosis.gap_before),
+        after: gap(&diagnosis.gap_after),
+        noise: NoiseReport { sd: diagnosis.noise.sd, from: diagnosis.noise.from.name().into() },
+        sensors: sensors(campaign, diagnosis),
+    }
+}
+
+fn gap(own: &Gap) -> GapReport {
+    GapReport { rms: own.rms, max: own.max, chi_square: own.chi_square, dof: own.dof, p: own.p }
+}
+
+/// Is there a noise floor? Without a degree of freedom, and no stated uncertainty, there is none.
+fn noise_is_known(diagnosis: &Diagnosis) -> bool {
+    diagnosis.noise.sd.is_some()
+}
+
+fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, SensorGapReport> {
+    let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
+    let mut sensors = BTreeMap::new();
+    for (k, sensor) in campaign.bench.sensors.iter().enumerate() {
+        let origins = diagnosis.before.design.rows.iter().enumerate();
+        let rows: Vec<usize> = origins.filter(|(_, origin)| origin.sensor == k).map(|(i, _)| i).collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let rms = |fit: &Fit, gap: &Gap| {
+            let square: f64 = rows.iter().filter_map(|i| gap.residuals.get(*i)).map(|v| v * v).sum();
+            let redundancy: f64 = rows.iter().filter_map(|i| fit.estimate.redundancy.get(*i)).sum();
+            (redundancy > 1e-9).then(|| (square / redundancy).sqrt())
+        };
+        let max = |gap: &Gap| rows.iter().filter_map(|i| gap.residuals.get(*i)).fold(0.0_f64, |m, v| m.max(v.abs()));
+        let variance: f64 = rows.iter().filter_map(|i| diagnosis.row_sd.get(*i)).map(|u| u * u).sum();
+        let report = SensorGapReport {
+            unit: sensor.unit.clone(),
+            readings: rows.len(),
+            rms_before: rms(&diagnosis.before, &diagnosis.gap_before),
+            rms_after: rms(after, &diagnosis.gap_after),
+            max_before: max(&diagnosis.gap_before),
+            max_after: max(&diagnosis.gap_after),
+            sd: noise_is_known(diagnosis).then(|| (variance / rows.len() as f64).sqrt()),
+        };
+        sensors.insert(sensor.id.clone(), report);
+    }
+    sensors
+}
+
+pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<PlaceReport> {
+    let report = |place: &crate::diagnosis::Place| PlaceReport {
+        factor: place.factor.clone(),
+        level: match &place.level {
+            Level::Number(v) => LevelReport::Number(*v),
+            Level::Text(text) => LevelReport::Text(text.clone()),
+        },
+        sensor: sensor(campaign, place.sensor),
+        readings: place.readings,
+        mean: place.mean,
+        z: place.z,
+        p: place.p,
+    };
+    diagnosis.places.iter().map(report).collect()
+}
+
+fn sensor(campaign: &Campaign, k: usize) -> String {
+    campaign.bench.sensors.get(k).map(|s| s.id.clone()).unwrap_or_default()
+}
+
+pub(super) fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<UnexplainedReport> {
+    let own = diagnosis.unexplained.as_ref()?;
+    let cell = |cell: &crate::diagnosis::Cell| CellReport {
+        at: position_keys(campaign, &cell.joints),
+        sensor: sensor(campaign, cell.sensor),
+        readings: cell.readings,
+        mean: cell.mean,
+        z: cell.z,
+    };
+    Some(UnexplainedReport {
+        pattern: own.pattern.clone(),
+        cells: own.cells.iter().map(cell).collect(),
+        nearest: own.nearest.iter().map(|c: &Candidate| c.regressor.clone()).collect(),
+        nearest_explains: own.nearest_explains,
+    })
+}
+
+pub(super) fn residuals(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<ResidualReport> {
+    let rows = diagnosis.before.design.rows.iter().enumerate();
+    rows.zip(diagnosis.gap_before.residuals.iter().zip(&diagnosis.gap_after.residuals))
+        .map(|((i, origin), (before, after))| ResidualReport {
+            index: origin.reading + 1,
+            position: campaign.readings.rows.get(origin.reading).map(|r| r.position.clone()).unwrap_or_default(),
+            sensor: sensor(campaign, origin.sensor),
+            before: *before,
+            after: *after,
+            sd: diagnosis.row_sd.get(i).copied().filter(|sd| sd.is_finite() && noise_is_known(diagnosis)),
+        })
+        .collect()
+}

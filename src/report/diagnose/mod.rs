@@ -1,0 +1,162 @@
+//! The report of a diagnosis (`tumble diagnose --json`), and the same for a person at a terminal.
+
+mod effects;
+mod gap;
+mod table;
+pub(super) mod words;
+
+pub use effects::{AliasReport, ChangeReport, EffectReport};
+pub use gap::{
+    CellReport, GapReport, GapsReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport,
+    UnexplainedReport,
+};
+pub use table::diagnose_table;
+
+use super::{PositionReport, VERSION, fit_checks, position_keys};
+use crate::campaign::Campaign;
+use crate::diagnosis::{self, Diagnosis, Held};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What `tumble diagnose --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DiagnoseReport {
+    /// Version of the program.
+    pub tumble: String,
+    /// Always `diagnose`.
+    pub report: String,
+    /// Id of the bench.
+    pub bench: String,
+    /// `effects-found`, `nothing-missing`, `unexplained`, or `not-diagnosable` (no redundancy).
+    pub verdict: String,
+    /// Probability of reporting anything when nothing is missing.
+    pub significance: f64,
+    /// What is missing, the strongest first.
+    pub effects: Vec<EffectReport>,
+    /// Model line of each sensor as given.
+    pub model_before: BTreeMap<String, String>,
+    /// Model line of each sensor with the effects.
+    pub model_after: BTreeMap<String, String>,
+    /// The gap before and after, and the noise floor.
+    pub gap: GapsReport,
+    /// Where the gap is, the most significant first.
+    #[serde(rename = "where")]
+    pub places: Vec<PlaceReport>,
+    /// What is unexplained; null unless the verdict says so.
+    pub unexplained: Option<UnexplainedReport>,
+    /// Leave-one-position-out prediction; null where no position can be predicted from the others.
+    pub holdout: Option<HoldoutReport>,
+    /// The search's record.
+    pub steps: Vec<StepReport>,
+    /// How many candidates were tried.
+    pub candidates: usize,
+    /// How many of them are distinct on this schedule: the number of tests that every p accounts for.
+    pub distinct_candidates: usize,
+    /// What the repair does to each estimated parameter; empty where nothing was repaired.
+    pub parameters: Vec<ChangeReport>,
+    /// Residual of each reading before and after, for a picture.
+    pub residuals: Vec<ResidualReport>,
+    /// Positions that would make a diagnosis possible; empty where it is.
+    pub would_help: Vec<PositionReport>,
+    /// Parameters of the bench that are taken as zero.
+    pub assumed_zero: Vec<String>,
+    /// What was done with each constraint of the campaign.
+    pub constraints: Vec<AssertedReport>,
+}
+
+/// A constraint of the campaign in a diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AssertedReport {
+    /// Number in the file, from 1.
+    pub index: usize,
+    /// The constraint as a line of text.
+    pub text: String,
+    /// `equality` (met exactly), `at-limit` (an inequality that holds the estimate back: taken as an equality), `inactive`,
+    /// `left-out` (it contradicts others, or cannot be applied), `wrong` (a finding: taken away by the repair).
+    pub state: String,
+}
+
+/// Leave-one-position-out prediction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HoldoutReport {
+    /// Positions predicted from the others.
+    pub positions: usize,
+    /// Positions that cannot be left out, because they alone hold a parameter.
+    pub skipped: usize,
+    /// Root mean square prediction error before, in standard uncertainties of prediction and reading together: 1 for a true model.
+    pub before: f64,
+    /// The same with the effects.
+    pub after: Option<f64>,
+}
+
+/// One look at the evidence.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StepReport {
+    /// Effects in the model.
+    pub with: Vec<String>,
+    /// The strongest further candidate.
+    pub strongest: Option<String>,
+    /// Its t.
+    pub t: Option<f64>,
+    /// Its probability by chance among all that was tried.
+    pub p: Option<f64>,
+    /// Probability of what is left by chance.
+    pub global_p: Option<f64>,
+}
+
+/// The report of a diagnosis; `campaign` is the question with its constraints.
+pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &diagnosis::Settings) -> DiagnoseReport {
+    let model = |campaign: &Campaign| -> BTreeMap<String, String> {
+        campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect()
+    };
+    let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
+    DiagnoseReport {
+        tumble: VERSION.into(),
+        report: "diagnose".into(),
+        bench: campaign.bench.id.clone(),
+        verdict: diagnosis.verdict.name().into(),
+        significance: settings.significance,
+        effects: effects::effects(campaign, diagnosis),
+        model_before: model(&diagnosis.before.campaign),
+        model_after: model(&after.campaign),
+        gap: gap::gaps(campaign, diagnosis),
+        places: gap::places(campaign, diagnosis),
+        unexplained: gap::unexplained(campaign, diagnosis),
+        holdout: diagnosis.holdout.as_ref().map(|own| HoldoutReport {
+            positions: own.positions,
+            skipped: own.skipped,
+            before: own.before,
+            after: own.after,
+        }),
+        steps: diagnosis.steps.iter().map(step).collect(),
+        candidates: diagnosis.candidates.0,
+        distinct_candidates: diagnosis.candidates.1,
+        parameters: diagnosis.changes.iter().map(effects::change).collect(),
+        residuals: gap::residuals(campaign, diagnosis),
+        would_help: diagnosis.would_help.iter().map(|joints| position_keys(campaign, joints)).collect(),
+        assumed_zero: diagnosis.before.assumed_zero().map(str::to_string).collect(),
+        constraints: asserted(campaign, &diagnosis.constraints),
+    }
+}
+
+fn step(step: &diagnosis::Step) -> StepReport {
+    StepReport {
+        with: step.with.clone(),
+        strongest: step.strongest.as_ref().map(|(name, _, _)| name.clone()),
+        t: step.strongest.as_ref().map(|(_, t, _)| *t),
+        p: step.strongest.as_ref().map(|(_, _, p)| *p),
+        global_p: step.global_p,
+    }
+}
+
+fn asserted(campaign: &Campaign, held: &[Held]) -> Vec<AssertedReport> {
+    let constraints = campaign.constraints.iter().zip(held).enumerate();
+    constraints
+        .map(|(k, (constraint, held))| AssertedReport {
+            index: k + 1,
+            text: fit_checks::constraint_text(campaign, constraint),
+            state: held.name().into(),
+        })
+        .collect()
+}

@@ -1,0 +1,276 @@
+//! A diagnosis as a person reads it at a terminal.
+
+use super::super::table::{plain, rounded, significant};
+use super::{DiagnoseReport, EffectReport, GapReport, words};
+
+/// Most aliases, places and positions that are listed at a terminal; the JSON report has all.
+const LISTED: usize = 8;
+/// More constraints than this are only counted.
+const CONSTRAINTS: usize = 12;
+
+/// The whole diagnosis.
+pub fn diagnose_table(report: &DiagnoseReport) -> String {
+    let mut text = format!("tumble {}: diagnosis on {}\n", report.tumble, report.bench);
+    for (sensor, line) in &report.model_before {
+        text.push_str(&format!("  {sensor} = {line}\n"));
+    }
+    text.push_str(&format!("\n{}\n", verdict(report)));
+    text.push_str(&constraints(report));
+    text.push('\n');
+    if report.verdict == "not-diagnosable" {
+        return text;
+    }
+    for effect in &report.effects {
+        text.push_str(&found(report, effect));
+    }
+    text.push_str(&repaired(report));
+    text.push_str(&gap(report));
+    text.push_str(&unexplained(report));
+    if report.verdict != "nothing-missing" {
+        text.push_str(&places(report));
+    }
+    if !report.parameters.is_empty() {
+        text.push_str(&changes(report));
+    }
+    let holdout = words::holdout(report);
+    if !holdout.is_empty() {
+        text.push_str(&format!("\n{holdout}\n"));
+    }
+    text
+}
+
+fn verdict(report: &DiagnoseReport) -> String {
+    let label = match report.verdict.as_str() {
+        "effects-found" => "EFFECTS FOUND",
+        "nothing-missing" => "NOTHING MISSING",
+        "unexplained" => "UNEXPLAINED",
+        _ => "NOT DIAGNOSABLE",
+    };
+    let sentence = format!("{label}: {}", words::verdict(report).replace('`', ""));
+    if report.verdict == "not-diagnosable" {
+        let help = words::would_help(report);
+        return if help.is_empty() { sentence } else { format!("{sentence};\n{help}") };
+    }
+    format!("{sentence}\n({})", words::tried(report))
+}
+
+fn constraints(report: &DiagnoseReport) -> String {
+    let lines = words::constraints(report);
+    let more = lines.len().saturating_sub(CONSTRAINTS);
+    let mut text: String = lines.iter().take(CONSTRAINTS).map(|line| format!("{line}\n")).collect();
+    if more > 0 {
+        text.push_str(&format!("and {more} more constraints\n"));
+    }
+    text
+}
+
+fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
+    let sensor = match &effect.sensor {
+        Some(sensor) if report.model_before.len() > 1 => format!(" (sensor {sensor})"),
+        None if report.model_before.len() > 1 && effect.regressor.starts_with("tilt:") => {
+            " (seen by all sensors)".into()
+        }
+        _ => String::new(),
+    };
+    let mut text = format!("{}  {}{sensor}\n", effect.regressor, effect.name);
+    if let Some((value, u, expanded, unit)) = words::value(effect) {
+        text.push_str(format!("  {} = {value} {unit}", words::of(effect)).replace("by =", "by").trim_end());
+        if let (Some(u), Some(expanded)) = (u, expanded) {
+            text.push_str(&format!(", u = {u}, U = {expanded} ({})", percent(effect.level)));
+        }
+        text.push('\n');
+    } else {
+        text.push_str("  the repaired model does not determine its coefficient\n");
+    }
+    let stated = words::against_stated(effect);
+    if !stated.is_empty() {
+        text.push_str(&format!("  {stated}\n"));
+    }
+    text.push_str(&format!(
+        "  t = {:.1}, {}; explains {:.1} % of the gap\n",
+        effect.t,
+        words::p_is(effect.p),
+        100.0 * effect.explains
+    ));
+    if effect.zero_but_for_rounding {
+        text.push_str("  the term is zero at these positions but for rounding: the coefficient is absurd\n");
+    }
+    let aliases = words::aliases(effect);
+    for (what, names) in [
+        ("this schedule cannot tell it from", &aliases.same),
+        ("nor, fitting not significantly worse (by so many noise variances), from", &aliases.near),
+        ("nor, but only through small terms, from", &aliases.small),
+        ("nor, but only through rounding, from", &aliases.rounding),
+    ] {
+        if !names.is_empty() {
+            text.push_str(&format!("  {what}: {}\n", listed(names, 2 * LISTED)));
+        }
+    }
+    if !effect.separate_by.is_empty() {
+        let positions: Vec<String> = effect.separate_by.iter().map(words::position).collect();
+        text.push_str(&format!("  one more position would tell, best first: {}\n", positions.join("; ")));
+    }
+    for (what, words) in [("why", &effect.why), ("confirm", &effect.confirm)] {
+        if !words.is_empty() {
+            text.push_str(&format!("  {what}: {words}\n"));
+        }
+    }
+    text.push('\n');
+    text
+}
+
+fn listed(names: &[String], most: usize) -> String {
+    let more = names.len().saturating_sub(most);
+    let shown = names.iter().take(most).cloned().collect::<Vec<_>>().join(", ");
+    if more > 0 { format!("{shown} and {more} more") } else { shown }
+}
+
+fn percent(level: f64) -> String {
+    format!("{} %", words::trimmed(100.0 * level))
+}
+
+/// The lines that became longer, the appended terms underlined, and what else the repair changes.
+fn repaired(report: &DiagnoseReport) -> String {
+    let mut text = String::new();
+    for (sensor, after) in &report.model_after {
+        let Some(before) = report.model_before.get(sensor) else { continue };
+        if let Some((kept, added)) = words::appended(before, after) {
+            let head = format!("repaired: {sensor} = {kept}");
+            let under = format!("{}{}", " ".repeat(head.chars().count()), "^".repeat(added.chars().count()));
+            text.push_str(&format!("{head}{added}\n{under}\n"));
+        }
+    }
+    for line in report.effects.iter().filter_map(words::repair) {
+        text.push_str(&format!("repaired: {line}\n"));
+    }
+    let existing = |e: &&EffectReport| {
+        !e.regressor.contains(':') && report.model_before == report.model_after && !e.coefficient.is_empty()
+    };
+    for effect in report.effects.iter().filter(existing) {
+        text.push_str(&format!("repaired: {} is estimated, no longer taken as zero\n", effect.coefficient));
+    }
+    if !text.is_empty() {
+        text.push('\n');
+    }
+    text
+}
+
+fn gap(report: &DiagnoseReport) -> String {
+    let found = !report.effects.is_empty();
+    let several = report.gap.sensors.len() > 1;
+    let optional = |v: Option<f64>| v.map_or("-".into(), |v| significant(v, 4));
+    let row = |name: &str, gap: &GapReport| {
+        let mut cells = vec![name.to_string()];
+        if !several {
+            cells.extend([optional(gap.rms), significant(gap.max, 4)]);
+        }
+        cells.extend([significant(gap.chi_square, 4), gap.dof.to_string()]);
+        cells.push(gap.p.map_or("-".into(), words::p));
+        cells
+    };
+    let mut rows = vec![row("before", &report.gap.before)];
+    if found {
+        rows.push(row("after", &report.gap.after));
+    }
+    let header: &[&str] =
+        if several { &["gap", "chi-square", "dof", "p"] } else { &["gap", "rms", "max", "chi-square", "dof", "p"] };
+    let mut text = plain(header, &rows);
+    if several {
+        let rows: Vec<Vec<String>> = report
+            .gap
+            .sensors
+            .iter()
+            .map(|(id, own)| {
+                let mut cells = vec![id.clone(), own.unit.clone(), own.sd.map_or("-".into(), |sd| significant(sd, 3))];
+                cells.extend([optional(own.rms_before), significant(own.max_before, 4)]);
+                if found {
+                    cells.extend([optional(own.rms_after), significant(own.max_after, 4)]);
+                }
+                cells
+            })
+            .collect();
+        let header = ["sensor", "unit", "noise", "rms before", "max before", "rms after", "max after"];
+        text.push_str(&format!("\n{}", plain(header.get(..if found { 7 } else { 5 }).unwrap_or_default(), &rows)));
+    }
+    let source = words::noise_source(&report.gap.noise.from);
+    let noise = match report.gap.sensors.values().next() {
+        Some(one) if !several => match one.sd {
+            Some(sd) => format!("noise floor: {} {}, {source}", significant(sd, 3), one.unit),
+            None => "noise floor: unknown".into(),
+        },
+        _ => format!("noise floor: {source}"),
+    };
+    text.push_str(&format!("{}\n", noise.replace(" ,", ",")));
+    text
+}
+
+fn unexplained(report: &DiagnoseReport) -> String {
+    let Some(own) = &report.unexplained else { return String::new() };
+    let mut text = format!("\n{}\n", own.pattern);
+    if !own.nearest.is_empty() {
+        text.push_str(&format!(
+            "nearest of the catalogue: {} would take off {:.1} % and leave more than noise: not accepted\n",
+            own.nearest.join(" + "),
+            100.0 * own.nearest_explains
+        ));
+    }
+    let rows: Vec<Vec<String>> = own
+        .cells
+        .iter()
+        .take(2 * LISTED)
+        .map(|cell| {
+            let size = [significant(cell.mean, 3), format!("{:.1}", cell.z)];
+            let who = [words::position(&cell.at), cell.sensor.clone(), cell.readings.to_string()];
+            who.into_iter().chain(size).collect()
+        })
+        .collect();
+    text.push_str(&format!("\n{}", plain(&["at", "sensor", "readings", "mean gap", "in sd"], &rows)));
+    text
+}
+
+fn places(report: &DiagnoseReport) -> String {
+    let rows: Vec<Vec<String>> = report
+        .places
+        .iter()
+        .filter(|place| place.p < report.significance)
+        .take(LISTED)
+        .map(|place| {
+            vec![
+                place.factor.clone(),
+                words::level(&place.level),
+                place.sensor.clone(),
+                place.readings.to_string(),
+                significant(place.mean, 3),
+                words::p(place.p),
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("\n{}", plain(&["where the gap was", "level", "sensor", "readings", "mean gap", "p alone"], &rows))
+}
+
+fn changes(report: &DiagnoseReport) -> String {
+    let number = |value: Option<f64>, u: Option<f64>| value.map_or("-".into(), |v| rounded(v, u));
+    let rows: Vec<Vec<String>> = report
+        .parameters
+        .iter()
+        .map(|p| {
+            vec![
+                p.id.clone(),
+                number(p.before, p.u_before),
+                number(p.u_before, p.u_before),
+                number(p.after, p.u_after),
+                number(p.u_after, p.u_after),
+                words::shift(p.shift, p.u_after_as_named),
+                words::in_u(p.change_in_u),
+                p.unit.clone(),
+            ]
+        })
+        .collect();
+    let header = ["what it does to", "before", "u", "after", "u", "shift", "shift/u", "unit"];
+    let note = words::after_u(report);
+    let note = if note.is_empty() { String::new() } else { format!("{note}\n") };
+    format!("\n{}{note}", plain(&header, &rows))
+}

@@ -1,0 +1,236 @@
+//! Sentences about a diagnosis that the terminal and the page share.
+
+pub use super::super::table::trimmed;
+use super::super::table::{rounded, significant};
+use super::super::{ARCSEC, PositionReport};
+use super::{AliasReport, DiagnoseReport, EffectReport, LevelReport};
+
+/// The verdict in one sentence, without a full stop.
+pub fn verdict(report: &DiagnoseReport) -> String {
+    let known = report.gap.noise.from != "residuals";
+    match (report.verdict.as_str(), report.effects.as_slice()) {
+        ("effects-found", [one]) => format!("one effect is missing from the model: {}", named(one)),
+        ("effects-found", several) => {
+            let names: Vec<String> = several.iter().map(named).collect();
+            format!("{} effects are missing from the model: {}", several.len(), names.join("; and "))
+        }
+        ("nothing-missing", _) if known => "nothing is missing: the gap is noise".into(),
+        ("nothing-missing", _) => {
+            "nothing is missing that these readings could show: no effect explains more than chance".into()
+        }
+        ("unexplained", _) => "something is missing from the model, and nothing in the catalogue explains it".into(),
+        _ => {
+            "nothing can be diagnosed: the readings only just determine the unknowns, and nothing is left to check them"
+                .into()
+        }
+    }
+}
+
+/// An effect with how many others it could as well be.
+fn named(effect: &EffectReport) -> String {
+    let aliases = aliases(effect);
+    let name = format!("{} (`{}`)", effect.name, effect.regressor);
+    match aliases.same.len() + aliases.near.len() {
+        0 => name,
+        1 => format!("{name}, or one other that this schedule cannot tell from it"),
+        n => format!("{name}, or one of {n} others that this schedule cannot tell from it"),
+    }
+}
+
+/// How much was tried.
+pub fn tried(report: &DiagnoseReport) -> String {
+    format!(
+        "{} candidates tried, {} of them distinct on this schedule; significance {}",
+        report.candidates, report.distinct_candidates, report.significance
+    )
+}
+
+/// What would help where nothing can be diagnosed; empty where nothing is known to.
+pub fn would_help(report: &DiagnoseReport) -> String {
+    let positions: Vec<String> = report.would_help.iter().map(position).collect();
+    match positions.is_empty() {
+        true => String::new(),
+        false => format!("one further reading would change that, best at {}", positions.join("; or ")),
+    }
+}
+
+/// Where the noise floor comes from.
+pub fn noise_source(from: &str) -> &'static str {
+    match from {
+        "residuals" => "from the residuals of the finished model: nothing else tells, so completeness cannot be tested",
+        "stated" => "as stated",
+        _ => "from replicates",
+    }
+}
+
+/// A coefficient: value, standard uncertainty, expanded uncertainty, each rounded, and their unit; `None` where it is not determined.
+pub fn value(effect: &EffectReport) -> Option<(String, Option<String>, Option<String>, String)> {
+    let scale = if effect.arcsec.is_some() { ARCSEC } else { 1.0 };
+    let unit = if effect.arcsec.is_some() { "arcsec".to_string() } else { effect.unit.clone() };
+    let u = effect.u.map(|u| u * scale);
+    let expanded = effect.expanded.map(|u| u * scale);
+    let text = |v: f64| rounded(v, u);
+    Some((text(effect.value? * scale), u.map(text), expanded.map(text), unit))
+}
+
+/// What the value is of: the coefficient, or the error of what was stated.
+pub fn of(effect: &EffectReport) -> String {
+    match effect.regressor.split_once(':') {
+        Some(("known", id)) => format!("error of {id}"),
+        Some(("prior", id)) => format!("error of the prior of {id}"),
+        Some(("constraint", _)) => "it misses by".into(),
+        _ => effect.coefficient.clone(),
+    }
+}
+
+/// Whether the error of something stated is within what was stated; empty for anything else.
+pub fn against_stated(effect: &EffectReport) -> String {
+    let (Some(stated), Some(value)) = (effect.stated_u, effect.value) else { return String::new() };
+    if !(stated > 0.0) {
+        return "it was stated as exact".into();
+    }
+    let times = value.abs() / stated;
+    if times <= 2.0 {
+        return format!(
+            "that is {times:.1} times its stated standard uncertainty: no mistake, but the readings know it better; estimate it, with what was stated as a prior"
+        );
+    }
+    format!("that is {} times its stated standard uncertainty: what was stated is wrong", significant(times, 2))
+}
+
+/// What the repair does to the question besides a longer model line.
+pub fn repair(effect: &EffectReport) -> Option<String> {
+    let id = &effect.coefficient;
+    Some(match effect.regressor.split_once(':') {
+        Some(("tilt", _)) => format!("{id} is estimated, no longer taken as zero"),
+        Some(("known", _)) => format!("{id} is estimated, no longer taken as known"),
+        Some(("prior", parameter)) => format!("{parameter} is estimated without its prior"),
+        Some(("constraint", number)) => format!("constraint {number} is taken away"),
+        _ => return None,
+    })
+}
+
+/// The model line with effects: what stood there, and what was appended; `None` where it is as it was.
+pub fn appended<'a>(before: &str, after: &'a str) -> Option<(&'a str, &'a str)> {
+    let added = after.strip_prefix(before).filter(|added| !added.is_empty())?;
+    let term = added.trim_start_matches([' ', '+']);
+    let kept = after.get(..after.len() - term.len())?;
+    Some((kept, term))
+}
+
+/// Aliases by what sets them apart.
+#[derive(Debug, Default)]
+pub struct Aliases {
+    /// The same column.
+    pub same: Vec<String>,
+    /// They fit not significantly worse; each with how much.
+    pub near: Vec<String>,
+    /// Seen only through small terms; each with the share of its column.
+    pub small: Vec<String>,
+    /// Zero but for rounding.
+    pub rounding: Vec<String>,
+}
+
+/// The aliases of an effect.
+pub fn aliases(effect: &EffectReport) -> Aliases {
+    let mut sorted = Aliases::default();
+    for alias in &effect.aliases {
+        let with = alias.together_with.as_ref().map_or(String::new(), |other| format!(" (with {other})"));
+        let name = format!("{}{with}", alias.regressor);
+        if alias.zero_but_for_rounding {
+            sorted.rounding.push(name);
+        } else if alias.only_small_terms {
+            sorted.small.push(format!("{name} ({})", seen(alias)));
+        } else if alias.exact {
+            sorted.same.push(name);
+        } else {
+            sorted.near.push(format!("{name} (+{:.1})", alias.excess));
+        }
+    }
+    sorted
+}
+
+/// What an alias with small terms only is seen by.
+fn seen(alias: &AliasReport) -> String {
+    if alias.visible < alias.size {
+        format!("the model has all but {} of it", share(alias.visible))
+    } else {
+        format!("{} of its full size", share(alias.size))
+    }
+}
+
+/// A probability as `p = 0.01`.
+pub fn p_is(value: f64) -> String {
+    let text = p(value);
+    if text.starts_with('<') { format!("p {}", text.replace('<', "< ")) } else { format!("p = {text}") }
+}
+
+/// A probability; one that is too small to be a number says so.
+pub fn p(p: f64) -> String {
+    if p < 1e-99 { "<1e-99".into() } else { significant(p, 2) }
+}
+
+/// A share in percent, two digits.
+pub fn share(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 2))
+}
+
+/// A position as its keys and values.
+pub fn position(position: &PositionReport) -> String {
+    position.iter().map(|(key, value)| format!("{key} {value}")).collect::<Vec<_>>().join(", ")
+}
+
+/// A level of a factor.
+pub fn level(level: &LevelReport) -> String {
+    match level {
+        LevelReport::Number(v) => trimmed(*v),
+        LevelReport::Text(text) => text.clone(),
+    }
+}
+
+/// A shift in standard uncertainties, one decimal, never a negative zero.
+pub fn in_u(shift: Option<f64>) -> String {
+    shift.map_or("-".into(), |s| format!("{:+.1}", if s.abs() < 0.05 { 0.0 } else { s }))
+}
+
+/// A shift with as many digits as its uncertainty carries.
+pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
+    shift.map_or("-".into(), |v| rounded(v, u))
+}
+
+/// What the standard uncertainties after are of; empty where the aliases move nothing.
+pub fn after_u(report: &DiagnoseReport) -> &'static str {
+    if report.parameters.iter().any(|p| p.alias_half_width > 0.0) {
+        "u after includes not knowing which of the aliases it is (they move the estimates differently); the shift is over u without that"
+    } else {
+        ""
+    }
+}
+
+/// What was done with the constraints, one sentence each.
+pub fn constraints(report: &DiagnoseReport) -> Vec<String> {
+    let words = |state: &str| match state {
+        "equality" => "kept as an equality",
+        "at-limit" => "holds the estimate back: kept as an equality at its limit",
+        "inactive" => "met without effort: it has no part",
+        "wrong" => "found wrong: taken away by the repair",
+        _ => "left out: it contradicts others, or cannot be applied",
+    };
+    report.constraints.iter().map(|c| format!("constraint {}, {}: {}", c.index, c.text, words(&c.state))).collect()
+}
+
+/// The holdout in one sentence; empty where there is none.
+pub fn holdout(report: &DiagnoseReport) -> String {
+    let Some(own) = &report.holdout else { return String::new() };
+    let after = own.after.map_or(String::new(), |after| format!(", with what was found by {after:.2}"));
+    let skipped = match own.skipped {
+        0 => String::new(),
+        1 => "; 1 cannot be left out, it alone determines a parameter".into(),
+        n => format!("; {n} cannot be left out, each alone determines a parameter"),
+    };
+    let positions = if own.positions == 1 { "1 position".into() } else { format!("{} positions", own.positions) };
+    format!(
+        "left out in turn and predicted from the others, {positions} miss by {:.2} of their standard uncertainties (rms; 1 is expected){after}{skipped}",
+        own.before
+    )
+}

@@ -1,0 +1,133 @@
+//! The picture of a diagnosis: residuals before and after, grouped by the factor that the gap follows.
+
+use super::{Figure, cells};
+use crate::campaign::Campaign;
+use crate::diagnosis::{Diagnosis, Grouping, Level};
+use crate::error::Result;
+use crate::report::DiagnoseReport;
+use crate::report::diagnose::words;
+use crate::report::plot::{self, GapPanel, GapPoint};
+use crate::report::table::significant;
+
+/// Most sensors in one picture.
+const PANELS: usize = 6;
+/// More points than this in one picture are thinned; those far out stay.
+const POINTS: usize = 2400;
+
+/// The picture alone.
+///
+/// Errors: none that a diagnosis can cause.
+pub fn diagnose_svg(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<String> {
+    let svg = figure(campaign, diagnosis, report)?.svg;
+    // alone it needs paper of its own
+    Ok(svg.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
+}
+
+pub(super) fn figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<Figure> {
+    let sensors = shown(campaign, diagnosis, report);
+    let total: usize = sensors.iter().filter_map(|k| gap_of(campaign, report, *k)).map(|own| own.readings).sum();
+    let every = total.div_ceil(POINTS).max(1);
+    let panels: Vec<GapPanel> =
+        sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()))).collect();
+    let factor = diagnosis.grouping.as_ref().map_or("", |g| g.factor.as_str());
+    let svg = plot::gap(&panels, factor)?;
+    let many = panels.iter().any(|panel| panel.points.len() > 60);
+    let mut caption = String::from("Each reading minus the model");
+    caption.push_str(if report.effects.is_empty() {
+        ", as given."
+    } else {
+        ": circles with the model as given, discs with what was found in it."
+    });
+    if !factor.is_empty() {
+        caption.push_str(&format!(" Readings are grouped by `{factor}`, which the gap follows most; "));
+        caption.push_str("a bar is the mean of a group before.");
+    }
+    if every > 1 {
+        caption.push_str(&format!(" One reading in {every} is drawn, and all that lie far out."));
+    } else if many {
+        caption.push_str(" Every reading is drawn.");
+    }
+    let left = campaign.bench.sensors.len() - sensors.len();
+    if left > 0 {
+        caption.push_str(&format!(" {} are not drawn.", cells::count(left, "further sensor")));
+    }
+    Ok(Figure { caption, description: description(report), svg, wide: true })
+}
+
+/// The same in words.
+fn description(report: &DiagnoseReport) -> String {
+    let sensors = report.gap.sensors.iter().map(|(id, own)| {
+        let rms = |v: Option<f64>| v.map_or("unknown".into(), |v| significant(v, 3));
+        let after =
+            if report.effects.is_empty() { String::new() } else { format!(" before and {} after", rms(own.rms_after)) };
+        format!("{id}: rms residual {} {}{after}", rms(own.rms_before), own.unit)
+    });
+    sensors.collect::<Vec<_>>().join("; ") + "."
+}
+
+fn gap_of<'a>(
+    campaign: &Campaign,
+    report: &'a DiagnoseReport,
+    sensor: usize,
+) -> Option<&'a crate::report::SensorGapReport> {
+    report.gap.sensors.get(&campaign.bench.sensors.get(sensor)?.id)
+}
+
+/// The sensors of the picture, in the bench's order: those with an effect first, then those whose gap is largest against their noise.
+fn shown(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Vec<usize> {
+    let size = |k: usize| {
+        let own = gap_of(campaign, report, k)?;
+        let named = diagnosis.effects.iter().any(|finding| finding.effect.sensor == Some(k));
+        let relative = own.rms_before.zip(own.sd).map_or(0.0, |(rms, sd)| rms / sd);
+        Some((k, named, relative))
+    };
+    let mut sensors: Vec<(usize, bool, f64)> = (0..campaign.bench.sensors.len()).filter_map(size).collect();
+    sensors.sort_by(|a, b| b.1.cmp(&a.1).then(b.2.total_cmp(&a.2)));
+    let mut shown: Vec<usize> = sensors.into_iter().take(PANELS).map(|(k, ..)| k).collect();
+    shown.sort_unstable();
+    shown
+}
+
+fn panel(
+    campaign: &Campaign,
+    diagnosis: &Diagnosis,
+    report: &DiagnoseReport,
+    sensor: usize,
+    (every, panels): (usize, usize),
+) -> GapPanel {
+    let (id, unit) = campaign.bench.sensors.get(sensor).map_or(("", ""), |s| (s.id.as_str(), s.unit.as_str()));
+    let repaired = diagnosis.after.is_some();
+    let levels = diagnosis.grouping.as_ref().map(ordered).unwrap_or_default();
+    let level = |reading: usize| diagnosis.grouping.as_ref().and_then(|g| g.of.get(reading).copied().flatten());
+    let mut rows: Vec<(usize, GapPoint)> = Vec::new();
+    for (k, own) in report.residuals.iter().filter(|own| own.sensor == id).enumerate() {
+        let band = own.sd.map(|sd| 2.0 * sd);
+        let far = band.is_some_and(|band| own.before.abs() > 2.0 * band || own.after.abs() > 2.0 * band);
+        if k % every != 0 && !far {
+            continue;
+        }
+        let place = level(own.index - 1).and_then(|level| levels.iter().position(|(own, _)| *own == level));
+        let group = place.and_then(|place| levels.get(place)).map_or(String::new(), |(_, label)| label.clone());
+        let after = repaired.then_some(own.after);
+        rows.push((place.unwrap_or(levels.len()), GapPoint { group, before: own.before, after, band }));
+    }
+    rows.sort_by_key(|(place, _)| *place);
+    // the title of a low panel has little room
+    let title = if panels > 2 { id.to_string() } else { format!("{id} residual") };
+    GapPanel { title, unit: unit.into(), points: rows.into_iter().map(|(_, p)| p).collect() }
+}
+
+/// Levels with their labels: numbers from small to large, labels as they come.
+fn ordered(grouping: &Grouping) -> Vec<(usize, String)> {
+    let mut levels: Vec<(usize, Option<f64>, String)> = grouping
+        .levels
+        .iter()
+        .enumerate()
+        .map(|(k, level)| match level {
+            Level::Number(v) => (k, Some(*v), words::trimmed(*v)),
+            Level::Text(text) => (k, None, text.clone()),
+        })
+        .collect();
+    levels.sort_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)));
+    levels.into_iter().map(|(k, _, label)| (k, label)).collect()
+}
