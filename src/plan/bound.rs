@@ -182,7 +182,7 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
 }
 
 /// `A W A` for symmetric `A` and `W`.
-fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
+pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
     let product = |p: &[f64], q: &[f64]| {
         let mut out = vec![0.0; n * n];
         for i in 0..n {
