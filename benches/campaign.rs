@@ -26,5 +26,32 @@ fn campaign(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, campaign);
+/// Six sensors, 24 positions and 36 rate runs: 252 values in 27 unknowns, or 33 with table errors.
+fn imu(criterion: &mut Criterion) {
+    let campaigns = [
+        ("stated u, perfect table", include_str!("../tests/data/simulated/imu-table.campaign.json")),
+        ("stated u, table errors", include_str!("../tests/data/simulated/imu-table-tilted.campaign.json")),
+        ("estimated u, perfect table", include_str!("../examples/20-imu-three-axis-table/perfect-table.campaign.json")),
+        ("estimated u, table errors", include_str!("../examples/20-imu-three-axis-table/table-errors.campaign.json")),
+    ];
+    for (name, text) in campaigns {
+        let source = wire::Source { name: name.into(), text: text.into() };
+        let campaign =
+            wire::read_campaign(&source, &mut |name| panic!("{name} is built in")).expect("a campaign of the project");
+        let model = Model::new(&campaign).expect("a model");
+        let point = campaign.reference_point();
+        criterion.bench_function(&format!("IMU, {name}: rows"), |bencher| {
+            bencher.iter(|| assemble(black_box(&campaign), &model, &point));
+        });
+        for exact in [false, true] {
+            let settings = fit::Settings { exact, ..fit::Settings::default() };
+            let way = if exact { "exact fit" } else { "fit" };
+            criterion.bench_function(&format!("IMU, {name}: {way}"), |bencher| {
+                bencher.iter(|| fit::fit(black_box(&campaign), &settings));
+            });
+        }
+    }
+}
+
+criterion_group!(benches, campaign, imu);
 criterion_main!(benches);

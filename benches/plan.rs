@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use tumble::plan::{Blocks, choose};
+use tumble::plan::{Blocks, Objective, choose};
 
 /// Rows of sines and cosines at 1,000 positions in no particular order: the same numbers as in tests/scripts/plan_numpy.py.
 fn candidates() -> Blocks {
@@ -28,18 +28,18 @@ fn plan(criterion: &mut Criterion) {
         let mut seed = 0;
         bencher.iter(|| {
             seed += 1;
-            choose(black_box(&blocks), 12, usize::MAX, None, 1, seed, false)
+            choose(black_box(&blocks), 12, usize::MAX, &Objective::Determinant, 1, seed, false)
         });
     });
     criterion.bench_function("12 of 1000 x 8, 100 starts", |bencher| {
-        bencher.iter(|| choose(black_box(&blocks), 12, usize::MAX, None, 100, 1, false));
+        bencher.iter(|| choose(black_box(&blocks), 12, usize::MAX, &Objective::Determinant, 100, 1, false));
     });
-    let sum: Vec<f64> = (0..64).map(|k| if k % 9 == 0 { 1.0 } else { 0.0 }).collect();
+    let sum = Objective::Trace((0..64).map(|k| if k % 9 == 0 { 1.0 } else { 0.0 }).collect());
     criterion.bench_function("12 of 1000 x 8, one start, sum of variances", |bencher| {
-        bencher.iter(|| choose(black_box(&blocks), 12, usize::MAX, Some(&sum), 1, 1, false));
+        bencher.iter(|| choose(black_box(&blocks), 12, usize::MAX, &sum, 1, 1, false));
     });
     criterion.bench_function("bound for 12 of 1000 x 8", |bencher| {
-        bencher.iter(|| choose(black_box(&blocks), 12, usize::MAX, None, 1, 1, true));
+        bencher.iter(|| choose(black_box(&blocks), 12, usize::MAX, &Objective::Determinant, 1, 1, true));
     });
 }
 

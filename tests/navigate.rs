@@ -95,14 +95,15 @@ fn fourth_order_in_the_step() {
 fn linear_model_agrees() {
     for (name, motion) in [("static", Motion::at_rest(0.05, -0.1, 0.7)), ("swing", swing()), ("legs", legs())] {
         let mission = Mission::new(site(), 0.01, 14.0 * HOUR, 600.0, motion).unwrap();
-        let sources = Source::all();
+        let sources = Source::catalogue();
         let scenarios: Vec<Scenario> = sources
             .iter()
             .map(|s| {
                 let size = match s.kind {
                     Kind::Bias => 1e-3,
-                    Kind::Installation => 1.0,
+                    Kind::Installation | Kind::Attitude | Kind::Position => 1.0,
                     Kind::ScaleFactor => 1e-5,
+                    Kind::Velocity => 1e-3,
                     Kind::SecondOrder => {
                         if s.id().starts_with("gyro") {
                             3e-4

@@ -39,10 +39,8 @@ impl Modulation {
         &self.line
     }
 
-    /// The factor where the joints stand at these angles, in chain order.
-    pub fn factor(&self, angle_deg: &[f64], inputs: &mut Vec<f64>, scratch: &mut Scratch) -> f64 {
-        inputs.clear();
-        inputs.extend(angle_deg.iter().map(|angle| angle.to_radians()));
-        self.tape.value(inputs, scratch)
+    /// The factor where the joints stand at these angles (rad), in chain order.
+    pub fn factor(&self, angles: &[f64], scratch: &mut Scratch) -> f64 {
+        self.tape.value(angles, scratch)
     }
 }

@@ -1,4 +1,4 @@
-//! `tumble diagnose CAMPAIGN`.
+//! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
 
 use super::pages::{self, Ready};
 use super::{Outcome, files};
@@ -12,15 +12,19 @@ use std::path::{Path, PathBuf};
 /// What to diagnose and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The campaign file (JSON).
+    /// The campaign file (JSON), or a mission file with '--measured'.
     campaign: PathBuf,
+    /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv` and `_u` beside them).
+    #[arg(long, value_name = "FILE", conflicts_with = "effects")]
+    measured: Option<PathBuf>,
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     /// Probability of reporting anything when nothing is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P")]
     significance: f64,
-    /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json.
+    /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json; with '--measured' the
+    /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
     write_model: Option<PathBuf>,
     /// Write the report as JSON to a file, or to stdout with '-'.
@@ -34,6 +38,20 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    if let Some(measured) = &arguments.measured {
+        return super::navigate_diagnose::run(&super::navigate_diagnose::Question {
+            mission: &arguments.campaign,
+            measured,
+            significance: arguments.significance,
+            write_model: arguments.write_model.as_deref(),
+            json: arguments.json.as_deref(),
+            pages: &arguments.pages,
+        });
+    }
+    if arguments.campaign.to_string_lossy().ends_with(".mission.json") {
+        return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
+            .expected("--measured FILE with measured navigation errors"));
+    }
     let (campaign, source, mut inputs) = files::campaign_and_inputs(&arguments.campaign)?;
     let own = match &arguments.effects {
         Some(path) => {
@@ -43,13 +61,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         }
         None => None,
     };
-    let catalogue = catalogue(own.as_ref())?;
+    let catalogue = Catalogue::new(own)?;
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
     let settings = diagnosis::Settings { significance: arguments.significance };
-    let diagnosis = diagnosis::diagnose(&campaign, &catalogue, &settings).map_err(|error| match &own {
-        Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
-        _ => wire::locate(error, &source),
-    })?;
+    let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
+        .map_err(|error| catalogue.locate(error, &source))?;
     let report = report::diagnose_report(&campaign, &diagnosis, &settings);
     // every text is made before any is written
     let mut ready = match arguments.pages.is_asked_for() {
@@ -75,14 +91,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
 }
 
-/// The user's effects first, so that their names stand where both have the same term.
-fn catalogue(own: Option<&Source>) -> Result<Vec<Effect>> {
-    let mut effects = match own {
-        Some(source) => wire::read_effects(source)?,
-        None => Vec::new(),
-    };
-    effects.extend(wire::built_in_effects()?);
-    Ok(effects)
+/// Effects that are tried.
+pub(super) struct Catalogue {
+    pub effects: Vec<Effect>,
+    /// The user's own file.
+    own: Option<Source>,
+}
+
+impl Catalogue {
+    /// The user's effects first, so that their names stand where both have the same term.
+    fn new(own: Option<Source>) -> Result<Self> {
+        let mut effects = match &own {
+            Some(source) => wire::read_effects(source)?,
+            None => Vec::new(),
+        };
+        effects.extend(wire::built_in_effects()?);
+        Ok(Catalogue { effects, own })
+    }
+
+    /// The place of an error: the user's catalogue where it is about an effect, else the campaign.
+    pub fn locate(&self, error: Malformed, campaign: &Source) -> Malformed {
+        match &self.own {
+            Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
+            _ => wire::locate(error, campaign),
+        }
+    }
+}
+
+/// The built-in catalogue, after a user's own.
+pub(super) fn catalogue(path: Option<&Path>) -> Result<Catalogue> {
+    Catalogue::new(path.map(files::read).transpose()?)
 }
 
 /// Where the repaired model goes.

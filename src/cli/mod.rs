@@ -10,6 +10,7 @@ mod diagnose;
 mod files;
 mod fit;
 mod navigate;
+mod navigate_diagnose;
 mod pages;
 mod plan;
 mod show_error;

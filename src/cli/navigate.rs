@@ -3,12 +3,17 @@
 use super::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::carry::{self, SourceCovariance};
-use crate::navigate::run::{Continue, Scenario};
+use crate::navigate::measured::{CHANNELS, Measured, MeasuredRow, channels, si_per_unit};
+use crate::navigate::mission::Mission;
+use crate::navigate::run::{Continue, Row, Scenario};
 use crate::navigate::study::{self, Progress};
 use crate::report::{self, series::Series};
 use crate::wire::{self, MissionFile};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -30,6 +35,18 @@ pub(super) struct Arguments {
     /// Write the errors in time as Parquet.
     #[arg(long, value_name = "FILE")]
     parquet: Option<PathBuf>,
+    /// Write the errors of all sources together as if they had been measured, with the noise below (CSV, for `tumble diagnose --measured`).
+    #[arg(long, value_name = "FILE")]
+    measured: Option<PathBuf>,
+    /// Standard uncertainty of measured attitude errors, arcsec; attitude is not measured without it.
+    #[arg(long, value_name = "U", requires = "measured")]
+    noise_arcsec: Option<f64>,
+    /// Standard uncertainty of measured velocity errors, m/s; velocity is not measured without it.
+    #[arg(long, value_name = "U", requires = "measured")]
+    noise_m_s: Option<f64>,
+    /// Standard uncertainty of measured position errors, m; position is not measured without it.
+    #[arg(long, value_name = "U", requires = "measured")]
+    noise_m: Option<f64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
@@ -47,11 +64,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
     let mut outputs = Outputs::open(arguments, &scenarios)?;
+    let mut instruments = Instruments::new(arguments, &mission)?;
 
     let bar = bar("flying");
     let mut fault = None;
     let flown = study::fly(&mission, &scenarios, &mut |motion, row, progress| {
         show(&bar, progress);
+        instruments.measure(motion, row);
         match outputs.push(motion, row) {
             Ok(()) => Continue::Yes,
             Err(error) => {
@@ -70,6 +89,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let report = report::navigate_report(&mission, &scenarios, &flown, &carried);
     outputs.finish()?;
+    if let Some(path) = &arguments.measured {
+        files::write(path, &wire::write_measured(&instruments.measured, &mission))?;
+    }
     if let Some(path) = &arguments.html {
         files::write(path, &report::html::render(&report::html::navigate_page(&report, &flown)?)?)?;
     }
@@ -83,11 +105,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn carried(
-    mission: &crate::navigate::mission::Mission,
-    covariance: &SourceCovariance,
-    draws: usize,
-) -> Vec<study::Carried> {
+fn carried(mission: &Mission, covariance: &SourceCovariance, draws: usize) -> Vec<study::Carried> {
     let bar = bar("carrying the covariance");
     let carried = study::carry(mission, covariance, draws, &mut |progress| {
         show(&bar, progress);
@@ -95,6 +113,55 @@ fn carried(
     });
     bar.finish_and_clear();
     carried
+}
+
+/// What measures a navigator's errors: one of stated uncertainty, or none, for each channel.
+struct Instruments {
+    u: [Option<f64>; CHANNELS],
+    motions: Vec<String>,
+    generator: Pcg64Mcg,
+    measured: Measured,
+}
+
+impl Instruments {
+    fn new(arguments: &Arguments, mission: &Mission) -> Result<Self> {
+        let (phi, velocity, position) = (arguments.noise_arcsec, arguments.noise_m_s, arguments.noise_m);
+        if arguments.measured.is_some() && [phi, velocity, position].iter().all(Option::is_none) {
+            return Err(Malformed::new(Fault::Missing, "nothing is measured")
+                .expected("--noise-arcsec, --noise-m-s or --noise-m with --measured"));
+        }
+        for (name, u) in [("--noise-arcsec", phi), ("--noise-m-s", velocity), ("--noise-m", position)] {
+            if let Some(u) = u.filter(|u| !(*u > 0.0 && u.is_finite())) {
+                return Err(Malformed::new(Fault::Value, format!("{name} is no standard uncertainty"))
+                    .expected("a number above 0")
+                    .found(u.to_string()));
+            }
+        }
+        let mut u = [phi, phi, phi, velocity, velocity, position, position];
+        for (channel, u) in u.iter_mut().enumerate() {
+            *u = u.map(|u| u * si_per_unit(channel));
+        }
+        let motions = study::motions(mission).into_iter().map(|(name, _)| name).collect();
+        // apart from the random walks' own generators
+        let generator = Pcg64Mcg::seed_from_u64(mission.seed ^ 0x6d65_6173_7572_6564);
+        Ok(Instruments { u, motions, generator, measured: Measured::default() })
+    }
+
+    fn measure(&mut self, motion: &str, row: &Row<'_>) {
+        let (Some(error), Some(index)) = (row.errors.first(), self.motions.iter().position(|own| own == motion)) else {
+            return;
+        };
+        if self.u.iter().all(Option::is_none) {
+            return;
+        }
+        let truth = channels(error);
+        let mut value = [None; CHANNELS];
+        for ((slot, truth), u) in value.iter_mut().zip(truth).zip(self.u) {
+            let unit: f64 = StandardNormal.sample(&mut self.generator);
+            *slot = u.map(|u| truth + u * unit);
+        }
+        self.measured.push(index, MeasuredRow { time: row.truth.time, value, u: self.u });
+    }
 }
 
 /// A bar on stderr, with the time left; it is not drawn where stderr is no terminal.
@@ -139,7 +206,7 @@ impl<'a> Outputs<'a> {
         Ok(Outputs { scenarios, files })
     }
 
-    fn push(&mut self, motion: &str, row: &crate::navigate::run::Row<'_>) -> Result<()> {
+    fn push(&mut self, motion: &str, row: &Row<'_>) -> Result<()> {
         for file in &mut self.files {
             if let Some(series) = &mut file.series {
                 series.push(motion, self.scenarios, row).map_err(|error| fault(&file.path, &error))?;

@@ -1,10 +1,12 @@
 //! `tumble plan SCHEDULE`.
 
 use super::{Outcome, files, simulate};
-use crate::campaign::{Campaign, Kind, Reading, Readings};
+use crate::campaign::{Campaign, Kind, Readings};
+use crate::diagnosis;
 use crate::error::{Fault, Malformed, Result};
-use crate::plan::{self, Costs, Criterion, Goal, Method, Noise, Offer, Order, Request, Unit, Zone};
-use crate::report::{self, Better};
+use crate::plan::{self, Costs, Criterion, Goal, Method, Noise, Offer, Order, Request, Term, Unit, Zone};
+use crate::report::{self, Better, Foreseen};
+use crate::simulate::Regressor;
 use crate::wire;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -20,17 +22,32 @@ pub(super) struct Arguments {
     /// A tilt that every remounting scatters, with the standard deviation in arcsec: dtheta_y2=0.5.
     #[arg(long, value_name = "TILT=ARCSEC")]
     remount: Vec<String>,
+    /// Expected size of the tilts in arcsec: known scale factors act through them, and no reading tells their size yet.
+    #[arg(long, value_name = "ARCSEC")]
+    tilts: Option<f64>,
+    /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
+    #[arg(long, value_name = "FILE")]
+    effects: Option<PathBuf>,
     /// Find the best schedule of so many readings.
     #[arg(long, value_name = "N", conflicts_with_all = ["add", "goal"])]
     choose: Option<usize>,
     /// Keep the schedule and find the best so many readings to add.
     #[arg(long, value_name = "N", conflicts_with = "goal")]
     add: Option<usize>,
+    /// Keep the schedule and find the positions to add (2, or --add N) that tell two effects apart: a_S a_S^2, or tilt:dtheta_z1 a_S.
+    #[arg(long, num_args = 2, value_names = ["EFFECT", "EFFECT"], conflicts_with_all = ["choose", "goal", "budget"])]
+    separate: Vec<String>,
+    /// With --separate: the sensor that may have the effects, where the bench has several.
+    #[arg(long, value_name = "SENSOR", requires = "separate")]
+    sensor: Option<String>,
     /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every angle), or dtheta_y2=0.5 (arcsec; its unit for a coefficient).
-    #[arg(long, value_name = "[NAME=]U")]
+    #[arg(long, value_name = "[NAME=]U", group = "searched")]
     goal: Vec<String>,
-    /// With --goal: keep the schedule and add to it.
-    #[arg(long, requires = "goal")]
+    /// Find the best schedule that costs no more than this, with the costs of --cost.
+    #[arg(long, value_name = "COST", group = "searched", conflicts_with_all = ["choose", "add"])]
+    budget: Option<f64>,
+    /// With --goal or --budget: keep the schedule and add to it.
+    #[arg(long, requires = "searched")]
     keep: bool,
     /// With --goal: the cheapest schedule instead of the fewest readings.
     #[arg(long, requires = "goal")]
@@ -105,6 +122,8 @@ enum OrderArgument {
     Random,
 }
 
+/// Positions that are added to tell two effects apart.
+const ADDED: usize = 2;
 /// More starts than this are a slip of the keyboard.
 const MOST_STARTS: usize = 1_000_000;
 
@@ -113,17 +132,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let located = |error| wire::locate(error, &source);
     let noise = noise(arguments, &campaign).map_err(located)?;
     let costs = costs(&arguments.cost)?;
-    let positions = positions_of(&campaign);
+    let positions = plan::positions_only(&campaign.readings);
     let judgement = plan::judge(&campaign, &noise, &costs).map_err(located)?;
     let request = request(arguments)?;
-    let searches = arguments.choose.is_some() || arguments.add.is_some() || !arguments.goal.is_empty();
+    let catalogue = super::diagnose::catalogue(arguments.effects.as_deref())?;
+    let foresee = |schedule: &Campaign| {
+        diagnosis::foresee(schedule, &catalogue.effects, &noise).map_err(|error| catalogue.locate(error, &source))
+    };
+    let foresight = foresee(&campaign)?;
+    let separates: Option<[String; 2]> = arguments.separate.clone().try_into().ok();
+    let anew = arguments.choose.is_some() || arguments.budget.is_some() || !arguments.goal.is_empty();
     let mut candidates = None;
-    let (mut best, mut reached, mut goals) = (None, None, Vec::new());
-    if searches {
-        let keeps = arguments.add.is_some() || arguments.keep;
+    let (mut best, mut reached, mut separated, mut goals) = (None, None, None, Vec::new());
+    if anew || arguments.add.is_some() || separates.is_some() {
+        let keeps = !anew || arguments.keep;
         let kept = if keeps { campaign.readings.clone() } else { Readings { rows: Vec::new(), ..positions } };
         let offer = Offer { kept, candidates: find_candidates(arguments, &campaign)?, noise: noise.clone(), costs };
-        if arguments.goal.is_empty() {
+        if let Some(effects) = &separates {
+            let [a, b] = terms(effects, &campaign, arguments.sensor.as_deref())?;
+            separated = Some(plan::separate(&campaign, &offer, [&a, &b], &request).map_err(located)?);
+        } else if arguments.goal.is_empty() {
             best = Some(plan::improve(&campaign, &offer, &request).map_err(located)?);
         } else {
             goals = parse_goals(&arguments.goal, &campaign)?;
@@ -132,18 +160,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         candidates = Some(offer.candidates);
     }
     let criterion = criterion_name(&request.criterion);
-    let better = match (&best, &reached) {
-        (Some(improvement), _) => Some(Better::Best(improvement, &criterion)),
-        (None, Some(reached)) => Some(Better::Goal(reached, &goals)),
-        (None, None) => None,
+    let better = match (&best, &reached, separated.as_ref().zip(separates.as_ref())) {
+        (Some(improvement), ..) => Some(Better::Best(improvement, &criterion)),
+        (_, Some(reached), _) => Some(Better::Goal(reached, &goals)),
+        (_, _, Some((separated, effects))) => Some(Better::Apart(separated, effects)),
+        _ => None,
     };
-    let report = report::plan_report(&campaign, &noise, &judgement, better, arguments.seed);
-    let found = best.as_ref().or(reached.as_ref().map(|r| &r.improvement));
+    let found = match better {
+        Some(Better::Best(improvement, _)) => Some(improvement),
+        Some(Better::Goal(reached, _)) => Some(&reached.improvement),
+        Some(Better::Apart(separated, _)) => Some(&separated.improvement),
+        None => None,
+    };
+    let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?;
+    let foreseen = Foreseen { given: Some(&foresight), better: better_foresight.as_ref() };
+    let report = report::plan_report(&campaign, &noise, &judgement, better, foreseen, &request);
     if let Some(path) = &arguments.write {
         let schedule = match found {
             Some(improvement) => improvement.schedule.clone(),
             None => {
-                let unvalued = campaign.with_readings(positions_of(&campaign));
+                let unvalued = campaign.with_readings(plan::positions_only(&campaign.readings));
                 campaign.with_readings(plan::ordered(&unvalued, &noise, request.order, request.seed)?)
             }
         };
@@ -165,14 +201,35 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
         None => !judgement.not_estimable.is_empty(),
     };
-    Ok(if defect || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
+    let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
+    Ok(if defect || !apart || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
 }
 
-/// The campaign's positions without its values.
-fn positions_of(campaign: &Campaign) -> Readings {
-    let rows = campaign.readings.rows.iter();
-    let rows = rows.map(|reading| Reading { observations: Vec::new(), ..reading.clone() }).collect();
-    Readings { columns: campaign.readings.columns.clone(), rows }
+/// The two effects to be told apart.
+fn terms(effects: &[String; 2], campaign: &Campaign, sensor: Option<&str>) -> Result<[Term; 2]> {
+    let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+    let sensor = match (sensor, ids.as_slice()) {
+        (Some(id), _) => Some(ids.iter().position(|own| *own == id).ok_or_else(|| {
+            Malformed::new(Fault::UnknownName, format!("--sensor names '{id}', which is no sensor here"))
+                .expected(format!("one of {}", ids.join(", ")))
+                .found(format!("'{id}'"))
+        })?),
+        (None, [_]) => Some(0),
+        (None, _) => None,
+    };
+    let term = |text: &String| {
+        let regressor = Regressor::parse(campaign, sensor, text)?;
+        let common = matches!(regressor, Regressor::Tilt(_) | Regressor::Known(_));
+        if sensor.is_none() && !common {
+            let what = format!("'{text}' belongs to one sensor, and there are {}", ids.len());
+            return Err(
+                Malformed::new(Fault::Missing, what).expected(format!("--sensor with one of {}", ids.join(", ")))
+            );
+        }
+        Ok(Term { sensor: sensor.filter(|_| !common), regressor })
+    };
+    let [a, b] = effects;
+    Ok([term(a)?, term(b)?])
 }
 
 fn find_candidates(arguments: &Arguments, campaign: &Campaign) -> Result<Readings> {
@@ -200,7 +257,11 @@ fn request(arguments: &Arguments) -> Result<Request> {
             .found(arguments.starts.to_string()));
     }
     Ok(Request {
-        readings: arguments.choose.or(arguments.add).unwrap_or(arguments.most),
+        readings: arguments.choose.or(arguments.add).unwrap_or(match arguments.separate.is_empty() {
+            true => arguments.most,
+            false => ADDED,
+        }),
+        budget: arguments.budget,
         criterion: match arguments.criterion.as_str() {
             "D" | "d" => Criterion::D,
             "A" | "a" => Criterion::A,
@@ -256,7 +317,13 @@ fn noise(arguments: &Arguments, campaign: &Campaign) -> Result<Noise> {
         let is_tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
         remount.push((id, if is_tilt { sd / report::ARCSEC } else { sd }));
     }
-    Noise::new(campaign, &given, &remount)
+    let tilts = arguments.tilts.map(|arcsec| match arcsec >= 0.0 && arcsec.is_finite() {
+        true => Ok(arcsec / report::ARCSEC),
+        false => Err(Malformed::new(Fault::Value, "the expected size of the tilts is not possible")
+            .expected("arcseconds, zero or more")
+            .found(arcsec.to_string())),
+    });
+    Ok(Noise { tilts: tilts.transpose()?, ..Noise::new(campaign, &given, &remount)? })
 }
 
 fn costs(given: &[String]) -> Result<Costs> {

@@ -1,7 +1,7 @@
 //! Rate and specific force at the sensor at one instant, and their exact derivatives with respect to every tilt.
 
 use crate::algebra::Scratch;
-use crate::bench::{Bench, Link, sin_cos_deg};
+use crate::bench::{Axis, Bench, Link, sin_cos_deg};
 use nalgebra::Vector3;
 
 /// Where each joint stands and how fast it turns at one instant.
@@ -24,51 +24,165 @@ pub struct Kinematics {
     pub rate_by_tilt: Vec<Vector3<f64>>,
     /// d force / d tilt, for each tilt in chain order.
     pub force_by_tilt: Vec<Vector3<f64>>,
+    turns: Vec<Turn>,
     angles: Vec<f64>,
     scratch: Scratch,
+}
+
+/// One rotation of the chain as it was last: most stay where they are from one instant to the next.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    /// Degrees for a joint, radians for a tilt.
+    angle: f64,
+    in_degrees: bool,
+    sin_cos: (f64, f64),
+    /// The factor of a tilt.
+    factor: f64,
+}
+
+impl Turn {
+    const NONE: Turn = Turn { angle: 0.0, in_degrees: true, sin_cos: (0.0, 1.0), factor: 1.0 };
+
+    fn to(&mut self, angle: f64, in_degrees: bool) {
+        if angle != self.angle || in_degrees != self.in_degrees {
+            let sin_cos = if in_degrees { sin_cos_deg(angle) } else { angle.sin_cos() };
+            *self = Turn { angle, in_degrees, sin_cos, ..*self };
+        }
+    }
 }
 
 /// Carry Earth rate, specific force and joint rates through the chain.
 ///
 /// With `v0` the ground vector and `Rk` the k-th rotation about `uk`: `v_k = Rk^T v_{k-1} + q_k u_k` for the rate (`q_k` the rate of a turning
-/// joint, invariant under its own rotation) and `v_k = Rk^T v_{k-1}` for the force; the derivative by tilt k starts as `-u_k x v_k` and is
-/// carried by all later rotations. `tilts` are in radians, in chain order; missing joints or tilts count as zero. No small angles anywhere.
+/// joint, invariant under its own rotation) and `v_k = Rk^T v_{k-1}` for the force; the derivative by tilt k is `S_k (-u_k x v_k)`, where
+/// `S_k = Rn^T ... R(k+1)^T` are all later rotations, multiplied up from the sensor back to the ground. `tilts` are in radians, in chain
+/// order; missing joints or tilts count as zero. No small angles anywhere.
 pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
-    out.rate = bench.earth_rate();
-    out.force = bench.specific_force();
-    out.rate_by_tilt.clear();
-    out.force_by_tilt.clear();
+    let Kinematics { rate, force, rate_by_tilt, force_by_tilt, turns, angles, scratch } = out;
+    (*rate, *force) = (bench.earth_rate(), bench.specific_force());
+    rate_by_tilt.clear();
+    force_by_tilt.clear();
+    turns.resize(bench.chain.len(), Turn::NONE);
+    angles.clear();
+    angles.extend(instant.angle_deg.iter().map(|angle| angle.to_radians()));
     let per_deg_s = bench.units.rate.per_deg_s();
     let mut joint = 0;
-    for link in &bench.chain {
+    // from the ground to the sensor: the vectors, and what a tilt does to them in its own frame
+    for (link, turn) in bench.chain.iter().zip(turns.iter_mut()) {
         match link {
             Link::Joint { about, .. } => {
-                let turn = sin_cos_deg(instant.angle_deg.get(joint).copied().unwrap_or_default());
+                turn.to(instant.angle_deg.get(joint).copied().unwrap_or_default(), true);
                 let turning = instant.rate_deg_s.get(joint).copied().unwrap_or_default() * per_deg_s;
                 joint += 1;
-                out.rotate(*about, turn);
-                out.rate += about.unit() * turning;
+                *rate = about.to_inner(rate, turn.sin_cos);
+                *force = about.to_inner(force, turn.sin_cos);
+                if turning != 0.0 {
+                    *rate += about.unit() * turning;
+                }
             }
             Link::Tilt { about, times, .. } => {
-                let factor =
-                    times.as_ref().map_or(1.0, |t| t.factor(&instant.angle_deg, &mut out.angles, &mut out.scratch));
-                let tilt = factor * tilts.get(out.rate_by_tilt.len()).copied().unwrap_or_default();
-                if tilt != 0.0 {
-                    out.rotate(*about, tilt.sin_cos());
+                turn.factor = times.as_ref().map_or(1.0, |times| times.factor(angles, scratch));
+                turn.to(turn.factor * tilts.get(rate_by_tilt.len()).copied().unwrap_or_default(), false);
+                if turn.angle != 0.0 {
+                    *rate = about.to_inner(rate, turn.sin_cos);
+                    *force = about.to_inner(force, turn.sin_cos);
                 }
-                out.rate_by_tilt.push(about.derivative(&out.rate) * factor);
-                out.force_by_tilt.push(about.derivative(&out.force) * factor);
+                rate_by_tilt.push(about.derivative(rate) * turn.factor);
+                force_by_tilt.push(about.derivative(force) * turn.factor);
             }
+        }
+    }
+    // from the sensor back to the ground: later rotations carry the derivatives to the sensor
+    let mut later = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let mut derivatives = rate_by_tilt.iter_mut().zip(force_by_tilt.iter_mut()).rev();
+    for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
+        let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
+        if let Link::Tilt { .. } = link
+            && let Some((rate, force)) = derivatives.next()
+        {
+            *rate = carried(&later, *about, rate);
+            *force = carried(&later, *about, force);
+        }
+        if turn.angle != 0.0 {
+            turn_back(&mut later, *about, turn.sin_cos);
         }
     }
 }
 
-impl Kinematics {
-    fn rotate(&mut self, about: crate::bench::Axis, turn: (f64, f64)) {
-        self.rate = about.to_inner(&self.rate, turn);
-        self.force = about.to_inner(&self.force, turn);
-        for derivative in self.rate_by_tilt.iter_mut().chain(self.force_by_tilt.iter_mut()) {
-            *derivative = about.to_inner(derivative, turn);
+/// `S v` for a `v` that has no component along the axis.
+fn carried(later: &[Vector3<f64>; 3], about: Axis, v: &Vector3<f64>) -> Vector3<f64> {
+    let [x, y, z] = later;
+    match about {
+        Axis::X => y * v.y + z * v.z,
+        Axis::Y => x * v.x + z * v.z,
+        Axis::Z => x * v.x + y * v.y,
+    }
+}
+
+/// `S <- S R^T`, by columns.
+fn turn_back(later: &mut [Vector3<f64>; 3], about: Axis, (sin, cos): (f64, f64)) {
+    let [x, y, z] = *later;
+    *later = match about {
+        Axis::X => [x, y * cos - z * sin, y * sin + z * cos],
+        Axis::Y => [x * cos + z * sin, y, z * cos - x * sin],
+        Axis::Z => [x * cos - y * sin, x * sin + y * cos, z],
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    /// Every rotation as a matrix, and derivatives by central differences: nothing shared with what is tested but the chain.
+    #[test]
+    fn rate_force_and_derivatives_are_those_of_rotation_matrices() {
+        let text = crate::bench::built_in("imu-three-axis-table").map(|own| own.text).unwrap_or_default();
+        let source = crate::wire::Source { name: "imu".into(), text: text.into() };
+        let bench = crate::wire::read_bench(&source).unwrap();
+        let instant = Instant { angle_deg: vec![37.0, -122.0, 200.0], rate_deg_s: vec![0.0, 15.0, -3.0] };
+        let by_matrices = |tilts: &[f64]| {
+            let (mut rate, mut force) = (bench.earth_rate(), bench.specific_force());
+            let (mut joint, mut tilt) = (0, 0);
+            for link in &bench.chain {
+                let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
+                let (angle, turning) = match link {
+                    Link::Joint { .. } => {
+                        joint += 1;
+                        (instant.angle_deg[joint - 1].to_radians(), instant.rate_deg_s[joint - 1])
+                    }
+                    Link::Tilt { times, .. } => {
+                        tilt += 1;
+                        let angles: Vec<f64> = instant.angle_deg.iter().map(|a| a.to_radians()).collect();
+                        let factor = times.as_ref().map_or(1.0, |t| t.factor(&angles, &mut Scratch::default()));
+                        (factor * tilts[tilt - 1], 0.0)
+                    }
+                };
+                let back = Rotation3::new(about.unit() * angle).inverse();
+                (rate, force) = (back * rate + about.unit() * turning, back * force);
+            }
+            (rate, force)
+        };
+        let tilts: Vec<f64> =
+            (0..bench.tilts().count()).map(|k| if k == 3 { 0.0 } else { 1e-2 * (k as f64 - 4.0) }).collect();
+        let mut found = Kinematics::default();
+        for _ in 0..2 {
+            // the second time from what it remembers
+            kinematics(&bench, &tilts, &instant, &mut found);
+            let (rate, force) = by_matrices(&tilts);
+            assert!((found.rate - rate).norm() < 1e-13 && (found.force - force).norm() < 1e-14);
+            for k in 0..tilts.len() {
+                let h = 1e-5;
+                let at = |step: f64| {
+                    let mut moved = tilts.clone();
+                    moved[k] += step;
+                    by_matrices(&moved)
+                };
+                let ((rate_up, force_up), (rate_down, force_down)) = (at(h), at(-h));
+                // h^2 of the third derivative (cubed factors of up to 3.5), and eps/h of rounding
+                assert!((found.rate_by_tilt[k] - (rate_up - rate_down) / (2.0 * h)).norm() < 1e-7, "{k}");
+                assert!((found.force_by_tilt[k] - (force_up - force_down) / (2.0 * h)).norm() < 1e-8, "{k}");
+            }
         }
     }
 }

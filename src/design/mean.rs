@@ -29,6 +29,28 @@ pub struct Node {
 const ROUGH_NODES: usize = 720;
 const SMOOTH_NODES: usize = 128;
 
+/// The instants over which a reading averages: everything stands as in `base`, and one joint passes these angles.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sweep {
+    base: Instant,
+    joint: Option<usize>,
+    /// Angle in degrees and weight.
+    stops: Vec<(f64, f64)>,
+}
+
+impl Sweep {
+    /// Visit every instant with its weight.
+    pub(super) fn visit(mut self, mut visit: impl FnMut(&Instant, f64)) {
+        let Some(joint) = self.joint else { return visit(&self.base, 1.0) };
+        for (angle, weight) in self.stops {
+            if let Some(slot) = self.base.angle_deg.get_mut(joint) {
+                *slot = angle;
+            }
+            visit(&self.base, weight);
+        }
+    }
+}
+
 /// The instants over which a reading averages the model line.
 ///
 /// Whole turns: `N` equidistant angles, exact for trigonometric polynomials of degree below `N`. Part turns: whole turns first, the rest by
@@ -44,11 +66,18 @@ const SMOOTH_NODES: usize = 128;
 /// assert!((mean - 0.5).abs() < 1e-15);
 /// ```
 pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
-    let mut base = Instant { angle_deg: Vec::new(), rate_deg_s: Vec::new() };
+    let mut nodes = Vec::new();
+    sweep(reading, smoothness).visit(|instant, weight| nodes.push(Node { instant: instant.clone(), weight }));
+    nodes
+}
+
+/// The same instants, one at a time.
+pub(super) fn sweep(reading: &Reading, smoothness: Smoothness) -> Sweep {
+    let mut sweep = Sweep::default();
     let mut averaged = None;
     for (k, state) in reading.joints.iter().enumerate() {
-        base.rate_deg_s.push(state.rate_deg_s());
-        base.angle_deg.push(match *state {
+        sweep.base.rate_deg_s.push(state.rate_deg_s());
+        sweep.base.angle_deg.push(match *state {
             JointState::Held { angle_deg } | JointState::Passing { angle_deg, .. } => angle_deg,
             JointState::WholeTurns { .. } | JointState::PartTurns { .. } => {
                 averaged = Some((k, *state));
@@ -56,50 +85,43 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
             }
         });
     }
-    let at = |joint: usize, angle_deg: f64, weight: f64| {
-        let mut instant = base.clone();
-        if let Some(angle) = instant.angle_deg.get_mut(joint) {
-            *angle = angle_deg;
-        }
-        Node { instant, weight }
+    let Some((joint, state)) = averaged else { return sweep };
+    sweep.joint = Some(joint);
+    sweep.stops = match state {
+        JointState::PartTurns { start_deg, rate_deg_s, turns } => part_turns(start_deg, rate_deg_s, turns, smoothness),
+        // a jump where the turn closes: no equidistant nodes
+        _ if smoothness == Smoothness::Sawtooth => part_turns(0.0, state.rate_deg_s(), 1.0, smoothness),
+        _ => whole_turn(smoothness).collect(),
     };
-    match averaged {
-        None => vec![Node { instant: base, weight: 1.0 }],
-        Some((joint, state)) if matches!(state, JointState::PartTurns { .. }) || smoothness == Smoothness::Sawtooth => {
-            let (start_deg, rate_deg_s, turns) = match state {
-                JointState::PartTurns { start_deg, rate_deg_s, turns } => (start_deg, rate_deg_s, turns),
-                other => (0.0, other.rate_deg_s(), 1.0),
-            };
-            // a jump where the turn closes: no whole turns of equidistant nodes
-            let whole = if smoothness == Smoothness::Sawtooth { 0.0 } else { turns.trunc() };
-            let part = turns - whole;
-            let sense = rate_deg_s.signum();
-            let mut nodes = Vec::new();
-            if whole > 0.0 {
-                nodes.extend(
-                    whole_turn(smoothness)
-                        .map(|(angle, weight)| at(joint, start_deg + sense * angle, weight * whole / turns)),
-                );
-            }
-            // panels short enough that 8 points integrate the highest harmonic to rounding
-            let panel_deg = match smoothness {
-                Smoothness::Trigonometric(degree) => 90.0 / degree.max(1) as f64,
-                Smoothness::Sawtooth => 90.0,
-                Smoothness::Smooth => 10.0,
-                Smoothness::Rough => 1.0,
-            };
-            let panels = ((part * 360.0 / panel_deg).ceil().max(1.0)) as usize;
-            let width = part * 360.0 / panels as f64;
-            for panel in 0..panels {
-                for (x, weight) in GAUSS_8.iter().flat_map(|(x, w)| [(-x, *w), (*x, *w)]) {
-                    let angle = start_deg + sense * width * (panel as f64 + 0.5 + 0.5 * x);
-                    nodes.push(at(joint, angle, 0.5 * weight * width / (360.0 * turns)));
-                }
-            }
-            nodes
-        }
-        Some((joint, _)) => whole_turn(smoothness).map(|(angle, weight)| at(joint, angle, weight)).collect(),
+    sweep
+}
+
+/// Angles and weights over `turns` turns from a start.
+fn part_turns(start_deg: f64, rate_deg_s: f64, turns: f64, smoothness: Smoothness) -> Vec<(f64, f64)> {
+    let whole = if smoothness == Smoothness::Sawtooth { 0.0 } else { turns.trunc() };
+    let part = turns - whole;
+    let sense = rate_deg_s.signum();
+    let mut stops = Vec::new();
+    if whole > 0.0 {
+        let turn = whole_turn(smoothness);
+        stops.extend(turn.map(|(angle, weight)| (start_deg + sense * angle, weight * whole / turns)));
     }
+    // panels short enough that 8 points integrate the highest harmonic to rounding
+    let panel_deg = match smoothness {
+        Smoothness::Trigonometric(degree) => 90.0 / degree.max(1) as f64,
+        Smoothness::Sawtooth => 90.0,
+        Smoothness::Smooth => 10.0,
+        Smoothness::Rough => 1.0,
+    };
+    let panels = ((part * 360.0 / panel_deg).ceil().max(1.0)) as usize;
+    let width = part * 360.0 / panels as f64;
+    for panel in 0..panels {
+        for (x, weight) in GAUSS_8.iter().flat_map(|(x, w)| [(-x, *w), (*x, *w)]) {
+            let angle = start_deg + sense * width * (panel as f64 + 0.5 + 0.5 * x);
+            stops.push((angle, 0.5 * weight * width / (360.0 * turns)));
+        }
+    }
+    stops
 }
 
 /// Equidistant angles of one turn and their weight. Rough lines take midpoints, which also average the bare angle to half a turn.

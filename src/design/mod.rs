@@ -8,12 +8,14 @@
 //! coefficient. Deliberately absent: weights and solving (`estimate`), opinions about what is estimable.
 
 mod kinematics;
+mod line;
 mod mean;
 mod model;
 
 pub use kinematics::{Instant, Kinematics, kinematics};
+pub use line::{Context, SensorModel};
 pub use mean::{Node, Smoothness, nodes};
-pub use model::{Context, Model, SensorModel, Workspace};
+pub use model::{Model, Workspace};
 
 use crate::campaign::Campaign;
 use crate::error::Result;
@@ -63,15 +65,24 @@ pub fn rows(campaign: &Campaign) -> Vec<RowOrigin> {
 pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<DesignMatrix> {
     let rows = rows(campaign);
     let mut jacobian = Mat::zeros(rows.len(), campaign.parameters.len());
-    let mut predicted = Vec::with_capacity(rows.len());
-    let mut gradient = vec![0.0; campaign.parameters.len()];
+    let mut predicted = vec![0.0; rows.len()];
     let mut work = model.workspace();
-    for (i, origin) in rows.iter().enumerate() {
-        let value = model.predict(campaign, origin.reading, origin.sensor, point, &mut gradient, &mut work)?;
-        predicted.push(value);
-        for (j, derivative) in gradient.iter().enumerate() {
-            jacobian[(i, j)] = *derivative;
-        }
+    let mut sensors = Vec::new();
+    let mut start = 0;
+    for of_reading in rows.chunk_by(|a, b| a.reading == b.reading) {
+        sensors.clear();
+        sensors.extend(of_reading.iter().map(|origin| origin.sensor));
+        let reading = of_reading.first().map_or(0, |origin| origin.reading);
+        model.predict_all(campaign, reading, &sensors, point, &mut work, |place, value, gradient| {
+            let i = start + place;
+            if let Some(slot) = predicted.get_mut(i) {
+                *slot = value;
+            }
+            for (j, derivative) in gradient.iter().enumerate() {
+                jacobian[(i, j)] = *derivative;
+            }
+        })?;
+        start += of_reading.len();
     }
     Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian })
 }

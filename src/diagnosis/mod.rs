@@ -19,6 +19,7 @@
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
+//! | `foresee.rs` | what a diagnosis could find on a schedule |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
@@ -33,6 +34,7 @@ mod assumptions;
 mod candidates;
 mod catalogue;
 mod finding;
+mod foresee;
 mod holdout;
 mod linear;
 mod look;
@@ -50,6 +52,7 @@ pub use assumptions::Held;
 pub use candidates::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding};
+pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
 pub use look::candidates;
 pub use noise::NoiseFrom;

@@ -30,8 +30,6 @@ pub(crate) struct Question<'a> {
 /// What the search says.
 pub(crate) struct Answer {
     pub verdict: Verdict,
-    /// Probability of the residual if nothing were missing, and if nothing but the members were.
-    pub global: [Option<f64>; 2],
     /// Distinct candidates: how many tests every probability accounts for.
     pub tests: usize,
     /// Looks at the evidence: members, the strongest further candidate with its t and p, the global test.
@@ -94,17 +92,14 @@ pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
     let mut steps = Vec::new();
     let levels = Levels::of(question.significance);
     let found = search::search(&mut arena, levels, question.handicap, &support, &mut steps);
-    let global = |set: &[usize]| arena.given(set).and_then(|given| arena.global(&given));
-    let (verdict, after) = match found {
-        Found::Nothing => (Verdict::Nothing, global(&[])),
+    let verdict = match found {
+        Found::Nothing => Verdict::Nothing,
         Found::Unexplained { nearest } => {
             let left = if arena.rss > 0.0 { arena.rss_of(&nearest) / arena.rss } else { 1.0 };
-            (Verdict::Unexplained(nearest, (1.0 - left).max(0.0)), global(&[]))
+            Verdict::Unexplained(nearest, (1.0 - left).max(0.0))
         }
         Found::Set { set, rivals } => {
-            let after = global(&set);
-            let members = (0..set.len()).filter_map(|place| member(&arena, &set, place, &rivals)).collect();
-            (Verdict::Found(members), after)
+            Verdict::Found((0..set.len()).filter_map(|place| member(&arena, &set, place, &rivals)).collect())
         }
     };
     let looks = steps.into_iter().map(|s| Look {
@@ -112,7 +107,7 @@ pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
         strongest: s.strongest.map(|(index, t, p)| (index, t, p)),
         global: s.global,
     });
-    Ok(Answer { verdict, global: [global(&[]), after], tests: arena.tests, steps: looks.collect() })
+    Ok(Answer { verdict, tests: arena.tests, steps: looks.collect() })
 }
 
 fn member(arena: &Arena, set: &[usize], place: usize, rivals: &[search::Rival]) -> Option<Member> {

@@ -1,8 +1,10 @@
 //! One call from a system to an estimate.
 
 use super::basis::Combination;
+use super::compress::Compressed;
 use super::condition::condition;
 use super::factor::Factor;
+use super::groups::ScaleHints;
 use super::{Group, Settings, System, groups, refine};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -42,8 +44,10 @@ pub struct Estimate {
     pub group_converged: bool,
     /// Condition number in the 2-norm of the weighted, column-scaled basis; `None` if it is empty.
     pub condition: Option<f64>,
-    /// Directions in which the unknowns are free, one per rank defect.
+    /// What the readings leave free, one combination of few unknowns per rank defect.
     pub not_estimable: Vec<Combination>,
+    /// Along which direction it is free: unknowns may move along it and no reading changes. In the same order.
+    pub free_directions: Vec<Combination>,
     /// What is determined of the unknowns that are not estimable alone.
     pub estimable_combinations: Vec<Combination>,
     /// Steps of iterative refinement.
@@ -83,13 +87,18 @@ impl Estimate {
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
+    adjust_hinted(system, &ScaleHints::default(), settings)
+}
+
+/// The same with what is known of the groups' scales beforehand.
+pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
     system.check()?;
     let count = groups::count(&system.group);
-    let alone = count == 1 && !system.group.contains(&Group::Known);
+    let alone = is_alone(system, count);
     let scales = if count == 0 || alone {
         groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
     } else {
-        groups::estimate(system, count, settings)?
+        groups::estimate(&Compressed::new(system, count), hints, settings)?
     };
     let entering: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
     let weight = groups::weights(system, &entering);
@@ -136,6 +145,7 @@ pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
         group_converged: scales.converged,
         condition: condition(&factor.r),
         not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
+        free_directions: factor.dependence.directions(&factor.basis, &factor.scale),
         estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),
         estimable,
         solution: fit.solution,
@@ -144,6 +154,52 @@ pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
         factor,
     };
     estimate.in_range()
+}
+
+/// One group, and nothing beside it: its scale changes no weight relative to another.
+fn is_alone(system: &System, count: usize) -> bool {
+    count == 1 && !system.group.contains(&Group::Known)
+}
+
+/// The unknowns alone, as a step towards them needs them.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// Estimate of the unknowns, `n`; those outside the basis are zero.
+    pub solution: Vec<f64>,
+    /// Number of independent columns.
+    pub rank: usize,
+    /// Observed minus fitted, `m`, in the unit of the reading.
+    pub residuals: Vec<f64>,
+    /// Scale of each estimated group where there are several or some rows are known; otherwise 1.
+    pub group_scale: Vec<f64>,
+    /// Whether the scales settled.
+    pub group_converged: bool,
+}
+
+/// The solution of [`adjust`] without its diagnostics, from rows compressed to a triangle for each group: the same to rounding times the
+/// condition number.
+///
+/// Errors: those of [`adjust`].
+pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Solution> {
+    system.check()?;
+    let count = groups::count(&system.group);
+    let compressed = Compressed::new(system, count);
+    let scales = if count == 0 || is_alone(system, count) {
+        groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
+    } else {
+        groups::estimate(&compressed, hints, settings)?
+    };
+    let group_scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
+    let factor = compressed.factor(|g| group_scale[g], settings)?;
+    let solution = compressed.solve(&factor, 1).solution;
+    let mut residuals = system.observed.clone();
+    for (j, x) in solution.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+        residuals.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
+    if !solution.iter().chain(&residuals).all(|value| value.is_finite()) {
+        return Err(out_of_range());
+    }
+    Ok(Solution { solution, rank: factor.rank(), residuals, group_scale, group_converged: scales.converged })
 }
 
 /// Which unknowns follow readings of a group whose scale is not determined, `n`.
@@ -174,7 +230,11 @@ impl Estimate {
         if finite {
             return Ok(self);
         }
-        Err(Malformed::new(Fault::Value, "the adjusted values leave the range of a double")
-            .expected("units in which observations, derivatives and uncertainties lie nearer to 1"))
+        Err(out_of_range())
     }
+}
+
+fn out_of_range() -> Malformed {
+    Malformed::new(Fault::Value, "the adjusted values leave the range of a double")
+        .expected("units in which observations, derivatives and uncertainties lie nearer to 1")
 }

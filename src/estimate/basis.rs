@@ -30,6 +30,15 @@ impl Combination {
     }
 }
 
+/// How the column of an unknown outside the basis follows those of the basis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coupling {
+    /// The unknown.
+    pub unknown: usize,
+    /// `A_unknown = sum c A_b`: unknowns of the basis and their coefficients.
+    pub follows: Vec<(usize, f64)>,
+}
+
 /// What the rank decision says about the columns that are not in the basis.
 #[derive(Debug, Clone)]
 pub(super) struct Dependence {
@@ -151,18 +160,71 @@ impl Dependence {
         estimable
     }
 
-    /// The directions in which the readings leave the unknowns free: `sum n'_j D_j x_j`.
-    pub(super) fn not_estimable(&self, basis: &[usize], scale: &[f64]) -> Vec<Combination> {
-        let combine = |(d, &j): (usize, &usize)| {
-            let coupled = basis.iter().zip(self.coupling.col_as_slice(d)).map(|(&b, c)| (b, -c));
-            let terms = coupled.filter(|(_, c)| c.abs() > COUPLING).chain([(j, 1.0)]);
-            let mut terms: Vec<(usize, f64)> = terms.map(|(j, c)| (j, c * scale[j])).collect();
-            terms.sort_unstable_by_key(|(j, _)| *j);
-            let first = terms[0].1;
-            terms.iter_mut().for_each(|(_, c)| *c /= first);
-            Combination { terms }
+    /// Null vectors of the scaled columns with as few terms as subtracting one from another gives; each keeps its own dependent unknown.
+    fn sparse_null_space(&self, basis: &[usize], n: usize) -> Vec<Vec<f64>> {
+        let mut vectors = null_space(basis, &self.dependent, &self.coupling, n);
+        let clean = |vector: &mut Vec<f64>| {
+            let largest = vector.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            vector.iter_mut().filter(|v| v.abs() <= COUPLING * largest).for_each(|v| *v = 0.0);
         };
-        self.dependent.iter().enumerate().map(combine).collect()
+        let terms = |vector: &[f64]| vector.iter().filter(|v| **v != 0.0).count();
+        vectors.iter_mut().for_each(clean);
+        let mut improved = true;
+        while improved {
+            improved = false;
+            for i in 0..vectors.len() {
+                for j in (0..vectors.len()).filter(|j| *j != i) {
+                    let own = terms(&vectors[i]);
+                    let mut best: Option<Vec<f64>> = None;
+                    for k in (0..n).filter(|k| vectors[i][*k] != 0.0 && vectors[j][*k] != 0.0) {
+                        let factor = vectors[i][k] / vectors[j][k];
+                        let mut trial: Vec<f64> =
+                            vectors[i].iter().zip(&vectors[j]).map(|(a, b)| a - factor * b).collect();
+                        trial[k] = 0.0;
+                        clean(&mut trial);
+                        if trial[self.dependent[i]] != 0.0 && terms(&trial) < best.as_deref().map_or(own, terms) {
+                            best = Some(trial);
+                        }
+                    }
+                    if let Some(best) = best {
+                        vectors[i] = best;
+                        improved = true;
+                    }
+                }
+            }
+        }
+        vectors
+    }
+
+    /// The directions in which the readings leave the unknowns free, in the user's unknowns: `x_j = n'_j / D_j`.
+    pub(super) fn directions(&self, basis: &[usize], scale: &[f64]) -> Vec<Combination> {
+        let direction = |vector: Vec<f64>| {
+            let scaled = vector.iter().zip(scale).enumerate().filter(|(_, (v, _))| **v != 0.0);
+            first_is_one(scaled.map(|(j, (v, d))| (j, v / d)).collect())
+        };
+        self.sparse_null_space(basis, scale.len()).into_iter().map(direction).collect()
+    }
+
+    /// What is not estimable, in as few unknowns as will do: along a direction `e` with its own unknown `d` and first unknown `a`, the
+    /// readings see `x_a - (e_a / e_d) x_d` at most, and never `x_a + (e_a / e_d) x_d`.
+    pub(super) fn not_estimable(&self, basis: &[usize], scale: &[f64]) -> Vec<Combination> {
+        let combine = |(direction, d): (Combination, &usize)| {
+            let own = direction.terms.iter().find(|(j, _)| j == d).map_or(1.0, |(_, e)| *e);
+            match direction.terms.iter().find(|(j, _)| j != d) {
+                Some((a, e)) => first_is_one(vec![(*a, 1.0), (*d, e / own)]),
+                None => Combination { terms: vec![(*d, 1.0)] },
+            }
+        };
+        self.directions(basis, scale).into_iter().zip(&self.dependent).map(combine).collect()
+    }
+
+    /// How each dependent column follows the columns of the basis, not scaled: `A_d = sum A_b c_b`.
+    pub(super) fn couplings(&self, basis: &[usize], scale: &[f64]) -> Vec<Coupling> {
+        let of = |(d, &j): (usize, &usize)| {
+            let terms = basis.iter().zip(self.coupling.col_as_slice(d));
+            Coupling { unknown: j, follows: terms.map(|(&b, c)| (b, c * scale[j] / scale[b])).collect() }
+        };
+        self.dependent.iter().enumerate().map(of).collect()
     }
 
     /// What the readings do determine of unknowns that are not estimable alone: `x_b + sum C_bd x_d`.
@@ -176,12 +238,17 @@ impl Dependence {
                 continue;
             }
             terms.push((b, 1.0));
-            terms.sort_unstable_by_key(|(j, _)| *j);
-            let first = terms[0].1;
-            terms.iter_mut().for_each(|(_, c)| *c /= first);
-            combinations.push(Combination { terms });
+            combinations.push(first_is_one(terms));
         }
         combinations.sort_by_key(|combination| combination.terms[0].0);
         combinations
     }
+}
+
+/// Terms in the user's order, divided by the first coefficient.
+fn first_is_one(mut terms: Vec<(usize, f64)>) -> Combination {
+    terms.sort_unstable_by_key(|(j, _)| *j);
+    let first = terms.first().map_or(1.0, |(_, c)| *c);
+    terms.iter_mut().for_each(|(_, c)| *c /= first);
+    Combination { terms }
 }

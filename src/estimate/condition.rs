@@ -11,7 +11,8 @@ pub(super) fn condition(r: &Mat<f64>) -> Option<f64> {
     if n == 0 {
         return None;
     }
-    let mut columns: Vec<Vec<f64>> = (0..n).map(|j| r.col_as_slice(j).to_vec()).collect();
+    // rows instead of columns: the same singular values, and the rows of a pivoted triangle are nearer to orthogonal
+    let mut columns: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| r[(i, j)]).collect()).collect();
     for _ in 0..30 {
         let mut largest_cosine = 0.0_f64;
         for j in 1..n {

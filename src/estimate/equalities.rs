@@ -187,6 +187,7 @@ pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings
         }
     };
     rename(&mut estimate.not_estimable);
+    rename(&mut estimate.free_directions);
     rename(&mut estimate.estimable_combinations);
     estimate.factor.embedding = Some(embedding);
     Ok(estimate)

@@ -3,7 +3,7 @@
 //! The factorisation is faer's, sequential: Householder reflections with column pivoting, thin `Q` formed explicitly so
 //! that leverages and projections cost one pass. See G. H. Golub, C. F. Van Loan, Matrix Computations, 5.4-5.5.
 
-use super::basis::{self, Dependence};
+use super::basis::{self, Coupling, Dependence};
 use crate::error::{Fault, Malformed, Result};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::{householder, qr, triangular_inverse};
@@ -105,6 +105,14 @@ impl Factor {
         self.embedding.as_ref().map_or(&self.scale, |embedding| &embedding.scale)
     }
 
+    /// How the columns outside the basis follow it; empty where equations eliminated some unknowns.
+    pub fn couplings(&self) -> Vec<Coupling> {
+        if self.embedding.is_some() {
+            return Vec::new();
+        }
+        self.dependence.couplings(&self.basis, &self.scale)
+    }
+
     /// Rank tolerance that was used, relative to `|R_11|`.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
@@ -135,20 +143,11 @@ impl Factor {
 
     /// Sensitivities `d x / d y`, `n x m`: how each unknown follows each reading.
     pub fn sensitivities(&self) -> Mat<f64> {
-        let (m, n) = (self.weight.len(), self.scale.len());
-        let mut sensitivities = Mat::zeros(n, m);
-        for (k, &j) in self.basis.iter().enumerate() {
-            for l in k..self.rank() {
-                let factor = self.r_inverse[(k, l)] / self.scale[j];
-                for (i, (q, w)) in self.q.col_as_slice(l).iter().zip(&self.weight).enumerate() {
-                    sensitivities[(j, i)] += factor * q * w;
-                }
-            }
+        let mut sensitivities = self.whitened_directions() * self.q.transpose();
+        for (i, w) in self.weight.iter().enumerate() {
+            sensitivities.col_as_slice_mut(i).iter_mut().for_each(|s| *s *= w);
         }
-        match &self.embedding {
-            None => sensitivities,
-            Some(embedding) => &embedding.lift * sensitivities,
-        }
+        sensitivities
     }
 
     /// `T = D^-1 R^-1`, `n x rank`: a step `T v` raises the weighted sum of squares by `|v|^2` over its minimum.

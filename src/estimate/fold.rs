@@ -78,7 +78,7 @@ impl Fold {
         let group = vec![Group::Known; k];
         let block = System { rows: rows.to_owned(), observed: observed.to_vec(), u: u.to_vec(), group };
         block.check()?;
-        let mut work = Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
+        let work = Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
             None => self.triangle[(i, j)],
             Some(i) if j < n => block.rows[(i, j)] / u[i],
             Some(i) => observed[i] / u[i],
@@ -91,15 +91,14 @@ impl Fold {
             )
             .expected("units in which numbers stay below 1e150"));
         }
-        let block_size = qr::recommended_block_size::<f64>(size + k, size).clamp(1, size);
-        let mut coefficients = Mat::zeros(block_size, size);
-        let needed = qr::qr_in_place_scratch::<f64>(size + k, size, block_size, Par::Seq, Default::default());
-        let mut memory = MemBuffer::new(needed);
-        let stack = MemStack::new(&mut memory);
-        qr::qr_in_place(work.as_mut(), coefficients.as_mut(), Par::Seq, stack, Default::default());
-        self.triangle = Mat::from_fn(size, size, |i, j| if i <= j { work[(i, j)] } else { 0.0 });
+        self.triangle = triangle(work);
         self.rows += k;
         Ok(())
+    }
+
+    /// The triangle `[R z; 0 rho]` of all rows so far, `n + 1` square: it has the inner products of the weighted columns and observations.
+    pub fn triangle(&self) -> MatRef<'_, f64> {
+        self.triangle.as_ref()
     }
 
     /// The estimate from all rows so far; `group` says whether their uncertainties are known or relative.
@@ -143,4 +142,16 @@ impl Fold {
             estimable,
         })
     }
+}
+
+/// The upper triangle `R` of `work = Q R`, `n x n`, for `work` with at least as many rows as columns.
+pub(super) fn triangle(mut work: Mat<f64>) -> Mat<f64> {
+    let (m, n) = work.shape();
+    let block = qr::recommended_block_size::<f64>(m, n).clamp(1, n.max(1));
+    let mut coefficients = Mat::zeros(block, n);
+    let needed = qr::qr_in_place_scratch::<f64>(m, n, block, Par::Seq, Default::default());
+    let mut memory = MemBuffer::new(needed);
+    let stack = MemStack::new(&mut memory);
+    qr::qr_in_place(work.as_mut(), coefficients.as_mut(), Par::Seq, stack, Default::default());
+    Mat::from_fn(n, n, |i, j| if i <= j { work[(i, j)] } else { 0.0 })
 }

@@ -2,16 +2,18 @@
 //!
 //! Helmert's estimator, iterated: `sum_h S_gh theta_h = q_g`, with `q_g = v_g' P_g v_g` and
 //! `S_gh = tr(P Q_vv E_g P Q_vv E_h)`, over the groups to estimate, the known ones moved to the right. Where it leaves
-//! the region of trust, Foerstner's simplification `theta_g = q_g / r_g` takes the step; both have the same fixed point.
+//! the region of trust, Foerstner's simplification `theta_g = q_g / r_g` takes the step; near the end Newton's does. All have the same
+//! fixed point, the maximum of the restricted likelihood.
 //! K.-R. Koch, Parameter Estimation and Hypothesis Testing in Linear Models (1999), 3.6.
 
+use super::compress::Compressed;
 use super::factor::Factor;
-use super::refine;
-use super::{Group, Settings, System};
+use super::{Estimate, Group, Settings, System};
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, MatRef, Par};
+use std::ops::Range;
 
 /// Scales of the groups: `None` for a group without redundancy of its own, and how the iteration went.
 pub(super) struct Scales {
@@ -20,12 +22,33 @@ pub(super) struct Scales {
     pub converged: bool,
 }
 
+/// What is known of the groups' scales beforehand, one number for each group; empty where nothing is.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ScaleHints<'a> {
+    /// Where the iteration begins: the scales of a system like this one.
+    pub start: &'a [f64],
+    /// What a scale is at least: the rounding of the observations as they were before a prediction was subtracted. Heeded where several
+    /// scales are estimated, or one beside known ones; one alone changes no weight.
+    pub least: &'a [f64],
+}
+
+/// What estimated scales cost beyond the covariance that takes them as known.
+#[derive(Debug, Clone)]
+pub struct ScaleUncertainty {
+    /// Covariance of the groups' variances, each relative to its estimate.
+    pub relative: Mat<f64>,
+    /// Addition to the covariance of the unknowns, `n x n` (M. G. Kenward, J. H. Roger, Biometrics 53 (1997), 983-997).
+    pub correction: Mat<f64>,
+}
+
 /// A group with less redundancy than this has none.
 pub(super) const NO_REDUNDANCY: f64 = 1e-9;
 /// Relative change of every variance at which the iteration ends.
 const CONVERGED: f64 = 1e-11;
-/// Smallest variance of a group, relative to what it was at first: below, its residuals vanish.
-const VANISHED: f64 = 1e-24;
+/// Steps that change no variance by more than this are Newton's.
+const NEAR: f64 = 0.3;
+/// Residuals below this share of a group's largest observation are the rounding of the arithmetic: its scale is this share at least.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Number of groups with an estimated scale: one more than the largest number in use.
 pub(super) fn count(group: &[Group]) -> usize {
@@ -33,26 +56,50 @@ pub(super) fn count(group: &[Group]) -> usize {
     group.iter().map(number).max().unwrap_or(0)
 }
 
-/// Iterates the scales of `count` groups.
-pub(super) fn estimate(system: &System, count: usize, settings: &Settings) -> Result<Scales> {
-    let mut variance = vec![1.0; count];
+/// Iterates the scales, beginning with what each group's own best fit leaves,
+/// or with what is said of them beforehand.
+pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scales> {
+    let count = rows.range.len() - 1;
+    let largest = rows.magnitude.iter().fold(0.0_f64, |most, y| most.max(*y));
+    let least: Vec<f64> = (0..count)
+        .map(|g| {
+            let size = [rows.magnitude[g], f64::EPSILON * largest, f64::EPSILON];
+            let arithmetic = ROUNDING * size.into_iter().find(|y| *y > 0.0).unwrap_or(1.0);
+            let stated = hints.least.get(g).copied().unwrap_or(0.0);
+            arithmetic.max(stated).powi(2).max(f64::MIN_POSITIVE)
+        })
+        .collect();
+    let own = |g: usize| rows.own[g].filter(|(_, dof)| *dof > 0).map(|(squares, dof)| squares / dof as f64);
+    let (mut sum, mut known) = (0.0, 0);
+    for variance in (0..count).filter_map(own) {
+        sum += variance;
+        known += 1;
+    }
+    let other = if known > 0 && sum > 0.0 { sum / f64::from(known) } else { 1.0 };
+    let begin = |g: usize| hints.start.get(g).map(|s| s * s).or_else(|| own(g)).unwrap_or(other);
+    let mut variance: Vec<f64> = (0..count).map(|g| begin(g).max(least[g])).collect();
     let mut undetermined = vec![false; count];
     let (mut iterations, mut converged) = (0, false);
     while iterations < settings.group_iterations && !converged {
         iterations += 1;
-        let scale: Vec<f64> = variance.iter().map(|v: &f64| v.sqrt()).collect();
-        let factor = Factor::new(system.rows.as_ref(), weights(system, &scale), 0, settings.rank_tolerance)?;
-        let theta = factors(system, &factor, count);
+        let theta = factors(rows, &rows.factor(|g| variance[g].sqrt(), settings)?);
         converged = true;
-        for ((theta, variance), undetermined) in theta.iter().zip(&mut variance).zip(&mut undetermined) {
-            *undetermined = theta.is_none();
-            let Some(theta) = theta else { continue };
-            let next = *variance * theta;
-            if next < VANISHED {
+        for (g, theta) in theta.iter().enumerate() {
+            undetermined[g] = theta.is_none();
+            let Some(theta) = theta else {
+                // nothing to go by: weights as given
+                converged &= variance[g] == 1.0;
+                variance[g] = 1.0;
                 continue;
+            };
+            let next = variance[g] * theta;
+            if next <= least[g] {
+                converged &= variance[g] == least[g];
+                variance[g] = least[g];
+            } else {
+                variance[g] = next;
+                converged &= (theta - 1.0).abs() <= CONVERGED;
             }
-            *variance = next;
-            converged &= (theta - 1.0).abs() <= CONVERGED;
         }
     }
     let scale = variance.iter().zip(&undetermined).map(|(v, undetermined)| (!undetermined).then(|| v.sqrt())).collect();
@@ -68,51 +115,120 @@ pub(super) fn weights(system: &System, scale: &[f64]) -> Vec<f64> {
     system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
 }
 
-/// By which factor each group's variance should change; `None` where the group has no redundancy.
-fn factors(system: &System, factor: &Factor, count: usize) -> Vec<Option<f64>> {
-    let fit = refine::solve(factor, system.rows.as_ref(), &system.observed, 1);
-    let leverage = factor.leverages();
-    // Index `count` holds the rows of known uncertainty.
-    let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
-    let (mut size, mut trace) = (vec![0.0; count + 1], vec![0.0; count + 1]);
-    let mut squares = vec![0.0; count + 1];
-    for (i, group) in system.group.iter().enumerate() {
-        let g = index(group);
-        size[g] += 1.0;
-        trace[g] += leverage[i];
-        squares[g] += (fit.residuals[i] * factor.weight[i]).powi(2);
-    }
-    let redundancy: Vec<f64> = size.iter().zip(&trace).map(|(n, h)| n - h).collect();
-    let simple: Vec<Option<f64>> =
-        (0..count).map(|g| (redundancy[g] > NO_REDUNDANCY).then(|| squares[g] / redundancy[g])).collect();
-    helmert(system, factor, &simple, &size, &trace, &squares).unwrap_or(simple)
+/// What the groups' shares of the information come to; the last group holds the rows of known uncertainty.
+struct Information {
+    /// `Q_g' Q_g`.
+    gram: Vec<Mat<f64>>,
+    /// `tr(P Q_vv E_g) = n_g - tr(Q_g' Q_g)`.
+    redundancy: Vec<f64>,
+    /// `S_gh`.
+    s: Mat<f64>,
 }
 
-/// The full step, if every factor stays within a factor of ten of one.
-fn helmert(
-    system: &System,
-    factor: &Factor,
-    simple: &[Option<f64>],
-    size: &[f64],
-    trace: &[f64],
+impl Information {
+    fn new(gram: Vec<Mat<f64>>, size: &[usize]) -> Self {
+        let trace = |gram: &Mat<f64>| -> f64 { (0..gram.ncols()).map(|k| gram[(k, k)]).sum() };
+        let redundancy: Vec<f64> = gram.iter().zip(size).map(|(gram, n)| *n as f64 - trace(gram)).collect();
+        // each gram matrix as one column: their products are one matrix product
+        let rank = gram.first().map_or(0, |gram| gram.ncols());
+        let mut columns = Mat::zeros(rank * rank, gram.len());
+        for (g, gram) in gram.iter().enumerate() {
+            for (k, part) in columns.col_as_slice_mut(g).chunks_exact_mut(rank.max(1)).enumerate() {
+                part.copy_from_slice(gram.col_as_slice(k));
+            }
+        }
+        let mut s = self::gram(columns.as_ref());
+        for (g, gram) in gram.iter().enumerate() {
+            s[(g, g)] += size[g] as f64 - 2.0 * trace(gram);
+        }
+        Information { gram, redundancy, s }
+    }
+
+    /// The estimated groups that have redundancy of their own.
+    fn determined(&self) -> Vec<usize> {
+        (0..self.gram.len() - 1).filter(|g| self.redundancy[*g] > NO_REDUNDANCY).collect()
+    }
+
+    /// `S` among some groups.
+    fn among(&self, groups: &[usize]) -> Mat<f64> {
+        Mat::from_fn(groups.len(), groups.len(), |a, b| self.s[(groups[a], groups[b])])
+    }
+}
+
+/// `Q_g' Q_g` of some rows of `Q`.
+fn gram(q: MatRef<'_, f64>) -> Mat<f64> {
+    let mut gram = Mat::zeros(q.ncols(), q.ncols());
+    matmul(&mut gram, Accum::Replace, q.transpose(), q, 1.0, Par::Seq);
+    gram
+}
+
+/// By which factor each group's variance should change; `None` where the group has no redundancy.
+fn factors(rows: &Compressed, factor: &Factor) -> Vec<Option<f64>> {
+    let count = rows.range.len() - 1;
+    let fit = rows.solve(factor, 1);
+    let blocks = rows.range.iter().map(|range| gram(factor.q.subrows(range.start, range.len())));
+    let information = Information::new(blocks.collect(), &rows.size);
+    let whitened: Vec<f64> = fit.residuals.iter().zip(&factor.weight).map(|(v, w)| v * w).collect();
+    let weighted = |range: &Range<usize>| -> f64 { whitened[range.clone()].iter().map(|v| v * v).sum() };
+    let squares: Vec<f64> = rows.range.iter().map(weighted).collect();
+    let determined = information.determined();
+    let mut simple = vec![None; count];
+    for &g in &determined {
+        simple[g] = Some(squares[g] / information.redundancy[g]);
+    }
+    let scoring = full_step(&information, &determined, &squares);
+    let near = |step: &[Option<f64>]| step.iter().flatten().all(|theta| (theta - 1.0).abs() < NEAR);
+    match scoring {
+        Some(step) if near(&step) => newton_step(&information, &determined, &squares, rows, factor, &whitened)
+            .filter(|s| near(s))
+            .unwrap_or(step),
+        Some(step) => step,
+        None => simple,
+    }
+}
+
+/// Newton's step on the restricted likelihood, which ends what scoring has begun: `H (theta - 1) = (q - r) / 2` with the observed
+/// information `H_gh = v' E_g P E_h v - S_gh / 2`. The same fixed point; only the way there is shorter.
+fn newton_step(
+    information: &Information,
+    determined: &[usize],
     squares: &[f64],
+    rows: &Compressed,
+    factor: &Factor,
+    whitened: &[f64],
 ) -> Option<Vec<Option<f64>>> {
-    let count = simple.len();
-    let determined: Vec<usize> = (0..count).filter(|&g| simple[g].is_some()).collect();
-    let gram: Vec<Mat<f64>> = (0..=count).map(|g| gram(system, factor, g, count)).collect();
-    let product = |g: usize, h: usize| -> f64 {
-        let pairs = (0..factor.rank()).flat_map(|k| gram[g].col_as_slice(k).iter().zip(gram[h].col_as_slice(k)));
-        pairs.map(|(a, b)| a * b).sum()
-    };
-    let own = |g: usize| size[g] - 2.0 * trace[g];
-    let fixed = |g: usize| (0..=count).filter(|h| !determined.contains(h)).map(|h| product(g, h)).sum::<f64>();
-    let s = Mat::from_fn(determined.len(), determined.len(), |a, b| {
+    let along: Vec<Vec<f64>> = determined
+        .iter()
+        .map(|g| {
+            let range = rows.range[*g].clone();
+            let project = |k: usize| -> f64 {
+                factor.q.col_as_slice(k)[range.clone()].iter().zip(&whitened[range.clone()]).map(|(q, v)| q * v).sum()
+            };
+            (0..factor.rank()).map(project).collect()
+        })
+        .collect();
+    let observed = Mat::from_fn(determined.len(), determined.len(), |a, b| {
         let (g, h) = (determined[a], determined[b]);
-        product(g, h) + if a == b { own(g) } else { 0.0 }
+        let shared: f64 = along[a].iter().zip(&along[b]).map(|(x, y)| x * y).sum();
+        let own = if a == b { squares[g] } else { 0.0 };
+        own - shared - 0.5 * information.s[(g, h)]
     });
+    let slope = |a: usize| 0.5 * (squares[determined[a]] - information.redundancy[determined[a]]);
+    let change = observed.llt(faer::Side::Lower).ok()?.solve(Mat::from_fn(determined.len(), 1, |a, _| slope(a)));
+    let mut factors = vec![None; information.gram.len() - 1];
+    for (a, &g) in determined.iter().enumerate() {
+        factors[g] = Some(1.0 + change[(a, 0)]);
+    }
+    Some(factors)
+}
+
+/// Helmert's step, if every factor stays within a factor of ten of one.
+fn full_step(information: &Information, determined: &[usize], squares: &[f64]) -> Option<Vec<Option<f64>>> {
+    let all = information.gram.len();
+    let fixed = |g: usize| (0..all).filter(|h| !determined.contains(h)).map(|h| information.s[(g, h)]).sum::<f64>();
     let q = Mat::from_fn(determined.len(), 1, |a, _| squares[determined[a]] - fixed(determined[a]));
-    let theta = s.col_piv_qr().solve(&q);
-    let mut factors = vec![None; count];
+    let theta = information.among(determined).col_piv_qr().solve(&q);
+    let mut factors = vec![None; all - 1];
     for (a, &g) in determined.iter().enumerate() {
         let value = theta[(a, 0)];
         if !(0.1..=10.0).contains(&value) {
@@ -123,13 +239,46 @@ fn helmert(
     Some(factors)
 }
 
-/// `Q_g' Q_g` over the rows of one group (`count` for those of known uncertainty).
-fn gram(system: &System, factor: &Factor, g: usize, count: usize) -> Mat<f64> {
-    let member = |group: &Group| if let Group::Estimated(h) = group { *h == g } else { g == count };
-    let rows: Vec<usize> = (0..system.group.len()).filter(|&i| member(&system.group[i])).collect();
-    let q = &factor.q;
-    let own = Mat::from_fn(rows.len(), factor.rank(), |i, k| q[(rows[i], k)]);
-    let mut gram = Mat::zeros(factor.rank(), factor.rank());
-    matmul(&mut gram, Accum::Replace, own.transpose(), &own, 1.0, Par::Seq);
-    gram
+impl Estimate {
+    /// How uncertain the scales of several groups are, and what that adds to the covariance of the unknowns; `None` where no scale was
+    /// estimated beside others (one group alone leaves the weights as they are, and Student's distribution says the rest).
+    ///
+    /// With `G_g = Q_g' Q_g` and `W = 2 S^-1`, the covariance of the relative variances, the addition is
+    /// `2 T (sum_g W_gg G_g - sum_gh W_gh G_g G_h) T'`, `T T'` being the covariance with known scales: Kenward and Roger's formula for
+    /// `V = diag(s_g^2 u^2)`.
+    pub fn scale_uncertainty(&self, system: &System) -> Option<ScaleUncertainty> {
+        let count = count(&system.group);
+        if self.group_iterations == 0 || count == 0 {
+            return None;
+        }
+        let q = &self.factor.q;
+        let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
+        let members = |g: usize| -> Vec<usize> {
+            (0..system.group.len().min(q.nrows())).filter(|i| index(&system.group[*i]) == g).collect()
+        };
+        let members: Vec<Vec<usize>> = (0..=count).map(members).collect();
+        let block = |rows: &Vec<usize>| gram(Mat::from_fn(rows.len(), q.ncols(), |i, k| q[(rows[i], k)]).as_ref());
+        let size: Vec<usize> = members.iter().map(Vec::len).collect();
+        let information = Information::new(members.iter().map(block).collect(), &size);
+        let determined = information.determined();
+        let inverse =
+            information.among(&determined).col_piv_qr().solve(Mat::<f64>::identity(determined.len(), determined.len()));
+        let mut relative = Mat::<f64>::zeros(count, count);
+        let mut middle = Mat::<f64>::zeros(q.ncols(), q.ncols());
+        for (a, &g) in determined.iter().enumerate() {
+            let gram = &information.gram;
+            middle += &gram[g] * faer::Scale(4.0 * inverse[(a, a)]);
+            let mut along = Mat::<f64>::zeros(q.ncols(), q.ncols());
+            for (b, &h) in determined.iter().enumerate() {
+                relative[(g, h)] = 2.0 * inverse[(a, b)];
+                along += &gram[h] * faer::Scale(4.0 * inverse[(a, b)]);
+            }
+            middle -= &gram[g] * along;
+        }
+        let directions = self.factor.whitened_directions();
+        let correction = &directions * middle * directions.transpose();
+        let finite =
+            |matrix: &Mat<f64>| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)).all(|value| value.is_finite());
+        (finite(&relative) && finite(&correction)).then_some(ScaleUncertainty { relative, correction })
+    }
 }

@@ -13,12 +13,15 @@
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
-//! | `groups.rs` | the scales `s_g` of several groups |
+//! | `compress.rs` | each group's rows as a triangle that says the same |
+//! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it |
 //! | `active_set.rs` | Newton's method on the active constraints, to the last digit |
 //! | `components.rs` | variance components and shared offsets (REML), by whitened rows |
+//! | `whitening.rs` | the covariance that they come to, and rows made independent by it |
+//! | `helmert.rs` | equations for the components, and what estimating them costs |
 //! | `fold.rs` | the same estimate from rows that come in blocks |
 //!
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
@@ -29,21 +32,25 @@ mod adjust;
 mod basis;
 mod compensated;
 mod components;
+mod compress;
 mod condition;
 mod cone_program;
 mod equalities;
 mod factor;
 mod fold;
 mod groups;
+mod helmert;
 mod inequalities;
 mod refine;
+mod whitening;
 
-pub use adjust::{Estimate, adjust};
-pub use basis::Combination;
+pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
+pub use basis::{Combination, Coupling};
 pub use components::{Component, Components, adjust_components};
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub use fold::{Fold, Folded};
+pub use groups::{ScaleHints, ScaleUncertainty};
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 
 use crate::error::{Fault, Malformed, Result};

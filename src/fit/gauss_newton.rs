@@ -1,21 +1,62 @@
 //! The exact estimator: linearise, adjust, move, repeat; with a record of every step.
+//!
+//! On the way only solutions are needed (`linear.rs`); the step with all its diagnostics is made once, where the iteration ends.
 
+use super::linear::Linear;
 use super::step::{self, Step};
 use super::{Settings, rules, system::weigh};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
-use crate::estimate::{Estimate, Group, System};
+use crate::estimate::{Coupling, Estimate, Group, System};
 
 /// What Gauss-Newton did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Convergence {
     /// Did the last step stop mattering?
     pub converged: bool,
+    /// Why it ended.
+    pub stop: Stop,
     /// Every iteration; the first is the linear estimator.
     pub iterations: Vec<Iteration>,
     /// The linear estimator's values of the estimated parameters, for comparison.
     pub linear: Vec<f64>,
+    /// Parameters (by index) that the reference point does not determine, and the exact model beyond it too weakly to follow: they kept
+    /// their reference values, and only their combinations with others are estimated.
+    pub held: Vec<usize>,
+}
+
+/// Why Gauss-Newton ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The last step moved no prediction by an amount that matters.
+    Settled,
+    /// The same, but the scales, weights or components inside the step did not settle.
+    Unsettled,
+    /// As many iterations as were allowed.
+    Limit,
+    /// Steps stay long and the fit no longer becomes better: a direction that the readings hardly determine.
+    Stalled,
+    /// No share of the last step makes the fit better.
+    NoDescent,
+    /// Beyond the last point numbers leave the range of a double.
+    OutOfRange,
+}
+
+impl Stop {
+    /// As reports write it.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Stop::Settled => "the last step no longer matters",
+            Stop::Unsettled => "the scales inside the last step did not settle",
+            Stop::Limit => "the steps did not end",
+            Stop::Stalled => {
+                "steps stay long while the fit no longer becomes better: the readings hardly determine some direction"
+            }
+            Stop::NoDescent => "no part of the last step makes the fit better",
+            Stop::OutOfRange => "numbers leave the range of a double",
+        }
+    }
 }
 
 /// One iteration of Gauss-Newton.
@@ -33,6 +74,11 @@ pub struct Iteration {
 const NEGLIGIBLE: f64 = 1e-14;
 /// or by more than this share of the weighted residuals' norm: then it changes no estimate by a visible part of its uncertainty.
 const INVISIBLE: f64 = 1e-9;
+/// Over so many iterations the sum of squares must fall by `PROGRESS` of itself, or the steps become half as long.
+const PATIENCE: usize = 20;
+const PROGRESS: f64 = 1e-6;
+/// An unknown that the reference point does not determine may take part in so many iterations.
+const RELEASED: usize = 10;
 
 /// One linear step, or Gauss-Newton to its fixed point. The step that comes back belongs to the design that comes back with it.
 pub(super) fn run(
@@ -41,84 +87,138 @@ pub(super) fn run(
     design: DesignMatrix,
     settings: &Settings,
 ) -> Result<(DesignMatrix, Step, Option<Convergence>)> {
-    let mut design = design;
-    let mut step = step::solve(campaign, &design, settings)?;
     if !settings.exact {
+        let step = step::solve(campaign, &design, settings)?;
         return Ok((design, step, None));
     }
+    let first = Linear::at(campaign, &design, None, settings)?;
     let unknowns = campaign.unknowns();
-    let linear = design.point.iter().zip(&step.change).take(unknowns).map(|(x, dx)| x + dx).collect();
-    let mut record = Convergence { converged: false, iterations: Vec::new(), linear };
-    while record.iterations.len() < settings.iterations {
-        let system = &step.system;
-        let before = merit(&system.observed, &step);
-        let moved: Vec<f64> = system.observed.iter().zip(&step.estimate.residuals).map(|(y, v)| y - v).collect();
-        let length = merit(&moved, &step).sqrt();
-        let size = merit(&values(&design, system), &step).sqrt();
-        let noise = merit(&step.estimate.residuals, &step).sqrt();
-        let small = length <= NEGLIGIBLE * size || length <= INVISIBLE * noise;
-        if small || !length.is_finite() {
-            record.converged = small && step.settled;
-            record.iterations.push(Iteration { sum_of_squares: before, step: length, share: 1.0 });
-            return Ok((design, step, Some(record)));
+    let linear = design.point.iter().zip(&first.change).take(unknowns).map(|(x, dx)| x + dx).collect();
+    let rank = first.rank;
+    let couplings = if rank < unknowns && campaign.constraints.is_empty() {
+        step::solve(campaign, &design, settings)?.estimate.factor.couplings()
+    } else {
+        Vec::new()
+    };
+    let mut walk = Walk { campaign, model, settings, rank, couplings, holds: false, iterations: Vec::new() };
+    let reference = design.clone();
+    let (mut design, mut stop) = walk.go(design, first)?;
+    if stop.is_none() {
+        // beyond the reference point the readings would determine more, but too weakly for steps to follow
+        let mut held = reference;
+        walk.holds = true;
+        walk.iterations.clear();
+        walk.hold(&mut held);
+        let first = Linear::at(campaign, &held, None, settings)?;
+        (design, stop) = walk.go(held, first)?;
+    }
+    let step = step::solve(campaign, &design, settings)?;
+    let stop = match stop.unwrap_or(Stop::Stalled) {
+        Stop::Settled if !step.settled => Stop::Unsettled,
+        stop => stop,
+    };
+    let held = if walk.holds { walk.couplings.iter().map(|coupling| coupling.unknown).collect() } else { Vec::new() };
+    let record = Convergence { converged: stop == Stop::Settled, stop, iterations: walk.iterations, linear, held };
+    Ok((design, step, Some(record)))
+}
+
+/// Gauss-Newton on its way.
+struct Walk<'a> {
+    campaign: &'a Campaign,
+    model: &'a Model,
+    settings: &'a Settings,
+    /// Rank at the reference point.
+    rank: usize,
+    /// How unknowns that the reference point does not determine follow the others there.
+    couplings: Vec<Coupling>,
+    /// Are those unknowns held?
+    holds: bool,
+    iterations: Vec<Iteration>,
+}
+
+impl Walk<'_> {
+    /// Walk to the end; no reason to stop comes back where the unknowns that the reference point does not determine must be held.
+    fn go(&mut self, mut design: DesignMatrix, mut step: Linear) -> Result<(DesignMatrix, Option<Stop>)> {
+        while self.iterations.len() < self.settings.iterations {
+            let before = step.merit(&step.system.observed);
+            let moved: Vec<f64> = step.system.observed.iter().zip(&step.residuals).map(|(y, v)| y - v).collect();
+            let length = step.merit(&moved).sqrt();
+            let size = step.merit(&values(&design, &step.system)).sqrt();
+            let noise = step.merit(&step.residuals).sqrt();
+            let small = length <= NEGLIGIBLE * size || length <= INVISIBLE * noise;
+            if small || !length.is_finite() {
+                self.iterations.push(Iteration { sum_of_squares: before, step: length, share: 1.0 });
+                return Ok((design, Some(if small { Stop::Settled } else { Stop::OutOfRange })));
+            }
+            let released = !self.holds && !self.couplings.is_empty() && step.rank > self.rank;
+            if released && self.iterations.len() > RELEASED {
+                return Ok((design, None));
+            }
+            if self.is_stalled(before, length) {
+                return Ok((design, if released { None } else { Some(Stop::Stalled) }));
+            }
+            let (share, next) = self.descend(&design, &step, before, size)?;
+            if released && share < 1.0 {
+                return Ok((design, None));
+            }
+            self.iterations.push(Iteration { sum_of_squares: before, step: length, share });
+            let Some(next) = next else { return Ok((design, Some(Stop::NoDescent))) };
+            // derivatives beyond the range of numbers: the last good point stands
+            let Ok(adjusted) = Linear::at(self.campaign, &next, Some(&step), self.settings) else {
+                return Ok((design, Some(Stop::OutOfRange)));
+            };
+            (design, step) = (next, adjusted);
         }
+        Ok((design, Some(Stop::Limit)))
+    }
+
+    /// The longest share of the step, halved as often as it takes, that makes the fit better, and the design there.
+    fn descend(
+        &self,
+        design: &DesignMatrix,
+        step: &Linear,
+        before: f64,
+        size: f64,
+    ) -> Result<(f64, Option<DesignMatrix>)> {
         // from outside the constraints the first full step leads onto them, whatever it does to the fit
-        let feasible = rules::is_feasible(campaign, &design.point);
+        let feasible = rules::is_feasible(self.campaign, &design.point);
         let mut share = 1.0;
-        let taken = loop {
+        while share >= 1e-10 {
             let mut point = design.point.clone();
             for (value, dx) in point.iter_mut().zip(&step.change) {
                 *value += share * dx;
             }
-            within_half_a_turn(campaign, &mut point);
-            let next = design::assemble(campaign, model, &point)?;
-            let next_system = weigh(campaign, &next, settings.weighting)?;
-            let after = merit(&next_system.observed, &step);
+            within_half_a_turn(self.campaign, &mut point);
+            let mut next = design::assemble(self.campaign, self.model, &point)?;
+            let after = step.merit(&weigh(self.campaign, &next, self.settings.weighting)?.observed);
             // rounding of a sum of squares near its minimum must not halve a good step
             let better = after <= before * (1.0 + 1e-10) + (NEGLIGIBLE * size).powi(2);
             if after.is_finite() && (better || !feasible) {
-                break Some(next);
+                self.hold(&mut next);
+                return Ok((share, Some(next)));
             }
             share *= 0.5;
-            if share < 1e-10 {
-                break None;
-            }
-        };
-        record.iterations.push(Iteration { sum_of_squares: before, step: length, share });
-        let Some(next) = taken else { break };
-        let adjusted = match step::solve(campaign, &next, settings) {
-            Ok(adjusted) => adjusted,
-            Err(_) => break, // derivatives beyond the range of numbers: the last good point stands, and the record says "not converged"
-        };
-        (design, step) = (next, adjusted);
+        }
+        Ok((share, None))
     }
-    Ok((design, step, Some(record)))
-}
 
-/// What the step makes smaller: the weighted sum of squares, with the whitened rows' covariance or the robust weights of this step.
-fn merit(values: &[f64], step: &Step) -> f64 {
-    let system = &step.system;
-    let weights = step.robust.as_ref().map(|record| record.weights.as_slice());
-    match &step.indicators {
-        None => values
-            .iter()
-            .zip(&system.u)
-            .enumerate()
-            .map(|(i, (v, u))| {
-                let own = u * scale(&step.estimate, system.group.get(i));
-                (v / own).powi(2) * weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0)
-            })
-            .sum(),
-        Some(columns) => {
-            let mut whitened = vec![0.0; values.len()];
-            for (v, column) in values.iter().zip(columns) {
-                for (row, entry) in column {
-                    if let Some(sum) = whitened.get_mut(*row) {
-                        *sum += entry * v;
-                    }
-                }
+    /// Neither the fit has become better of late, nor the steps shorter.
+    fn is_stalled(&self, now: f64, length: f64) -> bool {
+        let Some(then) = self.iterations.len().checked_sub(PATIENCE).and_then(|k| self.iterations.get(k)) else {
+            return false;
+        };
+        now > then.sum_of_squares * (1.0 - PROGRESS) && length > 0.5 * then.step
+    }
+
+    /// Unknowns that are held keep following the others as they do at the reference point, so that they stay outside the basis.
+    fn hold(&self, design: &mut DesignMatrix) {
+        if !self.holds {
+            return;
+        }
+        for Coupling { unknown, follows } in &self.couplings {
+            for i in 0..design.jacobian.nrows() {
+                design.jacobian[(i, *unknown)] = follows.iter().map(|(j, c)| c * design.jacobian[(i, *j)]).sum();
             }
-            whitened.iter().map(|v| v * v).sum()
         }
     }
 }
@@ -131,16 +231,6 @@ fn within_half_a_turn(campaign: &Campaign, point: &mut [f64]) {
         if parameter.kind == Kind::Tilt && free && value.abs() > PI {
             *value -= TAU * (*value / TAU).round();
         }
-    }
-}
-
-/// The estimated scale of a row's group where there are several: the step minimises the squares in units of the readings' scatter.
-fn scale(estimate: &Estimate, group: Option<&Group>) -> f64 {
-    match group {
-        Some(Group::Estimated(g)) if estimate.group_iterations > 0 => {
-            estimate.group_scale.get(*g).copied().flatten().unwrap_or(1.0)
-        }
-        _ => 1.0,
     }
 }
 

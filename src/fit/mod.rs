@@ -9,6 +9,7 @@
 mod checks;
 mod gauss_newton;
 mod least_absolute;
+mod linear;
 mod names;
 mod noise;
 mod parameters;
@@ -20,7 +21,7 @@ mod step;
 mod system;
 
 pub use checks::Checks;
-pub use gauss_newton::{Convergence, Iteration};
+pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
 pub use noise::{Noise, Source};
 pub use parameters::{DerivedResult, ParameterResult, State};
@@ -35,7 +36,7 @@ pub use system::{Weighting, weigh};
 use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, System};
+use crate::estimate::{self, Estimate, Group, System};
 use crate::quality::{self, GlobalTest, RowQuality};
 use faer::Mat;
 
@@ -138,6 +139,23 @@ impl Fit {
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
             || !self.settled
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
+    }
+
+    /// Sensors whose estimated scatter is no more than the rounding of their readings: a campaign without noise.
+    pub fn at_rounding(&self) -> Vec<&str> {
+        let least = system::rounding(&self.campaign, &self.design, &self.system);
+        let mut found = Vec::new();
+        for (origin, group) in self.design.rows.iter().zip(&self.system.group) {
+            let Group::Estimated(g) = *group else { continue };
+            let scale = self.estimate.group_scale.get(g).copied().flatten();
+            let own = scale.zip(least.get(g)).is_some_and(|(scale, least)| scale <= least * (1.0 + 1e-9));
+            if let Some(sensor) = self.campaign.bench.sensors.get(origin.sensor).filter(|_| own)
+                && !found.contains(&sensor.id.as_str())
+            {
+                found.push(sensor.id.as_str());
+            }
+        }
+        found
     }
 
     /// Parameters of the bench that are taken as zero.

@@ -3,7 +3,7 @@
 use super::system::Remounting;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
-use crate::estimate::{Component, Components, Estimate, Group, System};
+use crate::estimate::{Component, Components, Estimate, Group, ScaleUncertainty, System};
 use crate::uncertainty::monte_carlo::Scatter;
 use crate::uncertainty::{Contribution, Evaluation};
 use faer::Mat;
@@ -123,14 +123,31 @@ impl Noise {
                 source.dof = estimate.group_redundancy.get(*g).copied().unwrap_or_default();
             }
         }
-        Noise {
-            sources,
+        let mut noise = Noise {
             sensitivities: estimate.factor.sensitivities(),
             covariance: estimate.covariance.clone(),
             spread: None,
             correction: None,
             determined: estimate.group_scale.iter().all(Option::is_some),
+            sources,
+        };
+        let several = estimate.scale_uncertainty(system).filter(|_| noise.determined);
+        if let Some(ScaleUncertainty { relative, correction }) = several {
+            // which group each source's variance belongs to
+            let group = |source: &Source| match source.rows.first().and_then(|(row, _)| system.group.get(*row)) {
+                Some(Group::Estimated(g)) if source.estimated => Some(*g),
+                _ => None,
+            };
+            let count = noise.sources.len();
+            noise.spread = Some(Mat::from_fn(count, count, |a, b| {
+                let (a, b) = (&noise.sources[a], &noise.sources[b]);
+                let pair = group(a).zip(group(b));
+                pair.map_or(0.0, |(g, h)| relative[(g, h)] * a.variance * b.variance)
+            }));
+            noise.covariance += &correction;
+            noise.correction = Some(correction);
         }
+        noise
     }
 
     /// Variances of a robust estimate: `variance` for every source that was estimated, the plain estimate's sensitivities.

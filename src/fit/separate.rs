@@ -10,6 +10,8 @@ use crate::estimate::Estimate;
 pub struct Separation {
     /// The combination that the readings leave free: parameters can move along it and no reading changes.
     pub free: NamedCombination,
+    /// The direction along which it is free: parameters may move in these proportions and no reading changes.
+    pub direction: NamedCombination,
     /// What is determined instead, of the parameters that take part.
     pub estimable: Vec<NamedCombination>,
     /// The further position that would separate it best, as joint states in chain order; `None` if none of this bench would.
@@ -43,13 +45,12 @@ pub(crate) fn separations(
     estimate
         .not_estimable
         .iter()
-        .map(|combination| {
-            // the combination is c_j = n'_j D_j of the scaled null vector n'; the direction itself is n'_j / D_j
-            let scale = estimate.factor.scale();
+        .zip(&estimate.free_directions)
+        .map(|(combination, free)| {
             let mut direction = vec![0.0; unknowns];
-            for (k, c) in &combination.terms {
-                if let (Some(d), Some(s)) = (direction.get_mut(*k), scale.get(*k)) {
-                    *d = c / (s * s);
+            for (k, c) in &free.terms {
+                if let Some(d) = direction.get_mut(*k) {
+                    *d = *c;
                 }
             }
             let mut best: Option<(f64, f64, usize)> = None;
@@ -72,9 +73,10 @@ pub(crate) fn separations(
                     }
                 }
             }
-            let involved: Vec<usize> = combination.terms.iter().map(|(k, _)| *k).collect();
+            let involved: Vec<usize> = free.terms.iter().map(|(k, _)| *k).collect();
             Separation {
                 free: describe(campaign, combination),
+                direction: describe(campaign, free),
                 estimable: estimate
                     .estimable_combinations
                     .iter()

@@ -3,13 +3,14 @@
 use super::noise::{self, Noise};
 use super::robust::{self, RobustRecord};
 use super::rules::{ActiveConstraint, Constraints, Rules};
-use super::system::{remounting, weigh};
+use super::system::{remounting, rounding, weigh};
 use super::{Remount, Settings};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{
-    Elimination, Equations, Estimate, Group, Restricted, System, adjust, adjust_components, adjust_on, restrict,
+    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, System, adjust, adjust_components, adjust_hinted,
+    adjust_on, restrict,
 };
 
 /// What one step found.
@@ -82,7 +83,10 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     } else {
         let estimate = match &elimination {
             Some(elimination) => adjust_on(&system, elimination, &settings.adjust)?,
-            None => adjust(&system, &settings.adjust)?,
+            None => {
+                let least = rounding(campaign, design, &system);
+                adjust_hinted(&system, &ScaleHints { start: &[], least: &least }, &settings.adjust)?
+            }
         };
         settled = settled && estimate.group_converged;
         let noise = Noise::independent(sources, &system, &estimate);

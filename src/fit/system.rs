@@ -68,6 +68,26 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
     Ok(System { rows, observed, u, group })
 }
 
+/// For each estimated group, the scale that the rounding of its readings alone would have: two epsilons of the largest.
+///
+/// A campaign without noise has residuals of that size or none at all, and nothing better can be said of its scatter.
+pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<f64> {
+    let mut least: Vec<f64> = Vec::new();
+    for ((origin, group), u) in design.rows.iter().zip(&system.group).zip(&system.u) {
+        let Group::Estimated(g) = *group else { continue };
+        let reading = campaign.readings.rows.get(origin.reading);
+        let value =
+            reading.and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor)).map_or(0.0, |o| o.value);
+        if least.len() <= g {
+            least.resize(g + 1, 0.0);
+        }
+        if let Some(own) = least.get_mut(g) {
+            *own = own.max(2.0 * f64::EPSILON * value.abs() / u);
+        }
+    }
+    least
+}
+
 /// Offsets that readings of one position share.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Remounting {

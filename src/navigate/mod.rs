@@ -10,6 +10,8 @@
 //! | [`earth`], [`quadrature`], [`course`] | the truth: WGS-84, exact increments, where the vehicle really is |
 //! | [`mechanise`], [`vector`], [`lanes`] | the navigator: one step in all lanes of a register, groups of eight scenarios |
 //! | [`linear`] | the linear error equations, one signature for each error source |
+//! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
+//! | [`diagnose`], [`separate`], [`remainder`] | which errors explain them, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
@@ -17,14 +19,20 @@
 
 pub mod carry;
 pub mod course;
+pub mod diagnose;
 pub mod earth;
 pub mod errors;
 pub mod lanes;
 pub mod linear;
+pub mod measured;
 pub mod mechanise;
 pub mod mission;
 pub mod motion;
 pub mod quadrature;
+pub mod remainder;
 pub mod run;
+pub mod separate;
+pub mod signatures;
 pub mod study;
 pub mod vector;
+mod whiten;

@@ -1,13 +1,15 @@
 //! The approximate design: weights instead of whole repeats. No exact design can be better, so it says how near the optimum an exact one is.
 //!
 //! ```text
-//! maximise log det M(w)  or minimise tr(W M(w)^-1),   M(w) = M0 + N sum w_j Xj'Xj,   w >= 0, sum w = 1
+//! maximise log det M(w),  minimise tr(W M(w)^-1)  or  max_i x_i' M(w)^-1 x_i,   M(w) = M0 + N sum w_j Xj'Xj,   w >= 0, sum w = 1
 //! ```
 //!
 //! Multiplicative weights (S. D. Silvey, D. M. Titterington, B. Torsney, Comm. Statist. A 7 (1978) 1379). The bound that is returned is not
-//! the value that the iteration has reached but the tangent's: both objectives are convex in `w`, so it holds however early one stops.
+//! the value that the iteration has reached but the tangent's: the objectives are convex in `w`, so it holds however early one stops. The
+//! largest prediction is at least any weighted mean of predictions, `max_i d_i >= sum m_i d_i = tr(W_m M^-1)`, so it is bounded by the
+//! trace for weights `m` of the predicted rows that grow where `d_i` is large.
 
-use super::blocks::{Blocks, dot, invert};
+use super::blocks::{Blocks, add_outer, dot, invert};
 use super::exchange::Objective;
 
 /// What weights instead of repeats could reach.
@@ -15,59 +17,139 @@ use super::exchange::Objective;
 pub(super) struct Bound {
     /// No exact design has a smaller value of the objective.
     pub value: f64,
+    /// What the weights that were found reach: the bound is loose by no more than the difference.
+    pub reached: f64,
     /// Weight of each candidate, summing to 1.
     pub weights: Vec<f64>,
-    /// Iterations that were made.
-    pub iterations: usize,
 }
 
-const ITERATIONS: usize = 3000;
+const ITERATIONS: usize = 5000;
+/// Multiplications after which the bound is taken as it is: a second or two.
+const EFFORT: f64 = 3e9;
 /// Stop when the bound is this near the value reached (relative, for one unknown).
 const NEAR: f64 = 1e-5;
+/// The bound needs all candidates; between bounds so many steps are made with those that have weight.
+const STEPS: usize = 10;
+/// A candidate with less weight than this, and less than the mean gain, takes no further part: its weight would only go on shrinking.
+const WEIGHTLESS: f64 = 1e-9;
 
 /// Bound on designs of `choose` candidates; `None` where even all candidates together leave a defect.
 pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose: usize) -> Option<Bound> {
     let (n, count) = (blocks.unknowns(), blocks.count());
     let total = choose as f64;
-    let mut weights = vec![1.0 / count as f64; count];
     let mut best: Option<Bound> = None;
-    let (mut gain, mut sums, mut work) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
-    for iteration in 1..=ITERATIONS {
-        let (inverse, log_det) = invert(&weighted(blocks, base, total, &weights), n)?;
-        let (weight_matrix, value) = match objective {
-            Objective::Trace(w) => (sandwich(&inverse, w, n), dot(w, &inverse)),
-            Objective::Determinant | Objective::Largest => (inverse.clone(), -log_det),
+    let mut reached = f64::INFINITY;
+    // candidates that still take part, their rows and their weights
+    let mut active: Vec<usize> = (0..count).collect();
+    let mut rows = blocks.clone();
+    let mut weights = vec![1.0 / count as f64; count];
+    let mut predicted = match objective {
+        Objective::Largest(rows) => Some(Predicted::new(rows)),
+        _ => None,
+    };
+    let determinant = matches!(objective, Objective::Determinant);
+    let size = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
+    let most = ((EFFORT / (2.0 * (size * n * n) as f64)) as usize).clamp(50, ITERATIONS);
+    for iteration in 0..most {
+        // the best weights for one quantity may leave others undetermined: then they are as near as rounding allows
+        let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else { break };
+        // value of the smooth objective at these weights, and the matrix whose quadratic forms are its slopes
+        let (slopes, value, here) = match (objective, &mut predicted) {
+            (Objective::Trace(w), _) => {
+                let value = dot(w, &inverse);
+                (sandwich(&inverse, w, n), value, value)
+            }
+            (Objective::Largest(rows), Some(predicted)) => {
+                let largest = predicted.follow(rows, &inverse);
+                let w = predicted.weight_matrix(rows);
+                (sandwich(&inverse, &w, n), dot(&w, &inverse), largest)
+            }
+            _ => (inverse, -log_det, -log_det),
         };
-        gain.fill(0.0);
-        for r in 0..blocks.rows() {
-            blocks.quadratic(r, r, &weight_matrix, &mut sums, &mut work);
-            gain.iter_mut().zip(&sums).for_each(|(g, d)| *g += d);
-        }
-        let most = gain.iter().copied().fold(0.0, f64::max);
+        let gain = gains(&rows, &slopes);
         let mean = dot(&gain, &weights);
-        let lower = match objective {
-            // tr(W M^-1)^2 <= tr(W M*^-1) tr(M* M^-1 W M^-1) by Cauchy and Schwarz, for every M*
-            Objective::Trace(_) => value * value / (value + total * (most - mean)),
-            _ => value - total * (most - mean),
-        };
-        if best.as_ref().is_none_or(|b| lower > b.value) {
-            best = Some(Bound { value: lower, weights: weights.clone(), iterations: iteration });
+        reached = here.min(reached);
+        if iteration % STEPS == 0 {
+            let most = gains(blocks, &slopes).into_iter().fold(0.0, f64::max);
+            let lower = if determinant {
+                value - total * (most - mean)
+            } else {
+                // tr(W M^-1)^2 <= tr(W M*^-1) tr(M* M^-1 W M^-1) by Cauchy and Schwarz, for every M*
+                value * value / (value + total * (most - mean))
+            };
+            if best.as_ref().is_none_or(|b| lower > b.value) {
+                let mut all = vec![0.0; count];
+                active.iter().zip(&weights).for_each(|(j, w)| all[*j] = *w);
+                best = Some(Bound { value: lower, reached, weights: all });
+            }
+            let near = if determinant { NEAR * n as f64 } else { NEAR * reached.abs() };
+            if best.as_ref().is_some_and(|b| reached - b.value <= near) || !(mean > 0.0) {
+                break;
+            }
+            let stays: Vec<bool> = weights.iter().zip(&gain).map(|(w, g)| *w > WEIGHTLESS || *g >= mean).collect();
+            if 4 * stays.iter().filter(|stays| **stays).count() < 3 * active.len() {
+                let kept = |k: &usize| stays.get(*k).copied().unwrap_or(false);
+                let places: Vec<usize> = (0..active.len()).filter(kept).collect();
+                (active, weights) = places.iter().map(|k| (active[*k], weights[*k])).unzip();
+                rows = blocks.subset(&active);
+                continue;
+            }
         }
-        let near = match objective {
-            Objective::Trace(_) => NEAR * value.abs(),
-            _ => NEAR * n as f64,
-        };
-        if best.as_ref().is_some_and(|b| value - b.value <= near) || !(mean > 0.0) {
-            break;
-        }
-        let power = if matches!(objective, Objective::Trace(_)) { 0.5 } else { 1.0 };
-        weights.iter_mut().zip(&gain).for_each(|(w, g)| *w *= (g / mean).powf(power));
+        let step = |g: f64| if determinant { g / mean } else { (g / mean).sqrt() };
+        weights.iter_mut().zip(&gain).for_each(|(w, g)| *w *= step(*g));
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum);
     }
-    best
+    best.map(|b| Bound { reached, ..b })
 }
 
+/// `tr(Xj B Xj')` of every candidate.
+fn gains(blocks: &Blocks, b: &[f64]) -> Vec<f64> {
+    let count = blocks.count();
+    let (mut gain, mut sums, mut work) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
+    for r in 0..blocks.rows() {
+        blocks.quadratic(r, r, b, &mut sums, &mut work);
+        gain.iter_mut().zip(&sums).for_each(|(g, d)| *g += d);
+    }
+    gain
+}
+
+/// Weights of predicted rows: mass where the variance is largest.
+struct Predicted {
+    /// Of row r of candidate j at `r * count + j`, summing to 1.
+    mass: Vec<f64>,
+    variance: Vec<f64>,
+    work: Vec<f64>,
+}
+
+impl Predicted {
+    fn new(rows: &Blocks) -> Self {
+        let all = rows.rows() * rows.count();
+        Predicted { mass: vec![1.0 / all as f64; all], variance: vec![0.0; all], work: vec![0.0; rows.count()] }
+    }
+
+    /// Move the mass towards the largest `x' M^-1 x`, which is returned.
+    fn follow(&mut self, rows: &Blocks, inverse: &[f64]) -> f64 {
+        for (r, variance) in self.variance.chunks_exact_mut(rows.count().max(1)).enumerate() {
+            rows.quadratic(r, r, inverse, variance, &mut self.work);
+        }
+        let mean = dot(&self.mass, &self.variance);
+        self.mass.iter_mut().zip(&self.variance).for_each(|(m, d)| *m *= d / mean);
+        let sum: f64 = self.mass.iter().sum();
+        self.mass.iter_mut().for_each(|m| *m /= sum);
+        self.variance.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// `sum m x x'`, row by row; rows without mass are left out.
+    fn weight_matrix(&self, rows: &Blocks) -> Vec<f64> {
+        let n = rows.unknowns();
+        let mut w = vec![0.0; n * n];
+        for (k, m) in self.mass.iter().enumerate().filter(|(_, m)| **m > 1e-12) {
+            add_outer(&mut w, *m, &rows.row(k % rows.count(), k / rows.count()));
+        }
+        w
+    }
+}
 /// `M(w)`.
 fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f64> {
     let n = blocks.unknowns();
@@ -76,7 +158,7 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
         for a in 0..n {
             let scaled: Vec<f64> = blocks.column(r, a).iter().zip(weights).map(|(x, w)| total * x * w).collect();
             for b in 0..=a {
-                let sum = dot(&scaled, blocks.column(r, b));
+                let sum = lanes(&scaled, blocks.column(r, b));
                 m[a * n + b] += sum;
                 if a != b {
                     m[b * n + a] += sum;
@@ -107,4 +189,17 @@ fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
 /// `M(w)^-1` of an approximate design.
 pub(super) fn inverse(blocks: &Blocks, base: &[f64], choose: usize, bound: &Bound) -> Option<Vec<f64>> {
     invert(&weighted(blocks, base, choose as f64, &bound.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
+}
+
+/// Scalar product of long vectors, in eight lanes.
+fn lanes(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = dot(left.remainder(), right.remainder());
+    for (x, y) in left.zip(right) {
+        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
+            *sum += x * y;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }

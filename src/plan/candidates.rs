@@ -163,7 +163,7 @@ pub fn without(campaign: &Campaign, candidates: Readings, zones: &[Zone]) -> Res
 /// Candidates in the portions in which they are chosen; all portions have the same number of readings.
 ///
 /// Errors: no candidates; a candidate without its opposite sense (pairs); mountings with different numbers of readings.
-pub(super) fn portions(candidates: &Readings, unit: Unit) -> Result<Vec<Vec<Reading>>> {
+pub(super) fn portions(joints: &[&str], candidates: &Readings, unit: Unit) -> Result<Vec<Vec<Reading>>> {
     if candidates.rows.is_empty() {
         return Err(Malformed::new(Fault::Missing, "there are no candidate positions")
             .expected("at least one position to choose from")
@@ -200,10 +200,23 @@ pub(super) fn portions(candidates: &Readings, unit: Unit) -> Result<Vec<Vec<Read
             Unit::Pair => "a candidate has no partner of the opposite sense",
             _ => "the mountings of the candidates have different numbers of readings",
         };
-        let joints = short.first().map(|r| format!("{:?}", r.joints)).unwrap_or_default();
+        let place = short.first().map(|r| described(joints, r)).unwrap_or_default();
         return Err(Malformed::new(Fault::Missing, what)
-            .expected(format!("{size} readings at each mounting, as the others have"))
-            .found(format!("{} at {joints}", short.len())));
+            .expected(format!(
+                "{size} readings in each portion, as others have; single readings (--unit reading) always go"
+            ))
+            .found(format!("{} at {place}", short.len())));
     }
     Ok(groups)
+}
+
+/// A position in words: `alpha_deg 90, gamma_deg_s 20`.
+fn described(joints: &[&str], reading: &Reading) -> String {
+    let keys = joints.iter().zip(&reading.joints).flat_map(|(joint, state)| {
+        let (deg, deg_s, turns) = state.keys();
+        [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)]
+            .into_iter()
+            .filter_map(move |(suffix, value)| value.map(|v| format!("{joint}{suffix} {v}")))
+    });
+    keys.collect::<Vec<_>>().join(", ")
 }

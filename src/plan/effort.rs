@@ -42,6 +42,9 @@ pub struct Noise {
     pub sensors: Vec<SensorNoise>,
     /// Parameter (index) that takes a new value at each mounting, and the standard deviation of that value.
     pub remount: Vec<(usize, f64)>,
+    /// Expected size (standard deviation, radians) of estimated tilts without a start or prior: known inputs act through the tilts, and before
+    /// anyone measures only the user knows how large they may be. `None`: not stated, and so not counted.
+    pub tilts: Option<f64>,
 }
 
 impl Noise {
@@ -117,7 +120,7 @@ impl Noise {
             positive(*sd, &format!("the remounting scatter of {id}"))?;
             scatter.push((k, *sd));
         }
-        Ok(Noise { sensors, remount: scatter })
+        Ok(Noise { sensors, remount: scatter, tilts: None })
     }
 
     /// Standard uncertainty of one sensor's value at a reading: as the reading states it, unless noise was given.
@@ -214,6 +217,12 @@ pub struct Offer {
     pub noise: Noise,
     /// Costs.
     pub costs: Costs,
+}
+
+/// Positions without their values.
+pub fn positions_only(readings: &Readings) -> Readings {
+    let rows = readings.rows.iter().map(|r| Reading { observations: Vec::new(), ..r.clone() }).collect();
+    Readings { columns: readings.columns.clone(), rows }
 }
 
 /// Were two readings taken without touching anything that stands still?

@@ -2,9 +2,10 @@
 
 use super::blocks::{Blocks, dot, invert, times};
 use super::bound::bound;
-use super::effort::{Offer, mounting};
-use super::exchange::{Objective, Problem, information};
-use super::improve::{Improvement, Request, best_of_starts, schedule_rows, weight_matrix};
+use super::criterion::weight_matrix;
+use super::effort::{Offer, mounting, positions_only};
+use super::exchange::{Objective, Problem, best_of_starts, information};
+use super::improve::{Improvement, Request, relabelled, schedule_rows};
 use super::judge::{Judgement, check_question, judge};
 use super::order::{Order, ordered};
 use super::pool::Pool;
@@ -44,7 +45,8 @@ const ROUNDS: usize = 8;
 /// and the schedule is the best reachable with that many readings. Errors: those of [`super::improve`], a limit that is not positive, a parameter
 /// that is not estimated.
 pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goal], cheapest: bool) -> Result<Reached> {
-    let Offer { kept, candidates, noise, costs } = offer;
+    let Offer { candidates, noise, costs, .. } = offer;
+    let kept = &positions_only(&offer.kept);
     check_question(campaign)?;
     costs.check()?;
     let pool = Pool::new(campaign, kept, candidates, request.unit, noise, &[])?;
@@ -94,6 +96,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     if request.order != Order::Abba {
         schedule = campaign.with_readings(ordered(&schedule, noise, request.order, request.seed)?);
     }
+    schedule = campaign.with_readings(relabelled(kept, schedule.readings));
     let judgement = judge(&schedule, noise, costs)?;
     let largest_share = largest_share(&judgement, goals);
     Ok(Reached {
@@ -107,6 +110,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             candidates: pool.portions.len(),
             chosen: found.chosen.len() * size,
             efficiency: None,
+            bound_gap: None,
             hits: found.hits,
             starts: request.starts.max(1),
             check: None,
@@ -233,6 +237,7 @@ impl Search<'_> {
                 choose,
                 most_repeats: self.request.most_repeats,
                 neighbours: &[],
+                prices: None,
             };
             let (design, hits) = best_of_starts(&problem, self.request.starts.min(20), self.request.seed)?;
             let (inverse, _) = invert(&information(blocks, &self.pool.base, &design.chosen), blocks.unknowns())?;

@@ -3,12 +3,13 @@
 //! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. Remounting scatter enters as one
 //! more unknown for each mounting and scattering tilt, with a row that says "0 with this standard deviation": readings of one mounting share it.
 
+use super::derived::derived;
 use super::effort::{Costs, Noise, Work, mountings};
-use crate::algebra::{Scratch, Tape};
+use super::known::{ThroughTilts, contributions};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Group, System};
+use crate::estimate::{self, Group, System};
 use crate::fit::{self, Separation};
 use crate::quality;
 use faer::Mat;
@@ -83,6 +84,8 @@ pub struct Judgement {
     pub work: Work,
     /// Largest effect of a linear drift of one noise standard deviation over the whole run, as a share of each parameter's uncertainty.
     pub drift: Option<f64>,
+    /// What known inputs do through the tilts, whose size a plan does not know; `None` where they do nothing.
+    pub through_tilts: Option<ThroughTilts>,
 }
 
 impl Judgement {
@@ -103,7 +106,7 @@ impl Judgement {
 /// Judge a schedule (or the positions of a campaign; its values play no part).
 ///
 /// `cov x = (A' V^-1 A)^-1`, `V = diag(u^2) + sum over mountings s^2 g g'` with `g = d reading / d scattering tilt`; known inputs add
-/// `c c' u^2` with `c = -A^+ d f / d known`. Angles in radians. Errors: nothing to estimate, no readings, a column that a reading lacks.
+/// `u^2 E[c c']` with `c = -A^+ d f / d known` over tilts of the size that [`Noise::tilts`] states. Angles in radians. Errors: nothing to estimate, no readings, a column that a reading lacks.
 ///
 /// ```
 /// use tumble::{plan, wire};
@@ -124,12 +127,12 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
     let n = campaign.unknowns();
     let sensitivities = estimate.factor.sensitivities();
-    let known = known_sensitivities(campaign, &design, &estimate);
+    let (known, through_tilts) = contributions(campaign, &model, &design, &estimate, noise)?;
     let mut covariance = Mat::from_fn(n, n, |i, j| estimate.covariance[(i, j)]);
-    for (u, c) in &known {
+    for c in &known {
         for i in 0..n {
             for j in 0..n {
-                covariance[(i, j)] += c[i] * c[j] * u * u;
+                covariance[(i, j)] += c[i] * c[j];
             }
         }
     }
@@ -144,7 +147,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             unit: parameter.unit.clone(),
             u: estimable(k).then(|| covariance[(k, k)].sqrt()),
             from_readings: estimable(k).then(|| estimate.covariance[(k, k)].sqrt()),
-            from_known: known.iter().map(|(u, c)| (u * c[k]).powi(2)).sum::<f64>().sqrt(),
+            from_known: known.iter().map(|c| c[k] * c[k]).sum::<f64>().sqrt(),
         })
         .collect();
     let delta = quality::baarda_delta();
@@ -164,7 +167,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     Ok(Judgement {
         derived: derived(campaign, &design, &covariance, &estimate)?,
         not_estimable: fit::separations(campaign, &model, &design, &estimate),
-        drift: drift(&design, &system, &sensitivities, &parameters),
+        drift: drift(&design, &system, &sensitivities, &parameters.iter().map(|p| p.u).collect::<Vec<_>>()),
         parameters,
         covariance,
         readings,
@@ -172,6 +175,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         dof: design.rows.len().saturating_sub(rank),
         condition: estimate.condition,
         work: costs.work(&campaign.readings.rows),
+        through_tilts,
     })
 }
 
@@ -191,7 +195,7 @@ pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
 }
 
 /// Rows of the schedule, priors, and for each mounting and scattering parameter one more unknown with its own prior row.
-pub(super) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> System {
+pub(crate) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> System {
     let n = campaign.unknowns();
     let rows = &campaign.readings.rows;
     let mounting_of = mountings(rows);
@@ -232,105 +236,23 @@ pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
     campaign.estimated().iter().enumerate().filter_map(prior).collect()
 }
 
-/// For each known input with an uncertainty: that uncertainty, and how the estimates follow the input, `-A^+ df/dp`.
-fn known_sensitivities(campaign: &Campaign, design: &DesignMatrix, estimate: &Estimate) -> Vec<(f64, Vec<f64>)> {
-    let mut inputs = Vec::new();
-    for (k, parameter) in campaign.parameters.iter().enumerate() {
-        let Role::Known(known) = parameter.role else { continue };
-        if known.u == 0.0 {
-            continue;
-        }
-        let mut shift = vec![0.0; estimate.residuals.len()];
-        for (i, value) in shift.iter_mut().enumerate().take(design.rows.len()) {
-            *value = -design.jacobian[(i, k)];
-        }
-        if let Ok(mut c) = estimate.factor.solve(&shift) {
-            c.truncate(campaign.unknowns());
-            inputs.push((known.u, c));
-        }
-    }
-    inputs
-}
-
-/// Derived quantities: `u^2 = g' C g`; where the gradient does not exist at the reference point, the largest over points close by.
-fn derived(
-    campaign: &Campaign,
-    design: &DesignMatrix,
-    covariance: &Mat<f64>,
-    estimate: &Estimate,
-) -> Result<Vec<PredictedDerived>> {
-    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-    let n = campaign.unknowns();
-    let mut results = Vec::with_capacity(campaign.derived.len());
-    for quantity in &campaign.derived {
-        let tape = Tape::compile(&quantity.line, &ids)?;
-        let mut scratch = Scratch::default();
-        let mut gradient = vec![0.0; ids.len()];
-        let mut u_at = |point: &[f64]| -> Option<f64> {
-            tape.gradient(point, &mut scratch, &mut gradient);
-            let g = gradient.get(..n)?;
-            let usable = g
-                .iter()
-                .enumerate()
-                .all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.estimable.get(k).copied().unwrap_or(false)));
-            let variance: f64 =
-                (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| g[i] * g[j] * covariance[(i, j)]).sum();
-            (usable && variance.is_finite()).then(|| variance.max(0.0).sqrt())
-        };
-        let here = u_at(&design.point).filter(|u| *u > 0.0);
-        let mut is_largest = false;
-        let u = match here {
-            Some(u) => Some(u),
-            None => {
-                let used: Vec<usize> = quantity
-                    .line
-                    .names()
-                    .iter()
-                    .filter_map(|name| campaign.parameter_index(name))
-                    .filter(|k| *k < n)
-                    .collect();
-                // along each coordinate, and all round in the plane of each two
-                let step = 1e-4;
-                let mut largest: Option<f64> = None;
-                for (p, first) in used.iter().enumerate() {
-                    for second in used.get(p..).unwrap_or_default() {
-                        for direction in 0..64 {
-                            let (sin, cos) = (std::f64::consts::TAU * f64::from(direction) / 64.0).sin_cos();
-                            let mut point = design.point.clone();
-                            point[*first] += step * cos;
-                            if second != first {
-                                point[*second] += step * sin;
-                            }
-                            largest = u_at(&point).into_iter().chain(largest).reduce(f64::max);
-                        }
-                    }
-                }
-                is_largest = largest.is_some();
-                largest
-            }
-        };
-        let angle = |name: &str| {
-            let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k))?;
-            if parameter.kind == Kind::Tilt { Some(1.0) } else { None }
-        };
-        results.push(PredictedDerived {
-            id: quantity.id.clone(),
-            line: quantity.line.to_string(),
-            is_angle: quantity.line.angle_degree(&angle) == Some(1.0),
-            u,
-            is_largest,
-        });
-    }
-    Ok(results)
+/// What a drift does to a schedule in its order, see [`Judgement::drift`].
+pub(super) fn drift_of(campaign: &Campaign, noise: &Noise) -> Result<Option<f64>> {
+    let design = design::assemble(campaign, &Model::new(campaign)?, &campaign.reference_point())?;
+    let system = system(campaign, &design, noise);
+    let estimate = estimate::adjust(&system, &estimate::Settings { refinements: 0, ..estimate::Settings::default() })?;
+    let known = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
+    let u: Vec<Option<f64>> =
+        (0..campaign.unknowns()).map(|k| known(k).then(|| estimate.covariance[(k, k)].sqrt())).collect();
+    Ok(drift(&design, &system, &estimate.factor.sensitivities(), &u))
 }
 
 /// A reading drifts by one standard deviation from the first to the last: the largest shift of a parameter, as a share of its uncertainty.
-fn drift(design: &DesignMatrix, system: &System, sensitivities: &Mat<f64>, parameters: &[Predicted]) -> Option<f64> {
+fn drift(design: &DesignMatrix, system: &System, sensitivities: &Mat<f64>, u: &[Option<f64>]) -> Option<f64> {
     let last = design.rows.iter().map(|origin| origin.reading).max().filter(|last| *last > 0)?;
-    parameters
-        .iter()
+    u.iter()
         .enumerate()
-        .filter_map(|(k, parameter)| {
+        .filter_map(|(k, own)| {
             let shift: f64 = design
                 .rows
                 .iter()
@@ -340,7 +262,7 @@ fn drift(design: &DesignMatrix, system: &System, sensitivities: &Mat<f64>, param
                     sensitivities[(k, i)] * system.u.get(i).copied().unwrap_or_default() * time
                 })
                 .sum();
-            parameter.u.map(|u| shift.abs() / u)
+            own.map(|u| shift.abs() / u)
         })
         .reduce(f64::max)
 }

@@ -9,14 +9,23 @@
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
 //! | `judge.rs` | predicted uncertainties, what is not estimable, reliability, drift |
+//! | `known.rs` | known inputs, and the tilts through which they act |
+//! | `derived.rs` | derived quantities |
 //! | `candidates.rs` | sweeps, forbidden zones, portions |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
-//! | `exchange.rs` | Fedorov and coordinate exchange with rank-one updates |
+//! | `criterion.rs` | D, A, G and c in the coordinates of the pool |
+//! | `exchange.rs` | the exchange problem, its starts and sweeps |
+//! | `state.rs` | one start: what is chosen, and the sums that follow it by rank-one updates |
+//! | `partners.rs` | every candidate weighed as the partner of one chosen portion |
+//! | `largest.rs` | exchanges for the G criterion |
+//! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
 //! | `bound.rs` | the approximate design: what no schedule can beat |
+//! | `choose.rs` | a choice among plain rows |
 //! | `improve.rs` | the best positions, chosen or added |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that tell two effects apart |
+//! | `telling.rs` | one position that tells an effect from many |
 //! | `order.rs` | the order to run |
 //!
 //! Deliberately absent: readings (what was measured plays no part, except as a source of the noise), nonlinear design over unknown
@@ -24,22 +33,37 @@
 
 mod blocks;
 mod bound;
+mod budget;
 mod candidates;
+mod choose;
+mod criterion;
+mod derived;
 mod discriminate;
 mod effort;
 mod exchange;
 mod goal;
 mod improve;
 mod judge;
+mod known;
+mod largest;
 mod order;
+mod partners;
 mod pool;
+mod state;
+mod telling;
 
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, without};
-pub use discriminate::{Discrimination, discriminate};
-pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings};
+pub use choose::{Choice, choose};
+pub use criterion::Criterion;
+pub use discriminate::{Discrimination, Separated, discriminate, separate};
+pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, positions_only};
+pub use exchange::Objective;
 pub use goal::{Goal, Reached, reach};
-pub use improve::{Choice, Criterion, Improvement, Method, Request, choose, improve};
+pub use improve::{Improvement, Method, Request, improve};
+pub(crate) use judge::system;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, judge};
+pub use known::ThroughTilts;
 pub use order::{Order, ordered};
 pub use pool::Term;
+pub use telling::{Telling, telling};

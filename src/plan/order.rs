@@ -1,7 +1,7 @@
 //! The order in which a schedule is run: as few remountings as there are mountings, and drift spread over all parameters.
 
-use super::effort::{Costs, Noise, mounting};
-use super::judge::judge;
+use super::effort::{Noise, mounting};
+use super::judge::drift_of;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::Result;
 use rand_pcg::Pcg64Mcg;
@@ -24,7 +24,7 @@ const TRIES: usize = 200;
 
 /// Put the readings of a schedule in order. Readings of one mounting (same label, same angles at rest) stay together.
 ///
-/// Errors: those of [`judge`], which measures what a drift does.
+/// Errors: those of [`super::judge`].
 pub fn ordered(campaign: &Campaign, noise: &Noise, order: Order, seed: u64) -> Result<Readings> {
     let groups = by_mounting(&campaign.readings.rows);
     let columns = campaign.readings.columns.clone();
@@ -42,8 +42,7 @@ pub fn ordered(campaign: &Campaign, noise: &Noise, order: Order, seed: u64) -> R
                 shuffle(&mut shuffled, &mut rng);
                 shuffled.iter_mut().for_each(|group| shuffle(group, &mut rng));
                 let readings = Readings { columns: columns.clone(), rows: shuffled.into_iter().flatten().collect() };
-                let judgement = judge(&campaign.with_readings(readings.clone()), noise, &Costs::default())?;
-                let drift = judgement.drift.unwrap_or(0.0);
+                let drift = drift_of(&campaign.with_readings(readings.clone()), noise)?.unwrap_or(0.0);
                 if best.as_ref().is_none_or(|(before, _)| drift < *before) {
                     best = Some((drift, readings));
                 }

@@ -7,21 +7,21 @@ use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
 use super::effort::{Noise, mountings};
 use super::judge::priors;
-use crate::algebra::Expression;
 use crate::campaign::{Campaign, Reading, Readings};
-use crate::design::{self, Context, Kinematics, Model, SensorModel, kinematics, nodes};
+use crate::design::{self, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Group, System};
 use crate::fit::{self, Separation};
+use crate::simulate::{self, Regressor};
 use faer::Mat;
 
-/// A term that might belong to a model line: one more unknown, its coefficient.
+/// An effect that the model may lack: one more unknown, its coefficient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Term {
-    /// The sensor whose line it may belong to.
-    pub sensor: usize,
-    /// The term without its coefficient, for example `a_S`.
-    pub line: Expression,
+    /// The sensor that may have it; `None` for all.
+    pub sensor: Option<usize>,
+    /// What goes with the coefficient, for example `a_S`.
+    pub regressor: Regressor,
 }
 
 /// Candidates, ready for exchanges.
@@ -29,8 +29,10 @@ pub struct Term {
 pub(super) struct Pool {
     /// Readings of each portion.
     pub portions: Vec<Vec<Reading>>,
-    /// Their rows.
+    /// Their information in as few rows as it has.
     pub blocks: Blocks,
+    /// All their rows: what is predicted there.
+    pub rows: Blocks,
     /// Information of what is kept, and of priors, row by row.
     pub base: Vec<f64>,
     /// The factorisation behind the coordinates.
@@ -49,9 +51,9 @@ impl Pool {
         noise: &Noise,
         terms: &[Term],
     ) -> Result<Pool> {
-        let portions = portions(candidates, unit)?;
+        let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, unit)?;
         let n = campaign.unknowns() + terms.len();
-        let mut rows = whitened(campaign, kept, noise, terms)?;
+        let mut rows = whitened(campaign, kept, noise, terms, false)?;
         for (k, u) in priors(campaign) {
             let mut row = vec![0.0; n];
             row[k] = 1.0 / u;
@@ -62,9 +64,12 @@ impl Pool {
         let flat: Vec<Reading> = portions
             .iter()
             .enumerate()
-            .flat_map(|(p, portion)| portion.iter().map(move |r| Reading { position: p.to_string(), ..r.clone() }))
+            .flat_map(|(p, portion)| {
+                portion.iter().map(move |r| Reading { position: p.to_string(), observations: Vec::new(), ..r.clone() })
+            })
             .collect();
-        rows.extend(whitened(campaign, &Readings { columns: candidates.columns.clone(), rows: flat }, noise, terms)?);
+        let flat = Readings { columns: candidates.columns.clone(), rows: flat };
+        rows.extend(whitened(campaign, &flat, noise, terms, true)?);
         let total = rows.len();
         let matrix = Mat::from_fn(total, n, |i, j| rows[i][j]);
         let system =
@@ -78,7 +83,7 @@ impl Pool {
         }
         let q = estimate.factor.thin_q();
         let per_portion = (total - fixed) / portions.len();
-        let blocks = Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| q[(fixed + j * per_portion + r, c)]);
+        let rows = Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| q[(fixed + j * per_portion + r, c)]);
         let mut base = vec![0.0; rank * rank];
         for i in 0..fixed {
             let row: Vec<f64> = (0..rank).map(|c| q[(i, c)]).collect();
@@ -94,7 +99,7 @@ impl Pool {
         } else {
             Vec::new()
         };
-        Ok(Pool { portions, blocks, base, estimate, not_estimable })
+        Ok(Pool { portions, blocks: rows.compressed(), rows, base, estimate, not_estimable })
     }
 
     /// Readings of each portion.
@@ -160,25 +165,26 @@ pub(super) fn log_det_of(estimate: &Estimate) -> f64 {
     2.0 * (diagonal + scales)
 }
 
-/// Rows divided by the Cholesky factor of their covariance, mounting by mounting, in the order of the mountings.
+/// Rows divided by the Cholesky factor of their covariance, mounting by mounting, in the order of the mountings; then the columns of terms.
+///
+/// `further`: positions that are still to be taken. Where no reading has a value, every sensor is read at each.
 pub(super) fn whitened(
     campaign: &Campaign,
     readings: &Readings,
     noise: &Noise,
     terms: &[Term],
+    further: bool,
 ) -> Result<Vec<Vec<f64>>> {
     if readings.rows.is_empty() {
         return Ok(Vec::new());
     }
-    // positions only: every sensor is read at each
-    let rows = readings.rows.iter().map(|r| Reading { observations: Vec::new(), ..r.clone() }).collect();
-    let schedule = campaign.with_readings(Readings { columns: readings.columns.clone(), rows });
+    let schedule = campaign.with_readings(readings.clone());
     let model = Model::new(&schedule)?;
     let point = schedule.reference_point();
     let design = design::assemble(&schedule, &model, &point)?;
     let n = campaign.unknowns();
     let columns: Vec<Vec<f64>> =
-        terms.iter().map(|term| term_column(&schedule, &model, &design, term)).collect::<Result<_>>()?;
+        terms.iter().map(|term| term_column(&schedule, &model, &design, term, further)).collect::<Result<_>>()?;
     let mounting_of = mountings(&readings.rows);
     let count = mounting_of.iter().max().map_or(0, |last| last + 1);
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -229,30 +235,28 @@ fn divide_by_root(mut rows: Vec<Vec<f64>>, u: &[f64], scatter: &[Vec<f64>]) -> V
     rows
 }
 
-/// Mean of a term over each row of its sensor, zero for other sensors.
-pub(super) fn term_column(
-    campaign: &Campaign,
+/// Column of an effect at the rows of a schedule. At further positions, what hangs on a reading already taken (one bad reading, a
+/// remounting, the way of approach) is zero.
+fn term_column(
+    schedule: &Campaign,
     model: &Model,
     design: &design::DesignMatrix,
     term: &Term,
+    further: bool,
 ) -> Result<Vec<f64>> {
-    let Some(sensor) = campaign.bench.sensors.get(term.sensor) else { return Ok(vec![0.0; design.rows.len()]) };
-    let bound = SensorModel::bind(campaign, sensor, &term.line)?;
-    let tilts = model.tilts_of(&design.point);
-    let mut work = model.workspace();
-    let mut at = Kinematics::default();
-    let value = |origin: &design::RowOrigin| {
-        let Some(reading) = campaign.readings.rows.get(origin.reading).filter(|_| origin.sensor == term.sensor) else {
-            return 0.0;
-        };
-        let mut mean = 0.0;
-        for node in nodes(reading, bound.smoothness_for(&reading.joints)) {
-            kinematics(&campaign.bench, &tilts, &node.instant, &mut at);
-            let context =
-                Context { kinematics: &at, instant: &node.instant, columns: &reading.columns, point: &design.point };
-            mean += node.weight * bound.value_at(&context, &mut work);
+    match &term.regressor {
+        Regressor::Tilt(k) | Regressor::Known(k) if *k < design.jacobian.ncols() => {
+            Ok(design.jacobian.col(*k).iter().copied().collect())
         }
-        mean
-    };
-    Ok(design.rows.iter().map(value).collect())
+        Regressor::Prior(_) | Regressor::Constraint(_) => Ok(vec![0.0; design.rows.len()]),
+        Regressor::Reading(_) | Regressor::Position(_) | Regressor::Approach(_) if further => {
+            Ok(vec![0.0; design.rows.len()])
+        }
+        regressor => {
+            let tilts = model.tilts_of(&design.point);
+            let mut columns =
+                simulate::columns(schedule, &design.rows, &tilts, &design.point, &[(regressor, term.sensor)])?;
+            Ok(columns.pop().unwrap_or_default())
+        }
+    }
 }

@@ -1,9 +1,10 @@
 //! The fit report (`--json`).
 
 use super::fit_checks::{self, ChecksReport, ConstraintsReport, MonteCarloReport, RobustReport, ScatterReport};
+use super::separation::{NotEstimableReport, not_estimable};
 use super::{ARCSEC, VERSION};
-use crate::campaign::{Campaign, JointState, Kind, Role};
-use crate::fit::{Fit, NamedCombination, State};
+use crate::campaign::{Campaign, Kind, Role};
+use crate::fit::{Fit, State};
 use crate::uncertainty::{Combined, Contribution, Evaluation};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -212,35 +213,13 @@ pub struct FitSummary {
     pub variance: String,
     /// Estimated standard deviation of each sensor whose scatter was estimated.
     pub sensor_sd: BTreeMap<String, Option<f64>>,
+    /// Sensors whose readings scatter by no more than the rounding of their numbers; their standard deviation is that rounding.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at_rounding: Vec<String>,
     /// Largest difference between exact and linear model at the solution, in units of the readings' standard uncertainty.
     pub linearisation_error: Option<f64>,
     /// Is the answer "rejected" (rank defect, failed global test, no convergence)?
     pub rejected: bool,
-}
-
-/// A rank defect.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct NotEstimableReport {
-    /// The combination that the readings leave free.
-    pub combination: BTreeMap<String, f64>,
-    /// The same as a line of text.
-    pub text: String,
-    /// What is determined instead.
-    pub estimable: Vec<CombinationReport>,
-    /// The further position that would separate it, as reading keys; null if no position of this bench would.
-    pub separate_by: Option<PositionReport>,
-}
-
-/// A position as reading keys, for example `{ "alpha_deg": 270, "gamma_deg_s": 20 }`.
-pub type PositionReport = BTreeMap<String, f64>;
-
-/// A combination of parameters.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct CombinationReport {
-    /// Coefficient of each parameter.
-    pub combination: BTreeMap<String, f64>,
-    /// The same as a line of text.
-    pub text: String,
 }
 
 /// One value that was read.
@@ -280,6 +259,10 @@ pub struct ReadingReport {
 pub struct ConvergenceReport {
     /// Did it converge?
     pub converged: bool,
+    /// Why it ended.
+    pub stop: String,
+    /// Parameters that the reference point does not determine and that kept their reference values.
+    pub held: Vec<String>,
     /// Each iteration.
     pub iterations: Vec<IterationReport>,
     /// Exact minus linear estimate of each parameter.
@@ -324,19 +307,12 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         robust: fit_checks::robust(fit),
         monte_carlo: None,
         fit: summary(fit),
-        not_estimable: fit
-            .not_estimable
-            .iter()
-            .map(|separation| NotEstimableReport {
-                combination: separation.free.terms.iter().cloned().collect(),
-                text: separation.free.text.clone(),
-                estimable: separation.estimable.iter().map(combination).collect(),
-                separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
-            })
-            .collect(),
+        not_estimable: fit.not_estimable.iter().map(|separation| not_estimable(campaign, separation)).collect(),
         readings: readings(fit),
         convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
             converged: record.converged,
+            stop: record.stop.reason().to_string(),
+            held: record.held.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
             iterations: record
                 .iterations
                 .iter()
@@ -363,24 +339,8 @@ fn correlation(covariance: &[Vec<Option<f64>>]) -> Vec<Vec<Option<f64>>> {
     (0..covariance.len()).map(|i| (0..covariance.len()).map(|j| one(i, j)).collect()).collect()
 }
 
-/// Joint states as the keys that a reading would have.
-pub fn position_keys(campaign: &Campaign, joints: &[JointState]) -> PositionReport {
-    let mut keys = BTreeMap::new();
-    for (name, state) in campaign.bench.joints().zip(joints) {
-        let (deg, deg_s, turns) = state.keys();
-        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
-            keys.extend(value.map(|value| (format!("{name}{suffix}"), value)));
-        }
-    }
-    keys
-}
-
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
-}
-
-fn combination(named: &NamedCombination) -> CombinationReport {
-    CombinationReport { combination: named.terms.iter().cloned().collect(), text: named.text.clone() }
 }
 
 fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
@@ -489,6 +449,7 @@ fn summary(fit: &Fit) -> FitSummary {
         condition: estimate.condition.and_then(finite),
         variance: if estimated { "estimated" } else { "stated" }.into(),
         sensor_sd,
+        at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
         linearisation_error: fit.linearisation_error,
         rejected: fit.is_rejected(),
     }

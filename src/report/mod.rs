@@ -10,13 +10,19 @@ mod diagnose;
 mod fit;
 mod fit_checks;
 pub mod fit_checks_table;
+mod foresight;
+mod foresight_table;
 pub mod html;
 pub mod markdown;
 mod navigate;
+mod navigate_diagnose;
+mod navigate_diagnose_table;
 mod plan;
+mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod separation;
 pub mod series;
 pub mod table;
 
@@ -28,27 +34,37 @@ pub use diagnose::{
     UnexplainedReport, diagnose_report, diagnose_table,
 };
 pub use fit::{
-    ArcsecReport, BudgetReport, CombinationReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
-    FitSummary, IterationReport, KnownReport, NotEstimableReport, ParameterReport, PositionReport, ReadingReport,
-    fit_report, position_keys,
+    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
+    IterationReport, KnownReport, ParameterReport, ReadingReport, fit_report,
 };
 pub use provenance::Input;
+pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
 pub use fit_checks::{
     ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
     MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
     monte_carlo_report,
 };
+pub use foresight::{
+    AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport, RuleReport,
+    foresight_report,
+};
 pub use navigate::{
     CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
     ScenarioReport, SummaryReport, navigate_report,
 };
 
-pub use plan::{
-    Better, ComparisonReport, CorrelationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
-    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
-    WorkReport, plan_report,
+pub use navigate_diagnose::{
+    ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport,
+    RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
 };
+pub use navigate_diagnose_table::navigate_diagnose_table;
+pub use plan::{
+    ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
+    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
+    ThroughTiltsReport, WorkReport,
+};
+pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;
 
 /// Version of the program, as every report says it.
@@ -62,7 +78,14 @@ pub fn schemas() -> Vec<&'static str> {
     crate::wire::SCHEMAS
         .iter()
         .copied()
-        .chain(["fit-report", "compare-report", "diagnose-report", "plan-report", "navigate-report"])
+        .chain([
+            "fit-report",
+            "compare-report",
+            "diagnose-report",
+            "plan-report",
+            "navigate-report",
+            "navigate-diagnose-report",
+        ])
         .collect()
 }
 
@@ -77,6 +100,7 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
+        "navigate-diagnose-report" => Some(schemars::schema_for!(NavigateDiagnoseReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
         _ => crate::wire::schema(kind),
     }

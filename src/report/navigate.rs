@@ -2,7 +2,7 @@
 
 use super::{ARCSEC, VERSION};
 use crate::navigate::carry::NavigationUncertainty;
-use crate::navigate::errors::Source;
+use crate::navigate::errors::{ImuErrors, Source};
 use crate::navigate::linear;
 use crate::navigate::mission::Mission;
 use crate::navigate::run::{NavigationError, Scenario, Summary};
@@ -188,22 +188,23 @@ pub fn navigate_report(
 }
 
 fn scenario(scenario: &Scenario) -> ScenarioReport {
+    ScenarioReport { id: scenario.id.clone(), errors: error_quantities(&scenario.errors) }
+}
+
+/// What is not zero of a set of errors.
+pub(super) fn error_quantities(own: &ImuErrors) -> BTreeMap<String, QuantityWithUnit> {
     let value = |value: f64, unit: &str| QuantityWithUnit { value, unit: unit.into() };
-    let mut errors: BTreeMap<String, QuantityWithUnit> = scenario
-        .errors
-        .present()
-        .iter()
-        .map(|s: &Source| (s.id(), value(s.of(&scenario.errors) / s.si_per_unit(), s.unit())))
-        .collect();
-    if scenario.errors.gyro.random_walk > 0.0 {
-        let walk = scenario.errors.gyro.random_walk.to_degrees() * 60.0;
+    let mut errors: BTreeMap<String, QuantityWithUnit> =
+        own.present().iter().map(|s: &Source| (s.id(), value(s.of(own) / s.si_per_unit(), s.unit()))).collect();
+    if own.gyro.random_walk > 0.0 {
+        let walk = own.gyro.random_walk.to_degrees() * 60.0;
         errors.insert("angle_random_walk".into(), value(walk, "deg/sqrt(h)"));
     }
-    if scenario.errors.accelerometer.random_walk > 0.0 {
-        let walk = scenario.errors.accelerometer.random_walk * 60.0;
+    if own.accelerometer.random_walk > 0.0 {
+        let walk = own.accelerometer.random_walk * 60.0;
         errors.insert("velocity_random_walk".into(), value(walk, "(m/s)/sqrt(h)"));
     }
-    ScenarioReport { id: scenario.id.clone(), errors }
+    errors
 }
 
 fn results(flown: &Flown) -> impl Iterator<Item = ResultReport> {

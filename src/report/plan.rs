@@ -1,9 +1,6 @@
 //! The report of a plan: how well a schedule will do, and the better one.
 
-use super::{ARCSEC, CombinationReport, NotEstimableReport, PositionReport, VERSION, position_keys};
-use crate::campaign::{Campaign, Kind};
-use crate::fit::{NamedCombination, Separation};
-use crate::plan::{Goal, Improvement, Judgement, Noise, Reached, Work};
+use super::{ForesightReport, NotEstimableReport, PositionReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -61,8 +58,29 @@ pub struct JudgementReport {
     pub not_estimable: Vec<NotEstimableReport>,
     /// Largest shift of a parameter, as a share of its uncertainty, when a reading drifts by one standard deviation over the run.
     pub drift: Option<f64>,
+    /// What known inputs do through tilts whose size a plan does not know; null where they do nothing.
+    pub through_tilts: Option<ThroughTiltsReport>,
     /// Every value of the schedule: leverage, minimal detectable bias and its effect.
     pub readings: Vec<PlannedReadingReport>,
+    /// What a diagnosis could find; null where it was not asked for.
+    pub effects: Option<ForesightReport>,
+}
+
+/// What a known input's uncertainty does through the tilts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ThroughTiltsReport {
+    /// Size of the tilts in arcseconds: as stated, or an example.
+    pub tilts_arcsec: f64,
+    /// Is it counted in the predicted uncertainties? Only where the size was stated.
+    pub counted: bool,
+    /// The known input that matters most.
+    pub known: String,
+    /// The parameter that it moves most.
+    pub parameter: String,
+    /// Standard uncertainty from it, in the parameter's unit.
+    pub u: f64,
+    /// The same in arcseconds, for tilts.
+    pub u_arcsec: Option<f64>,
 }
 
 /// Work of a schedule.
@@ -147,14 +165,18 @@ pub struct PlannedReadingReport {
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ImprovedReport {
-    /// `D`, `A`, `G`, `c:<quantity>` or `goal`.
+    /// `D`, `A`, `G`, `c:<quantity>`, `goal` or `T:<effect>|<effect>`.
     pub criterion: String,
+    /// What could be spent on what was chosen, if there was a budget.
+    pub budget: Option<f64>,
     /// Portions that could be chosen.
     pub candidates: usize,
     /// Readings that were chosen; others were kept.
     pub chosen: usize,
     /// At least this share of what no schedule can beat.
     pub efficiency: Option<f64>,
+    /// How loose that bound may be, as a share; a larger shortfall means that so few portions cannot follow the best weights.
+    pub bound_gap: Option<f64>,
     /// Starts of the exchange.
     pub starts: usize,
     /// Starts that ended at this schedule's value.
@@ -165,6 +187,8 @@ pub struct ImprovedReport {
     pub check: Option<f64>,
     /// How well it will do.
     pub judgement: JudgementReport,
+    /// What effort is counted in when schedules are compared: `readings`, or `cost` where there was a budget.
+    pub effort: String,
     /// Per parameter and derived quantity: the given schedule, at equal effort, and the better one.
     pub comparison: Vec<ComparisonReport>,
     /// The positions in the order to run, as reading keys.
@@ -173,6 +197,19 @@ pub struct ImprovedReport {
     pub unreachable: Vec<NotEstimableReport>,
     /// The goal, if one was set.
     pub goal: Option<GoalReport>,
+    /// The two effects to be told apart, if two were named.
+    pub separation: Option<DiscriminationReport>,
+}
+
+/// Two effects, and how well their coefficients are known with both in the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DiscriminationReport {
+    /// Regressors.
+    pub effects: [String; 2],
+    /// Standard uncertainties before; null where nothing tells them apart.
+    pub before: [Option<f64>; 2],
+    /// Standard uncertainties with the added positions.
+    pub after: [Option<f64>; 2],
 }
 
 /// One position to run.
@@ -193,7 +230,7 @@ pub struct ComparisonReport {
     pub unit: String,
     /// Predicted uncertainty with the given schedule.
     pub given: Option<f64>,
-    /// With the given schedule repeated, or cut, to the number of readings of the better one: `u sqrt(readings given / readings better)`.
+    /// With the given schedule repeated, or cut, to the effort of the better one: `u sqrt(effort given / effort better)`.
     pub equal_effort: Option<f64>,
     /// With the better schedule.
     pub better: Option<f64>,
@@ -214,191 +251,4 @@ pub struct GoalReport {
     pub is_fewest: bool,
     /// Limited parameters that even all candidates together do not determine.
     pub impossible: Vec<String>,
-}
-
-/// What was found beside the judgement of the given schedule.
-#[derive(Debug, Clone, Copy)]
-pub enum Better<'a> {
-    /// The best schedule by a criterion, and the criterion's name.
-    Best(&'a Improvement, &'a str),
-    /// The schedule that reaches goals.
-    Goal(&'a Reached, &'a [Goal]),
-}
-
-/// The report of a plan.
-pub fn plan_report(
-    campaign: &Campaign,
-    noise: &Noise,
-    judgement: &Judgement,
-    better: Option<Better<'_>>,
-    seed: u64,
-) -> PlanReport {
-    let given = judgement_report(campaign, judgement);
-    let sensors = campaign.bench.sensors.iter();
-    let improved = better.map(|better| {
-        let (improvement, criterion) = match better {
-            Better::Best(improvement, criterion) => (improvement, criterion),
-            Better::Goal(reached, _) => (&reached.improvement, "goal"),
-        };
-        let own = judgement_report(&improvement.schedule, &improvement.judgement);
-        ImprovedReport {
-            criterion: criterion.to_string(),
-            candidates: improvement.candidates,
-            chosen: improvement.chosen,
-            efficiency: improvement.efficiency,
-            starts: improvement.starts,
-            hits: improvement.hits,
-            seed,
-            check: improvement.check,
-            comparison: comparison(&given, &own),
-            positions: positions(&improvement.schedule),
-            unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
-            goal: match better {
-                Better::Goal(reached, goals) => Some(goal_report(campaign, reached, goals)),
-                Better::Best(..) => None,
-            },
-            judgement: own,
-        }
-    });
-    PlanReport {
-        tumble: VERSION.into(),
-        report: "plan".into(),
-        bench: campaign.bench.id.clone(),
-        model: sensors.clone().map(|s| (s.id.clone(), s.model.to_string())).collect(),
-        noise: sensors
-            .zip(&noise.sensors)
-            .map(|(s, n)| {
-                (s.id.clone(), SensorNoiseReport { sd: n.sd, unit: s.unit.clone(), from: n.from.name().to_string() })
-            })
-            .collect(),
-        remount: noise
-            .remount
-            .iter()
-            .filter_map(|(k, sd)| Some((campaign.parameters.get(*k)?.id.clone(), *sd)))
-            .collect(),
-        schedule: given,
-        improved,
-    }
-}
-
-fn work(work: Work) -> WorkReport {
-    WorkReport { readings: work.readings, mountings: work.mountings, rate_changes: work.rate_changes, cost: work.cost }
-}
-
-fn judgement_report(campaign: &Campaign, judgement: &Judgement) -> JudgementReport {
-    let ids: Vec<String> = judgement.parameters.iter().map(|p| p.id.clone()).collect();
-    let n = ids.len();
-    let is_tilt: Vec<bool> = judgement.parameters.iter().map(|p| p.kind == Kind::Tilt).collect();
-    JudgementReport {
-        work: work(judgement.work),
-        rank: judgement.rank,
-        dof: judgement.dof,
-        condition: judgement.condition,
-        parameters: judgement
-            .parameters
-            .iter()
-            .map(|p| PredictedReport {
-                id: p.id.clone(),
-                kind: if p.kind == Kind::Tilt { "tilt" } else { "coefficient" }.into(),
-                unit: p.unit.clone(),
-                u: p.u,
-                u_arcsec: p.u.filter(|_| p.kind == Kind::Tilt).map(|u| u * ARCSEC),
-                from_readings: p.from_readings,
-                from_known: p.from_known,
-            })
-            .collect(),
-        derived: judgement
-            .derived
-            .iter()
-            .map(|d| PredictedDerivedReport {
-                id: d.id.clone(),
-                line: d.line.clone(),
-                u: d.u,
-                u_arcsec: d.u.filter(|_| d.is_angle).map(|u| u * ARCSEC),
-                is_largest: d.is_largest,
-            })
-            .collect(),
-        correlation: CorrelationReport {
-            matrix: (0..n).map(|i| (0..n).map(|j| judgement.correlation(i, j)).collect()).collect(),
-            order: ids.clone(),
-        },
-        not_estimable: judgement.not_estimable.iter().map(|s| not_estimable(campaign, s)).collect(),
-        drift: judgement.drift,
-        readings: judgement
-            .readings
-            .iter()
-            .map(|r| {
-                let reading = campaign.readings.rows.get(r.origin.reading);
-                let effects = ids.iter().zip(&r.effect).filter(|_| r.mdb.is_some());
-                let tilts = effects.clone().zip(&is_tilt).filter(|(_, tilt)| **tilt);
-                PlannedReadingReport {
-                    index: r.origin.reading + 1,
-                    position: reading.map(|r| r.position.clone()).unwrap_or_default(),
-                    at: reading.map(|r| position_keys(campaign, &r.joints)).unwrap_or_default(),
-                    sensor: campaign.bench.sensors.get(r.origin.sensor).map(|s| s.id.clone()).unwrap_or_default(),
-                    u: r.u,
-                    leverage: r.leverage,
-                    mdb: r.mdb,
-                    effect_arcsec: tilts.map(|((id, e), _)| (id.clone(), e * ARCSEC)).collect(),
-                    effect: effects.map(|(id, e)| (id.clone(), *e)).collect(),
-                }
-            })
-            .collect(),
-    }
-}
-
-fn not_estimable(campaign: &Campaign, separation: &Separation) -> NotEstimableReport {
-    let combination = |c: &NamedCombination| CombinationReport {
-        combination: c.terms.iter().cloned().collect(),
-        text: c.text.clone(),
-    };
-    NotEstimableReport {
-        combination: separation.free.terms.iter().cloned().collect(),
-        text: separation.free.text.clone(),
-        estimable: separation.estimable.iter().map(combination).collect(),
-        separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
-    }
-}
-
-fn positions(schedule: &Campaign) -> Vec<PlannedPositionReport> {
-    let rows = schedule.readings.rows.iter();
-    rows.map(|r| PlannedPositionReport { position: r.position.clone(), at: position_keys(schedule, &r.joints) })
-        .collect()
-}
-
-fn comparison(given: &JudgementReport, better: &JudgementReport) -> Vec<ComparisonReport> {
-    let effort = (given.work.readings as f64 / better.work.readings.max(1) as f64).sqrt();
-    let line = |id: &str, unit: &str, given: Option<f64>, better: Option<f64>| ComparisonReport {
-        id: id.to_string(),
-        unit: unit.to_string(),
-        given,
-        equal_effort: given.map(|u| u * effort),
-        better,
-        gain: given.zip(better).filter(|(_, b)| *b > 0.0).map(|(g, b)| g * effort / b),
-    };
-    let own = |u: Option<f64>, arcsec: Option<f64>, is_angle: bool| if is_angle { arcsec } else { u };
-    let parameters = given.parameters.iter().zip(&better.parameters).map(|(g, b)| {
-        let angle = g.kind == "tilt";
-        let unit = if angle { "arcsec" } else { g.unit.as_str() };
-        line(&g.id, unit, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
-    });
-    let derived = given.derived.iter().zip(&better.derived).map(|(g, b)| {
-        let angle = g.u_arcsec.is_some() || b.u_arcsec.is_some();
-        line(&g.id, if angle { "arcsec" } else { "" }, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
-    });
-    parameters.chain(derived).collect()
-}
-
-fn goal_report(campaign: &Campaign, reached: &Reached, goals: &[Goal]) -> GoalReport {
-    let limit = |goal: &Goal| {
-        let tilt = campaign.parameters.iter().any(|p| p.id == goal.id && p.kind == Kind::Tilt);
-        (goal.id.clone(), if tilt { goal.u * ARCSEC } else { goal.u })
-    };
-    GoalReport {
-        limits: goals.iter().map(limit).collect(),
-        reached: reached.reached,
-        largest_share: reached.largest_share,
-        is_fewest: reached.is_fewest,
-        impossible: reached.impossible.clone(),
-    }
 }

@@ -1,7 +1,11 @@
 //! A plan as a person at a terminal reads it.
 
+use super::foresight_table::foresight_table;
 use super::table::{plain, significant};
-use super::{ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
+use super::{
+    DiscriminationReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PlannedPositionReport,
+    PositionReport, ThroughTiltsReport,
+};
 
 fn number(value: Option<f64>) -> String {
     value.map_or("-".into(), |v| significant(v, 3))
@@ -25,8 +29,14 @@ pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
     if with_readings {
         text.push_str(&readings(&report.schedule));
     }
+    if let (Some(effects), None) = (&report.schedule.effects, &report.improved) {
+        text.push_str(&foresight_table(effects));
+    }
     if let Some(improved) = &report.improved {
         text.push_str(&better(improved));
+        if let Some(effects) = &improved.judgement.effects {
+            text.push_str(&foresight_table(effects));
+        }
         if with_readings {
             text.push_str(&readings(&improved.judgement));
         }
@@ -92,8 +102,91 @@ fn judgement(j: &JudgementReport) -> String {
             significant(drift, 2)
         ));
     }
+    if let Some(through) = &j.through_tilts {
+        text.push_str(&format!("{}\n", through_tilts(through)));
+    }
     text.push_str(&defects(&j.not_estimable, "is not estimable"));
     text
+}
+
+/// What known inputs do through the tilts, in one sentence.
+pub(super) fn through_tilts(through: &ThroughTiltsReport) -> String {
+    let (u, unit) = match through.u_arcsec {
+        Some(arcsec) => (arcsec, " arcsec"),
+        None => (through.u, ""),
+    };
+    let ThroughTiltsReport { known, parameter, tilts_arcsec, .. } = through;
+    let (u, tilts) = (significant(u, 2), significant(*tilts_arcsec, 3));
+    match through.counted {
+        true => format!(
+            "counted above: with tilts of {tilts} arcsec, the uncertainty of {known} adds {u}{unit} to {parameter}"
+        ),
+        false => format!(
+            "not counted: the uncertainty of {known} acts through the tilts, whose size no schedule tells;\n  tilts of {tilts} arcsec would add {u}{unit} to {parameter} (--tilts {tilts} counts it)"
+        ),
+    }
+}
+
+/// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
+pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
+    let mut lines: Vec<(String, String)> = Vec::new();
+    let mut rest = positions;
+    while let Some(first) = rest.first() {
+        // the longest run with this label in which only one key changes
+        let mut changing: Option<&str> = None;
+        let mut length = 1;
+        for other in rest.get(1..).unwrap_or_default() {
+            let same_keys = other.at.keys().eq(first.at.keys()) && other.position == first.position;
+            let different: Vec<&str> =
+                first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();
+            match different.as_slice() {
+                [] if same_keys => {}
+                [one] if same_keys && changing.is_none_or(|own| own == *one) => changing = Some(one),
+                _ => break,
+            }
+            length += 1;
+        }
+        let (run, left) = rest.split_at(length);
+        let part = |(key, value): (&String, &f64)| match changing {
+            Some(own) if own == key => {
+                let values = run.iter().filter_map(|p| p.at.get(key)).map(f64::to_string).collect::<Vec<_>>();
+                format!("{key} = {}", values.join(", "))
+            }
+            _ => format!("{key} = {value}"),
+        };
+        let mut parts: Vec<String> = first.at.iter().map(part).collect();
+        if changing.is_none() && length > 1 {
+            parts.push(format!("{length} times"));
+        }
+        lines.push((first.position.clone(), parts.join(", ")));
+        rest = left;
+    }
+    lines
+}
+
+/// Why the efficiency is below 0.99: the bound, or the few portions.
+pub(super) fn shortfall(improved: &ImprovedReport) -> Option<String> {
+    let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
+    let short = 1.0 - efficiency;
+    (short > 0.01).then(|| match gap < 0.1 * short {
+        true => "so few portions cannot follow the best weights; more of them, or smaller ones, come nearer".into(),
+        false => format!("the bound itself may be {} too high", significant(gap, 2)),
+    })
+}
+
+/// How well two effects are told apart, before and after.
+pub(super) fn apart(separation: &DiscriminationReport) -> Vec<String> {
+    let [a, b] = &separation.effects;
+    let known = |u: &[Option<f64>; 2]| match u {
+        [Some(p), Some(q)] => format!("u of their coefficients {} and {}", significant(*p, 3), significant(*q, 3)),
+        _ => "nothing tells them apart".into(),
+    };
+    let mut lines = vec![format!("{a} and {b}, both in the model: before, {}", known(&separation.before))];
+    lines.push(match separation.after {
+        [Some(_), Some(_)] => format!("with the added positions, {}", known(&separation.after)),
+        _ => "no candidate tells them apart, so nothing is added".into(),
+    });
+    lines
 }
 
 fn defects(list: &[NotEstimableReport], what: &str) -> String {
@@ -147,6 +240,17 @@ fn better(improved: &ImprovedReport) -> String {
         text.push_str(&format!(
             "  efficiency at least {efficiency:.4} of what no schedule of these candidates can beat\n"
         ));
+        if let Some(why) = shortfall(improved) {
+            text.push_str(&format!("  {why}\n"));
+        }
+    }
+    if let Some(budget) = improved.budget {
+        text.push_str(&format!("  within a budget of {} for what was chosen\n", significant(budget, 4)));
+    }
+    if let Some(separation) = &improved.separation {
+        for line in apart(separation) {
+            text.push_str(&format!("  {line}\n"));
+        }
     }
     if let Some(goal) = &improved.goal {
         let share = goal.largest_share.map_or("unknown".into(), |s| significant(s, 3));
@@ -168,14 +272,12 @@ fn better(improved: &ImprovedReport) -> String {
             vec![c.id.clone(), number(c.given), number(c.equal_effort), number(c.better), gain, c.unit.clone()]
         })
         .collect();
-    text.push_str(&plain(&["parameter", "u given", "u at equal effort", "u better", "gain", "unit"], &rows));
+    let equal = format!("u at equal {}", improved.effort);
+    text.push_str(&plain(&["parameter", "u given", &equal, "u better", "gain", "unit"], &rows));
     text.push_str(&defects(&improved.unreachable, "cannot be determined by any choice of these candidates"));
     text.push_str("\nTo run, in this order:\n");
-    let mut before = String::new();
-    for position in &improved.positions {
-        let label = if position.position == before { String::new() } else { position.position.clone() };
-        text.push_str(&format!("  {label:>4}  {}\n", keys(&position.at)));
-        before.clone_from(&position.position);
+    for (label, place) in mountings(&improved.positions) {
+        text.push_str(&format!("  {label:>4}  {place}\n"));
     }
     if let Some(drift) = improved.judgement.drift {
         text.push_str(&format!(

@@ -204,7 +204,14 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     if let Some(record) = &report.convergence {
         let steps = record.iterations.len();
         let word = if record.converged { "converged" } else { "NOT converged" };
-        text.push_str(&format!("Gauss-Newton {word} after {steps} iterations; exact minus linear:"));
+        let why = if record.converged { String::new() } else { format!(" ({})", record.stop) };
+        if !record.held.is_empty() {
+            text.push_str(&format!(
+                "held at the reference point, which does not determine them (and the exact model beyond it too weakly): {}\n",
+                record.held.join(", ")
+            ));
+        }
+        text.push_str(&format!("Gauss-Newton {word} after {steps} iterations{why}; exact minus linear:"));
         for p in &report.parameters {
             if let Some(change) = record.change.get(&p.id) {
                 let (scale, unit) = if p.kind == "tilt" { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
@@ -252,10 +259,14 @@ fn summary(report: &FitReport) -> String {
         _ => {
             for (sensor, sd) in &fit.sensor_sd {
                 match sd {
-                    Some(sd) => text.push_str(&format!(
-                        "residual sd of {sensor}: {}, estimated from these readings\n",
-                        significant(*sd, 4)
-                    )),
+                    Some(sd) => {
+                        let how = if fit.at_rounding.contains(sensor) {
+                            "the rounding of its readings, which show no scatter"
+                        } else {
+                            "estimated from these readings"
+                        };
+                        text.push_str(&format!("residual sd of {sensor}: {}, {how}\n", significant(*sd, 4)));
+                    }
                     None => text.push_str(&format!(
                         "residual sd of {sensor}: none (no degrees of freedom), so no uncertainty can be given\n"
                     )),
@@ -293,6 +304,9 @@ fn defects(report: &FitReport) -> String {
     let mut text = String::new();
     for defect in &report.not_estimable {
         text.push_str(&format!("NOT ESTIMABLE: {} is free;", defect.text));
+        if let Some(hides) = &defect.hides {
+            text.push_str(&format!(" {hides};"));
+        }
         let only: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
         if only.is_empty() {
             text.push_str(" no reading responds to it");

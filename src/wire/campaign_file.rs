@@ -1,7 +1,8 @@
 //! The campaign file (`*.campaign.json`): what was measured on a bench, and what is asked.
 
+use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, Fetch, Named, Source, csv_readings, locate, read_bench};
+use super::{BenchFile, Fetch, Named, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{self, AngleUnit, Asked, Campaign, Constraint, Distribution, Given, Kind, Known, Prior, Role};
@@ -217,7 +218,7 @@ fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
             .found(error.what().to_string())
             .at_path("bench")
     })?;
-    read_bench(&source).map_err(|e| locate(e, &source))
+    read_bench(&source).map_err(|e| in_source(e, &source))
 }
 
 impl EstimateFile {

@@ -36,7 +36,7 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
     let mut rows = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| csv_error(&error, source))?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = line_of(&record, &source.text);
         let cells = headers
             .iter()
             .zip(record.iter())
@@ -55,8 +55,16 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
     from_cells(bench, rows).map_err(|error| at_line(error, source))
 }
 
+/// The line of a record: its position as the reader gives it stands before the remarks and empty lines above it.
+pub(super) fn line_of(record: &csv::StringRecord, text: &str) -> u64 {
+    let Some(place) = record.position() else { return 0 };
+    let start = usize::try_from(place.byte()).unwrap_or(usize::MAX);
+    let above = text.get(start..).unwrap_or_default().split_inclusive('\n');
+    place.line() + above.take_while(|line| line.starts_with('#') || line.trim().is_empty()).count() as u64
+}
+
 /// The place of a row and its column (as `from_cells` names them) to line, column and caret.
-fn at_line(error: Malformed, source: &Source) -> Malformed {
+pub(super) fn at_line(error: Malformed, source: &Source) -> Malformed {
     let path = error.place().path.clone();
     let Some(CsvRow { line, column, .. }) = csv_row(&path) else { return error.in_file(&source.name) };
     let error = error.at_line(line, 1).in_file(&source.name).moved_to(column);
@@ -79,7 +87,7 @@ fn at_line(error: Malformed, source: &Source) -> Malformed {
 }
 
 /// Comma, unless the first line has semicolons or tabs and no comma (as spreadsheets write where the comma is a decimal mark).
-fn delimiter(text: &str) -> u8 {
+pub(super) fn delimiter(text: &str) -> u8 {
     let first = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
     match (first.contains(','), first.contains(';'), first.contains('\t')) {
         (false, true, _) => b';',
@@ -88,7 +96,7 @@ fn delimiter(text: &str) -> u8 {
     }
 }
 
-fn csv_error(error: &csv::Error, source: &Source) -> Malformed {
+pub(super) fn csv_error(error: &csv::Error, source: &Source) -> Malformed {
     let line = error.position().map_or(0, |p| usize::try_from(p.line()).unwrap_or(0));
     let malformed = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {

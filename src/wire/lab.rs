@@ -1,6 +1,7 @@
 //! The lab file (`--lab`): the identities that a calibration certificate needs and that no program may invent.
 
-use super::{Source, locate, parse};
+use super::locate::in_source;
+use super::{Source, parse};
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -217,7 +218,7 @@ pub struct MethodFile {
 /// ```
 pub fn read_lab(source: &Source) -> Result<LabFile> {
     let lab: LabFile = parse(source)?;
-    check(&lab).map_err(|error| locate(error, source))?;
+    check(&lab).map_err(|error| in_source(error, source))?;
     Ok(lab)
 }
 

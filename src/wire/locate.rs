@@ -7,6 +7,7 @@ use std::{borrow::Cow, fmt};
 
 /// Give an error its file, line, column and caret from its JSON path, unless it stands in another file already.
 ///
+/// An error without path and span is about none of the file's places and comes back as it is.
 /// A span that the error brings counts from the start of the string value at the path (a model line, say).
 pub fn locate(error: Malformed, source: &Source) -> Malformed {
     if !error.place().file.is_empty() {
@@ -15,6 +16,9 @@ pub fn locate(error: Malformed, source: &Source) -> Malformed {
     if let Some(row) = csv_row(&error.place().path) {
         let (line, file, column) = (row.line, row.file.to_string(), row.column.to_string());
         return error.at_line(line, 1).in_file(file).moved_to(column);
+    }
+    if error.place().path.is_empty() && error.place().span.is_none() {
+        return error; // not about any place of the file: an option, say
     }
     let named = error.in_file(&source.name);
     let place = named.place().clone();
@@ -26,6 +30,12 @@ pub fn locate(error: Malformed, source: &Source) -> Malformed {
     };
     let (line, column) = line_and_column(&source.text, offset);
     named.at_span(offset, len).at_line(line, column)
+}
+
+/// The same for errors of reading a file: what has no place in it still has the file.
+pub(super) fn in_source(error: Malformed, source: &Source) -> Malformed {
+    let located = locate(error, source);
+    if located.place().file.is_empty() { located.in_file(&source.name) } else { located }
 }
 
 /// The place that a row of a CSV file gives to its reading: the line and the file.

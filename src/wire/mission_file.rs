@@ -3,7 +3,7 @@
 use super::{ErrorsFile, Named, Source, parse};
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::mission::{Mission, Site};
-use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
+use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation, Path};
 use crate::navigate::study::Separation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -252,6 +252,66 @@ pub fn read_covariance(source: &Source) -> Result<CovarianceFile> {
 }
 
 impl MotionFile {
+    /// The file of a motion.
+    pub fn of(motion: &Motion) -> MotionFile {
+        // angles as people write them: what radians cost in the last digits is rounded off
+        let degrees = |rad: f64| (rad.to_degrees() * 1e9).round() / 1e9 + 0.0;
+        let Attitude { pitch, roll, yaw } = motion.attitude;
+        if let Path::Legs(own) = &motion.path {
+            let legs = own.legs.iter().map(|leg| LegFile {
+                duration_h: None,
+                duration_s: Some(leg.duration).filter(|duration| duration.is_finite()),
+                acceleration_m_s2: leg.acceleration,
+            });
+            let legs = legs.collect();
+            return MotionFile::Legs(LegsFile { heading_deg: degrees(own.heading), speed_m_s: own.speed, legs });
+        }
+        if [pitch, roll, yaw].iter().all(|angle| angle.amplitude == 0.0) {
+            let [pitch_deg, roll_deg, heading_deg] = [pitch.mean, roll.mean, -yaw.mean].map(degrees);
+            return MotionFile::Static(StaticFile { pitch_deg, roll_deg, heading_deg });
+        }
+        let angle = |own: Oscillation| OscillationFile {
+            amplitude_deg: degrees(own.amplitude),
+            period_s: (own.amplitude != 0.0).then_some(own.period),
+            phase_deg: degrees(own.phase),
+            mean_deg: degrees(own.mean),
+        };
+        MotionFile::Swing(SwingFile { pitch: angle(pitch), roll: angle(roll), yaw: angle(yaw) })
+    }
+
+    /// The motion in one line.
+    pub fn in_words(&self) -> String {
+        match self {
+            MotionFile::Static(own) => {
+                let mut text = format!("static, heading {} deg", own.heading_deg);
+                for (name, angle) in [("pitch", own.pitch_deg), ("roll", own.roll_deg)] {
+                    if angle != 0.0 {
+                        text.push_str(&format!(", {name} {angle} deg"));
+                    }
+                }
+                text
+            }
+            MotionFile::Swing(own) => {
+                let angle = |own: &OscillationFile| {
+                    format!("{} deg in {} s", own.amplitude_deg, own.period_s.unwrap_or_default())
+                };
+                let angles = [("pitch", &own.pitch), ("roll", &own.roll), ("yaw", &own.yaw)];
+                let moving = angles.iter().filter(|(_, angle)| angle.amplitude_deg != 0.0);
+                let parts: Vec<String> = moving.map(|(name, own)| format!("{name} {}", angle(own))).collect();
+                format!("swing, {}", parts.join(", "))
+            }
+            MotionFile::Legs(own) => {
+                let leg = |leg: &LegFile| {
+                    let time = leg.duration_s.or(leg.duration_h.map(|hours| 3600.0 * hours));
+                    let time = time.map_or("then".to_string(), |seconds| format!("{seconds} s"));
+                    format!("{time} at {} m/s^2", leg.acceleration_m_s2)
+                };
+                let legs: Vec<String> = own.legs.iter().map(leg).collect();
+                format!("legs, heading {} deg: {}", own.heading_deg, legs.join(", "))
+            }
+        }
+    }
+
     fn motion(&self) -> Result<Motion> {
         match self {
             MotionFile::Static(file) => {

@@ -10,6 +10,7 @@ mod effects_file;
 mod imu_errors_file;
 mod lab;
 mod locate;
+mod measured_file;
 mod mission_file;
 mod named;
 mod readings_file;
@@ -27,7 +28,9 @@ pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
     MethodFile, PersonFile, read_lab,
 };
+use locate::in_source;
 pub use locate::{line_and_column, locate};
+pub use measured_file::{read_measured, write_measured};
 pub use mission_file::{
     CalibrationFile, CovarianceFile, LegFile, LegsFile, MissionFile, MissionSiteFile, MotionFile, OscillationFile,
     ScenariosFile, StaticFile, SwingFile, read_covariance,
@@ -100,7 +103,7 @@ pub type Fetch<'a> = &'a mut dyn FnMut(&str) -> Result<Source>;
 /// ```
 pub fn read_bench(source: &Source) -> Result<Bench> {
     let file: BenchFile = parse(source)?;
-    file.into_bench().map_err(|error| locate(error, source))
+    file.into_bench().map_err(|error| in_source(error, source))
 }
 
 /// Read a campaign file, with the bench and the readings that it refers to.
@@ -108,7 +111,7 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
     let file: CampaignFile = parse(source)?;
-    file.into_campaign(fetch).map_err(|error| locate(error, source))
+    file.into_campaign(fetch).map_err(|error| in_source(error, source))
 }
 
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.

@@ -1,6 +1,7 @@
 //! The truth file (`*.truth.json`) of a simulation: what the readings are made from, kept apart from the campaign.
 
-use super::{Named, Source, locate, parse};
+use super::locate::in_source;
+use super::{Named, Source, parse};
 use crate::campaign::{AngleUnit, Campaign, Kind};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Hidden, Noise, Truth};
@@ -69,7 +70,7 @@ pub struct HiddenFile {
 /// Errors: unknown keys, parameters, sensors or regressors; numbers that are not finite; all with their place in the file.
 pub fn read_truth(source: &Source, campaign: &Campaign) -> Result<Truth> {
     let file: TruthFile = parse(source)?;
-    file.into_truth(campaign).map_err(|error| locate(error, source))
+    file.into_truth(campaign).map_err(|error| in_source(error, source))
 }
 
 impl TruthFile {

@@ -103,8 +103,8 @@ fn intervals_hold_what_they_promise() {
     let campaign = near(&campaign(&format!("{FOLDER}/attitude.campaign.json")));
     let truth = truth("tests/data/simulated/cube-mirror.truth.json");
     // the largest part of the roll's uncertainty is rectangular: its interval holds a little more than it promises
-    // (a collimation is a weighted mean of three directions whose scatters are estimated from ten degrees of freedom each: such
-    // weights make its interval short, 92 % instead of 95 %, so the collimations are not asserted)
+    // a collimation is a weighted mean of three directions whose scatters are estimated from ten degrees of freedom each: without what
+    // Kenward and Roger add for estimated weights its interval would be short (see `estimated_weights_cost_what_is_added_for_them`)
     coverage(
         "attitude, circle errors rectangular",
         &campaign,
@@ -114,6 +114,57 @@ fn intervals_hold_what_they_promise() {
         &exact(),
         0.985,
     );
+}
+
+/// Why the intervals of collimations once held 92 % instead of 95 %: with known scatters they hold what they promise; with estimated ones
+/// they do so only when the uncertainty of the weights is part of them.
+#[test]
+fn estimated_weights_cost_what_is_added_for_them() {
+    let truth = truth("tests/data/simulated/cube-mirror.truth.json");
+    let estimated = near(&campaign(&format!("{FOLDER}/attitude.campaign.json")));
+    let mut stated = estimated.clone();
+    let sd = |sensor: usize| if sensor < 7 { 0.7 } else { 0.9 };
+    for o in stated.readings.rows.iter_mut().flat_map(|row| &mut row.observations) {
+        o.u = Some(sd(o.sensor));
+    }
+    let count = 2000;
+    let slack = 5.0 * (0.95f64 * 0.05 / count as f64).sqrt();
+    let mut random = random(22);
+    let point = point(&estimated, &truth);
+    let mut held = std::collections::BTreeMap::<&str, [usize; 3]>::new();
+    for _ in 0..count {
+        let measured = simulated(&estimated, &point, &|sensor, _| sd(sensor), &mut random);
+        let mut known = stated.clone();
+        for (row, own) in known.readings.rows.iter_mut().zip(&measured.readings.rows) {
+            for (o, own) in row.observations.iter_mut().zip(&own.observations) {
+                o.value = own.value;
+            }
+        }
+        let (known, own) = (fit::fit(&known, &exact()).unwrap(), fit::fit(&measured, &exact()).unwrap());
+        for id in ["colA", "colB"] {
+            let of = |fit: &Fit| fit.parameters.iter().position(|p| p.id == id).unwrap();
+            let k = of(&own);
+            let p = &own.parameters[k];
+            let error = (p.value.unwrap() - truth[id]).abs();
+            // as if the estimated weights were the true ones: Welch and Satterthwaite's degrees of freedom, nothing added
+            let plain = own.estimate.covariance[(k, k)].sqrt();
+            let budget = p.budget.iter().filter(|c| !c.source.contains("Kenward"));
+            let dof = plain.powi(4) / budget.map(|c| c.u.powi(4) / c.dof).sum::<f64>();
+            let t = tumble::uncertainty::quantiles::coverage_factor(0.95, dof).unwrap();
+            let q = &known.parameters[of(&known)];
+            let known_error = (q.value.unwrap() - truth[id]).abs();
+            let counts = held.entry(id).or_default();
+            counts[0] += usize::from(known_error <= q.uncertainty.as_ref().unwrap().expanded);
+            counts[1] += usize::from(error <= t * plain);
+            counts[2] += usize::from(error <= p.uncertainty.as_ref().unwrap().expanded);
+        }
+    }
+    println!("share of {count} campaigns: scatters known, weights as if known, weights estimated");
+    for (id, counts) in held {
+        let [known, plain, own] = counts.map(|held| held as f64 / count as f64);
+        println!("  {id}  {known:.4}  {plain:.4}  {own:.4}");
+        assert!((known - 0.95).abs() < slack && (own - 0.95).abs() < slack && plain < own, "{id}");
+    }
 }
 
 /// Starts within arcseconds, as the closed forms give them.

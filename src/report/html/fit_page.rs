@@ -118,7 +118,15 @@ fn answer(of: &Fit, report: &FitReport) -> Section {
         let tone = if record.converged { Tone::Good } else { Tone::Bad };
         let word = if record.converged { "converged" } else { "did not converge" };
         let steps = cells::count(record.iterations.len(), "iteration");
-        section = section.verdict(tone, format!("Gauss-Newton {word} after {steps}."));
+        let why = if record.converged { String::new() } else { format!(": {}", record.stop) };
+        section = section.verdict(tone, format!("Gauss-Newton {word} after {steps}{why}."));
+        if !record.held.is_empty() {
+            let what = format!(
+                "The reference point does not determine {}, and the exact model beyond it too weakly: they kept their reference values.",
+                cells::names(&record.held.iter().map(String::as_str).collect::<Vec<_>>())
+            );
+            section = section.prose(what);
+        }
     }
     section.prose(summary(of, report))
 }

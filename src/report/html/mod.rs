@@ -24,6 +24,7 @@ mod escape;
 mod fit_figures;
 mod fit_page;
 mod navigate;
+mod navigate_diagnose;
 mod page;
 mod plan_page;
 
@@ -32,6 +33,7 @@ pub use diagnose_figure::diagnose_svg;
 pub use diagnose_page::diagnose_page;
 pub use fit_page::fit_page;
 pub use navigate::navigate_page;
+pub use navigate_diagnose::navigate_diagnose_page;
 pub use page::{Align, Block, Column, Figure, MarkedLine, Page, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
 

@@ -3,9 +3,12 @@
 use super::{Align, Figure, Page, Section, Table, Tone};
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
+use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
+use crate::report::foresight_table::some_of;
+use crate::report::plan_table::{apart, mountings, shortfall, through_tilts};
 use crate::report::plot::{Spot, positions};
 use crate::report::table::significant;
-use crate::report::{ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
+use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
 use std::collections::BTreeMap;
 
 /// The page of a plan; `candidates` are drawn as dots.
@@ -25,6 +28,11 @@ pub fn plan_page(campaign: &Campaign, report: &PlanReport, candidates: Option<&R
     page = page.section(map(campaign, report, candidates)?).section(judged("The given schedule", &report.schedule));
     if let Some(improved) = &report.improved {
         page = page.section(judged("The better schedule in full", &improved.judgement));
+    }
+    let last = report.improved.as_ref().map_or(&report.schedule, |improved| &improved.judgement);
+    if let Some(effects) = &last.effects {
+        let of = if report.improved.is_some() { "the better schedule" } else { "this schedule" };
+        page = page.section(effects_section(effects, of));
     }
     Ok(page)
 }
@@ -56,18 +64,32 @@ fn answer(improved: &ImprovedReport) -> Section {
             improved.criterion
         );
         section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, text);
+        if let Some(why) = shortfall(improved) {
+            section = section.prose(format!("The rest: {why}."));
+        }
+    }
+    if let Some(budget) = improved.budget {
+        section = section.prose(format!(
+            "Within a budget of {} for what was chosen; the schedule costs {}.",
+            significant(budget, 4),
+            significant(improved.judgement.work.cost, 4)
+        ));
+    }
+    if let Some(separation) = &improved.separation {
+        let tone = if separation.after.iter().all(Option::is_some) { Tone::Good } else { Tone::Bad };
+        section = apart(separation).into_iter().fold(section, |section, line| section.verdict(tone, line));
     }
     let mut table = Table::new(&[
         ("Parameter", Align::Left),
         ("u given", Align::Decimal),
-        ("u at equal effort", Align::Decimal),
+        (if improved.effort == "cost" { "u at equal cost" } else { "u at equal effort" }, Align::Decimal),
         ("u better", Align::Decimal),
         ("gain", Align::Decimal),
         ("unit", Align::Left),
     ]);
     table.caption = "Predicted standard uncertainties".into();
     table.note =
-        "At equal effort: the given schedule repeated, or cut, to as many readings as the better one has.".into();
+        format!("At equal effort: the given schedule repeated, or cut, to the {} of the better one.", improved.effort);
     for c in &improved.comparison {
         let gain = c.gain.map_or("-".into(), |g| format!("{g:.2}"));
         table.row(vec![
@@ -91,13 +113,10 @@ fn defects(list: &[NotEstimableReport], what: &str) -> Vec<String> {
 }
 
 fn order(improved: &ImprovedReport) -> Section {
-    let mut table = Table::new(&[("#", Align::Right), ("mounting", Align::Left), ("position", Align::Left)]);
+    let mut table = Table::new(&[("mounting", Align::Left), ("position, values in the order to run", Align::Left)]);
     table.small = true;
-    let mut before = String::new();
-    for (k, position) in improved.positions.iter().enumerate() {
-        let label = if position.position == before { String::new() } else { position.position.clone() };
-        table.row(vec![(k + 1).to_string(), label, keys(&position.at)]);
-        before.clone_from(&position.position);
+    for (label, place) in mountings(&improved.positions) {
+        table.row(vec![label, place]);
     }
     let drift = improved.judgement.drift.map_or(String::new(), |d| {
         format!("In this order, a drift of one standard deviation over the run shifts a parameter by at most {} of its uncertainty.", significant(d, 2))
@@ -144,6 +163,69 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>) 
     Ok(section.figures(vec![Figure { caption: caption.into(), description, svg, wide: false }]))
 }
 
+/// What a diagnosis could find.
+fn effects_section(effects: &ForesightReport, of: &str) -> Section {
+    let mut table = Table::new(&[
+        ("Effect", Align::Left),
+        ("name", Align::Left),
+        ("shows from", Align::Decimal),
+        ("unit", Align::Left),
+        ("then at a reading, in its u", Align::Decimal),
+        ("and shifts", Align::Left),
+        ("cannot be told from", Align::Left),
+    ]);
+    table.small = true;
+    table.caption = format!("Effects that would show on {of}, one line for each direction");
+    table.note = format!(
+        "{}. Nearly alike: cosine beside the model, and the size from which the first is not taken for the other.",
+        capital(&rule_text(effects))
+    );
+    for line in group_lines(effects) {
+        let mut alike: Vec<String> = line.alike.iter().map(|name| format!("`{name}`")).collect();
+        alike.extend(line.near.iter().map(|near| format!("nearly {near}")));
+        table.row(vec![
+            format!("`{}`", line.effect),
+            line.name,
+            significant(line.minimal, 3),
+            line.unit,
+            significant(line.at_a_reading, 2),
+            line.moves,
+            some_of(&alike, 6),
+        ]);
+    }
+    let mut never = Table::new(&[("Effects", Align::Left), ("taken up by", Align::Left)]);
+    never.small = true;
+    never.caption = "Effects that never show: estimated parameters take them up, and are wrong by them".into();
+    let places = hidden(effects);
+    for (place, list) in &places {
+        never.row(vec![list.iter().map(|r| format!("`{r}`")).collect::<Vec<_>>().join(", "), place.clone()]);
+    }
+    let mut notes = Vec::new();
+    let zero = not_exercised(effects);
+    if !zero.is_empty() {
+        notes.push(format!(
+            "Zero at every position: {}",
+            zero.iter().map(|r| format!("`{r}`")).collect::<Vec<_>>().join(", ")
+        ));
+    }
+    for (column, families) in lacking(effects) {
+        notes.push(format!("Not tried without a column `{column}`: {families} kinds of effect"));
+    }
+    let tried = format!(
+        "{} effects of the catalogue were tried on {of}, in {} distinct directions beside the model.",
+        effects.effects.len(),
+        effects.rule.tests
+    );
+    let section = Section::new("What a diagnosis could find").prose(tried).table(table);
+    let section = if places.is_empty() { section } else { section.table(never) };
+    section.list(notes)
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
 fn judged(heading: &str, j: &JudgementReport) -> Section {
     let mut table = Table::new(&[("Parameter", Align::Left), ("predicted u", Align::Decimal), ("unit", Align::Left)]);
     for p in &j.parameters {
@@ -182,5 +264,11 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
         j.rank,
         j.dof
     );
-    Section::new(heading).prose(work).list(defects(&j.not_estimable, "is not estimable")).table(table).table(readings)
+    let through = j.through_tilts.as_ref().map(|t| capital(&through_tilts(t))).unwrap_or_default();
+    Section::new(heading)
+        .prose(work)
+        .prose(through)
+        .list(defects(&j.not_estimable, "is not estimable"))
+        .table(table)
+        .table(readings)
 }

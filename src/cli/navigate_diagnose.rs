@@ -1,0 +1,56 @@
+//! `tumble diagnose MISSION --measured FILE`.
+
+use super::pages::Pages;
+use super::{Outcome, files};
+use crate::diagnosis::{Settings, Verdict};
+use crate::error::Result;
+use crate::navigate::diagnose::{self, NavigationDiagnosis};
+use crate::report;
+use crate::wire::{self, MissionFile};
+use std::path::Path;
+
+/// What to diagnose and what to write.
+pub(super) struct Question<'a> {
+    pub mission: &'a Path,
+    pub measured: &'a Path,
+    pub significance: f64,
+    pub write_model: Option<&'a Path>,
+    pub json: Option<&'a Path>,
+    pub pages: &'a Pages,
+}
+
+pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
+    let (file, source) = files::mission(question.mission)?;
+    let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
+    let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
+    let settings = Settings { significance: question.significance };
+    let diagnosis = diagnose::diagnose(&mission, &measured, &settings).map_err(|error| wire::locate(error, &source))?;
+    let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
+    let pages = question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?;
+    pages.write()?;
+    if let Some(path) = question.json {
+        files::write_or_print(path, &files::json(&report)?)?;
+    }
+    if !pages.to_stdout() && question.json != Some(Path::new("-")) {
+        super::print(&report::navigate_diagnose_table(&report));
+    }
+    if let Some(path) = question.write_model {
+        write(path, &file, &diagnosis)?;
+    }
+    Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// The mission as it was written, with the errors added.
+fn write(path: &Path, file: &MissionFile, diagnosis: &NavigationDiagnosis) -> Result<()> {
+    if diagnosis.verdict != Verdict::EffectsFound {
+        eprintln!("note: no error was found, so no mission is written");
+        return Ok(());
+    }
+    let mut file = file.clone();
+    for finding in &diagnosis.findings {
+        file.errors.add(&finding.source, finding.value / finding.source.si_per_unit());
+    }
+    files::write(path, &files::json(&file)?)?;
+    eprintln!("wrote {}", path.display());
+    Ok(())
+}

@@ -1,0 +1,386 @@
+//! What a diagnosis could find on a schedule, before anyone measures.
+//!
+//! ```text
+//! c' = c - Q Q'c,   u = 1 / |c'|           c: an effect's column for coefficient 1, Q: the basis of the model, both weighted
+//! smallest effect that shows:              delta u,    delta = z(1 - a/2) + z(power),  a = 1 - (1 - level)^(1/tests)
+//! smallest that is not taken for another:  3 u / sqrt(1 - r^2),   r the cosine of the two c'
+//! ```
+//!
+//! `level` is what `diagnose` spends on names, `tests` the number of distinct directions (Sidak), and 3 the misfit at which it drops a rival.
+//! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
+//! stands in the judgement of the schedule.
+
+use super::catalogue::Effect;
+use super::pool::Pool;
+use super::search::{INDISTINGUISHABLE, Levels};
+use super::{Candidate, Settings, candidates};
+use crate::campaign::{Campaign, JointState, Kind, Reading, coefficient_unit};
+use crate::design::{self, DesignMatrix, Model};
+use crate::error::Result;
+use crate::estimate;
+use crate::plan::{self, Noise};
+use crate::simulate::Regressor;
+use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
+use faer::Mat;
+
+/// The rule behind every smallest size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rule {
+    /// Probability of naming anything when nothing is missing.
+    pub significance: f64,
+    /// Probability of seeing an effect of the smallest size.
+    pub power: f64,
+    /// Distinct directions among the effects, at small tilts.
+    pub tests: usize,
+    /// `delta`, with the noise known.
+    pub noncentrality: f64,
+    /// `delta` where only the residuals tell the noise; `None` with too few degrees of freedom.
+    pub with_residuals: Option<f64>,
+}
+
+/// What becomes of an effect on this schedule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// It shows from its smallest size on.
+    Detectable,
+    /// The estimated parameters take it up: it shifts them and leaves no residuals.
+    Absorbed,
+    /// Its term is zero at every position of the schedule.
+    NotExercised,
+}
+
+impl Fate {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Fate::Detectable => "detectable",
+            Fate::Absorbed => "absorbed",
+            Fate::NotExercised => "not-exercised",
+        }
+    }
+}
+
+/// One effect on a schedule.
+#[derive(Debug, Clone)]
+pub struct Prospect {
+    /// The effect, with its column at the schedule's rows.
+    pub effect: Candidate,
+    /// Unit of its coefficient; empty where the model line does not tell.
+    pub unit: String,
+    /// What becomes of it.
+    pub fate: Fate,
+    /// Share of its weighted column that the model leaves.
+    pub left: f64,
+    /// Standard uncertainty of its coefficient, if it were estimated beside the others; `None` unless it is detectable.
+    pub u: Option<f64>,
+    /// Smallest size that shows.
+    pub minimal: Option<f64>,
+    /// The most that an effect of this size changes one value, in the sensor's unit, and in standard uncertainties of that value.
+    pub at_a_reading: Option<(f64, f64)>,
+    /// Shift of each estimated parameter for coefficient 1, while the effect is not in the model.
+    pub shifts: Vec<f64>,
+    /// Parameters that take part in hiding an absorbed effect, the strongest first.
+    pub hides_in: Vec<usize>,
+    /// The parameter that an effect of the smallest size shifts most against its u, and that ratio.
+    pub moves: Option<(usize, f64)>,
+    /// Its group of effects with one direction, by index; `None` unless it is detectable.
+    pub group: Option<usize>,
+}
+
+/// Two groups that are easily taken for each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Near {
+    /// The other group.
+    pub group: usize,
+    /// Cosine of the angle between them, beside the model.
+    pub cosine: f64,
+    /// Size of an effect of this group (its first member's coefficient) from which it is not taken for the other.
+    pub apart_from: f64,
+}
+
+/// Effects whose columns have one direction beside the model: nothing on this schedule tells them apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alike {
+    /// Effects, by index, the plainest first.
+    pub members: Vec<usize>,
+    /// Groups for which an effect of the smallest size could be taken, nearest first.
+    pub near: Vec<Near>,
+}
+
+/// All effects of a catalogue on a schedule.
+#[derive(Debug, Clone)]
+pub struct Foresight {
+    /// The rule behind every smallest size.
+    pub rule: Rule,
+    /// Every effect.
+    pub prospects: Vec<Prospect>,
+    /// Groups that nothing tells apart; most have one member.
+    pub groups: Vec<Alike>,
+    /// Families that were passed over, with the columns that the schedule lacks for them.
+    pub passed_over: Vec<(String, Vec<String>)>,
+}
+
+/// Power of the smallest sizes.
+const POWER: f64 = 0.8;
+/// A column this small against its size at general positions is zero but for rounding.
+const ZERO: f64 = 1e-9;
+/// Cosines this near to 1 are one direction.
+const ONE_DIRECTION: f64 = 1e-6;
+/// General positions that are looked at beside the schedule.
+const GENERAL: usize = 24;
+/// Small tilts, radians: 100 arcsec.
+const SMALL: f64 = 5e-4;
+/// A parameter that takes up less than this share of an absorbed effect is not named.
+const TAKES_PART: f64 = 0.01;
+
+/// Which effects of a catalogue a schedule could show, which the model would absorb, and which would be taken for each other.
+///
+/// Linear in the effects, at the campaign's reference point. Errors: those of [`plan::judge`]; a catalogue's term with a name that this campaign
+/// does not have.
+pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Result<Foresight> {
+    let model = Model::new(campaign)?;
+    let point = campaign.reference_point();
+    let design = design::assemble(campaign, &model, &point)?;
+    let system = plan::system(campaign, &design, noise);
+    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let effects = columns(campaign, catalogue, &model, &design)?;
+    let rows = system.u.len();
+    let weighted = Mat::from_fn(rows, effects.len(), |i, j| {
+        let value = effects.get(j).and_then(|(effect, _)| effect.column.get(i)).copied().unwrap_or_default();
+        value / system.u.get(i).copied().unwrap_or(1.0)
+    });
+    let norm: Vec<f64> = (0..effects.len()).map(|j| weighted.col(j).norm_l2()).collect();
+    let pool = Pool::new(weighted, estimate.factor.thin_q(), &vec![0.0; rows]);
+    let mut prospects: Vec<Prospect> = Vec::with_capacity(effects.len());
+    for (((effect, general), norm), left) in effects.into_iter().zip(norm).zip(pool.visible()) {
+        let largest = effect.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let fate = match () {
+            () if largest <= ZERO * general => Fate::NotExercised,
+            () if *left == 0.0 => Fate::Absorbed,
+            () => Fate::Detectable,
+        };
+        let mut shifts = if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, rows)? };
+        shifts.truncate(campaign.unknowns());
+        let hides_in = if fate == Fate::Absorbed { hides_in(&estimate, &shifts) } else { Vec::new() };
+        prospects.push(Prospect {
+            unit: unit(campaign, &effect),
+            u: (fate == Fate::Detectable).then(|| 1.0 / (norm * left)),
+            left: if fate == Fate::NotExercised { 0.0 } else { *left },
+            effect,
+            fate,
+            minimal: None,
+            at_a_reading: None,
+            shifts,
+            hides_in,
+            moves: None,
+            group: None,
+        });
+    }
+    let (mut groups, cosines) = alike(&pool, &mut prospects);
+    let rule = rule(directions(campaign, catalogue, &model, noise)?.max(groups.len()), estimate.dof);
+    for prospect in &mut prospects {
+        let Some(u) = prospect.u else { continue };
+        let minimal = rule.noncentrality * u;
+        let values = prospect.effect.column.iter().zip(&system.u).map(|(c, u)| (c.abs() * minimal, u));
+        prospect.at_a_reading = values.map(|(c, u)| (c, c / u)).reduce(|a, b| if b.0 > a.0 { b } else { a });
+        let sd = |k: usize| estimate.covariance[(k, k)].sqrt();
+        prospect.moves = (0..campaign.unknowns())
+            .filter(|k| estimate.estimable.get(*k).copied().unwrap_or(false) && sd(*k) > 0.0)
+            .map(|k| (k, prospect.shifts.get(k).map_or(0.0, |s| (s * minimal / sd(k)).abs())))
+            .reduce(|a, b| if b.1 > a.1 { b } else { a });
+        prospect.minimal = Some(minimal);
+    }
+    let first: Vec<usize> = groups.iter().filter_map(|group| group.members.first()).copied().collect();
+    for (g, group) in groups.iter_mut().enumerate() {
+        let Some(&own) = first.get(g) else { continue };
+        let Some(u) = prospects.get(own).and_then(|p| p.u) else { continue };
+        group.near = first
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != g)
+            .map(|(other, member)| {
+                let cosine = cosines[(own, *member)];
+                let apart_from = u * (INDISTINGUISHABLE / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE)).sqrt();
+                Near { group: other, cosine, apart_from }
+            })
+            .filter(|near| near.apart_from > rule.noncentrality * u)
+            .collect();
+        group.near.sort_by(|a, b| b.cosine.abs().total_cmp(&a.cosine.abs()));
+    }
+    let lacks = |needs: &[String]| needs.iter().filter(|n| !campaign.readings.columns.contains(n)).cloned().collect();
+    let passed_over =
+        catalogue.iter().map(|e| (e.name.clone(), lacks(&e.needs))).filter(|(_, l): &(_, Vec<_>)| !l.is_empty());
+    Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
+}
+
+/// Distinct directions at small tilts of no special size: what vanishes at zero tilts only is tried by a diagnosis all the same.
+fn directions(campaign: &Campaign, catalogue: &[Effect], model: &Model, noise: &Noise) -> Result<usize> {
+    let mut point = campaign.reference_point();
+    for (k, (parameter, value)) in campaign.parameters.iter().zip(&mut point).enumerate() {
+        if parameter.kind == Kind::Tilt && matches!(parameter.role, crate::campaign::Role::Estimated { .. }) {
+            *value += SMALL * (1.0 + 0.618_034 * k as f64).sin();
+        }
+    }
+    let design = design::assemble(campaign, model, &point)?;
+    let system = plan::system(campaign, &design, noise);
+    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let effects = columns(campaign, catalogue, model, &design)?;
+    let weight: Vec<f64> = system.u.iter().map(|u| 1.0 / u).collect();
+    // scores against a direction of no special kind are alike only where the columns are
+    let general: Vec<f64> = (0..weight.len()).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
+    let matrix = Mat::from_fn(weight.len(), effects.len(), |i, j| {
+        effects.get(j).and_then(|(e, _)| e.column.get(i)).copied().unwrap_or_default() * weight[i]
+    });
+    let pool = Pool::new(matrix, estimate.factor.thin_q(), &general);
+    let mut scores: Vec<f64> =
+        pool.scores().iter().zip(pool.visible()).filter(|(_, v)| **v > 0.0).map(|(s, _)| s.abs()).collect();
+    scores.sort_by(f64::total_cmp);
+    scores.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
+    Ok(scores.len())
+}
+
+fn rule(tests: usize, dof: usize) -> Rule {
+    let significance = Settings::default().significance;
+    let tests = tests.max(1);
+    // alone: the level at which each of so many tests is made
+    let alone = -f64::exp_m1(f64::ln_1p(-Levels::of(significance).names) / tests as f64);
+    let z = |p: f64| normal_quantile(p).unwrap_or(0.0);
+    let nu = dof.saturating_sub(1) as f64;
+    // the noncentral t by its normal approximation (M. Abramowitz, I. A. Stegun 1964, 26.7.10)
+    let with_residuals = student_t_quantile(1.0 - 0.5 * alone, nu)
+        .filter(|_| nu >= 1.0)
+        .map(|t| t * (1.0 - 0.25 / nu) + z(POWER) * (1.0 + 0.5 * t * t / nu).sqrt());
+    Rule { significance, power: POWER, tests, noncentrality: z(1.0 - 0.5 * alone) + z(POWER), with_residuals }
+}
+
+/// Every candidate with its column at the rows of the design, and its largest size at general positions and there.
+fn columns(
+    campaign: &Campaign,
+    catalogue: &[Effect],
+    model: &Model,
+    design: &DesignMatrix,
+) -> Result<Vec<(Candidate, f64)>> {
+    let mut rows: Vec<Reading> =
+        campaign.readings.rows.iter().map(|r| Reading { observations: Vec::new(), ..r.clone() }).collect();
+    rows.extend(general(campaign));
+    let sensors = campaign.bench.sensors.len();
+    let wide = campaign.with_readings(crate::campaign::Readings { columns: campaign.readings.columns.clone(), rows });
+    let all = design::assemble(&wide, model, &design.point)?;
+    let found = candidates::build(&wide, catalogue, model, &all, all.rows.len(), &super::screen::Chosen::default())?;
+    let keep = |mut candidate: Candidate| {
+        let size = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let at = |origin: &design::RowOrigin| candidate.column.get(origin.reading * sensors + origin.sensor);
+        candidate.column = design.rows.iter().map(|o| at(o).copied().unwrap_or_default()).collect();
+        (candidate, size)
+    };
+    // one bad reading has its detectable bias; a wrong prior or constraint is no effect of a position
+    let other =
+        |c: &Candidate| !matches!(c.kind, Regressor::Reading(_) | Regressor::Prior(_) | Regressor::Constraint(_));
+    Ok(found.into_iter().filter(other).map(keep).collect())
+}
+
+/// Positions at no special angles, with the rates of the schedule: a term that is zero there too is zero everywhere.
+fn general(campaign: &Campaign) -> Vec<Reading> {
+    let names: Vec<&str> = campaign.bench.joints().collect();
+    let rows = &campaign.readings.rows;
+    let states: Vec<Vec<JointState>> = (0..names.len())
+        .map(|joint| {
+            let mut seen: Vec<JointState> = Vec::new();
+            for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
+                let held = matches!(state, JointState::Held { .. });
+                if !seen.iter().any(|s| s == state || (held && matches!(s, JointState::Held { .. }))) {
+                    seen.push(*state);
+                }
+            }
+            seen
+        })
+        .collect();
+    if names.is_empty() || rows.is_empty() {
+        return Vec::new();
+    }
+    let mut general = Vec::with_capacity(GENERAL);
+    for k in 0..GENERAL {
+        let state = |(joint, options): (usize, &Vec<JointState>)| {
+            // golden-ratio angles never repeat; each joint's states come in its own turn
+            let angle_deg = 360.0 * ((k + 1) as f64 * 0.618_034 * (joint + 1) as f64 + 0.113).fract();
+            match options.get((k / (joint + 1)) % options.len().max(1)) {
+                None | Some(JointState::Held { .. }) => JointState::Held { angle_deg },
+                Some(other) => *other,
+            }
+        };
+        let joints: Vec<JointState> = states.iter().enumerate().map(state).collect();
+        let Some(like) = rows.get(k % rows.len()) else { continue };
+        let reading = campaign.readings.position(&names, like, joints);
+        if reading.check_turning(&names).is_ok() {
+            general.push(reading);
+        }
+    }
+    general
+}
+
+/// Change of every unknown when the effect, with coefficient 1, is in the readings and not in the model.
+fn shifts(estimate: &estimate::Estimate, effect: &Candidate, rows: usize) -> Result<Vec<f64>> {
+    let mut column = effect.column.clone();
+    column.resize(rows, 0.0);
+    estimate.factor.solve(&column)
+}
+
+/// Parameters by how much of the effect's column they take up.
+fn hides_in(estimate: &estimate::Estimate, shifts: &[f64]) -> Vec<usize> {
+    let scale = estimate.factor.scale();
+    let mut parts: Vec<(f64, usize)> =
+        shifts.iter().enumerate().map(|(k, s)| (s.abs() * scale.get(k).copied().unwrap_or_default(), k)).collect();
+    let most = parts.iter().fold(0.0_f64, |most, (part, _)| most.max(*part));
+    parts.retain(|(part, _)| *part > TAKES_PART * most);
+    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    parts.into_iter().map(|(_, k)| k).collect()
+}
+
+/// Effects with one direction, plainest first, and all cosines.
+fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
+    let cosines = pool.all_cosines();
+    let mut order: Vec<usize> = (0..prospects.len()).filter(|j| prospects[*j].fate == Fate::Detectable).collect();
+    order.sort_by_key(|j| (prospects[*j].effect.rank, *j));
+    let mut groups: Vec<Alike> = Vec::new();
+    for j in order {
+        let same =
+            |group: &Alike| group.members.first().is_some_and(|first| 1.0 - cosines[(*first, j)].abs() < ONE_DIRECTION);
+        let own = groups.iter().position(same).unwrap_or(groups.len());
+        match groups.get_mut(own) {
+            Some(group) => group.members.push(j),
+            None => groups.push(Alike { members: vec![j], near: Vec::new() }),
+        }
+        prospects[j].group = Some(own);
+    }
+    (groups, cosines)
+}
+
+/// Unit of an effect's coefficient, from the model line with its term.
+fn unit(campaign: &Campaign, effect: &Candidate) -> String {
+    let own = |k: &usize| campaign.parameters.get(*k).map(|p| p.unit.clone()).unwrap_or_default();
+    let sensor = effect.sensor.and_then(|k| campaign.bench.sensors.get(k));
+    match (&effect.kind, &effect.existing) {
+        (Regressor::Tilt(k) | Regressor::Known(k), _) => own(k),
+        (_, Some(k)) => own(k),
+        (Regressor::Term(line), None) => {
+            let mut bench = campaign.bench.clone();
+            let coefficient = crate::algebra::Expression::parse(&effect.coefficient);
+            if let (Ok(coefficient), Some(k)) = (coefficient, effect.sensor)
+                && let Some(sensor) = bench.sensors.get_mut(k)
+            {
+                sensor.model = coefficient.times(line);
+            }
+            coefficient_unit(&bench, &effect.coefficient).unwrap_or_default()
+        }
+        _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
+    }
+}
+
+/// Is the coefficient of this effect an angle?
+pub fn is_angle(campaign: &Campaign, effect: &Candidate) -> bool {
+    let tilt = |k: usize| campaign.parameters.get(k).is_some_and(|p| p.kind == Kind::Tilt);
+    match &effect.kind {
+        Regressor::Tilt(k) | Regressor::Known(k) => tilt(*k),
+        _ => effect.existing.is_some_and(tilt),
+    }
+}

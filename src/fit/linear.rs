@@ -1,0 +1,103 @@
+//! A linear step as Gauss-Newton needs it on its way: where to go, and how far from the readings that is.
+
+use super::step::{self, Step};
+use super::system::{rounding, weigh};
+use super::{Remount, Settings};
+use crate::campaign::Campaign;
+use crate::design::DesignMatrix;
+use crate::error::Result;
+use crate::estimate::{self, Group, ScaleHints, System};
+
+/// The solution of one linear problem.
+pub(super) struct Linear {
+    /// The weighted system.
+    pub system: System,
+    /// The step of the estimated parameters, constraints included.
+    pub change: Vec<f64>,
+    /// Residuals after the whole step, in the units of the readings.
+    pub residuals: Vec<f64>,
+    /// Number of independent columns.
+    pub rank: usize,
+    /// Scales of the groups, for the next step to begin with.
+    scales: Vec<f64>,
+    weights: Weights,
+}
+
+/// How the step weighs what it makes smaller.
+enum Weights {
+    /// One weight for each row; robust ones included.
+    Rows(Vec<f64>),
+    /// For each reading's unit error, what it is in the whitened rows.
+    Whitened(Vec<Vec<(usize, f64)>>),
+}
+
+impl Linear {
+    /// Solve at a design's point, after the solution at another point if there is one. Errors: those of [`step::solve`].
+    pub fn at(
+        campaign: &Campaign,
+        design: &DesignMatrix,
+        before: Option<&Linear>,
+        settings: &Settings,
+    ) -> Result<Self> {
+        let plain = campaign.constraints.is_empty() && settings.robust.is_none() && settings.remount == Remount::No;
+        if !plain {
+            return Ok(Linear::from(step::solve(campaign, design, settings)?));
+        }
+        let system = weigh(campaign, design, settings.weighting)?;
+        let hints =
+            ScaleHints { start: before.map_or(&[], |step| &step.scales), least: &rounding(campaign, design, &system) };
+        let found = estimate::solve(&system, &hints, &settings.adjust)?;
+        let weights = weights(&system, |g| found.group_scale.get(g).copied());
+        let (change, residuals, rank) = (found.solution, found.residuals, found.rank);
+        Ok(Linear { system, change, residuals, rank, scales: found.group_scale, weights: Weights::Rows(weights) })
+    }
+
+    /// What the step makes smaller: the weighted sum of squares, with the whitened rows' covariance or the robust weights of this step.
+    pub fn merit(&self, values: &[f64]) -> f64 {
+        match &self.weights {
+            Weights::Rows(weights) => values.iter().zip(weights).map(|(v, w)| (v * w).powi(2)).sum(),
+            Weights::Whitened(columns) => {
+                let mut whitened = vec![0.0; values.len()];
+                for (v, column) in values.iter().zip(columns) {
+                    for (row, entry) in column {
+                        if let Some(sum) = whitened.get_mut(*row) {
+                            *sum += entry * v;
+                        }
+                    }
+                }
+                whitened.iter().map(|v| v * v).sum()
+            }
+        }
+    }
+}
+
+impl From<Step> for Linear {
+    fn from(step: Step) -> Self {
+        let estimate = &step.estimate;
+        let weights = match step.indicators {
+            Some(columns) => Weights::Whitened(columns),
+            None => {
+                // the scale of one group alone changes nothing
+                let scale = |g: usize| {
+                    (estimate.group_iterations > 0).then(|| estimate.group_scale.get(g).copied().flatten()).flatten()
+                };
+                let mut weights = weights(&step.system, scale);
+                for (w, robust) in weights.iter_mut().zip(step.robust.iter().flat_map(|record| &record.weights)) {
+                    *w *= robust.sqrt();
+                }
+                Weights::Rows(weights)
+            }
+        };
+        let (residuals, rank) = (step.estimate.residuals, step.estimate.rank);
+        Linear { system: step.system, change: step.change, residuals, rank, scales: Vec::new(), weights }
+    }
+}
+
+/// `1 / (s_g u)` with the estimated scale where there are several.
+fn weights(system: &System, scale: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
+    let scale_of = |group: &Group| match group {
+        Group::Estimated(g) => scale(*g).filter(|s| *s > 0.0).unwrap_or(1.0),
+        Group::Known => 1.0,
+    };
+    system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
+}

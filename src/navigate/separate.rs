@@ -1,0 +1,206 @@
+//! Motions that would tell an error from its aliases: the signatures under other motions, beside those at hand.
+//!
+//! If the error has the size that was found, and its alias is fitted to the present data and to a further run together, what remains is
+//!
+//! ```text
+//! D = |x| * |(1 - P_{others, alias}) c|,     c: the error's weighted column of both runs
+//! ```
+//!
+//! standard deviations long. A motion tells where `D` is five or more.
+
+use super::diagnose::{Finding, Look};
+use super::errors::Source;
+use super::measured::{CHANNELS, Measured, MeasuredRow};
+use super::mission::Mission;
+use super::motion::{Attitude, Leg, Legs, Motion, Oscillation, Path};
+use super::signatures::System;
+use super::study;
+use super::whiten::whiten;
+use crate::error::Result;
+use std::f64::consts::FRAC_PI_2;
+
+/// A motion that tells an error from some of its aliases.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Separation {
+    /// The motion.
+    pub motion: Motion,
+    /// Aliases that it tells from the error, in their order.
+    pub tells: Vec<Source>,
+    /// By how many standard deviations at least.
+    pub by: f64,
+}
+
+/// Standard deviations that tell two errors apart.
+const TELLS: f64 = 5.0;
+/// Most motions that are named.
+const NAMED: usize = 4;
+/// Rows of a further run that are computed; more are counted by their number.
+const ROWS: usize = 120;
+
+/// Step for motions at rest, s.
+const AT_REST: f64 = 2.0;
+
+/// A motion, and the columns of a run of it beside the present data.
+struct Alternative {
+    motion: Motion,
+    columns: Vec<Vec<f64>>,
+}
+
+/// Name the motions for each finding that has aliases.
+pub(super) fn separate(
+    mission: &Mission,
+    measured: &Measured,
+    u: &[f64],
+    look: &Look,
+    set: &[usize],
+    findings: &mut [Finding],
+) -> Result<()> {
+    if findings.iter().all(|finding| finding.aliases.is_empty()) {
+        return Ok(());
+    }
+    let sources = Source::catalogue();
+    let index = |source: &Source| sources.iter().position(|other| other == source);
+    let alternatives = alternatives(mission, measured, u)?;
+    for finding in findings {
+        let Some(own) = index(&finding.source) else { continue };
+        let others: Vec<usize> = set.iter().copied().filter(|j| *j != own).collect();
+        let aliases: Vec<(Source, usize)> = finding
+            .aliases
+            .iter()
+            .filter(|alias| !alias.absurd && alias.together_with.is_none())
+            .filter_map(|alias| Some((alias.source, index(&alias.source)?)))
+            .collect();
+        for alternative in &alternatives {
+            let column = |j: usize| -> Vec<f64> {
+                let scale = look.scale.get(j).copied().unwrap_or(1.0);
+                let present = look.folded.get(j).into_iter().flatten().map(|v| v * scale);
+                present.chain(alternative.columns.get(j).into_iter().flatten().copied()).collect()
+            };
+            let told: Vec<(Source, f64)> = aliases
+                .iter()
+                .map(|(source, j)| {
+                    let basis: Vec<Vec<f64>> = others.iter().chain([j]).map(|j| column(*j)).collect();
+                    (*source, finding.value.abs() * left(column(own), basis))
+                })
+                .filter(|(_, sigmas)| *sigmas >= TELLS)
+                .collect();
+            if !told.is_empty() {
+                finding.separate_by.push(Separation {
+                    motion: alternative.motion.clone(),
+                    by: told.iter().fold(f64::INFINITY, |least, (_, sigmas)| least.min(*sigmas)),
+                    tells: told.into_iter().map(|(source, _)| source).collect(),
+                });
+            }
+        }
+        finding.separate_by.sort_by(|a, b| b.tells.len().cmp(&a.tells.len()).then(b.by.total_cmp(&a.by)));
+        finding.separate_by.truncate(NAMED);
+    }
+    Ok(())
+}
+
+/// Norm of a column outside the span of others.
+fn left(mut column: Vec<f64>, others: Vec<Vec<f64>>) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let project = |vector: &mut Vec<f64>, basis: &[Vec<f64>]| {
+        for _ in 0..2 {
+            for direction in basis {
+                let along = dot(direction, vector);
+                vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
+            }
+        }
+        dot(vector, vector).sqrt()
+    };
+    for mut other in others {
+        let before = dot(&other, &other).sqrt();
+        let size = project(&mut other, &basis);
+        if size > 1e-9 * before {
+            other.iter_mut().for_each(|v| *v /= size);
+            basis.push(other);
+        }
+    }
+    project(&mut column, &basis)
+}
+
+/// Further runs with the channels, the times and the noise of the first one at hand.
+fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec<Alternative>> {
+    let Some(first) = measured.runs.first() else { return Ok(Vec::new()) };
+    let mut noise = [None; CHANNELS];
+    for (cell, u) in measured.cells().zip(u) {
+        if let Some(slot) = noise.get_mut(cell.channel).filter(|slot| slot.is_none()) {
+            *slot = Some(*u);
+        }
+    }
+    let every = first.rows.len().div_ceil(ROWS).max(1);
+    // fewer rows, each as good as those that it stands for; random walks do not average out so
+    let counts = if mission.errors.is_noisy() { 1.0 } else { (every as f64).sqrt() };
+    let noise = noise.map(|u| u.map(|u: f64| u / counts));
+    let mut alternatives = Vec::new();
+    for motion in motions(mission, measured) {
+        let mut flown = mission.clone();
+        flown.motion = motion.clone();
+        if motion.path == Path::Stays && motion.fastest_rate() == 0.0 {
+            // nothing changes at rest but Schuler's oscillation, which seconds are short against
+            flown.step = mission.step.max(AT_REST);
+            flown.steps = 2 * (0.5 * mission.duration() / flown.step).ceil() as u64;
+        }
+        let mut run = Measured::default();
+        for row in first.rows.iter().step_by(every) {
+            run.push(0, MeasuredRow { time: row.time, value: noise.map(|u| u.map(|_| 0.0)), u: noise });
+        }
+        let own: Vec<f64> = run.cells().map(|cell| cell.u.unwrap_or(1.0)).collect();
+        let System { mut columns, walks } = System::new(&flown, &run);
+        whiten(&run, &walks, &own, &mut columns);
+        alternatives.push(Alternative { motion, columns });
+    }
+    Ok(alternatives)
+}
+
+/// Motions worth trying, the simplest first: those of the mission that are not in the data, turned headings, tilts, a swing, legs.
+fn motions(mission: &Mission, measured: &Measured) -> Vec<Motion> {
+    let at_hand: Vec<&Motion> =
+        measured.runs.iter().map(|run| super::signatures::motion(mission, run.motion)).collect();
+    let yaw = mission.motion.attitude.yaw.mean;
+    let angle = |mean: f64, degrees: f64, period: f64, phase: f64| Oscillation {
+        mean,
+        amplitude: degrees.to_radians(),
+        period,
+        phase: phase.to_radians(),
+    };
+    let swing = Attitude {
+        pitch: angle(0.0, 7.0, 6.0, 0.0),
+        roll: angle(0.0, 10.0, 8.0, 0.0),
+        yaw: angle(yaw, 5.0, 10.0, 45.0),
+    };
+    let pair = 2.0 * mission.step;
+    let whole = |time: f64| (time / pair).round().max(1.0) * pair;
+    let legs = Legs {
+        heading: -yaw,
+        speed: 0.0,
+        legs: vec![
+            Leg { duration: whole(0.2 * mission.duration()), acceleration: 0.0 },
+            Leg { duration: whole(200f64.min(0.1 * mission.duration())), acceleration: 0.05 },
+            Leg { duration: f64::INFINITY, acceleration: 0.0 },
+        ],
+    };
+    let turned = |quarters: f64| Motion::at_rest(0.0, 0.0, wrapped(yaw - quarters * FRAC_PI_2));
+    let mut tried: Vec<Motion> = study::motions(mission).into_iter().map(|(_, motion)| motion.clone()).collect();
+    tried.extend([turned(1.0), turned(2.0)]);
+    tried.extend([Motion::at_rest(FRAC_PI_2 / 3.0, 0.0, yaw), Motion::at_rest(0.0, FRAC_PI_2 / 3.0, yaw)]);
+    tried.extend(Motion::swing(swing).ok());
+    tried.push(Motion::legs(legs));
+    let mut kept: Vec<Motion> = Vec::new();
+    for motion in tried {
+        let new = !at_hand.contains(&&motion) && !kept.contains(&motion);
+        if new && mission.clone().beside(motion.clone()).is_ok() {
+            kept.push(motion);
+        }
+    }
+    kept
+}
+
+/// A yaw within half a turn.
+fn wrapped(yaw: f64) -> f64 {
+    let turn = 4.0 * FRAC_PI_2;
+    yaw - turn * (yaw / turn).round()
+}

@@ -1,0 +1,63 @@
+//! A choice among plain rows, without benches: for other programs, and for tests against full enumeration.
+
+use super::blocks::Blocks;
+use super::bound::bound;
+use super::exchange::{Objective, Problem, best_of_starts};
+
+/// A choice among plain rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Candidates, sorted, with repeats.
+    pub chosen: Vec<usize>,
+    /// The objective, by a fresh factorisation: `-log det M`, `tr(W M^-1)`, or the largest `x' M^-1 x`.
+    pub value: f64,
+    /// Starts that ended there.
+    pub hits: usize,
+    /// What no choice can fall short of: the approximate design's bound.
+    pub bound: Option<f64>,
+    /// What weights instead of repeats reach; the bound is loose by no more than the difference.
+    pub weights_reach: Option<f64>,
+}
+
+/// The best choice of `count` among plain blocks of rows, each at most `most_repeats` times. The bound costs more than one start, so it is found
+/// only on request. `None` where no such choice determines the unknowns, or an objective has another number of unknowns.
+///
+/// ```
+/// use tumble::plan::{Blocks, Objective, choose};
+/// // a straight line on [-1, 1]: two readings at each end, det M = 4 * 4
+/// let line = Blocks::from_fn(21, 1, 2, |j, _, c| if c == 0 { 1.0 } else { j as f64 / 10.0 - 1.0 });
+/// let best = choose(&line, 4, usize::MAX, &Objective::Determinant, 1, 7, true).unwrap();
+/// assert_eq!(best.chosen, [0, 0, 20, 20]);
+/// assert!((best.value + 16f64.ln()).abs() < 1e-12 && (best.bound.unwrap() - best.value) > -1e-4);
+/// ```
+pub fn choose(
+    blocks: &Blocks,
+    count: usize,
+    most_repeats: usize,
+    objective: &Objective,
+    starts: usize,
+    seed: u64,
+    with_bound: bool,
+) -> Option<Choice> {
+    let n = blocks.unknowns();
+    let fits = match objective {
+        Objective::Determinant => true,
+        Objective::Trace(w) => w.len() == n * n,
+        Objective::Largest(rows) => rows.unknowns() == n,
+    };
+    if !fits {
+        return None;
+    }
+    let base = vec![0.0; n * n];
+    let problem =
+        Problem { blocks, base: &base, objective, choose: count, most_repeats, neighbours: &[], prices: None };
+    let (design, hits) = best_of_starts(&problem, starts, seed)?;
+    let bound = if with_bound { bound(blocks, &base, objective, count) } else { None };
+    Some(Choice {
+        chosen: design.chosen,
+        value: design.value,
+        hits,
+        bound: bound.as_ref().map(|b| b.value),
+        weights_reach: bound.map(|b| b.reached),
+    })
+}

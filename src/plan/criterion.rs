@@ -1,0 +1,91 @@
+//! What is best: criteria in the coordinates of the candidates.
+
+use super::exchange::Objective;
+use super::pool::Pool;
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::{Campaign, Kind};
+use crate::error::{Fault, Malformed, Result};
+
+/// What the best schedule is best in.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Criterion {
+    /// Smallest volume of the confidence ellipsoid of all estimated parameters.
+    #[default]
+    D,
+    /// Smallest sum of squared uncertainties of the angles (of all parameters, each in units of what all candidates give, where none is an angle).
+    A,
+    /// Smallest largest uncertainty of a predicted reading, over all candidates.
+    G,
+    /// Smallest uncertainty of one parameter or derived quantity.
+    C(String),
+}
+
+/// The criterion in the coordinates of the pool. Errors: a quantity that does not exist or that the candidates do not determine.
+pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion) -> Result<Objective> {
+    let n = campaign.unknowns();
+    let unit = |k: usize| (0..n).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
+    match criterion {
+        Criterion::D => Ok(Objective::Determinant),
+        Criterion::G => Ok(Objective::Largest(pool.rows.clone())),
+        Criterion::A => {
+            let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
+            let some_tilt = (0..n).any(|k| is_tilt(&k));
+            let terms = (0..n)
+                .filter(|k| !some_tilt || is_tilt(k))
+                .filter_map(|k| pool.coordinates(&unit(k)))
+                .map(|c| (if some_tilt { 1.0 } else { 1.0 / c.iter().map(|c| c * c).sum::<f64>() }, c));
+            let terms: Vec<(f64, Vec<f64>)> = terms.collect();
+            if terms.is_empty() {
+                return Err(not_determined("an angle"));
+            }
+            Ok(Objective::Trace(weight_matrix(&terms, pool.blocks.unknowns())))
+        }
+        Criterion::C(id) => {
+            let c = match campaign.parameter_index(id).filter(|k| *k < n) {
+                Some(k) => unit(k),
+                None => gradient_of(campaign, id)?,
+            };
+            let c = pool.coordinates(&c).ok_or_else(|| not_determined(&format!("'{id}'")))?;
+            Ok(Objective::Trace(weight_matrix(&[(1.0, c)], pool.blocks.unknowns())))
+        }
+    }
+}
+
+fn not_determined(what: &str) -> Malformed {
+    Malformed::new(Fault::Value, format!("even all candidates together do not determine {what}"))
+        .expected("candidates that separate it from the other parameters, or a prior")
+}
+
+/// Gradient of a derived quantity by the estimated parameters at the reference point.
+fn gradient_of(campaign: &Campaign, id: &str) -> Result<Vec<f64>> {
+    let Some(quantity) = campaign.derived.iter().find(|d| d.id == id) else {
+        let mut names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+        names.extend(campaign.derived.iter().map(|d| d.id.as_str()));
+        return Err(Malformed::new(
+            Fault::UnknownName,
+            format!("the best set for '{id}' cannot be found: it is not estimated here"),
+        )
+        .expected(format!("one of {}", names.join(", ")))
+        .found(format!("'{id}'")));
+    };
+    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+    let tape = Tape::compile(&quantity.line, &ids)?;
+    let mut gradient = vec![0.0; ids.len()];
+    tape.gradient(&campaign.reference_point(), &mut Scratch::default(), &mut gradient);
+    gradient.truncate(campaign.unknowns());
+    if gradient.iter().any(|g| !g.is_finite()) || gradient.iter().all(|g| *g == 0.0) {
+        return Err(Malformed::new(Fault::Value, format!("'{id}' has no derivative at the reference point"))
+            .expected("a quantity that is smooth there, or \"start\" values at which it is")
+            .found(quantity.line.to_string()));
+    }
+    Ok(gradient)
+}
+
+/// `sum w c c'`, row by row.
+pub(super) fn weight_matrix(terms: &[(f64, Vec<f64>)], n: usize) -> Vec<f64> {
+    let mut w = vec![0.0; n * n];
+    for (weight, c) in terms {
+        super::blocks::add_outer(&mut w, *weight, c);
+    }
+    w
+}

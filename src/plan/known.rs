@@ -1,0 +1,131 @@
+//! Known inputs: how their uncertainties reach the estimates, when nobody knows yet how large the tilts are.
+//!
+//! ```text
+//! c(x) = -A^+ d f / d known  at the tilts x,    Type B covariance of the estimates: u^2 E[c c'] = u^2 (c0 c0' + sum_k g_k g_k')
+//! g_k = [c(s_k e_k) - c(-s_k e_k)] / 2,         tilts independent, with expected sizes (standard deviations) s_k
+//! ```
+//!
+//! At zero tilts a scale factor error moves no angle at all; at tilts of `x` it moves them by `x u(kI) / kI`. A fit knows `x`, a plan cannot:
+//! the size is the user's to state. Where it is not stated, that part is left out, and what it would be is said.
+
+use super::effort::Noise;
+use super::judge::system;
+use crate::campaign::{Campaign, Kind, Parameter, Role};
+use crate::design::{self, DesignMatrix, Model};
+use crate::error::Result;
+use crate::estimate::{self, Estimate};
+
+/// Size for which the part that was left out is told: 100 arcsec.
+const FOR_EXAMPLE: f64 = 100.0 * std::f64::consts::PI / 648_000.0;
+
+/// What a known input's uncertainty does through the tilts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThroughTilts {
+    /// Size of the tilts, radians: as stated, or an example where none was.
+    pub size: f64,
+    /// Is it counted in the predicted uncertainties? Only where it was stated.
+    pub counted: bool,
+    /// The known input that matters most.
+    pub known: String,
+    /// The estimated parameter that it moves most, as a share of what the readings leave.
+    pub parameter: usize,
+    /// Standard uncertainty from it at tilts of this size.
+    pub u: f64,
+}
+
+/// For each known input, `u c` at the reference point and `u g_k` for each tilt of stated size; and what was left out or added.
+pub(super) fn contributions(
+    campaign: &Campaign,
+    model: &Model,
+    design: &DesignMatrix,
+    estimate: &Estimate,
+    noise: &Noise,
+) -> Result<(Vec<Vec<f64>>, Option<ThroughTilts>)> {
+    let known: Vec<(usize, f64)> = campaign
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(k, p)| match p.role {
+            Role::Known(known) if known.u > 0.0 => Some((k, known.u)),
+            _ => None,
+        })
+        .collect();
+    let mut parts: Vec<Vec<f64>> = sensitivities(campaign, design, estimate, &known);
+    let tilts: Vec<(usize, Option<f64>)> = campaign
+        .estimated()
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| p.kind == Kind::Tilt && !known.is_empty())
+        .filter_map(|(k, p)| Some((k, expected_size(p, noise.tilts)?)))
+        .collect();
+    let n = campaign.unknowns();
+    let unstated = tilts.iter().any(|(_, size)| size.is_none());
+    let mut squares = vec![vec![0.0; n]; known.len()];
+    for (tilt, size) in &tilts {
+        let step = size.unwrap_or(FOR_EXAMPLE);
+        let at = |sign: f64| -> Result<Vec<Vec<f64>>> {
+            let mut point = design.point.clone();
+            if let Some(value) = point.get_mut(*tilt) {
+                *value += sign * step;
+            }
+            let there = design::assemble(campaign, model, &point)?;
+            let adjusted = estimate::adjust(&system(campaign, &there, noise), &estimate::Settings::default())?;
+            Ok(sensitivities(campaign, &there, &adjusted, &known))
+        };
+        for ((plus, minus), squares) in at(1.0)?.into_iter().zip(at(-1.0)?).zip(&mut squares) {
+            let half: Vec<f64> = plus.iter().zip(&minus).map(|(p, m)| 0.5 * (p - m)).collect();
+            squares.iter_mut().zip(&half).for_each(|(s, g)| *s += g * g);
+            if size.is_some() {
+                parts.push(half);
+            }
+        }
+    }
+    let share = |k: usize, u: f64| {
+        let own = estimate.covariance[(k, k)].sqrt();
+        if own > 0.0 && estimate.estimable.get(k).copied().unwrap_or(false) { u / own } else { 0.0 }
+    };
+    let all =
+        squares.iter().zip(&known).flat_map(|(s, (p, _))| s.iter().enumerate().map(move |(k, s)| (*p, k, s.sqrt())));
+    let strongest = all.fold(None::<(usize, usize, f64)>, |best, next| match best {
+        Some(before) if share(before.1, before.2) >= share(next.1, next.2) => Some(before),
+        _ => Some(next),
+    });
+    let through = strongest.filter(|(_, k, u)| share(*k, *u) > 1e-6).map(|(p, parameter, u)| ThroughTilts {
+        size: if unstated { FOR_EXAMPLE } else { noise.tilts.unwrap_or(FOR_EXAMPLE) },
+        counted: !unstated,
+        known: campaign.parameters.get(p).map(|p| p.id.clone()).unwrap_or_default(),
+        parameter,
+        u,
+    });
+    Ok((parts, through))
+}
+
+/// The expected size of a tilt: a prior tells it, else the user. `None` for one that starts where the campaign says, and so is known well enough.
+fn expected_size(parameter: &Parameter, stated: Option<f64>) -> Option<Option<f64>> {
+    match &parameter.role {
+        Role::Estimated { start: Some(_), .. } => None,
+        Role::Estimated { prior: Some(prior), .. } => Some(Some(prior.u)),
+        _ => Some(stated),
+    }
+}
+
+/// For each known input, its uncertainty times how the estimates follow it, `-A^+ df/dp`.
+fn sensitivities(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    estimate: &Estimate,
+    known: &[(usize, f64)],
+) -> Vec<Vec<f64>> {
+    known
+        .iter()
+        .map(|(k, u)| {
+            let mut shift = vec![0.0; estimate.residuals.len()];
+            for (i, value) in shift.iter_mut().enumerate().take(design.rows.len()) {
+                *value = -design.jacobian[(i, *k)] * u;
+            }
+            let mut c = estimate.factor.solve(&shift).unwrap_or_else(|_| vec![0.0; campaign.unknowns()]);
+            c.truncate(campaign.unknowns());
+            c
+        })
+        .collect()
+}

@@ -1,0 +1,71 @@
+//! The effects of the catalogue on a schedule, as a person at a terminal reads them.
+
+use super::ForesightReport;
+use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
+use super::table::{plain, significant};
+
+/// Groups that are listed; the rest are in the JSON and on the page.
+const LISTED: usize = 12;
+/// Names that are listed on one line.
+const NAMED: usize = 8;
+
+/// The first names of a list, and how many more there are.
+pub(super) fn some_of(list: &[String], most: usize) -> String {
+    let mut text = list.iter().take(most).cloned().collect::<Vec<_>>().join(", ");
+    if list.len() > most {
+        text.push_str(&format!(" and {} more", list.len() - most));
+    }
+    text
+}
+
+/// The table.
+pub(super) fn foresight_table(report: &ForesightReport) -> String {
+    let lines = group_lines(report);
+    let mut text = format!("\nWhat a diagnosis could find ({} effects tried):\n", report.effects.len());
+    text.push_str(&format!("  {}\n\n", rule_text(report)));
+    let rows: Vec<Vec<String>> = lines
+        .iter()
+        .take(LISTED)
+        .map(|line| {
+            let alike = match &line.nearest {
+                Some(nearest) if line.alike.is_empty() => nearest.clone(),
+                _ => some_of(&line.alike, 2),
+            };
+            vec![
+                line.effect.clone(),
+                significant(line.minimal, 3),
+                line.unit.clone(),
+                format!("{} u", significant(line.at_a_reading, 2)),
+                line.moves.clone(),
+                alike,
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        text.push_str("no effect of the catalogue would show: the model absorbs all of them\n");
+    } else {
+        let header = ["effect", "shows from", "unit", "then at a reading", "and shifts", "cannot be told from"];
+        text.push_str(&plain(&header, &rows));
+    }
+    if lines.len() > LISTED {
+        text.push_str(&format!("and {} less plain directions (--json, --html)\n", lines.len() - LISTED));
+    }
+    let places = hidden(report);
+    if !places.is_empty() {
+        text.push_str("\nNever shows, because estimated parameters take it up:\n");
+        for (place, list) in places.iter().take(NAMED) {
+            text.push_str(&format!("  {} (hides in {place})\n", some_of(list, NAMED)));
+        }
+        if places.len() > NAMED {
+            text.push_str(&format!("  and effects in {} other combinations\n", places.len() - NAMED));
+        }
+    }
+    let zero = not_exercised(report);
+    if !zero.is_empty() {
+        text.push_str(&format!("Zero at every position of this schedule: {}\n", some_of(&zero, NAMED)));
+    }
+    for (column, families) in lacking(report) {
+        text.push_str(&format!("Not tried without a column {column}: {families} kinds of effect\n"));
+    }
+    text
+}

@@ -1,0 +1,233 @@
+//! The page of a diagnosis of navigation errors: what is missing, the gap shrinking, what else it could be.
+
+use super::{Align, Figure, Page, Section, Table, Tone};
+use crate::error::Result;
+use crate::navigate::diagnose::NavigationDiagnosis;
+use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
+use crate::report::navigate_diagnose_table::{alias, unit, verdict};
+use crate::report::plot::{Curve, curves};
+use crate::report::table::{rounded, significant};
+use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
+
+/// Titles and units of the channels' figures.
+const TITLES: [(&str, &str); 7] = [
+    ("phi about east", "arcsec"),
+    ("phi about north", "arcsec"),
+    ("phi about up", "arcsec"),
+    ("velocity east", "m/s"),
+    ("velocity north", "m/s"),
+    ("position east", "m"),
+    ("position north", "m"),
+];
+
+/// The page of a report, with figures of the diagnosis that it tells of.
+pub fn navigate_diagnose_page(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> Result<Page> {
+    let title = if report.mission.is_empty() { "Navigation errors" } else { &report.mission };
+    let mut page = Page::new(format!("{title}: diagnosis"));
+    let runs: Vec<String> = report.runs.iter().map(|run| format!("{} rows of {}", run.rows, run.motion)).collect();
+    page.subtitle = format!("Measured navigation errors: {}", runs.join(", "));
+    page.colophon.push(("tumble".into(), report.tumble.clone()));
+    let tone = match report.verdict.as_str() {
+        "nothing-missing" => Tone::Good,
+        "unexplained" => Tone::Bad,
+        _ => Tone::Caution,
+    };
+    let mut result = Section::new("Result").verdict(tone, verdict(report)).table(effects(report));
+    if let Some(unexplained) = &report.unexplained {
+        result = result.prose(unexplained.pattern.clone());
+        if !unexplained.nearest.is_empty() {
+            let nearest: Vec<String> = unexplained.nearest.iter().map(|id| format!("`{id}`")).collect();
+            result = result.prose(format!(
+                "Nearest of the catalogue: {} would take off {:.2} % and leave more than noise, so nothing was accepted.",
+                nearest.join(" + "),
+                100.0 * unexplained.nearest_explains
+            ));
+        }
+    }
+    page = page.section(result);
+    for effect in &report.effects {
+        page = page.section(rivals(effect));
+    }
+    page = page.section(gap(report)).section(figures(report, diagnosis)?).section(cells(report));
+    let mut rest = Section::new("Where this comes from");
+    rest = rest.prose(format!(
+        "{} error sources were tried, {} of them distinct in these data; every p accounts for that. What was found was put into the full \
+         simulation {} times, until the refit {}.",
+        report.candidates,
+        report.distinct_candidates,
+        report.refits,
+        if report.settled { "settled" } else { "was given up" }
+    ));
+    if !report.invisible.is_empty() {
+        let names: Vec<String> = report.invisible.iter().map(|id| format!("`{id}`")).collect();
+        rest = rest.prose(format!("These data cannot show {}.", names.join(", ")));
+    }
+    Ok(page.section(rest))
+}
+
+fn effects(report: &NavigateDiagnoseReport) -> Table {
+    let mut table = Table::new(&[
+        ("error", Align::default()),
+        ("what it is", Align::default()),
+        ("value", Align::Right),
+        ("u", Align::Right),
+        ("unit", Align::default()),
+        ("t", Align::Decimal),
+        ("p", Align::Right),
+        ("explains", Align::Right),
+    ]);
+    for effect in &report.effects {
+        table.row(vec![
+            format!("`{}`", effect.regressor),
+            effect.name.clone(),
+            rounded(effect.value, effect.u),
+            effect.u.map_or("-".into(), |u| rounded(u, Some(u))),
+            unit(&effect.unit).into(),
+            format!("{:.1}", effect.t),
+            significant(effect.p, 2),
+            format!("{:.1} %", 100.0 * effect.explains),
+        ]);
+    }
+    table.note = "Values are changes of the mission's errors.".into();
+    table
+}
+
+fn rivals(effect: &NavigationEffectReport) -> Section {
+    let mut section = Section::new(format!("What else {} could be", effect.regressor));
+    if effect.aliases.is_empty() {
+        return section;
+    }
+    section = section.prose("These data cannot tell it from:");
+    section = section.list(effect.aliases.iter().map(|own| format!("`{}`, {}", alias(own), own.name)).collect());
+    let tells = effect.separate_by.iter().map(|own| {
+        let names: Vec<String> = own.tells.iter().map(|id| format!("`{id}`")).collect();
+        format!("{}: tells it by {:.0} standard deviations or more from {}", own.is, own.by, names.join(", "))
+    });
+    let tells: Vec<String> = tells.collect();
+    if !tells.is_empty() {
+        section = section.prose("A further run would tell, best first:").list(tells);
+    }
+    section
+}
+
+fn gap(report: &NavigateDiagnoseReport) -> Section {
+    let mut table = Table::new(&[
+        ("gap, in standard uncertainties", Align::default()),
+        ("rms", Align::Decimal),
+        ("largest", Align::Decimal),
+        ("chi-square", Align::Decimal),
+        ("dof", Align::Right),
+        ("p", Align::Right),
+    ]);
+    let row = |name: &str, gap: &GapReport| {
+        let p = gap.p.map_or("-".into(), |p| significant(p, 2));
+        let rms = gap.rms.map_or("-".into(), |v| significant(v, 4));
+        vec![name.into(), rms, significant(gap.max, 4), significant(gap.chi_square, 4), gap.dof.to_string(), p]
+    };
+    table.row(row("before", &report.gap.before));
+    if !report.effects.is_empty() {
+        table.row(row("after", &report.gap.after));
+    }
+    let mut channels = Table::new(&[
+        ("channel", Align::default()),
+        ("motion", Align::default()),
+        ("values", Align::Right),
+        ("rms before", Align::Decimal),
+        ("rms after", Align::Decimal),
+        ("u", Align::Decimal),
+    ]);
+    for own in &report.channels {
+        channels.row(vec![
+            format!("`{}`", own.column),
+            own.motion.clone(),
+            own.values.to_string(),
+            significant(own.rms_before, 4),
+            significant(own.rms_after, 4),
+            significant(own.u, 3),
+        ]);
+    }
+    if report.gap.noise.from == "residuals" {
+        channels.note =
+            "No standard uncertainties are stated for some channels: theirs can only come from what is left, so that \
+                         completeness cannot be tested."
+                .into();
+    }
+    Section::new("The gap: measured minus predicted").table(table).table(channels)
+}
+
+fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> Result<Section> {
+    let found = !report.effects.is_empty();
+    let several = report.runs.len() > 1;
+    let mut figures = Vec::new();
+    for (course, channel) in diagnosis.courses.iter().zip(&diagnosis.channels) {
+        let (what, unit) = TITLES.get(course.channel).copied().unwrap_or_default();
+        let name = CHANNEL_NAMES.get(course.channel).copied().unwrap_or_default();
+        let scale = 1.0 / si_per_unit(course.channel);
+        let where_ = if several { format!(" ({})", course.motion) } else { String::new() };
+        let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
+            label: label.into(),
+            points: course.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
+            dashed: false,
+        };
+        let mut lines = vec![line("before", &|point| point.1)];
+        if found {
+            lines.push(line("with what was found", &|point| point.2));
+        }
+        figures.push(Figure {
+            caption: format!("Gap of `{name}`{where_}"),
+            description: format!(
+                "Gap of {name}{where_}: root mean square {} before, {} after",
+                significant(scale * channel.before.0, 3),
+                significant(scale * channel.after.0, 3)
+            ),
+            svg: curves(&lines, what, unit, "time, h")?,
+            wide: false,
+        });
+        if found {
+            // the band of two u as a box around the time of the run
+            let (first, last) = (course.points.first().map_or(0.0, |p| p.0), course.points.last().map_or(0.0, |p| p.0));
+            let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
+            let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
+            let lines =
+                [Curve { label: "two u".into(), points: band, dashed: true }, line("what is left", &|point| point.2)];
+            figures.push(Figure {
+                caption: format!("What is left of `{name}`{where_}, with two standard uncertainties"),
+                description: String::new(),
+                svg: curves(&lines, what, unit, "time, h")?,
+                wide: false,
+            });
+        }
+    }
+    Ok(Section::new("In time").figures(figures))
+}
+
+fn cells(report: &NavigateDiagnoseReport) -> Section {
+    let mut table = Table::new(&[
+        ("channel", Align::default()),
+        ("motion", Align::default()),
+        ("time, h", Align::default()),
+        ("values", Align::Right),
+        ("mean gap", Align::Decimal),
+        ("in standard deviations", Align::Decimal),
+    ]);
+    for cell in report.unexplained.iter().flat_map(|own| &own.cells) {
+        table.row(vec![
+            format!("`{}`", cell.column),
+            cell.motion.clone(),
+            format!("{} to {}", significant(cell.from_h, 3), significant(cell.to_h, 3)),
+            cell.values.to_string(),
+            significant(cell.mean, 3),
+            format!("{:.1}", cell.z),
+        ]);
+    }
+    let mut far = Table::new(&[
+        ("single values far off", Align::default()),
+        ("motion", Align::default()),
+        ("time, s", Align::Decimal),
+        ("in standard uncertainties", Align::Decimal),
+    ]);
+    for own in &report.suspects {
+        far.row(vec![format!("`{}`", own.column), own.motion.clone(), own.time_s.to_string(), format!("{:.1}", own.z)]);
+    }
+    Section::new("Where it is").table(table).table(far)
+}

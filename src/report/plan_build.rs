@@ -1,0 +1,223 @@
+//! From a judgement and what was found beside it to the report of a plan.
+
+use super::foresight::foresight_report;
+use super::plan::*;
+use super::separation::not_estimable;
+use super::{ARCSEC, VERSION, position_keys};
+use crate::campaign::{Campaign, Kind};
+use crate::diagnosis::Foresight;
+use crate::plan::{Goal, Improvement, Judgement, Noise, Reached, Request, Separated, Work};
+
+/// What was found beside the judgement of the given schedule.
+#[derive(Debug, Clone, Copy)]
+pub enum Better<'a> {
+    /// The best schedule by a criterion, and the criterion's name.
+    Best(&'a Improvement, &'a str),
+    /// The schedule that reaches goals.
+    Goal(&'a Reached, &'a [Goal]),
+    /// The schedule that tells two effects apart.
+    Apart(&'a Separated, &'a [String; 2]),
+}
+
+/// What a diagnosis could find, of the given schedule and the better one.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Foreseen<'a> {
+    /// Of the given one.
+    pub given: Option<&'a Foresight>,
+    /// Of the better one.
+    pub better: Option<&'a Foresight>,
+}
+
+/// The report of a plan.
+pub fn plan_report(
+    campaign: &Campaign,
+    noise: &Noise,
+    judgement: &Judgement,
+    better: Option<Better<'_>>,
+    foreseen: Foreseen<'_>,
+    request: &Request,
+) -> PlanReport {
+    let given = judgement_report(campaign, judgement, foreseen.given);
+    let sensors = campaign.bench.sensors.iter();
+    let improved = better.map(|better| {
+        let (improvement, criterion) = match better {
+            Better::Best(improvement, criterion) => (improvement, criterion.to_string()),
+            Better::Goal(reached, _) => (&reached.improvement, "goal".to_string()),
+            Better::Apart(separated, [a, b]) => (&separated.improvement, format!("T:{a}|{b}")),
+        };
+        let own = judgement_report(&improvement.schedule, &improvement.judgement, foreseen.better);
+        let budget = request.budget.filter(|_| matches!(better, Better::Best(..)));
+        let effort = |work: &WorkReport| if budget.is_some() { work.cost } else { work.readings as f64 };
+        ImprovedReport {
+            criterion,
+            budget,
+            candidates: improvement.candidates,
+            chosen: improvement.chosen,
+            efficiency: improvement.efficiency,
+            bound_gap: improvement.bound_gap,
+            starts: improvement.starts,
+            hits: improvement.hits,
+            seed: request.seed,
+            check: improvement.check,
+            effort: if budget.is_some() { "cost" } else { "readings" }.into(),
+            comparison: comparison(
+                &given,
+                &own,
+                (effort(&given.work) / effort(&own.work).max(f64::MIN_POSITIVE)).sqrt(),
+            ),
+            positions: positions(&improvement.schedule),
+            unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
+            goal: match better {
+                Better::Goal(reached, goals) => Some(goal_report(campaign, reached, goals)),
+                Better::Best(..) | Better::Apart(..) => None,
+            },
+            separation: match better {
+                Better::Apart(separated, effects) => {
+                    let Separated { before, after, .. } = separated;
+                    Some(DiscriminationReport { effects: effects.clone(), before: *before, after: *after })
+                }
+                Better::Best(..) | Better::Goal(..) => None,
+            },
+            judgement: own,
+        }
+    });
+    PlanReport {
+        tumble: VERSION.into(),
+        report: "plan".into(),
+        bench: campaign.bench.id.clone(),
+        model: sensors.clone().map(|s| (s.id.clone(), s.model.to_string())).collect(),
+        noise: sensors
+            .zip(&noise.sensors)
+            .map(|(s, n)| {
+                (s.id.clone(), SensorNoiseReport { sd: n.sd, unit: s.unit.clone(), from: n.from.name().to_string() })
+            })
+            .collect(),
+        remount: noise
+            .remount
+            .iter()
+            .filter_map(|(k, sd)| Some((campaign.parameters.get(*k)?.id.clone(), *sd)))
+            .collect(),
+        schedule: given,
+        improved,
+    }
+}
+
+fn work(work: Work) -> WorkReport {
+    WorkReport { readings: work.readings, mountings: work.mountings, rate_changes: work.rate_changes, cost: work.cost }
+}
+
+fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Option<&Foresight>) -> JudgementReport {
+    let ids: Vec<String> = judgement.parameters.iter().map(|p| p.id.clone()).collect();
+    let n = ids.len();
+    let is_tilt: Vec<bool> = judgement.parameters.iter().map(|p| p.kind == Kind::Tilt).collect();
+    JudgementReport {
+        work: work(judgement.work),
+        rank: judgement.rank,
+        dof: judgement.dof,
+        condition: judgement.condition,
+        parameters: judgement
+            .parameters
+            .iter()
+            .map(|p| PredictedReport {
+                id: p.id.clone(),
+                kind: if p.kind == Kind::Tilt { "tilt" } else { "coefficient" }.into(),
+                unit: p.unit.clone(),
+                u: p.u,
+                u_arcsec: p.u.filter(|_| p.kind == Kind::Tilt).map(|u| u * ARCSEC),
+                from_readings: p.from_readings,
+                from_known: p.from_known,
+            })
+            .collect(),
+        derived: judgement
+            .derived
+            .iter()
+            .map(|d| PredictedDerivedReport {
+                id: d.id.clone(),
+                line: d.line.clone(),
+                u: d.u,
+                u_arcsec: d.u.filter(|_| d.is_angle).map(|u| u * ARCSEC),
+                is_largest: d.is_largest,
+            })
+            .collect(),
+        correlation: CorrelationReport {
+            matrix: (0..n).map(|i| (0..n).map(|j| judgement.correlation(i, j)).collect()).collect(),
+            order: ids.clone(),
+        },
+        not_estimable: judgement.not_estimable.iter().map(|s| not_estimable(campaign, s)).collect(),
+        drift: judgement.drift,
+        through_tilts: judgement.through_tilts.as_ref().map(|through| {
+            let parameter = judgement.parameters.get(through.parameter);
+            ThroughTiltsReport {
+                tilts_arcsec: through.size * ARCSEC,
+                counted: through.counted,
+                known: through.known.clone(),
+                parameter: parameter.map(|p| p.id.clone()).unwrap_or_default(),
+                u: through.u,
+                u_arcsec: parameter.filter(|p| p.kind == Kind::Tilt).map(|_| through.u * ARCSEC),
+            }
+        }),
+        effects: foresight.map(|foresight| foresight_report(campaign, foresight)),
+        readings: judgement
+            .readings
+            .iter()
+            .map(|r| {
+                let reading = campaign.readings.rows.get(r.origin.reading);
+                let effects = ids.iter().zip(&r.effect).filter(|_| r.mdb.is_some());
+                let tilts = effects.clone().zip(&is_tilt).filter(|(_, tilt)| **tilt);
+                PlannedReadingReport {
+                    index: r.origin.reading + 1,
+                    position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+                    at: reading.map(|r| position_keys(campaign, &r.joints)).unwrap_or_default(),
+                    sensor: campaign.bench.sensors.get(r.origin.sensor).map(|s| s.id.clone()).unwrap_or_default(),
+                    u: r.u,
+                    leverage: r.leverage,
+                    mdb: r.mdb,
+                    effect_arcsec: tilts.map(|((id, e), _)| (id.clone(), e * ARCSEC)).collect(),
+                    effect: effects.map(|(id, e)| (id.clone(), *e)).collect(),
+                }
+            })
+            .collect(),
+    }
+}
+
+fn positions(schedule: &Campaign) -> Vec<PlannedPositionReport> {
+    let rows = schedule.readings.rows.iter();
+    rows.map(|r| PlannedPositionReport { position: r.position.clone(), at: position_keys(schedule, &r.joints) })
+        .collect()
+}
+
+fn comparison(given: &JudgementReport, better: &JudgementReport, effort: f64) -> Vec<ComparisonReport> {
+    let line = |id: &str, unit: &str, given: Option<f64>, better: Option<f64>| ComparisonReport {
+        id: id.to_string(),
+        unit: unit.to_string(),
+        given,
+        equal_effort: given.map(|u| u * effort),
+        better,
+        gain: given.zip(better).filter(|(_, b)| *b > 0.0).map(|(g, b)| g * effort / b),
+    };
+    let own = |u: Option<f64>, arcsec: Option<f64>, is_angle: bool| if is_angle { arcsec } else { u };
+    let parameters = given.parameters.iter().zip(&better.parameters).map(|(g, b)| {
+        let angle = g.kind == "tilt";
+        let unit = if angle { "arcsec" } else { g.unit.as_str() };
+        line(&g.id, unit, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
+    });
+    let derived = given.derived.iter().zip(&better.derived).map(|(g, b)| {
+        let angle = g.u_arcsec.is_some() || b.u_arcsec.is_some();
+        line(&g.id, if angle { "arcsec" } else { "" }, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
+    });
+    parameters.chain(derived).collect()
+}
+
+fn goal_report(campaign: &Campaign, reached: &Reached, goals: &[Goal]) -> GoalReport {
+    let limit = |goal: &Goal| {
+        let tilt = campaign.parameters.iter().any(|p| p.id == goal.id && p.kind == Kind::Tilt);
+        (goal.id.clone(), if tilt { goal.u * ARCSEC } else { goal.u })
+    };
+    GoalReport {
+        limits: goals.iter().map(limit).collect(),
+        reached: reached.reached,
+        largest_share: reached.largest_share,
+        is_fewest: reached.is_fewest,
+        impossible: reached.impossible.clone(),
+    }
+}

@@ -1,0 +1,72 @@
+//! Rank defects in reports: what is free, along which direction, what is determined instead, and where to measure next.
+
+use crate::campaign::{Campaign, JointState};
+use crate::fit::{NamedCombination, Separation};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A rank defect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NotEstimableReport {
+    /// The combination that the readings leave free.
+    pub combination: BTreeMap<String, f64>,
+    /// The same as a line of text.
+    pub text: String,
+    /// Along which direction it is free: parameters may move in these proportions and no reading changes.
+    pub direction: BTreeMap<String, f64>,
+    /// Which parameter hides in which others, where they are more than one.
+    pub hides: Option<String>,
+    /// What is determined instead.
+    pub estimable: Vec<CombinationReport>,
+    /// The further position that would separate it, as reading keys; null if no position of this bench would.
+    pub separate_by: Option<PositionReport>,
+}
+
+/// A position as reading keys, for example `{ "alpha_deg": 270, "gamma_deg_s": 20 }`.
+pub type PositionReport = BTreeMap<String, f64>;
+
+/// A combination of parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CombinationReport {
+    /// Coefficient of each parameter.
+    pub combination: BTreeMap<String, f64>,
+    /// The same as a line of text.
+    pub text: String,
+}
+
+/// A rank defect, and which position would end it.
+pub(super) fn not_estimable(campaign: &Campaign, separation: &Separation) -> NotEstimableReport {
+    let direction = &separation.direction.terms;
+    let hides = match direction.split_last() {
+        Some(((last, _), others @ [.., (before, _)])) if others.len() > 1 => {
+            let names: Vec<&str> = others[..others.len() - 1].iter().map(|(id, _)| id.as_str()).collect();
+            Some(format!("{last} hides in {} and {before}", names.join(", ")))
+        }
+        _ => None,
+    };
+    NotEstimableReport {
+        combination: separation.free.terms.iter().cloned().collect(),
+        text: separation.free.text.clone(),
+        direction: direction.iter().cloned().collect(),
+        hides,
+        estimable: separation.estimable.iter().map(combination).collect(),
+        separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
+    }
+}
+
+/// Joint states as the keys that a reading would have.
+pub fn position_keys(campaign: &Campaign, joints: &[JointState]) -> PositionReport {
+    let mut keys = BTreeMap::new();
+    for (name, state) in campaign.bench.joints().zip(joints) {
+        let (deg, deg_s, turns) = state.keys();
+        for (suffix, value) in [("_deg", deg), ("_deg_s", deg_s), ("_turns", turns)] {
+            keys.extend(value.map(|value| (format!("{name}{suffix}"), value)));
+        }
+    }
+    keys
+}
+
+fn combination(named: &NamedCombination) -> CombinationReport {
+    CombinationReport { combination: named.terms.iter().cloned().collect(), text: named.text.clone() }
+}
