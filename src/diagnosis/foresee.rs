@@ -266,7 +266,7 @@ fn columns(
     let sensors = campaign.bench.sensors.len();
     let wide = campaign.with_readings(crate::campaign::Readings { columns: campaign.readings.columns.clone(), rows });
     let all = design::assemble(&wide, model, &design.point)?;
-    let found = candidates::build(&wide, catalogue, model, &all, all.rows.len(), &super::screen::Chosen::default())?;
+    let found = candidates::build(&wide, catalogue, model, &all, all.rows.len(), &super::screen::chosen(&wide))?;
     let keep = |mut candidate: Candidate| {
         let size = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let at = |origin: &design::RowOrigin| candidate.column.get(origin.reading * sensors + origin.sensor);

@@ -4,7 +4,7 @@ use super::arena::Arena;
 use super::candidates::build;
 use super::noise::{self, Weighted};
 use super::screen::{self, Chosen, Scanned, Screen};
-use super::search::{self, Found, Levels};
+use super::search::{self, Found, IMPLAUSIBLE, Levels};
 use super::support::Support;
 use super::{Candidate, Effect, Step, assumptions};
 use crate::campaign::Campaign;
@@ -37,6 +37,9 @@ pub(super) struct Pass<'a> {
     /// The last pass's record.
     pub steps: Vec<Step>,
 }
+
+/// Where a pass stands: its point, and the scales of the noise if a finished model told them.
+pub(super) type Stand = (Vec<f64>, Option<Vec<Option<f64>>>);
 
 /// What one pass saw and found.
 pub(super) struct Look {
@@ -79,6 +82,16 @@ impl<'a> Pass<'a> {
             }
         }
         self.scales = Some(after.estimate.group_scale.clone());
+    }
+
+    /// Where it stands.
+    pub fn stand(&self) -> Stand {
+        (self.point.clone(), self.scales.clone())
+    }
+
+    /// Stand there again.
+    pub fn go_back(&mut self, stand: Stand) {
+        (self.point, self.scales) = stand;
     }
 
     /// Does the exact fit with a set take off at least half of what its columns promised? If not, the set is banned.
@@ -138,7 +151,7 @@ impl<'a> Pass<'a> {
         let found = match &look.found {
             Found::Nothing => return false,
             Found::Set { set, .. } => set.clone(),
-            Found::Unexplained { nearest } => nearest.clone(),
+            Found::Unexplained { nearest, .. } => nearest.clone(),
         };
         let mut added = 0;
         for set in leader.into_iter().chain([found]) {
@@ -162,8 +175,8 @@ impl<'a> Pass<'a> {
         let handicap: Vec<f64> = candidates
             .iter()
             .map(|candidate| {
-                let small = if candidate.vanishing { 5.0 } else { 0.0 };
-                let rounding = if candidate.rounding { 5.0 } else { 0.0 };
+                let small = if candidate.vanishing { IMPLAUSIBLE } else { 0.0 };
+                let rounding = if candidate.rounding { IMPLAUSIBLE } else { 0.0 };
                 // what was only asserted is the first to be doubted
                 let asserted = if assumptions::is_assumption(candidate) { 0.3 } else { 0.0 };
                 0.4 * f64::from(candidate.rank) + small + rounding - asserted
