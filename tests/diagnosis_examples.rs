@@ -39,6 +39,8 @@ fn table_1_lacks_one_acceleration_sensitive_drift() {
     assert!((report["gap"]["after"]["rms"].as_f64().unwrap() - 0.29e-3).abs() < 0.005e-3);
     assert_eq!(report["gap"]["noise"]["from"], "residuals");
     assert!(names(effect).iter().any(|name| name == "a_S^2"));
+    // a_S changes its sign at alpha = 270 and a_S^2 does not
+    assert_eq!(effect["separate_by"][0]["alpha_deg"].as_f64(), Some(270.0));
 }
 
 #[test]

@@ -14,7 +14,7 @@ const LOOKED_AT: usize = 512;
 
 /// Positions that tell the effect from its aliases when one of them is added to the readings at hand, best first; empty where none would.
 ///
-/// T-optimal: against each alias, with its own coefficient and its own parameters, see [`plan::telling`]. Rows are taken where the fit stands.
+/// The first tells the aliases best on the whole, the second tells the least told of them best, and so on. T-optimal: against each alias, with its own coefficient and its own parameters, see [`plan::telling`]. Rows are taken where the fit stands.
 pub(super) fn positions(
     campaign: &Campaign,
     design: &DesignMatrix,
@@ -39,8 +39,12 @@ pub(super) fn positions(
     let noise =
         Noise { sensors: (0..campaign.bench.sensors.len()).map(sd).collect(), remount: Vec::new(), tilts: None };
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
-    let telling = plan::telling(&there, &offer, &term(effect), &rivals).unwrap_or_default();
-    distinct(telling.into_iter().map(|t| t.position.joints))
+    let least = plan::telling(&there, &offer, &term(effect), &rivals).unwrap_or_default();
+    // in turn the one that tells most rivals apart best, and the one that leaves none untold
+    let mut mean = least.clone();
+    let rounded = |v: f64| (v * 1e3).round();
+    mean.sort_by(|a, b| rounded(b.mean).total_cmp(&rounded(a.mean)));
+    distinct(mean.into_iter().zip(least).flat_map(|(a, b)| [a, b]).map(|t| t.position.joints))
 }
 
 /// Standard uncertainty of a further reading: as the readings state theirs, else a common unknown one.
