@@ -46,7 +46,9 @@ impl Linear {
         let system = weigh(campaign, design, settings.weighting)?;
         let hints =
             ScaleHints { start: before.map_or(&[], |step| &step.scales), least: &rounding(campaign, design, &system) };
-        let found = estimate::solve(&system, &hints, &settings.adjust)?;
+        // on the way the scales need not settle: they go on from step to step, and the last step settles them
+        let group_iterations = settings.adjust.group_iterations.min(2);
+        let found = estimate::solve(&system, &hints, &estimate::Settings { group_iterations, ..settings.adjust })?;
         let weights = weights(&system, |g| found.group_scale.get(g).copied());
         let (change, residuals, rank) = (found.solution, found.residuals, found.rank);
         Ok(Linear { system, change, residuals, rank, scales: found.group_scale, weights: Weights::Rows(weights) })

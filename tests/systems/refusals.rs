@@ -42,3 +42,16 @@ fn a_rate_run_without_its_held_joints_is_refused() {
     let error = parse("imu", &text).unwrap_err();
     assert!(error.what().contains("inner"), "{error:?}");
 }
+
+/// What is wrong with an option is no place of the file.
+#[test]
+fn an_impossible_level_is_refused_without_quoting_the_campaign() {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_tumble"))
+        .args(["fit", "examples/20-imu-three-axis-table/perfect-table.campaign.json", "--level", "1.5"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text.contains("a number between 0 and 1") && !text.contains("line 1") && !text.contains("bench"), "{text}");
+}
