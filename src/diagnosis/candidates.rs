@@ -66,6 +66,7 @@ pub(super) fn build(
         table: Table::new(campaign, &tilts, &design.point),
         found: Vec::new(),
         seen: std::collections::HashSet::new(),
+        named: std::collections::HashSet::new(),
     };
     for effect in catalogue {
         if effect.needs.iter().any(|column| !campaign.readings.columns.contains(column)) {
@@ -88,6 +89,8 @@ struct Maker<'a> {
     table: Table<'a>,
     found: Vec<Candidate>,
     seen: std::collections::HashSet<(String, Option<usize>)>,
+    /// Names of coefficients that candidates have: two that are found together must not share one.
+    named: std::collections::HashSet<String>,
 }
 
 impl Maker<'_> {
@@ -187,7 +190,7 @@ impl Maker<'_> {
         let coefficient = match (&kind, existing) {
             (Regressor::Tilt(k) | Regressor::Known(k), _) => own_name(*k),
             (_, Some(k)) => own_name(k),
-            _ => self.coefficient(&fill(&effect.coefficient, filling), &regressor),
+            _ => self.coefficient(&fill(&effect.coefficient, filling), &regressor, sensor),
         };
         self.found.push(Candidate {
             regressor,
@@ -226,7 +229,7 @@ impl Maker<'_> {
     }
 
     /// A coefficient's name that nothing else has.
-    fn coefficient(&self, wanted: &str, regressor: &str) -> String {
+    fn coefficient(&mut self, wanted: &str, regressor: &str, sensor: usize) -> String {
         let mut name: String = if wanted.is_empty() { format!("c_{regressor}") } else { wanted.to_string() }
             .chars()
             .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
@@ -240,14 +243,22 @@ impl Maker<'_> {
         }
         let taken = |name: &str| {
             let bench = &self.campaign.bench;
-            self.campaign.parameter_index(name).is_some()
+            self.named.contains(name)
+                || self.campaign.parameter_index(name).is_some()
                 || self.campaign.readings.columns.iter().any(|column| column == name)
                 || bench.chain.iter().any(|link| link.name() == name)
                 || bench.sensors.iter().any(|sensor| sensor.id == name)
         };
+        if taken(&name)
+            && let [_, _, ..] = self.campaign.bench.sensors.as_slice()
+            && let Some(own) = self.campaign.bench.sensors.get(sensor)
+        {
+            name = format!("{name}_{}", own.id);
+        }
         while taken(&name) {
             name.push_str("_1");
         }
+        self.named.insert(name.clone());
         name
     }
 }

@@ -65,7 +65,7 @@ pub use pool::{Pool, VISIBLE};
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::{self, Fit};
+use crate::fit::{self, Fit, Stop};
 use search::Levels;
 
 /// How to diagnose.
@@ -237,11 +237,11 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     Ok(diagnosis)
 }
 
-/// Gauss-Newton to the exact model, or the linear estimator where that does not converge.
+/// Gauss-Newton to the exact model as far as it goes, or the linear estimator where it goes astray.
+///
+/// At a jump (`sign` of an input that a tilt makes positive or negative) it ends with no descent, next to the jump: as near as there is.
 fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
     let exact = fit::fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() })?;
-    if exact.convergence.as_ref().is_some_and(|record| record.converged) {
-        return Ok(exact);
-    }
-    fit::fit(campaign, &fit::Settings::default())
+    let usable = exact.convergence.as_ref().is_some_and(|record| record.converged || record.stop == Stop::NoDescent);
+    if usable { Ok(exact) } else { fit::fit(campaign, &fit::Settings::default()) }
 }
