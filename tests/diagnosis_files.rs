@@ -67,7 +67,7 @@ fn bad_catalogues_are_located() {
         (r#""term": "a_S + a_Q", "name": "x""#, 4, &["a_Q", "effects[1].term"]),
         (r#""term": "sin({axle})", "name": "x""#, 4, &["does not parse", "effects[1].term"]),
         (r#""term": "a_S", "name": "x""#, 4, &["there twice", "effects[0]"]),
-        (r#""term": "a_S*1", "name": "x", "sensor": "V""#, 4, &["sensor", "unknown field"]),
+        (r#""term": "a_S*1", "name": "x", "sensor": "V""#, 4, &["unknown key 'sensor'", "effects[1].sensor"]),
         (r#""term": "", "name": "x""#, 4, &["no term", "effects[1].term"]),
         (r#""term": "tilt:dtheta_q9", "name": "x""#, 4, &["dtheta_q9", "effects[1].term"]),
         (r#""term": "2", "name": "x""#, 4, &["constant", "effects[1].term"]),

@@ -111,7 +111,7 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
     let keys = |list: &[Vec<JointState>]| list.iter().map(|joints| position_keys(campaign, joints)).collect();
     let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
     let results = || after.parameters.iter();
-    let combined = |p: &crate::fit::ParameterResult| p.uncertainty.clone();
+    let combined = |p: &crate::fit::ParameterResult| p.uncertainty;
     // what has no parameter of its own (a prior, a constraint) is covered like the others
     let coverage = results()
         .find(|p| !own.coefficient.is_empty() && p.id == own.coefficient)

@@ -14,9 +14,9 @@ pub fn verdict(report: &DiagnoseReport) -> String {
             let names: Vec<String> = several.iter().map(named).collect();
             format!("{} effects are missing from the model: {}", several.len(), names.join("; and "))
         }
-        ("nothing-missing", _) if known => "nothing is missing: the gap is noise".into(),
+        ("nothing-missing", _) if known => "the gap is noise".into(),
         ("nothing-missing", _) => {
-            "nothing is missing that these readings could show: no effect explains more than chance".into()
+            "no effect explains more than chance; the noise is known from the residuals alone, so that is all they can say".into()
         }
         ("unexplained", _) => "something is missing from the model, and nothing in the catalogue explains it".into(),
         _ => {
