@@ -124,6 +124,10 @@ fn malformed_questions_exit_with_1_and_say_what_was_expected() {
         (&["plan", PUBLISHED, "--noise", "V=1", "--goal", "kOS=1"], "dtheta_z2"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "tea=1"], "one of mounting, rate, reading"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "rate=-1"], "zero or a positive number"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--budget=-3"], "a positive number, in the unit of the costs"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--budget", "20"], "a budget of about"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--tilts=-1"], "zero or more"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--separate", "a_S", "a_Q"], "a joint's name"),
         (&["plan", "empty.json", "--noise", "V=1"], "at least one reading"),
     ];
     for (arguments, word) in cases {

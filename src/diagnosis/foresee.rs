@@ -10,19 +10,19 @@
 //! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
 //! stands in the judgement of the schedule.
 
+use super::ahead::effects;
 use super::catalogue::Effect;
 use super::pool::Pool;
 use super::search::{INDISTINGUISHABLE, Levels};
-use super::{Candidate, Settings, candidates};
-use crate::campaign::{Campaign, JointState, Kind, Reading, Role, coefficient_unit};
-use crate::design::{self, DesignMatrix, Model};
+use super::{Candidate, Settings};
+use crate::campaign::{Campaign, Kind, coefficient_unit};
+use crate::design::{self, Model};
 use crate::error::Result;
 use crate::estimate;
 use crate::plan::{self, Noise};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
 use faer::Mat;
-use std::collections::HashMap;
 
 /// The rule behind every smallest size.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,10 +129,6 @@ const ZERO: f64 = 1e-9;
 const ONE_DIRECTION: f64 = 1e-6;
 /// Means of terms with kinks have no more than four digits: less than this share left of them is error of the mean.
 const ROUGH: f64 = 1e-3;
-/// General positions that are looked at beside the schedule.
-const GENERAL: usize = 24;
-/// Small tilts, radians: 100 arcsec.
-const SMALL: f64 = 5e-4;
 /// A parameter that takes up less than this share of an absorbed effect is not named.
 const TAKES_PART: f64 = 0.01;
 
@@ -216,50 +212,6 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
 }
 
-/// Every candidate with its column at the reference point and its size at small tilts; and how many directions a diagnosis would try.
-///
-/// What vanishes at zero tilts only is tried by a diagnosis all the same, because the fitted tilts are not zero.
-fn effects(
-    campaign: &Campaign,
-    catalogue: &[Effect],
-    model: &Model,
-    design: &DesignMatrix,
-    noise: &Noise,
-) -> Result<(Vec<(Candidate, f64)>, usize)> {
-    let mut point = design.point.clone();
-    for (k, (parameter, value)) in campaign.parameters.iter().zip(&mut point).enumerate() {
-        if parameter.kind == Kind::Tilt && matches!(parameter.role, Role::Estimated { .. }) {
-            *value += SMALL * (1.0 + 0.618_034 * k as f64).sin();
-        }
-    }
-    let tilted = design::assemble(campaign, model, &point)?;
-    let system = plan::system(campaign, &tilted, noise);
-    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
-    let all = columns(campaign, catalogue, model, &tilted)?;
-    let rows = system.u.len();
-    let matrix = Mat::from_fn(rows, all.len(), |i, j| {
-        let value = all.get(j).and_then(|(effect, _)| effect.column.get(i)).copied().unwrap_or_default();
-        value / system.u.get(i).copied().unwrap_or(1.0)
-    });
-    // columns of one direction have one score against numbers of no pattern, and chance does not repeat nine digits
-    let patternless: Vec<f64> = (0..rows).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
-    let pool = Pool::new(matrix, estimate.factor.thin_q(), &patternless);
-    let visible = pool.scores().iter().zip(pool.visible()).filter(|(_, left)| **left > 0.0);
-    let mut scores: Vec<f64> = visible.map(|(score, _)| score.abs()).collect();
-    scores.sort_by(f64::total_cmp);
-    scores.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
-    let mut here: HashMap<(String, Option<usize>), Vec<f64>> = columns(campaign, catalogue, model, design)?
-        .into_iter()
-        .map(|(effect, _)| ((effect.regressor, effect.sensor), effect.column))
-        .collect();
-    let effects = all.into_iter().map(|(mut effect, size)| {
-        let none = vec![0.0; effect.column.len()];
-        effect.column = here.remove(&(effect.regressor.clone(), effect.sensor)).unwrap_or(none);
-        (effect, size)
-    });
-    Ok((effects.collect(), scores.len()))
-}
-
 fn rule(tests: usize, dof: usize) -> Rule {
     let significance = Settings::default().significance;
     let tests = tests.max(1);
@@ -272,71 +224,6 @@ fn rule(tests: usize, dof: usize) -> Rule {
         .filter(|_| nu >= 1.0)
         .map(|t| t * (1.0 - 0.25 / nu) + z(POWER) * (1.0 + 0.5 * t * t / nu).sqrt());
     Rule { significance, power: POWER, tests, noncentrality: z(1.0 - 0.5 * alone) + z(POWER), with_residuals }
-}
-
-/// Every candidate with its column at the rows of the design, and its largest value there and at general positions.
-fn columns(
-    campaign: &Campaign,
-    catalogue: &[Effect],
-    model: &Model,
-    design: &DesignMatrix,
-) -> Result<Vec<(Candidate, f64)>> {
-    let mut rows: Vec<Reading> =
-        campaign.readings.rows.iter().map(|r| Reading { observations: Vec::new(), ..r.clone() }).collect();
-    rows.extend(general(campaign));
-    let sensors = campaign.bench.sensors.len();
-    let wide = campaign.with_readings(crate::campaign::Readings { columns: campaign.readings.columns.clone(), rows });
-    let all = design::assemble(&wide, model, &design.point)?;
-    let found = candidates::build(&wide, catalogue, model, &all, all.rows.len(), &super::screen::chosen(&wide))?;
-    let keep = |mut candidate: Candidate| {
-        let size = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        let at = |origin: &design::RowOrigin| candidate.column.get(origin.reading * sensors + origin.sensor);
-        candidate.column = design.rows.iter().map(|o| at(o).copied().unwrap_or_default()).collect();
-        (candidate, size)
-    };
-    // one bad reading has its detectable bias; a wrong prior or constraint is no effect of a position
-    let other =
-        |c: &Candidate| !matches!(c.kind, Regressor::Reading(_) | Regressor::Prior(_) | Regressor::Constraint(_));
-    Ok(found.into_iter().filter(other).map(keep).collect())
-}
-
-/// Positions at no special angles, with the rates of the schedule: a term that is zero there too is zero everywhere.
-fn general(campaign: &Campaign) -> Vec<Reading> {
-    let names: Vec<&str> = campaign.bench.joints().collect();
-    let rows = &campaign.readings.rows;
-    let states: Vec<Vec<JointState>> = (0..names.len())
-        .map(|joint| {
-            let mut seen: Vec<JointState> = Vec::new();
-            for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
-                let held = matches!(state, JointState::Held { .. });
-                if !seen.iter().any(|s| s == state || (held && matches!(s, JointState::Held { .. }))) {
-                    seen.push(*state);
-                }
-            }
-            seen
-        })
-        .collect();
-    if names.is_empty() || rows.is_empty() {
-        return Vec::new();
-    }
-    let mut general = Vec::with_capacity(GENERAL);
-    for k in 0..GENERAL {
-        let state = |(joint, options): (usize, &Vec<JointState>)| {
-            // golden-ratio angles never repeat; each joint's states come in its own turn
-            let angle_deg = 360.0 * ((k + 1) as f64 * 0.618_034 * (joint + 1) as f64 + 0.113).fract();
-            match options.get((k / (joint + 1)) % options.len().max(1)) {
-                None | Some(JointState::Held { .. }) => JointState::Held { angle_deg },
-                Some(other) => *other,
-            }
-        };
-        let joints: Vec<JointState> = states.iter().enumerate().map(state).collect();
-        let Some(like) = rows.get(k % rows.len()) else { continue };
-        let reading = campaign.readings.position(&names, like, joints);
-        if reading.check_turning(&names).is_ok() {
-            general.push(reading);
-        }
-    }
-    general
 }
 
 /// Change of every unknown when the effect, with coefficient 1, is in the readings and not in the model.

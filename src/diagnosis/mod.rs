@@ -21,6 +21,7 @@
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
 //! | `foresee.rs` | what a diagnosis could find on a schedule |
+//! | `ahead.rs` | its columns, where nobody has measured yet |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
@@ -29,6 +30,7 @@
 //! Honesty: probabilities count everything that was tried; what the schedule cannot tell apart is one finding with aliases; a set that only
 //! approximates the pattern is not named. Priors and constraints stand while the model is diagnosed, and may be found wrong themselves.
 
+mod ahead;
 mod ambiguity;
 mod arena;
 mod assumptions;
