@@ -260,19 +260,21 @@ fn seeded_campaigns() {
 
     println!("{:26} {:>9} {:>7} {:>8} {:>7} {:>7}", "", "campaigns", "named", "aliased", "missed", "false");
     let mut rows: Vec<(String, f64)> = Vec::new();
-    let classes: [(&str, usize, f64, f64); 5] = [
+    let classes: [(&str, usize, f64, f64); 6] = [
         ("one effect, |t| < 5", 1, 0.0, 5.0),
         ("one effect, 5 <= |t| < 10", 1, 5.0, 10.0),
         ("one effect, |t| >= 10", 1, 10.0, f64::INFINITY),
         ("two effects, |t| >= 10", 2, 10.0, f64::INFINITY),
         ("two effects, less", 2, 0.0, 10.0),
+        ("zero but for rounding", 0, 10.0, f64::INFINITY),
     ];
     for (title, mode, low, high) in classes {
         for schedule in schedules.iter().map(|s| Some(*s)).chain([None]) {
             let own: Vec<&Trial> = trials
                 .iter()
                 .filter(|(m, t)| {
-                    *m == mode && t.strength >= low && t.strength < high && schedule.is_none_or(|s| s == t.schedule)
+                    let kind = if mode == 0 { t.absurd && *m != 3 } else { *m == mode && !t.absurd };
+                    kind && t.strength >= low && t.strength < high && schedule.is_none_or(|s| s == t.schedule)
                 })
                 .map(|(_, t)| t)
                 .collect();

@@ -83,6 +83,26 @@ fn nothing_is_found_where_nothing_is_hidden() {
     assert!(report["effects"].as_array().unwrap().is_empty());
 }
 
+/// `UPDATE=1 cargo test --release --test diagnosis_examples` draws them anew.
+#[test]
+fn the_pictures_are_what_the_program_draws() {
+    for (name, campaign) in [
+        ("05-table-1-diagnosed", "table1.campaign.json"),
+        ("06-table-2-diagnosed", "table2.campaign.json"),
+        ("07-hidden-effect", "measured.campaign.json"),
+        ("08-nothing-hidden", "measured.campaign.json"),
+    ] {
+        let arguments = ["diagnose", campaign, "--svg", "-"];
+        let output = Command::cargo_bin("tumble").unwrap().current_dir(example(name)).args(arguments).output().unwrap();
+        let drawn = String::from_utf8(output.stdout).unwrap();
+        let kept = example(name).join("gap.svg");
+        if std::env::var_os("UPDATE").is_some() {
+            std::fs::write(&kept, &drawn).unwrap();
+        }
+        assert!(std::fs::read_to_string(&kept).unwrap() == drawn, "{name}/gap.svg is out of date");
+    }
+}
+
 #[test]
 fn a_catalogue_of_ones_own_is_checked() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,7 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
 
 use super::catalogue::{Effect, Filling, column_values, fill};
+use super::screen::{Chosen, Scanned};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};
@@ -54,15 +55,18 @@ pub(super) fn build(
     model: &Model,
     design: &DesignMatrix,
     rows: usize,
+    chosen: &Chosen,
 ) -> Result<Vec<Candidate>> {
     let tilts = model.tilts_of(&design.point);
     let mut maker = Maker {
         campaign,
         design,
         rows,
+        chosen,
         table: Table::new(campaign, &tilts, &design.point),
         found: Vec::new(),
         seen: std::collections::HashSet::new(),
+        named: std::collections::HashSet::new(),
     };
     for effect in catalogue {
         if effect.needs.iter().any(|column| !campaign.readings.columns.contains(column)) {
@@ -80,9 +84,13 @@ struct Maker<'a> {
     campaign: &'a Campaign,
     design: &'a DesignMatrix,
     rows: usize,
+    /// Which bad readings, positions and steps get a column.
+    chosen: &'a Chosen,
     table: Table<'a>,
     found: Vec<Candidate>,
     seen: std::collections::HashSet<(String, Option<usize>)>,
+    /// Names of coefficients that candidates have: two that are found together must not share one.
+    named: std::collections::HashSet<String>,
 }
 
 impl Maker<'_> {
@@ -119,15 +127,19 @@ impl Maker<'_> {
             self.campaign.readings.rows.get(k).is_some_and(|r| r.observations.iter().any(|o| o.sensor == sensor))
         };
         if effect.term.contains("{break}") {
-            return breaks(self.campaign).into_iter().map(|(text, at)| (with("{break}", text), Some(at))).collect();
+            let breaks = breaks(self.campaign).into_iter();
+            let chosen = breaks.filter(|(_, at)| self.chosen.has(&Scanned::Break(sensor, at.to_bits())));
+            return chosen.map(|(text, at)| (with("{break}", text), Some(at))).collect();
         }
         if effect.term.contains("{reading}") {
-            let indices = (0..self.campaign.readings.rows.len()).filter(|k| read(*k));
+            let indices = (0..self.campaign.readings.rows.len())
+                .filter(|k| read(*k) && self.chosen.has(&Scanned::Reading(sensor, *k)));
             return indices.map(|k| (with("{reading}", (k + 1).to_string()), None)).collect();
         }
         if effect.term.contains("{position}") {
-            let labels = positions(self.campaign);
-            return labels.into_iter().map(|label| (with("{position}", label), None)).collect();
+            let labels = positions(self.campaign).into_iter();
+            let chosen = labels.filter(|own| self.chosen.has(&Scanned::Position(sensor, own.clone())));
+            return chosen.map(|label| (with("{position}", label), None)).collect();
         }
         vec![(filling, None)]
     }
@@ -178,7 +190,7 @@ impl Maker<'_> {
         let coefficient = match (&kind, existing) {
             (Regressor::Tilt(k) | Regressor::Known(k), _) => own_name(*k),
             (_, Some(k)) => own_name(k),
-            _ => self.coefficient(&fill(&effect.coefficient, filling), &regressor),
+            _ => self.coefficient(&fill(&effect.coefficient, filling), &regressor, sensor),
         };
         self.found.push(Candidate {
             regressor,
@@ -217,7 +229,7 @@ impl Maker<'_> {
     }
 
     /// A coefficient's name that nothing else has.
-    fn coefficient(&self, wanted: &str, regressor: &str) -> String {
+    fn coefficient(&mut self, wanted: &str, regressor: &str, sensor: usize) -> String {
         let mut name: String = if wanted.is_empty() { format!("c_{regressor}") } else { wanted.to_string() }
             .chars()
             .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
@@ -231,20 +243,28 @@ impl Maker<'_> {
         }
         let taken = |name: &str| {
             let bench = &self.campaign.bench;
-            self.campaign.parameter_index(name).is_some()
+            self.named.contains(name)
+                || self.campaign.parameter_index(name).is_some()
                 || self.campaign.readings.columns.iter().any(|column| column == name)
                 || bench.chain.iter().any(|link| link.name() == name)
                 || bench.sensors.iter().any(|sensor| sensor.id == name)
         };
+        if taken(&name)
+            && let [_, _, ..] = self.campaign.bench.sensors.as_slice()
+            && let Some(own) = self.campaign.bench.sensors.get(sensor)
+        {
+            name = format!("{name}_{}", own.id);
+        }
         while taken(&name) {
             name.push_str("_1");
         }
+        self.named.insert(name.clone());
         name
     }
 }
 
 /// The times between readings, as text and number: midpoints, with as many decimals as the times have (at least one).
-fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
+pub(super) fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
     let mut times = column_values(campaign, "time_s");
     times.sort_by(f64::total_cmp);
     times.dedup();
@@ -262,12 +282,10 @@ fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
 
 /// The labels of positions, in order of first appearance; none where every reading has the same.
 fn positions(campaign: &Campaign) -> Vec<String> {
-    let mut labels: Vec<String> = Vec::new();
-    for reading in &campaign.readings.rows {
-        if !reading.position.is_empty() && !labels.contains(&reading.position) {
-            labels.push(reading.position.clone());
-        }
-    }
+    let mut seen = std::collections::HashSet::new();
+    let labels = campaign.readings.rows.iter().map(|reading| reading.position.as_str());
+    let labels: Vec<String> =
+        labels.filter(|label| !label.is_empty() && seen.insert(*label)).map(str::to_string).collect();
     if labels.len() < 2 { Vec::new() } else { labels }
 }
 

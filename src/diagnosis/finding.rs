@@ -1,9 +1,10 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
 use super::arena::Arena;
+use super::look::Look;
 use super::noise::{NoiseFrom, Weighted};
 use super::search::{Found, Rival};
-use super::{Candidate, Diagnosis, Gap, Look, NoiseFloor, Step, Unexplained, Verdict};
+use super::{Candidate, Diagnosis, Gap, NoiseFloor, Step, Unexplained, Verdict};
 use super::{ambiguity, holdout, places, separate};
 use crate::campaign::{Campaign, JointState, Kind};
 use crate::error::Result;
@@ -105,7 +106,7 @@ pub(super) fn conclude(
             let effects = findings(campaign, &candidates, &arena, &design, set, rivals, after);
             (Verdict::EffectsFound, effects, None)
         }
-        Found::Unexplained { nearest } => {
+        Found::Unexplained { nearest, .. } => {
             let cells = places::cells(campaign, &design, &weighted);
             let explains = if arena.rss > 0.0 { 1.0 - arena.rss_of(nearest) / arena.rss } else { 0.0 };
             let nearest: Vec<Candidate> = nearest.iter().filter_map(|j| candidates.get(*j).cloned()).collect();

@@ -3,7 +3,8 @@
 use super::arena::Arena;
 use super::candidates::build;
 use super::noise::{self, Weighted};
-use super::search::{self, Found, Levels};
+use super::screen::{self, Chosen, Scanned, Screen};
+use super::search::{self, Found, IMPLAUSIBLE, Levels};
 use super::support::Support;
 use super::{Candidate, Effect, Step, assumptions};
 use crate::campaign::Campaign;
@@ -13,6 +14,9 @@ use crate::fit::Fit;
 
 /// Candidates that are mostly in the model already are the less plausible the less of them is left.
 const MOSTLY_ABSORBED: f64 = 1e-2;
+
+/// Looks at a long campaign before what has no column is left alone.
+const SCREENED: usize = 4;
 
 /// What the passes of a diagnosis share, and where the next one stands.
 pub(super) struct Pass<'a> {
@@ -26,9 +30,16 @@ pub(super) struct Pass<'a> {
     scales: Option<Vec<Option<f64>>>,
     /// Candidates whose repair did not do what their column promised.
     banned: Vec<(String, Option<usize>)>,
+    /// In a long campaign, the bad readings, positions and steps that have a column.
+    chosen: Chosen,
+    /// How many of them have none.
+    pub without_column: usize,
     /// The last pass's record.
     pub steps: Vec<Step>,
 }
+
+/// Where a pass stands: its point, and the scales of the noise if a finished model told them.
+pub(super) type Stand = (Vec<f64>, Option<Vec<Option<f64>>>);
 
 /// What one pass saw and found.
 pub(super) struct Look {
@@ -57,6 +68,8 @@ impl<'a> Pass<'a> {
             point,
             scales: None,
             banned: Vec::new(),
+            chosen: screen::chosen(campaign),
+            without_column: 0,
             steps: Vec::new(),
         })
     }
@@ -69,6 +82,16 @@ impl<'a> Pass<'a> {
             }
         }
         self.scales = Some(after.estimate.group_scale.clone());
+    }
+
+    /// Where it stands.
+    pub fn stand(&self) -> Stand {
+        (self.point.clone(), self.scales.clone())
+    }
+
+    /// Stand there again.
+    pub fn go_back(&mut self, stand: Stand) {
+        (self.point, self.scales) = stand;
     }
 
     /// Does the exact fit with a set take off at least half of what its columns promised? If not, the set is banned.
@@ -89,14 +112,19 @@ impl<'a> Pass<'a> {
         false
     }
 
-    fn arena(&self) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, Arena)> {
+    fn arena(&mut self) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, Arena)> {
         let design = design::assemble(self.campaign, &self.model, &self.point)?;
         let weighted = noise::weigh(self.campaign, &design, self.scales.as_deref())?;
-        let mut candidates = build(self.campaign, self.catalogue, &self.model, &design, weighted.weight.len())?;
+        let screen = Screen::new(self.campaign, &design, &weighted, &self.chosen, &[]);
+        self.chosen.add(screen.strongest(&self.chosen).into_iter().map(|(member, _)| member));
+        let rows = weighted.weight.len();
+        let mut candidates = build(self.campaign, self.catalogue, &self.model, &design, rows, &self.chosen)?;
         candidates.extend(assumptions::candidates(self.campaign, self.asked, &design)?);
         candidates.retain(|c| !self.banned.iter().any(|(name, sensor)| *name == c.regressor && *sensor == c.sensor));
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-        let arena = Arena::new(&weighted, &columns);
+        let mut arena = Arena::new(&weighted, &columns);
+        self.without_column = screen.without_column(&self.chosen);
+        arena.tests += self.without_column;
         for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {
             candidate.visible = *visible;
             candidate.vanishing |= *visible < MOSTLY_ABSORBED;
@@ -104,15 +132,54 @@ impl<'a> Pass<'a> {
         Ok((design, weighted, candidates, arena))
     }
 
+    /// Look; in a long campaign again, as long as a bad reading, a position or a step without a column is significant beside what was found.
     pub fn look(&mut self) -> Result<Look> {
+        let mut look = self.look_here()?;
+        for _ in 0..SCREENED {
+            if !self.has_overlooked(&look) {
+                break;
+            }
+            look = self.look_here()?;
+        }
+        Ok(look)
+    }
+
+    /// Members without a column that are significant given what was found, or the strongest candidate by itself, get one.
+    fn has_overlooked(&mut self, look: &Look) -> bool {
+        let nothing = look.arena.given(&[]);
+        let leader = nothing.and_then(|given| look.arena.strongest(&given)).map(|strongest| vec![strongest.index]);
+        let found = match &look.found {
+            Found::Nothing => return false,
+            Found::Set { set, .. } => set.clone(),
+            Found::Unexplained { nearest, .. } => nearest.clone(),
+        };
+        let mut added = 0;
+        for set in leader.into_iter().chain([found]) {
+            let columns: Vec<&Vec<f64>> =
+                set.iter().filter_map(|j| look.candidates.get(*j)).map(|c| &c.column).collect();
+            let Some(given) = look.arena.given(&set) else { continue };
+            let sd = look.arena.variance(&given).sqrt();
+            let screen = Screen::new(self.campaign, &look.design, &look.weighted, &self.chosen, &columns);
+            let strongest = screen.strongest(&self.chosen).into_iter();
+            let significant = |score: f64| look.arena.family_wise(score / sd, f64::INFINITY) <= self.levels.names;
+            let overlooked: Vec<Scanned> =
+                strongest.filter(|(_, score)| significant(*score)).map(|(member, _)| member).collect();
+            added += self.chosen.add(overlooked);
+        }
+        added > 0
+    }
+
+    fn look_here(&mut self) -> Result<Look> {
         let (design, weighted, candidates, mut arena) = self.arena()?;
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
         let handicap: Vec<f64> = candidates
             .iter()
             .map(|candidate| {
-                let small = if candidate.vanishing { 5.0 } else { 0.0 };
-                let rounding = if candidate.rounding { 5.0 } else { 0.0 };
-                0.4 * f64::from(candidate.rank) + small + rounding
+                let small = if candidate.vanishing { IMPLAUSIBLE } else { 0.0 };
+                let rounding = if candidate.rounding { IMPLAUSIBLE } else { 0.0 };
+                // what was only asserted is the first to be doubted
+                let asserted = if assumptions::is_assumption(candidate) { 0.3 } else { 0.0 };
+                0.4 * f64::from(candidate.rank) + small + rounding - asserted
             })
             .collect();
         let mut steps = Vec::new();

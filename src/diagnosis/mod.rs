@@ -8,11 +8,13 @@
 //! |---|---|
 //! | `catalogue.rs` | effects as data |
 //! | `assumptions.rs` | priors and constraints: held, and candidates themselves |
+//! | `passes.rs` | search and repair in turn |
 //! | `look.rs` | one pass of the search at one point |
 //! | `candidates.rs` | each effect as a column of this campaign |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
+//! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
 //! | `search.rs` | the smallest complete set, and its rivals |
 //! | `plain.rs` | the search on columns that come from no campaign |
 //! | `support.rs` | effects that hang on one position alone |
@@ -38,10 +40,12 @@ mod holdout;
 mod linear;
 mod look;
 mod noise;
+mod passes;
 mod places;
 pub(crate) mod plain;
 mod pool;
 mod repair;
+mod screen;
 mod search;
 mod separate;
 mod support;
@@ -59,9 +63,8 @@ pub use pool::{Pool, VISIBLE};
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::{self, Fit};
-use look::Look;
-use search::{Found, Levels};
+use crate::fit::{self, Fit, Stop};
+use search::Levels;
 
 /// How to diagnose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -192,11 +195,6 @@ pub struct Diagnosis {
     pub repaired: Option<Campaign>,
 }
 
-/// Passes of search and repair: columns that depend on the tilts follow the repaired ones.
-const PASSES: usize = 3;
-/// Sets whose repair may fail before the search is left as it is.
-const BROKEN: usize = 8;
-
 /// Diagnose a campaign with a catalogue (see `wire::built_in_effects`).
 ///
 /// Errors: those of [`fit::fit`]; a significance outside (0, 1); a catalogue's term with a name that this campaign does not have.
@@ -212,42 +210,16 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let before = fit_exactly(campaign)?;
     let levels = Levels::of(settings.significance);
     let mut pass = look::Pass::new(campaign, &assumed.asked, catalogue, levels, before.design.point.clone())?;
-    let mut result: Option<(Look, Option<(Campaign, Fit)>)> = None;
-    let mut named: Option<Vec<String>> = None;
-    let (mut passes, mut broken) = (0, 0);
-    while passes < PASSES {
-        let look = pass.look()?;
-        let Found::Set { set, .. } = &look.found else {
-            result = Some((look, None));
-            break;
-        };
-        let effects: Vec<&Candidate> = set.iter().filter_map(|j| look.candidates.get(*j)).collect();
-        let names: Vec<String> = effects.iter().map(|c| c.regressor.clone()).collect();
-        let repaired = repaired(campaign, &effects)?;
-        let after = fit_exactly(&repaired)?;
-        if !pass.keeps_its_promise(&look, set, &after) && broken < BROKEN {
-            broken += 1;
-            continue;
-        }
-        passes += 1;
-        pass.stand_at(&repaired, &after);
-        let settled = named.as_ref() == Some(&names);
-        named = Some(names);
-        result = Some((look, Some((repaired, after))));
-        if settled {
-            break;
-        }
-    }
-    let Some((look, repaired)) = result else {
-        return Err(Malformed::new(Fault::Value, "the search made no pass"));
-    };
+    let (look, repaired) = passes::run(&mut pass, campaign, levels)?;
     let grouping = places::grouping(campaign, &look.design, &look.weighted);
+    let without_column = pass.without_column;
     let mut diagnosis = finding::conclude(campaign, before, look, repaired, pass.steps)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
             assumptions::value(campaign, after, finding);
         }
     }
+    diagnosis.candidates.0 += without_column;
     diagnosis.grouping = grouping;
     diagnosis.constraints = assumed.held;
     let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));
@@ -263,18 +235,11 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     Ok(diagnosis)
 }
 
-/// The campaign with these effects in its model, and without the priors and constraints that are among them.
-fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
-    let freed = assumptions::freed(campaign, effects);
-    let terms: Vec<&Candidate> = effects.iter().filter(|c| !assumptions::is_assumption(c)).copied().collect();
-    repair::repair(&freed, &terms)
-}
-
-/// Gauss-Newton to the exact model, or the linear estimator where that does not converge.
+/// Gauss-Newton to the exact model as far as it goes, or the linear estimator where it goes astray.
+///
+/// At a jump (`sign` of an input that a tilt makes positive or negative) it ends with no descent, next to the jump: as near as there is.
 fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
     let exact = fit::fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() })?;
-    if exact.convergence.as_ref().is_some_and(|record| record.converged) {
-        return Ok(exact);
-    }
-    fit::fit(campaign, &fit::Settings::default())
+    let usable = exact.convergence.as_ref().is_some_and(|record| record.converged || record.stop == Stop::NoDescent);
+    if usable { Ok(exact) } else { fit::fit(campaign, &fit::Settings::default()) }
 }

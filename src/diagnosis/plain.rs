@@ -94,7 +94,7 @@ pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
     let found = search::search(&mut arena, levels, question.handicap, &support, &mut steps);
     let verdict = match found {
         Found::Nothing => Verdict::Nothing,
-        Found::Unexplained { nearest } => {
+        Found::Unexplained { nearest, .. } => {
             let left = if arena.rss > 0.0 { arena.rss_of(&nearest) / arena.rss } else { 1.0 };
             Verdict::Unexplained(nearest, (1.0 - left).max(0.0))
         }

@@ -30,7 +30,8 @@ pub(super) enum Found {
     /// A complete set, and each set of the same size that fits not significantly worse.
     Set { set: Vec<usize>, rivals: Vec<Rival> },
     /// Something is missing and no set of candidates explains it; the best ones, which were not accepted.
-    Unexplained { nearest: Vec<usize> },
+    /// `approximate` are the best of one and of two.
+    Unexplained { nearest: Vec<usize>, approximate: Vec<Vec<usize>> },
 }
 
 /// Another set that fits not significantly worse: `with` replaces `instead` of the found set.
@@ -57,6 +58,8 @@ const PLAIN: f64 = 8.0;
 const MOST_OF_THE_GAP: f64 = 0.8;
 /// A further effect must be so many times less likely by chance: the simpler explanation has the first claim.
 const FURTHER: f64 = 0.1;
+/// A handicap from here on says that only small tilts or rounding leave anything of the term.
+pub(super) const IMPLAUSIBLE: f64 = 5.0;
 /// Pairs that are extended to larger sets.
 const SEEDS: usize = 12;
 
@@ -80,6 +83,8 @@ pub(super) fn search(
     arena.prepare();
     let most = if arena.from == NoiseFrom::Residuals { MOST_RESIDUALS } else { MOST_KNOWN };
     let mut sets: Vec<(f64, Vec<usize>)> = Vec::new();
+    let mut approximate: Vec<Vec<usize>> = Vec::new();
+    let mut last_resort: Option<Found> = None;
     for size in 1..=most.min(arena.dof.saturating_sub(1)) {
         sets = match size {
             1 => singles(arena),
@@ -87,6 +92,9 @@ pub(super) fn search(
             _ => larger(arena, &sets, size),
         };
         let Some(best) = sets.first().map(|(rss, _)| *rss) else { break };
+        if size <= 2 {
+            approximate.extend(sets.first().map(|(_, set)| set.clone()));
+        }
         let Some(variance) = sets.first().and_then(|(_, set)| arena.given(set)).map(|g| arena.variance(&g)) else {
             break;
         };
@@ -97,19 +105,33 @@ pub(super) fn search(
             .map(|(rss, set)| ((rss - best) / variance + burden(set), set))
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let implausible = |set: &[usize]| set.iter().any(|j| handicap.get(*j).is_some_and(|h| *h >= IMPLAUSIBLE));
         for (_, set) in near.iter().take(40) {
             if is_complete(arena, set, levels, steps) && (size == 1 || support.is_enough(arena, set)) {
                 let set = (*set).clone();
+                let doubtful = implausible(&set);
                 let rivals = rivals(arena, &set, &sets, best, variance);
-                return Found::Set { set, rivals };
+                let found = Found::Set { set, rivals };
+                if !doubtful {
+                    return found;
+                }
+                // two plausible effects stand before one that would need an absurd coefficient
+                last_resort = last_resort.or(Some(found));
+                break;
             }
         }
+        if size == 2 && last_resort.is_some() {
+            break;
+        }
+    }
+    if let Some(found) = last_resort {
+        return found;
     }
     if let Some(found) = main_effect(arena, levels, handicap) {
         return found;
     }
     let nearest = sets.first().map(|(_, set)| set.clone()).unwrap_or_default();
-    Found::Unexplained { nearest }
+    Found::Unexplained { nearest, approximate }
 }
 
 /// One look at the evidence, for the record.

@@ -50,18 +50,28 @@ pub struct Snooping {
 
 /// A reading counts as untestable below this redundancy.
 const UNCHECKED: f64 = 1e-9;
+/// Most suspects.
+const MOST: usize = 50;
 
 impl Whitened<'_> {
+    /// Square of a reading's unit error in the whitened rows.
+    fn size(&self, row: usize) -> f64 {
+        self.indicators.get(row).map_or(0.0, |column| column.iter().map(|(_, c)| c * c).sum())
+    }
+
+    /// A reading's unit error along a direction.
+    fn along(&self, row: usize, unit: &[f64]) -> f64 {
+        let column = self.indicators.get(row).map(Vec::as_slice).unwrap_or_default();
+        column.iter().map(|(i, c)| unit.get(*i).copied().unwrap_or_default() * c).sum()
+    }
+
     /// `c' P Q_vv P c` of each reading: one over the variance of its shift.
-    fn redundancy(&self, extra: &[Vec<f64>], row: usize) -> f64 {
+    fn redundancy(&self, row: usize) -> f64 {
         let Some(column) = self.indicators.get(row) else { return 0.0 };
-        let mut square: f64 = column.iter().map(|(_, c)| c * c).sum();
-        let whole = square;
+        let whole = self.size(row);
+        let mut square = whole;
         for k in 0..self.q.ncols() {
             square -= column.iter().map(|(i, c)| self.q[(*i, k)] * c).sum::<f64>().powi(2);
-        }
-        for unit in extra {
-            square -= column.iter().map(|(i, c)| unit.get(*i).copied().unwrap_or_default() * c).sum::<f64>().powi(2);
         }
         if square > UNCHECKED * whole { square } else { 0.0 }
     }
@@ -91,7 +101,7 @@ impl Whitened<'_> {
     pub fn detectable(&self, s: f64) -> Vec<Option<f64>> {
         let delta = super::baarda_delta();
         (0..self.indicators.len())
-            .map(|row| Some(self.redundancy(&[], row)).filter(|r| *r > 0.0).map(|r| delta * s / r.sqrt()))
+            .map(|row| Some(self.redundancy(row)).filter(|r| *r > 0.0).map(|r| delta * s / r.sqrt()))
             .collect()
     }
 }
@@ -100,7 +110,7 @@ impl Whitened<'_> {
 pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snooping> {
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
     let readings = readings.min(system.indicators.len());
-    let mut tested = (0..readings).filter(|row| system.redundancy(&[], *row) > 0.0).count();
+    let mut tested = (0..readings).filter(|row| system.redundancy(*row) > 0.0).count();
     tested = tested.max(1);
     let single_level = -((level.ln()) / tested as f64).exp_m1();
     let mut residuals = system.residuals.clone();
@@ -110,13 +120,16 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
     if system.dof <= spare {
         return None;
     }
-    // more suspects than half of the redundancy is no longer a few bad readings
-    let most = (system.dof / 2).max(1);
+    // more suspects than half of the redundancy, or than this many, are no longer a few bad readings: the model is wrong
+    let most = (system.dof / 2).clamp(1, MOST);
+    let mut redundancies: Vec<f64> = (0..readings).map(|row| system.redundancy(row)).collect();
+    let whole: Vec<f64> = (0..readings).map(|row| system.size(row)).collect();
     while rows.len() < most && system.dof > rows.len() + spare {
         let square = norm(&residuals);
         let mut best: Option<(usize, f64)> = None;
         for row in (0..readings).filter(|row| !rows.contains(row)) {
-            let redundancy = system.redundancy(&extra, row);
+            let left = redundancies.get(row).copied().unwrap_or_default();
+            let redundancy = if left > UNCHECKED * whole.get(row).copied().unwrap_or_default() { left } else { 0.0 };
             let along: f64 = system
                 .indicators
                 .get(row)
@@ -135,6 +148,9 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
         unit.iter_mut().for_each(|u| *u /= length);
         let along: f64 = unit.iter().zip(&residuals).map(|(u, v)| u * v).sum();
         residuals.iter_mut().zip(&unit).for_each(|(v, u)| *v -= along * u);
+        for (row, left) in redundancies.iter_mut().enumerate() {
+            *left -= system.along(row, &unit).powi(2);
+        }
         extra.push(unit);
         rows.push(row);
     }

@@ -303,7 +303,7 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
     let id = |k: &usize| campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
     let tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == crate::campaign::Kind::Tilt);
     let angles = |parameters: &[usize]| parameters.iter().all(tilt);
-    let number = |x: f64| super::table::significant(x, 6);
+    let number = super::table::trimmed;
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let mut sum = String::new();

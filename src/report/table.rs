@@ -76,6 +76,15 @@ pub fn significant(value: f64, digits: i32) -> String {
     format!("{value:.*}", (digits - 1 - lead).max(0) as usize)
 }
 
+/// Six digits at most, no idle zeros.
+pub fn trimmed(value: f64) -> String {
+    let text = significant(value, 6);
+    if text.contains('.') && !text.contains('e') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_string();
+    }
+    text
+}
+
 /// Exponent of the leading digit.
 fn leading_digit(value: f64) -> i32 {
     value.abs().log10().floor() as i32
@@ -90,11 +99,15 @@ pub(super) fn percent(p: f64) -> String {
     significant(100.0 * p, 4).trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
+/// From here on a t distribution is the normal one to any printed digit.
+const MANY: f64 = 1e6;
+
 /// Degrees of freedom: whole ones (to rounding) without a point, infinite ones as `inf`.
 pub(super) fn degrees_of_freedom(dof: Option<f64>, known: bool) -> String {
     match dof {
         None if known => "inf".into(),
         None => "-".into(),
+        Some(dof) if dof > MANY => "inf".into(),
         Some(dof) if (dof - dof.round()).abs() < 1e-6 => format!("{dof:.0}"),
         Some(dof) => format!("{dof:.1}"),
     }

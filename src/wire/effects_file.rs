@@ -1,6 +1,7 @@
 //! The catalogue of effects (`effects.json`): what may be missing from a model, as data.
 
 use super::{Source, locate, parse};
+use crate::algebra::Expression;
 use crate::diagnosis::{self, Applies, Effect};
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
@@ -64,7 +65,7 @@ pub enum AppliesFile {
 
 /// Read a catalogue.
 ///
-/// Errors: unknown keys; a term that does not parse, with a caret under the character.
+/// Errors: unknown keys; a term that does not parse, with a caret under the character; a term that is there twice.
 pub fn read_effects(source: &Source) -> Result<Vec<Effect>> {
     let file: EffectsFile = parse(source)?;
     let mut effects = Vec::with_capacity(file.effects.len());
@@ -95,9 +96,29 @@ pub fn read_effects(source: &Source) -> Result<Vec<Effect>> {
             place: path.clone(),
         };
         effect.check().map_err(|error| locate(error.at_path(format!("{path}.term")), source))?;
+        if let Some(first) = effects.iter().find(|other| is_same(other, &effect)) {
+            return Err(locate(
+                Malformed::new(Fault::NameClash, format!("the effect '{}' is there twice", effect.term))
+                    .expected(format!("each term once for a sensor ({} has it already)", first.place))
+                    .found(format!("'{}' again", effect.term))
+                    .at_path(format!("{path}.term")),
+                source,
+            ));
+        }
         effects.push(effect);
     }
     Ok(effects)
+}
+
+/// Do two effects of one catalogue append the same term to the line of the same sensor?
+fn is_same(one: &Effect, other: &Effect) -> bool {
+    let term = |effect: &Effect| match Expression::parse(&effect.term) {
+        Ok(line) => line.canonical(),
+        // placeholders, and what is no term: as it is written
+        Err(_) => effect.term.split_whitespace().collect(),
+    };
+    let meet = one.applies == other.applies || one.applies == Applies::Any || other.applies == Applies::Any;
+    meet && term(one) == term(other)
 }
 
 /// The catalogue that ships with the program.

@@ -1,5 +1,6 @@
 //! Sentences about a diagnosis that the terminal and the page share.
 
+pub use super::super::table::trimmed;
 use super::super::table::{rounded, significant};
 use super::super::{ARCSEC, PositionReport};
 use super::{AliasReport, DiagnoseReport, EffectReport, LevelReport};
@@ -185,15 +186,6 @@ pub fn level(level: &LevelReport) -> String {
         LevelReport::Number(v) => trimmed(*v),
         LevelReport::Text(text) => text.clone(),
     }
-}
-
-/// Six digits at most, no idle zeros.
-pub fn trimmed(value: f64) -> String {
-    let text = significant(value, 6);
-    if text.contains('.') && !text.contains('e') {
-        return text.trim_end_matches('0').trim_end_matches('.').to_string();
-    }
-    text
 }
 
 /// A shift in standard uncertainties, one decimal, never a negative zero.

@@ -1,0 +1,241 @@
+//! Long campaigns: bad readings, remounted positions and steps in time are so many that they cannot all have columns. They need none to be
+//! compared with the model, and only the strongest get one.
+//!
+//! ```text
+//! c = sum of w_i e_i over the rows R of a member,   c . r = sum w_i r_i,   |c'|^2 = sum w_i^2 - |sum w_i q_i|^2     (q_i: row i of Q)
+//! ```
+//!
+//! One row for a bad reading, the rows of a label for a position, a tail of the rows in time for a step: cumulative sums give every step in
+//! one pass over the rows. The same sums with further directions in `Q` compare what is left once some effects are in the model.
+
+use super::candidates::breaks;
+use super::noise::Weighted;
+use crate::campaign::Campaign;
+use crate::design::DesignMatrix;
+use std::collections::{HashMap, HashSet};
+
+/// A family with no more members than this gets all its columns.
+const FEW: usize = 400;
+/// Members that get a column otherwise, of each family and sensor, each time that it is looked at.
+const TOP: usize = 48;
+
+/// A member of a family that is scanned: its sensor, and what it is.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) enum Scanned {
+    /// One bad reading, by index.
+    Reading(usize, usize),
+    /// A remounted position, by label.
+    Position(usize, String),
+    /// A step at a time, by its bits.
+    Break(usize, u64),
+}
+
+/// The members that get a column; everything of a family that is not screened.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Chosen {
+    readings: bool,
+    positions: bool,
+    breaks: bool,
+    members: HashSet<Scanned>,
+}
+
+impl Chosen {
+    /// Does this member get a column?
+    pub fn has(&self, member: &Scanned) -> bool {
+        let screened = match member {
+            Scanned::Reading(..) => self.readings,
+            Scanned::Position(..) => self.positions,
+            Scanned::Break(..) => self.breaks,
+        };
+        !screened || self.members.contains(member)
+    }
+
+    /// Take more members in; how many of them are new.
+    pub fn add(&mut self, members: impl IntoIterator<Item = Scanned>) -> usize {
+        members.into_iter().filter(|member| self.members.insert(member.clone())).count()
+    }
+}
+
+/// Which families a campaign is too long for.
+pub(super) fn chosen(campaign: &Campaign) -> Chosen {
+    let labels: HashSet<&str> = campaign.readings.rows.iter().map(|reading| reading.position.as_str()).collect();
+    Chosen {
+        readings: campaign.readings.rows.len() > FEW,
+        positions: labels.len() > FEW,
+        breaks: breaks(campaign).len() > FEW,
+        members: HashSet::new(),
+    }
+}
+
+/// The evidence for every member of every screened family.
+pub(super) struct Screen {
+    families: Vec<Vec<(Scanned, f64)>>,
+}
+
+#[derive(Clone)]
+struct Sums {
+    square: f64,
+    product: f64,
+    along: Vec<f64>,
+}
+
+impl Sums {
+    fn new(directions: usize) -> Self {
+        Sums { square: 0.0, product: 0.0, along: vec![0.0; directions] }
+    }
+
+    /// Score of the member, its square the drop of the sum of squares; 0 for one that the model absorbs.
+    fn score(&self) -> f64 {
+        let left = self.square - self.along.iter().map(|a| a * a).sum::<f64>();
+        if left > 1e-10 * self.square { self.product / left.sqrt() } else { 0.0 }
+    }
+}
+
+impl Screen {
+    /// Evidence given that some columns (not weighted, `m` each) are in the model too.
+    pub fn new(
+        campaign: &Campaign,
+        design: &DesignMatrix,
+        weighted: &Weighted,
+        chosen: &Chosen,
+        given: &[&Vec<f64>],
+    ) -> Self {
+        let mut families = Vec::new();
+        if !(chosen.readings || chosen.positions || chosen.breaks) {
+            return Screen { families };
+        }
+        let rows = Rows::new(weighted, given);
+        let times = breaks(campaign);
+        let time = campaign.readings.columns.iter().position(|column| column == "time_s");
+        for sensor in 0..campaign.bench.sensors.len() {
+            let own = || design.rows.iter().enumerate().filter(move |(_, origin)| origin.sensor == sensor);
+            if chosen.readings {
+                let one = |(i, origin): (usize, &crate::design::RowOrigin)| {
+                    let mut sums = Sums::new(rows.directions());
+                    rows.add(i, &mut sums);
+                    (Scanned::Reading(sensor, origin.reading), sums.score())
+                };
+                families.push(own().map(one).collect());
+            }
+            if chosen.positions {
+                let mut labels: HashMap<&str, Sums> = HashMap::new();
+                for (i, origin) in own() {
+                    let label = campaign.readings.rows.get(origin.reading).map_or("", |r| r.position.as_str());
+                    rows.add(i, labels.entry(label).or_insert_with(|| Sums::new(rows.directions())));
+                }
+                let labelled = labels.into_iter().filter(|(label, _)| !label.is_empty());
+                let mut family: Vec<(Scanned, f64)> =
+                    labelled.map(|(label, sums)| (Scanned::Position(sensor, label.into()), sums.score())).collect();
+                family.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| label(&a.0).cmp(label(&b.0))));
+                families.push(family);
+            }
+            if let (true, Some(column)) = (chosen.breaks, time) {
+                let at = |reading: usize| campaign.readings.rows.get(reading)?.columns.get(column).copied().flatten();
+                let mut late: Vec<(f64, usize)> =
+                    own().filter_map(|(i, origin)| at(origin.reading).map(|t| (t, i))).collect();
+                late.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let mut sums = Sums::new(rows.directions());
+                let mut family = Vec::with_capacity(times.len());
+                for (_, at) in times.iter().rev() {
+                    while let Some((_, i)) = late.last().copied().filter(|(t, _)| t >= at) {
+                        rows.add(i, &mut sums);
+                        late.pop();
+                    }
+                    family.push((Scanned::Break(sensor, at.to_bits()), sums.score()));
+                }
+                families.push(family);
+            }
+        }
+        Screen { families }
+    }
+
+    /// The strongest members of each family, of which none has a column yet; with their scores.
+    pub fn strongest(&self, chosen: &Chosen) -> Vec<(Scanned, f64)> {
+        let mut strongest = Vec::new();
+        for family in &self.families {
+            let mut ranked: Vec<&(Scanned, f64)> = family.iter().filter(|(member, _)| !chosen.has(member)).collect();
+            let far = |a: &&(Scanned, f64), b: &&(Scanned, f64)| b.1.abs().total_cmp(&a.1.abs());
+            if ranked.len() > TOP {
+                ranked.select_nth_unstable_by(TOP, far);
+                ranked.truncate(TOP);
+            }
+            ranked.sort_by(far);
+            strongest.extend(ranked.into_iter().cloned());
+        }
+        strongest
+    }
+
+    /// How many members have no column: tests that were made all the same.
+    pub fn without_column(&self, chosen: &Chosen) -> usize {
+        self.families.iter().flatten().filter(|(member, _)| !chosen.has(member)).count()
+    }
+}
+
+fn label(member: &Scanned) -> &str {
+    match member {
+        Scanned::Position(_, label) => label,
+        _ => "",
+    }
+}
+
+/// Rows of the weighted model and further directions, and the residuals outside them.
+struct Rows<'a> {
+    weighted: &'a Weighted,
+    further: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(weighted: &'a Weighted, given: &[&Vec<f64>]) -> Self {
+        let q = weighted.estimate.factor.thin_q();
+        let mut further: Vec<Vec<f64>> = Vec::new();
+        let mut residual = weighted.residual.clone();
+        for column in given {
+            let largest = column.iter().fold(f64::MIN_POSITIVE, |largest, v| largest.max(v.abs()));
+            let mut direction: Vec<f64> = column.iter().zip(&weighted.weight).map(|(v, w)| v / largest * w).collect();
+            let before = norm(&direction);
+            for _ in 0..2 {
+                for k in 0..q.ncols() {
+                    let along: f64 = q.col(k).iter().zip(&direction).map(|(q, v)| q * v).sum();
+                    direction.iter_mut().zip(q.col(k).iter()).for_each(|(v, q)| *v -= along * q);
+                }
+                for other in &further {
+                    let along = dot(other, &direction);
+                    direction.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
+                }
+            }
+            let size = norm(&direction);
+            if size > super::VISIBLE * before {
+                direction.iter_mut().for_each(|v| *v /= size);
+                let along = dot(&direction, &residual);
+                residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
+                further.push(direction);
+            }
+        }
+        Rows { weighted, further, residual }
+    }
+
+    fn directions(&self) -> usize {
+        self.weighted.estimate.factor.thin_q().ncols() + self.further.len()
+    }
+
+    fn add(&self, i: usize, sums: &mut Sums) {
+        let (Some(w), Some(r)) = (self.weighted.weight.get(i), self.residual.get(i)) else { return };
+        let q = self.weighted.estimate.factor.thin_q();
+        sums.square += w * w;
+        sums.product += w * r;
+        let (model, further) = sums.along.split_at_mut(q.ncols());
+        model.iter_mut().enumerate().for_each(|(k, sum)| *sum += w * q[(i, k)]);
+        for (sum, direction) in further.iter_mut().zip(&self.further) {
+            *sum += w * direction.get(i).copied().unwrap_or_default();
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
