@@ -78,10 +78,10 @@ fn names(found: &NavigationDiagnosis) -> Vec<String> {
     found.findings.iter().map(|f| f.source.id()).collect()
 }
 
-/// Every error of the catalogue alone, at t = 12, is named, or is an alias of what is named; twice, with other noise.
+/// Every error of the catalogue alone, at t = 12, is named, or is an alias of what is named; at rest twice, with other noise.
 #[test]
 fn one_error_is_named() {
-    for (name, motion) in [("static", at_rest()), ("swing", swing())] {
+    for (name, motion, seeds) in [("static", at_rest(), 2), ("swing", swing(), 1)] {
         let mission = mission(motion);
         let times = times(&mission);
         println!("{name}: hidden, its size, how it came out, named, its t and aliases");
@@ -94,7 +94,7 @@ fn one_error_is_named() {
                 };
                 let truth = signatures::predicted(&mission, &mission.motion, &ImuErrors::single(source, size), &times);
                 let (mut text, mut right) = (String::new(), 0);
-                for seed in 0..2 {
+                for seed in 0..seeds {
                     let data = measured(&times, &truth, 100 * j as u64 + seed, true);
                     let found = diagnose(&mission, &data, &Settings::default()).unwrap();
                     let way = way(&found, &[source]);
@@ -107,13 +107,13 @@ fn one_error_is_named() {
                             &format!("  {id:32} {size:10.3e} {unit:18} {way:6} {named} t {t:.1}, {aliases} aliases\n");
                     }
                 }
-                (text.trim_end().to_string(), right, 2)
+                (text.trim_end().to_string(), right, seeds as usize)
             })
             .collect();
         rows.iter().for_each(|(text, _, _)| println!("{text}"));
         let (right, tried) = rows.iter().fold((0, 0), |sum, row| (sum.0 + row.1, sum.1 + row.2));
         println!("{name}: {right} of {tried}");
-        assert!(tried > 50 && right as f64 >= 0.97 * tried as f64, "{name}");
+        assert!(tried > 35 && right as f64 >= 0.97 * tried as f64, "{name}");
     }
 }
 
