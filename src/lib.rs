@@ -24,9 +24,9 @@
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
 //! | [`mod@compare`] | the published closed forms beside least squares; misprints |
+//! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
 //! | [`plan`] | a schedule judged before anyone measures; the best positions |
 //! | [`navigate`] | what calibration errors do to a strapdown navigator over hours |
-//! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
 //! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
 //! | [`report`] | results as stable JSON and as tables |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |

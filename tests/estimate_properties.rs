@@ -154,26 +154,30 @@ proptest! {
         prop_assert_eq!(&folded.estimable, &estimate.estimable);
     }
 
-    /// Whatever is said to be free does not change a fitted value, and estimable combinations are blind to it.
+    /// Whatever is said to be free does not change a fitted value, and estimable combinations are blind to it; what is called not
+    /// estimable is not.
     #[test]
     fn combinations_are_what_they_say(system in systems()) {
         let estimate = fit(&system);
         prop_assume!(benign(&estimate));
         let scale = estimate.factor.scale();
-        for free in &estimate.not_estimable {
-            let largest = free.terms.iter().map(|&(j, c)| (c / scale[j]).abs()).fold(0.0, f64::max);
+        prop_assert_eq!(estimate.free_directions.len(), estimate.not_estimable.len());
+        prop_assert_eq!(estimate.free_directions.len(), system.shape().1 - estimate.rank);
+        for (free, named) in estimate.free_directions.iter().zip(&estimate.not_estimable) {
+            let step = |j: usize| free.terms.iter().find(|(own, _)| *own == j).map_or(0.0, |(_, e)| *e);
+            let largest = free.terms.iter().map(|&(j, e)| (e * scale[j]).abs()).fold(0.0, f64::max);
             for i in 0..system.u.len() {
-                // Moving along the free direction: dx_j = n'_j / D_j, with c_j = n'_j D_j.
-                let moved: f64 = free.terms.iter().map(|&(j, c)| system.rows[(i, j)] * c / scale[j].powi(2)).sum();
+                let moved: f64 = free.terms.iter().map(|&(j, e)| system.rows[(i, j)] * e).sum();
                 prop_assert!(moved.abs() <= 1e-9 * largest.max(1e-3), "{}", moved);
             }
             for fixed in &estimate.estimable_combinations {
-                let blind: f64 = fixed.terms.iter().map(|&(j, c)| {
-                    let along = free.terms.iter().find(|(other, _)| *other == j).map_or(0.0, |(_, c)| c / scale[j].powi(2));
-                    c * along
-                }).sum();
-                prop_assert!(blind.abs() <= 1e-7 * largest.max(1e-3), "{}", blind);
+                let size: f64 = fixed.terms.iter().map(|&(j, c)| (c * step(j)).abs()).sum();
+                let blind: f64 = fixed.terms.iter().map(|&(j, c)| c * step(j)).sum();
+                prop_assert!(blind.abs() <= 1e-7 * size.max(1e-3), "{}", blind);
             }
+            prop_assert!(named.terms.len() <= 2);
+            let (size, along) = named.terms.iter().fold((0.0, 0.0), |(s, a), &(j, c)| (s + (c * step(j)).abs(), a + c * step(j)));
+            prop_assert!(along.abs() > 0.99 * size && size > 0.0);
         }
     }
 

@@ -267,7 +267,8 @@ fn what_is_not_in_the_catalogue_is_unexplained() {
         truth[20 + seed as usize][seed as usize % 7] += 12.0 * U[seed as usize % 7];
         truth
     };
-    let cases: [(&str, &(dyn Fn(u64) -> Vec<Channels> + Sync)); 3] =
+    type Truth<'a> = &'a (dyn Fn(u64) -> Vec<Channels> + Sync);
+    let cases: [(&str, Truth<'_>); 3] =
         [("an error that starts late", &late), ("a random walk that is not stated", &walk), ("one bad value", &bad)];
     for (name, truth) in cases {
         let verdicts: Vec<(Verdict, String)> = (0..count)

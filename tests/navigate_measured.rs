@@ -166,3 +166,29 @@ fn questions_that_cannot_be_asked() {
     assert!(told(&["navigate", "m.mission.json", "--measured", "x.csv", "--noise-m=-1"]).contains("--noise-m"));
     assert!(!at("x.csv").exists());
 }
+
+/// The measurements of example 31 are those that its command makes, and hold what its truth hides.
+#[test]
+fn example_31_is_reproduced() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/31-navigation-errors");
+    let written = folder.path().join("both.csv");
+    let noise = ["--noise-arcsec", "2", "--noise-m-s", "0.01", "--noise-m", "5"];
+    let command = ["navigate", "truth.mission.json", "--measured", written.to_str().unwrap()];
+    tumble(&example, &[&command[..], &noise].concat()).success();
+    let text = |path: &Path| std::fs::read_to_string(path).unwrap();
+    let file: MissionFile =
+        wire::parse(&Source { name: "m".into(), text: text(&example.join("truth.mission.json")) }).unwrap();
+    let read = |text: String| {
+        wire::read_measured(&Source { name: "both.csv".into(), text }, &file.mission().unwrap()).unwrap()
+    };
+    let committed = text(&example.join("both.csv"));
+    let at_rest: Vec<&str> = committed.lines().filter(|line| !line.starts_with("swing")).collect();
+    assert_eq!(at_rest, text(&example.join("static.csv")).lines().collect::<Vec<&str>>());
+    let (made, committed) = (read(text(&written)), read(committed));
+    assert_eq!(made.count(), committed.count());
+    for (a, b) in made.cells().zip(committed.cells()) {
+        // numbers are written to a hundredth of u, and the last digit of another machine may round the other way
+        assert!((a.value - b.value).abs() <= 0.011 * a.u.unwrap(), "{} s: {} {}", a.time, a.value, b.value);
+    }
+}

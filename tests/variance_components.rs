@@ -102,3 +102,53 @@ fn krumm_correlated_datum() {
         assert!((1000.0 * found.standard_uncertainty[j].unwrap() - sd[j]).abs() < 1e-6);
     }
 }
+
+/// REML scales and what Kenward and Roger add for them, against whole matrices in numpy (tests/scripts/scale_uncertainty.py).
+#[test]
+fn scales_of_three_instruments_and_what_it_costs_to_estimate_them() {
+    let all = json("systems/scale_uncertainty.json");
+    let (x, y, u) = (numbers(&all["x"]), numbers(&all["y"]), numbers(&all["u"]));
+    let group: Vec<Group> = numbers(&all["group"])
+        .iter()
+        .map(|g| if *g == 3.0 { Group::Known } else { Group::Estimated(*g as usize) })
+        .collect();
+    let rows = Mat::from_fn(x.len(), 2, |i, j| if j == 0 { 1.0 } else { x[i] });
+    let system = System { rows, observed: y, u, group };
+    let found = adjust(&system, &Settings::default()).unwrap();
+    let cost = found.scale_uncertainty(&system).unwrap();
+    let near = |own: f64, other: f64, what: &str| {
+        // the scales are iterated to 1e-11
+        assert!((own - other).abs() <= 1e-9 * other.abs().max(1e-6), "{what}: {own} {other}");
+    };
+    for (own, other) in found.solution.iter().zip(numbers(&all["solution"])) {
+        near(*own, other, "solution");
+    }
+    for (own, other) in found.group_scale.iter().zip(numbers(&all["scale"])) {
+        near(own.unwrap(), other, "scale");
+    }
+    let tables =
+        [(&found.covariance, "covariance"), (&cost.relative, "relative_spread"), (&cost.correction, "correction")];
+    for (own, key) in tables {
+        for (i, row) in all[key].as_array().unwrap().iter().enumerate() {
+            for (j, other) in numbers(row).into_iter().enumerate() {
+                near(own[(i, j)], other, key);
+            }
+        }
+    }
+    // the same components by whitened rows
+    let component = |g: usize| {
+        let member =
+            |i: &usize| system.group[*i] == Group::Estimated(g) || (g == 3 && system.group[*i] == Group::Known);
+        Component {
+            rows: (0..system.u.len()).filter(member).map(|i| (i, system.u[i])).collect(),
+            offset: Vec::new(),
+            known: (g == 3).then_some(1.0),
+        }
+    };
+    let components: Vec<Component> = (0..4).map(component).collect();
+    let whitened = adjust_components(&system, &components, None, &Settings::default()).unwrap();
+    for g in 0..3 {
+        near(whitened.variance[g].sqrt(), found.group_scale[g].unwrap(), "whitened scale");
+    }
+    near(whitened.correction[(1, 1)], cost.correction[(1, 1)], "whitened correction");
+}

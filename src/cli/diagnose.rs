@@ -15,7 +15,7 @@ pub(super) struct Arguments {
     /// The campaign file (JSON), or a mission file with '--measured'.
     campaign: PathBuf,
     /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv` and `_u` beside them).
-    #[arg(long, value_name = "FILE", conflicts_with = "effects")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["effects", "svg"])]
     measured: Option<PathBuf>,
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]

@@ -1,6 +1,6 @@
 //! `tumble diagnose MISSION --measured FILE`.
 
-use super::pages::Pages;
+use super::pages::{Pages, Ready};
 use super::{Outcome, files};
 use crate::diagnosis::{Settings, Verdict};
 use crate::error::Result;
@@ -26,31 +26,35 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let settings = Settings { significance: question.significance };
     let diagnosis = diagnose::diagnose(&mission, &measured, &settings).map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
-    let pages = question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?;
-    pages.write()?;
+    // every text is made before any is written
+    let mut ready = match question.pages.is_asked_for() {
+        true => question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?,
+        false => Ready::default(),
+    };
     if let Some(path) = question.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+        ready.add(path, files::json(&report)?);
     }
-    if !pages.to_stdout() && question.json != Some(Path::new("-")) {
+    let found = diagnosis.verdict == Verdict::EffectsFound;
+    if let Some(path) = question.write_model.filter(|_| found) {
+        ready.add(path, files::json(&repaired(&file, &diagnosis))?);
+    }
+    ready.write()?;
+    if !ready.to_stdout() {
         super::print(&report::navigate_diagnose_table(&report));
     }
-    if let Some(path) = question.write_model {
-        write(path, &file, &diagnosis)?;
+    match question.write_model {
+        Some(path) if found => eprintln!("wrote {}", path.display()),
+        Some(_) => eprintln!("note: no error was found, so no mission is written"),
+        None => {}
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
 }
 
 /// The mission as it was written, with the errors added.
-fn write(path: &Path, file: &MissionFile, diagnosis: &NavigationDiagnosis) -> Result<()> {
-    if diagnosis.verdict != Verdict::EffectsFound {
-        eprintln!("note: no error was found, so no mission is written");
-        return Ok(());
-    }
+fn repaired(file: &MissionFile, diagnosis: &NavigationDiagnosis) -> MissionFile {
     let mut file = file.clone();
     for finding in &diagnosis.findings {
         file.errors.add(&finding.source, finding.value / finding.source.si_per_unit());
     }
-    files::write(path, &files::json(&file)?)?;
-    eprintln!("wrote {}", path.display());
-    Ok(())
+    file
 }

@@ -129,7 +129,11 @@ const MOST_STARTS: usize = 1_000_000;
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
-    let located = |error| wire::locate(error, &source);
+    // an option has no place in the file
+    let located = |error: Malformed| match error.place().path.is_empty() {
+        true => error,
+        false => wire::locate(error, &source),
+    };
     let noise = noise(arguments, &campaign).map_err(located)?;
     let costs = costs(&arguments.cost)?;
     let positions = plan::positions_only(&campaign.readings);

@@ -14,7 +14,7 @@ use super::catalogue::Effect;
 use super::pool::Pool;
 use super::search::{INDISTINGUISHABLE, Levels};
 use super::{Candidate, Settings, candidates};
-use crate::campaign::{Campaign, JointState, Kind, Reading, coefficient_unit};
+use crate::campaign::{Campaign, JointState, Kind, Reading, Role, coefficient_unit};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate;
@@ -22,6 +22,7 @@ use crate::plan::{self, Noise};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
 use faer::Mat;
+use std::collections::HashMap;
 
 /// The rule behind every smallest size.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,10 +123,12 @@ pub struct Foresight {
 
 /// Power of the smallest sizes.
 const POWER: f64 = 0.8;
-/// A column this small against its size at general positions is zero but for rounding.
+/// A column this small against its size at general positions and small tilts is zero but for rounding.
 const ZERO: f64 = 1e-9;
 /// Cosines this near to 1 are one direction.
 const ONE_DIRECTION: f64 = 1e-6;
+/// Means of terms with kinks have no more than four digits: less than this share left of them is error of the mean.
+const ROUGH: f64 = 1e-3;
 /// General positions that are looked at beside the schedule.
 const GENERAL: usize = 24;
 /// Small tilts, radians: 100 arcsec.
@@ -143,7 +146,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let design = design::assemble(campaign, &model, &point)?;
     let system = plan::system(campaign, &design, noise);
     let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
-    let effects = columns(campaign, catalogue, &model, &design)?;
+    let (effects, tests) = effects(campaign, catalogue, &model, &design, noise)?;
     let rows = system.u.len();
     let weighted = Mat::from_fn(rows, effects.len(), |i, j| {
         let value = effects.get(j).and_then(|(effect, _)| effect.column.get(i)).copied().unwrap_or_default();
@@ -152,11 +155,11 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let norm: Vec<f64> = (0..effects.len()).map(|j| weighted.col(j).norm_l2()).collect();
     let pool = Pool::new(weighted, estimate.factor.thin_q(), &vec![0.0; rows]);
     let mut prospects: Vec<Prospect> = Vec::with_capacity(effects.len());
-    for (((effect, general), norm), left) in effects.into_iter().zip(norm).zip(pool.visible()) {
+    for (((effect, size), norm), left) in effects.into_iter().zip(norm).zip(pool.visible()) {
         let largest = effect.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let fate = match () {
-            () if largest <= ZERO * general => Fate::NotExercised,
-            () if *left == 0.0 => Fate::Absorbed,
+            () if largest <= ZERO * size => Fate::NotExercised,
+            () if *left == 0.0 || (*left < ROUGH && has_kinks(&effect)) => Fate::Absorbed,
             () => Fate::Detectable,
         };
         let mut shifts = if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, rows)? };
@@ -177,7 +180,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         });
     }
     let (mut groups, cosines) = alike(&pool, &mut prospects);
-    let rule = rule(directions(campaign, catalogue, &model, noise)?.max(groups.len()), estimate.dof);
+    let rule = rule(tests.max(groups.len()), estimate.dof);
     for prospect in &mut prospects {
         let Some(u) = prospect.u else { continue };
         let minimal = rule.noncentrality * u;
@@ -213,30 +216,48 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
 }
 
-/// Distinct directions at small tilts of no special size: what vanishes at zero tilts only is tried by a diagnosis all the same.
-fn directions(campaign: &Campaign, catalogue: &[Effect], model: &Model, noise: &Noise) -> Result<usize> {
-    let mut point = campaign.reference_point();
+/// Every candidate with its column at the reference point and its size at small tilts; and how many directions a diagnosis would try.
+///
+/// What vanishes at zero tilts only is tried by a diagnosis all the same, because the fitted tilts are not zero.
+fn effects(
+    campaign: &Campaign,
+    catalogue: &[Effect],
+    model: &Model,
+    design: &DesignMatrix,
+    noise: &Noise,
+) -> Result<(Vec<(Candidate, f64)>, usize)> {
+    let mut point = design.point.clone();
     for (k, (parameter, value)) in campaign.parameters.iter().zip(&mut point).enumerate() {
-        if parameter.kind == Kind::Tilt && matches!(parameter.role, crate::campaign::Role::Estimated { .. }) {
+        if parameter.kind == Kind::Tilt && matches!(parameter.role, Role::Estimated { .. }) {
             *value += SMALL * (1.0 + 0.618_034 * k as f64).sin();
         }
     }
-    let design = design::assemble(campaign, model, &point)?;
-    let system = plan::system(campaign, &design, noise);
+    let tilted = design::assemble(campaign, model, &point)?;
+    let system = plan::system(campaign, &tilted, noise);
     let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
-    let effects = columns(campaign, catalogue, model, &design)?;
-    let weight: Vec<f64> = system.u.iter().map(|u| 1.0 / u).collect();
-    // scores against a direction of no special kind are alike only where the columns are
-    let general: Vec<f64> = (0..weight.len()).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
-    let matrix = Mat::from_fn(weight.len(), effects.len(), |i, j| {
-        effects.get(j).and_then(|(e, _)| e.column.get(i)).copied().unwrap_or_default() * weight[i]
+    let all = columns(campaign, catalogue, model, &tilted)?;
+    let rows = system.u.len();
+    let matrix = Mat::from_fn(rows, all.len(), |i, j| {
+        let value = all.get(j).and_then(|(effect, _)| effect.column.get(i)).copied().unwrap_or_default();
+        value / system.u.get(i).copied().unwrap_or(1.0)
     });
-    let pool = Pool::new(matrix, estimate.factor.thin_q(), &general);
-    let mut scores: Vec<f64> =
-        pool.scores().iter().zip(pool.visible()).filter(|(_, v)| **v > 0.0).map(|(s, _)| s.abs()).collect();
+    // columns of one direction have one score against numbers of no pattern, and chance does not repeat nine digits
+    let patternless: Vec<f64> = (0..rows).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
+    let pool = Pool::new(matrix, estimate.factor.thin_q(), &patternless);
+    let visible = pool.scores().iter().zip(pool.visible()).filter(|(_, left)| **left > 0.0);
+    let mut scores: Vec<f64> = visible.map(|(score, _)| score.abs()).collect();
     scores.sort_by(f64::total_cmp);
     scores.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
-    Ok(scores.len())
+    let mut here: HashMap<(String, Option<usize>), Vec<f64>> = columns(campaign, catalogue, model, design)?
+        .into_iter()
+        .map(|(effect, _)| ((effect.regressor, effect.sensor), effect.column))
+        .collect();
+    let effects = all.into_iter().map(|(mut effect, size)| {
+        let none = vec![0.0; effect.column.len()];
+        effect.column = here.remove(&(effect.regressor.clone(), effect.sensor)).unwrap_or(none);
+        (effect, size)
+    });
+    Ok((effects.collect(), scores.len()))
 }
 
 fn rule(tests: usize, dof: usize) -> Rule {
@@ -253,7 +274,7 @@ fn rule(tests: usize, dof: usize) -> Rule {
     Rule { significance, power: POWER, tests, noncentrality: z(1.0 - 0.5 * alone) + z(POWER), with_residuals }
 }
 
-/// Every candidate with its column at the rows of the design, and its largest size at general positions and there.
+/// Every candidate with its column at the rows of the design, and its largest value there and at general positions.
 fn columns(
     campaign: &Campaign,
     catalogue: &[Effect],
@@ -374,6 +395,10 @@ fn unit(campaign: &Campaign, effect: &Candidate) -> String {
         }
         _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
     }
+}
+
+fn has_kinks(effect: &Candidate) -> bool {
+    ["abs(", "sign(", "step("].iter().any(|function| effect.regressor.contains(function))
 }
 
 /// Is the coefficient of this effect an angle?

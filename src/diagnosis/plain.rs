@@ -102,11 +102,7 @@ pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
             Verdict::Found((0..set.len()).filter_map(|place| member(&arena, &set, place, &rivals)).collect())
         }
     };
-    let looks = steps.into_iter().map(|s| Look {
-        with: s.set,
-        strongest: s.strongest.map(|(index, t, p)| (index, t, p)),
-        global: s.global,
-    });
+    let looks = steps.into_iter().map(|s| Look { with: s.set, strongest: s.strongest, global: s.global });
     Ok(Answer { verdict, tests: arena.tests, steps: looks.collect() })
 }
 

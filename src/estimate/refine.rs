@@ -17,6 +17,8 @@ pub(super) struct Refined {
 
 /// A step that changes the scaled solution by less than this share is the last: the next would change its square.
 const ENOUGH: f64 = 1e-12;
+/// The same for each unknown by itself, which weights of very different size may leave far behind the whole.
+const ENOUGH_EACH: f64 = 1e-10;
 
 /// Solves by the factorisation, then refines until it no longer matters, at most `limit` steps.
 pub(super) fn solve(factor: &Factor, rows: MatRef<'_, f64>, observed: &[f64], limit: usize) -> Refined {
@@ -33,9 +35,10 @@ pub(super) fn solve(factor: &Factor, rows: MatRef<'_, f64>, observed: &[f64], li
         if change.is_nan() || change >= last_change {
             break;
         }
+        let each = next.solution.iter().zip(&best.solution).all(|(x, y)| (x - y).abs() <= ENOUGH_EACH * x.abs());
         best = next;
         last_change = change / 4.0;
-        if change <= ENOUGH {
+        if change <= ENOUGH && each {
             break;
         }
     }

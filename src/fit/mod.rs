@@ -215,11 +215,14 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
         *value += change;
     }
     rules::snap(campaign, &step.constraints, &mut point);
-    let at_solution = design::assemble(campaign, &model, &point)?;
-    let linearisation_error = gauss_newton::linearisation_error(&at_solution, &design, &step.system, &step.estimate);
+    // where Gauss-Newton has settled, the solution is the point of linearisation
+    let settled_there = convergence.as_ref().is_some_and(|record| record.converged);
+    let assembled = if settled_there { None } else { Some(design::assemble(campaign, &model, &point)?) };
+    let at_solution = assembled.as_ref().unwrap_or(&design);
+    let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let step::Step { system, estimate, noise, constraints, robust, settled, .. } = step;
-    let grounds = parameters::Grounds::new(campaign, &at_solution, &estimate, &noise, settings.level);
+    let grounds = parameters::Grounds::new(campaign, at_solution, &estimate, &noise, settings.level);
     let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
     let at_bound = rules::at_bound(campaign, &constraints);
     let bounded = matches!(constraints, Constraints::Met { .. });

@@ -11,13 +11,15 @@
 //! | [`mechanise`], [`vector`], [`lanes`] | the navigator: one step in all lanes of a register, groups of eight scenarios |
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
-//! | [`diagnose`], [`separate`], [`remainder`] | which errors explain them, motions that would tell aliases apart, what is left |
+//! | [`diagnose`] (`case`, `conclude`), [`separate`], [`remainder`] | which errors explain them, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
 //! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
 
 pub mod carry;
+mod case;
+mod conclude;
 pub mod course;
 pub mod diagnose;
 pub mod earth;

@@ -8,7 +8,8 @@
 //!
 //! standard deviations long. A motion tells where `D` is five or more.
 
-use super::diagnose::{Finding, Look};
+use super::case::Look;
+use super::diagnose::Finding;
 use super::errors::Source;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
 use super::mission::Mission;

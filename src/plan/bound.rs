@@ -32,6 +32,8 @@ const NEAR: f64 = 1e-5;
 const STEPS: usize = 10;
 /// A candidate with less weight than this, and less than the mean gain, takes no further part: its weight would only go on shrinking.
 const WEIGHTLESS: f64 = 1e-9;
+/// Weight that all candidates share where the best ones alone would leave the information singular.
+const LEAST: f64 = 1e-6;
 
 /// Bound on designs of `choose` candidates; `None` where even all candidates together leave a defect.
 pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose: usize) -> Option<Bound> {
@@ -47,12 +49,22 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose
         Objective::Largest(rows) => Some(Predicted::new(rows)),
         _ => None,
     };
+    let mut least = 0.0;
     let determinant = matches!(objective, Objective::Determinant);
     let size = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
     let most = ((EFFORT / (2.0 * (size * n * n) as f64)) as usize).clamp(50, ITERATIONS);
     for iteration in 0..most {
-        // the best weights for one quantity may leave others undetermined: then they are as near as rounding allows
-        let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else { break };
+        let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else {
+            // the best weights for one quantity may leave others undetermined: from then on every candidate keeps a little weight
+            if least > 0.0 {
+                break;
+            }
+            least = LEAST / count as f64;
+            let mut all = vec![least; count];
+            active.iter().zip(&weights).for_each(|(j, w)| all[*j] += w);
+            (active, rows, weights) = ((0..count).collect(), blocks.clone(), all);
+            continue;
+        };
         // value of the smooth objective at these weights, and the matrix whose quadratic forms are its slopes
         let (slopes, value, here) = match (objective, &mut predicted) {
             (Objective::Trace(w), _) => {
@@ -87,7 +99,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose
                 break;
             }
             let stays: Vec<bool> = weights.iter().zip(&gain).map(|(w, g)| *w > WEIGHTLESS || *g >= mean).collect();
-            if 4 * stays.iter().filter(|stays| **stays).count() < 3 * active.len() {
+            if least == 0.0 && 4 * stays.iter().filter(|stays| **stays).count() < 3 * active.len() {
                 let kept = |k: &usize| stays.get(*k).copied().unwrap_or(false);
                 let places: Vec<usize> = (0..active.len()).filter(kept).collect();
                 (active, weights) = places.iter().map(|k| (active[*k], weights[*k])).unzip();
@@ -96,7 +108,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose
             }
         }
         let step = |g: f64| if determinant { g / mean } else { (g / mean).sqrt() };
-        weights.iter_mut().zip(&gain).for_each(|(w, g)| *w *= step(*g));
+        weights.iter_mut().zip(&gain).for_each(|(w, g)| *w = (*w * step(*g)).max(least));
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum);
     }
@@ -170,7 +182,7 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
 }
 
 /// `A W A` for symmetric `A` and `W`.
-fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
+pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
     let product = |p: &[f64], q: &[f64]| {
         let mut out = vec![0.0; n * n];
         for i in 0..n {

@@ -8,8 +8,9 @@
 //! Every start has its own number of mountings, from one to as many as the budget pays for.
 
 use super::blocks::{add_outer, dot, invert, times};
+use super::bound::sandwich;
 use super::effort::{Costs, mounting};
-use super::exchange::{Design, Problem, WORTH, best_of, improve_state, information, value};
+use super::exchange::{Design, Objective, Problem, WORTH, best_of, improve_state, information, value};
 use super::pool::Pool;
 use super::state::State;
 use rand_pcg::Pcg64Mcg;
@@ -30,6 +31,7 @@ pub(super) struct Prices {
     /// Portion of a place and state.
     at: HashMap<(usize, usize), usize>,
     places: usize,
+    states: usize,
 }
 
 impl Prices {
@@ -51,7 +53,16 @@ impl Prices {
             state.push(kind);
             at.entry((own, kind)).or_insert(k);
         }
-        Prices { budget, costs, size: pool.portion_size(), place, state, at, places: places.len() }
+        Prices {
+            budget,
+            costs,
+            size: pool.portion_size(),
+            place,
+            state,
+            at,
+            places: places.len(),
+            states: states.len(),
+        }
     }
 
     /// Cost of a list of portions.
@@ -156,13 +167,23 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
     let mut used = vec![0_usize; blocks.count()];
     chosen.iter().for_each(|k| used[*k] += 1);
     let mut spent = prices.of(chosen.iter().copied());
-    let (mut told, mut sums, mut work) = (vec![0.0_f64; used.len()], vec![0.0; used.len()], vec![0.0; used.len()]);
+    // x' M^-1 x of every row of every candidate, kept by rank-one updates
+    let mut work = vec![0.0; used.len()];
+    let mut spread = vec![vec![0.0_f64; used.len()]; blocks.rows()];
+    spread.iter_mut().enumerate().for_each(|(r, own)| blocks.quadratic(r, r, &inverse, own, &mut work));
+    let mut told = vec![0.0_f64; used.len()];
+    let mut effect = vec![0.0_f64; used.len()];
     // free readings without end are no design
     while chosen.len() < MOST {
         told.fill(0.0);
-        for r in 0..blocks.rows() {
-            blocks.quadratic(r, r, &inverse, &mut sums, &mut work);
-            told.iter_mut().zip(&sums).for_each(|(told, d)| *told += d.ln_1p());
+        for (r, own) in spread.iter().enumerate() {
+            // what a row alone adds to log det M, or takes from tr(W M^-1)
+            if let Objective::Trace(w) = problem.objective {
+                blocks.quadratic(r, r, &sandwich(&inverse, w, n), &mut effect, &mut work);
+                told.iter_mut().zip(own).zip(&effect).for_each(|((told, d), e)| *told += e / (1.0 + d));
+            } else {
+                told.iter_mut().zip(own).for_each(|(told, d)| *told += d.ln_1p());
+            }
         }
         let further = prices.further(chosen);
         let mut best: Option<(f64, usize)> = None;
@@ -177,7 +198,12 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
         for r in 0..blocks.rows() {
             let x = blocks.row(k, r);
             let w = times(&inverse, &x);
-            add_outer(&mut inverse, -1.0 / (1.0 + dot(&x, &w)), &w);
+            let factor = -1.0 / (1.0 + dot(&x, &w));
+            add_outer(&mut inverse, factor, &w);
+            for (s, own) in spread.iter_mut().enumerate() {
+                blocks.along(s, &w, &mut work);
+                own.iter_mut().zip(&work).for_each(|(d, t)| *d += factor * t * t);
+            }
         }
         used[k] += 1;
         spent += further[k];
@@ -188,7 +214,8 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
 /// More portions than this are not chosen, whatever the budget.
 const MOST: usize = 10_000;
 
-/// The best design that differs in one mounting: moved to another place with the same rates, or closed and the budget filled up again.
+/// The best design that differs in one mounting (moved to another place with the same rates, one rate replaced by another, or closed) or has
+/// lost one portion, with what is left of the budget filled up again.
 fn moved(problem: &Problem<'_>, prices: &Prices, chosen: &[usize], now: f64) -> Option<(f64, Vec<usize>)> {
     let mut open: Vec<usize> = chosen.iter().filter_map(|k| prices.place.get(*k)).copied().collect();
     open.sort_unstable();
@@ -207,11 +234,11 @@ fn moved(problem: &Problem<'_>, prices: &Prices, chosen: &[usize], now: f64) -> 
             || sorted.chunk_by(|a, b| a == b).all(|same| same.len() <= problem.most_repeats)
     };
     for place in &open {
-        for other in (0..prices.places).filter(|other| other != place) {
+        let mut try_map = |map: &dyn Fn(usize) -> (usize, usize)| {
             let design: Option<Vec<usize>> = chosen
                 .iter()
                 .map(|k| match (prices.place.get(*k), prices.state.get(*k)) {
-                    (Some(own), Some(state)) if own == place => prices.at.get(&(other, *state)).copied(),
+                    (Some(own), Some(state)) if own == place => prices.at.get(&map(*state)).copied(),
                     _ => Some(*k),
                 })
                 .collect();
@@ -219,10 +246,29 @@ fn moved(problem: &Problem<'_>, prices: &Prices, chosen: &[usize], now: f64) -> 
                 Some(design) if prices.allow(design.iter().copied()) && repeats_allowed(&design) => consider(design),
                 _ => {}
             }
+        };
+        for other in (0..prices.places).filter(|other| other != place) {
+            try_map(&|state| (other, state));
+        }
+        for from in 0..prices.states {
+            for to in (0..prices.states).filter(|to| *to != from) {
+                try_map(&|state| (*place, if state == from { to } else { state }));
+            }
         }
         let mut closed: Vec<usize> = chosen.iter().copied().filter(|k| prices.place.get(*k) != Some(place)).collect();
         fill(problem, prices, &mut closed);
         consider(closed);
+    }
+    let mut distinct = chosen.to_vec();
+    distinct.sort_unstable();
+    distinct.dedup();
+    for gone in distinct {
+        let mut design = chosen.to_vec();
+        if let Some(at) = design.iter().position(|k| *k == gone) {
+            design.swap_remove(at);
+        }
+        fill(problem, prices, &mut design);
+        consider(design);
     }
     best
 }

@@ -183,8 +183,7 @@ pub(super) fn whitened(
     let point = schedule.reference_point();
     let design = design::assemble(&schedule, &model, &point)?;
     let n = campaign.unknowns();
-    let columns: Vec<Vec<f64>> =
-        terms.iter().map(|term| term_column(&schedule, &model, &design, term, further)).collect::<Result<_>>()?;
+    let columns = term_columns(&schedule, &model, &design, terms, further)?;
     let mounting_of = mountings(&readings.rows);
     let count = mounting_of.iter().max().map_or(0, |last| last + 1);
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -235,28 +234,28 @@ fn divide_by_root(mut rows: Vec<Vec<f64>>, u: &[f64], scatter: &[Vec<f64>]) -> V
     rows
 }
 
-/// Column of an effect at the rows of a schedule. At further positions, what hangs on a reading already taken (one bad reading, a
-/// remounting, the way of approach) is zero.
-fn term_column(
+/// Columns of effects at the rows of a schedule. At further positions, what hangs on a reading already taken (one bad reading, a remounting,
+/// the way of approach) is zero.
+fn term_columns(
     schedule: &Campaign,
     model: &Model,
     design: &design::DesignMatrix,
-    term: &Term,
+    terms: &[Term],
     further: bool,
-) -> Result<Vec<f64>> {
-    match &term.regressor {
-        Regressor::Tilt(k) | Regressor::Known(k) if *k < design.jacobian.ncols() => {
-            Ok(design.jacobian.col(*k).iter().copied().collect())
-        }
-        Regressor::Prior(_) | Regressor::Constraint(_) => Ok(vec![0.0; design.rows.len()]),
-        Regressor::Reading(_) | Regressor::Position(_) | Regressor::Approach(_) if further => {
-            Ok(vec![0.0; design.rows.len()])
-        }
-        regressor => {
-            let tilts = model.tilts_of(&design.point);
-            let mut columns =
-                simulate::columns(schedule, &design.rows, &tilts, &design.point, &[(regressor, term.sensor)])?;
-            Ok(columns.pop().unwrap_or_default())
+) -> Result<Vec<Vec<f64>>> {
+    let tilts = model.tilts_of(&design.point);
+    let at_readings =
+        |r: &Regressor| matches!(r, Regressor::Reading(_) | Regressor::Position(_) | Regressor::Approach(_));
+    let wanted: Vec<(&Regressor, Option<usize>)> = terms.iter().map(|term| (&term.regressor, term.sensor)).collect();
+    let mut columns = simulate::columns(schedule, &design.rows, &tilts, &design.point, &wanted)?;
+    for (column, term) in columns.iter_mut().zip(terms) {
+        match &term.regressor {
+            Regressor::Tilt(k) | Regressor::Known(k) if *k < design.jacobian.ncols() => {
+                column.iter_mut().zip(design.jacobian.col(*k).iter()).for_each(|(slot, v)| *slot = *v);
+            }
+            other if further && at_readings(other) => column.fill(0.0),
+            _ => {}
         }
     }
+    Ok(columns)
 }

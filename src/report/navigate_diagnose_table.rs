@@ -53,9 +53,21 @@ pub fn navigate_diagnose_table(report: &NavigateDiagnoseReport) -> String {
         text.push_str(&format!("\n{}", plain(&["single values far off", "motion", "time, s", "in u"], &rows)));
     }
     if !report.invisible.is_empty() {
-        text.push_str(&format!("\nthese data cannot show: {}\n", report.invisible.join(", ")));
+        text.push_str(&format!("\nthese data cannot show: {}\n", grouped(&report.invisible).join(", ")));
     }
     text
+}
+
+/// Error sources by group: `gyro_bias (x, y)`.
+pub(super) fn grouped(ids: &[String]) -> Vec<String> {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (group, axes) in ids.iter().filter_map(|id| id.rsplit_once('_')) {
+        match groups.iter_mut().find(|(name, _)| *name == group) {
+            Some((_, list)) => list.push(axes),
+            None => groups.push((group, vec![axes])),
+        }
+    }
+    groups.into_iter().map(|(group, axes)| format!("{group} ({})", axes.join(", "))).collect()
 }
 
 pub(super) fn verdict(report: &NavigateDiagnoseReport) -> String {
@@ -85,8 +97,9 @@ fn found(effect: &NavigationEffectReport) -> String {
     text.push_str(&format!("; t = {:.1}, p = {}", effect.t, significant(effect.p, 2)));
     text.push_str(&format!("; explains {:.1} % of the gap\n", 100.0 * effect.explains));
     if effect.before != 0.0 {
-        let (before, after) = (significant(effect.before, 6), rounded(effect.after, effect.u));
-        text.push_str(&format!("  the mission had {before}, and has {after} with it\n"));
+        // without what a unit of radians costs in the last digits
+        let before: f64 = format!("{:.9e}", effect.before).parse().unwrap_or(effect.before);
+        text.push_str(&format!("  the mission had {before}, and has {} with it\n", rounded(effect.after, effect.u)));
     }
     if !effect.aliases.is_empty() {
         let names: Vec<String> = effect.aliases.iter().take(LISTED).map(alias).collect();
@@ -94,13 +107,13 @@ fn found(effect: &NavigationEffectReport) -> String {
         let more = if more > 0 { format!("\n    and {more} more") } else { String::new() };
         text.push_str(&format!("  cannot be told here from:\n    {}{more}\n", names.join("\n    ")));
     }
+    let possible = effect.aliases.iter().filter(|alias| !alias.absurd && alias.together_with.is_none()).count();
     for (k, separation) in effect.separate_by.iter().enumerate() {
         let lead = if k == 0 { "would tell, best first:" } else { "                    or:" };
         text.push_str(&format!(
-            "  {lead} {} ({} of {}, by {:.0} sd)\n",
+            "  {lead} {} ({} of {possible}, by {:.0} sd)\n",
             separation.is,
             separation.tells.len(),
-            effect.aliases.len(),
             separation.by
         ));
     }

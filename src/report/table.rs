@@ -99,11 +99,15 @@ pub(super) fn percent(p: f64) -> String {
     significant(100.0 * p, 4).trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
+/// From here on a t distribution is the normal one to any printed digit.
+const MANY: f64 = 1e6;
+
 /// Degrees of freedom: whole ones (to rounding) without a point, infinite ones as `inf`.
 pub(super) fn degrees_of_freedom(dof: Option<f64>, known: bool) -> String {
     match dof {
         None if known => "inf".into(),
         None => "-".into(),
+        Some(dof) if dof > MANY => "inf".into(),
         Some(dof) if (dof - dof.round()).abs() < 1e-6 => format!("{dof:.0}"),
         Some(dof) => format!("{dof:.1}"),
     }

@@ -4,7 +4,7 @@ use super::{Align, Figure, Page, Section, Table, Tone};
 use crate::error::Result;
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
-use crate::report::navigate_diagnose_table::{alias, unit, verdict};
+use crate::report::navigate_diagnose_table::{alias, grouped, unit, verdict};
 use crate::report::plot::{Curve, curves};
 use crate::report::table::{rounded, significant};
 use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
@@ -59,8 +59,7 @@ pub fn navigate_diagnose_page(report: &NavigateDiagnoseReport, diagnosis: &Navig
         if report.settled { "settled" } else { "was given up" }
     ));
     if !report.invisible.is_empty() {
-        let names: Vec<String> = report.invisible.iter().map(|id| format!("`{id}`")).collect();
-        rest = rest.prose(format!("These data cannot show {}.", names.join(", ")));
+        rest = rest.prose(format!("These data cannot show {}.", grouped(&report.invisible).join(", ")));
     }
     Ok(page.section(rest))
 }

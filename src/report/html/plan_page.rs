@@ -167,7 +167,6 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>) 
 fn effects_section(effects: &ForesightReport, of: &str) -> Section {
     let mut table = Table::new(&[
         ("Effect", Align::Left),
-        ("name", Align::Left),
         ("shows from", Align::Decimal),
         ("unit", Align::Left),
         ("then at a reading, in its u", Align::Decimal),
@@ -184,13 +183,12 @@ fn effects_section(effects: &ForesightReport, of: &str) -> Section {
         let mut alike: Vec<String> = line.alike.iter().map(|name| format!("`{name}`")).collect();
         alike.extend(line.near.iter().map(|near| format!("nearly {near}")));
         table.row(vec![
-            format!("`{}`", line.effect),
-            line.name,
+            format!("`{}` {}", line.effect, line.name),
             significant(line.minimal, 3),
             line.unit,
             significant(line.at_a_reading, 2),
             line.moves,
-            some_of(&alike, 6),
+            some_of(&alike, 4),
         ]);
     }
     let mut never = Table::new(&[("Effects", Align::Left), ("taken up by", Align::Left)]);

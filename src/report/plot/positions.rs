@@ -58,11 +58,12 @@ fn draw(area: &Area<'_>, candidates: &[Spot], given: &[Spot], better: &[Spot], a
     };
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 50), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     for spot in candidates {
-        area.draw(&Circle::new((x(spot.x), y(spot.y)), 4, SOFT.filled()))?;
+        area.draw(&Circle::new((x(spot.x), y(spot.y)), 3, SOFT.mix(0.6).filled()))?;
     }
     for spot in given {
         let (px, py) = (x(spot.x), y(spot.y));
-        area.draw(&Rectangle::new([(px - 18, py - 18), (px + 18, py + 18)], VERMILLION.stroke_width(4)))?;
+        let corners = [(-18, -18), (18, -18), (18, 18), (-18, 18), (-18, -20)].map(|(dx, dy)| (px + dx, py + dy));
+        area.draw(&PathElement::new(corners, VERMILLION.stroke_width(4)))?;
     }
     for spot in better {
         let (px, py) = (x(spot.x), y(spot.y));
