@@ -1,4 +1,5 @@
 //! XML and HTML read back as a tree, for the tests of pages and certificates.
+#![allow(dead_code, reason = "each test uses its part")]
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
