@@ -1,5 +1,5 @@
 //! Seeded campaigns: effects of the catalogue on four schedules, from undetectable to plain; pairs; nothing; effects from outside.
-//! 200 by default, more with TUMBLE_CAMPAIGNS=2000.
+//! 200 by default, more with TUMBLE_CAMPAIGNS=2000, others with TUMBLE_SEED=7.
 //!
 //! Strength is the |t| that an effect has in the complete model: its coefficient over the u it would have there, the other effect included.
 //!
@@ -94,7 +94,10 @@ struct Trial {
     found: Diagnosis,
     truth: Vec<(String, f64)>,
     sd: f64,
+    /// Is the outside effect the column of what was found, or a sum of such columns?
     equivalent: bool,
+    /// Or does it differ from that by less than three standard deviations?
+    unseen: bool,
     /// Is an effect hidden that is zero but for rounding at these positions, with a coefficient of 1e10?
     absurd: bool,
 }
@@ -122,13 +125,13 @@ fn sine_between(campaign: &Campaign, a: &Candidate, b: &Candidate) -> f64 {
     (1.0 - pool.cosines(0)[1].powi(2)).max(0.0).sqrt()
 }
 
-/// Does the model with what was found hold this column too, so that the readings cannot tell?
-fn holds(found: &Diagnosis, column: &[f64]) -> bool {
+/// Share of a column outside the model that is still outside it with what was found: 0 where the readings cannot tell them.
+fn left_over(found: &Diagnosis, column: &[f64]) -> f64 {
     let left = |fit: &Fit| {
         let matrix = faer::Mat::from_fn(column.len(), 1, |i, _| column[i]);
         Pool::new(matrix, fit.estimate.factor.thin_q(), &fit.estimate.residuals).visible()[0]
     };
-    found.after.as_ref().is_some_and(|after| left(after) < 1e-2 * left(&found.before))
+    found.after.as_ref().map_or(1.0, |after| left(after) / left(&found.before))
 }
 
 fn trial(schedule_name: &'static str, mode: usize, seed: u64, catalogue: &[Effect]) -> Trial {
@@ -184,12 +187,13 @@ fn trial(schedule_name: &'static str, mode: usize, seed: u64, catalogue: &[Effec
     let found = diagnose(&campaign, catalogue, &Settings::default()).unwrap();
     let hidden: Vec<String> = chosen.iter().map(|(c, _)| c.regressor.clone()).collect();
     // on this schedule an outside effect may be the same column as what was found, or a sum of such columns
-    let equivalent = mode == 3 && holds(&found, &chosen[0].0.column);
+    let left = if mode == 3 { left_over(&found, &chosen[0].0.column) } else { 1.0 };
+    let (equivalent, unseen) = (left < 1e-2, left * strength < 3.0);
     let absurd = chosen.iter().any(|(c, _)| c.rounding);
-    Trial { schedule: schedule_name, hidden, strength, found, truth, sd, equivalent, absurd }
+    Trial { schedule: schedule_name, hidden, strength, found, truth, sd, equivalent, unseen, absurd }
 }
 
-#[derive(PartialEq, Clone, Copy, Debug)]
+#[derive(PartialEq, Clone, Copy)]
 enum Outcome {
     Named,
     Aliased,
@@ -308,14 +312,16 @@ fn seeded_campaigns() {
     let quiet = none.iter().filter(|t| t.found.verdict == Verdict::NothingMissing).count();
     println!("nothing hidden: {quiet} of {} without a finding", none.len());
     let outside: Vec<&Trial> = trials.iter().filter(|(m, _)| *m == 3).map(|(_, t)| t).collect();
-    let honest = outside.iter().filter(|t| t.found.verdict == Verdict::Unexplained || t.equivalent).count();
-    let unexplained = outside.iter().filter(|t| t.found.verdict == Verdict::Unexplained).count();
+    let of = |test: &dyn Fn(&Trial) -> bool| outside.iter().filter(|t| test(t)).count();
+    let unexplained = of(&|t| t.found.verdict == Verdict::Unexplained);
+    let equal = of(&|t| t.equivalent);
+    let unseen = of(&|t| !t.equivalent && t.unseen);
+    let honest = unexplained + equal + unseen;
     println!(
-        "outside the catalogue: {unexplained} unexplained, {} an equal column, of {}",
-        honest - unexplained,
+        "outside the catalogue: {unexplained} unexplained, {equal} an equal column, {unseen} within three standard deviations of one, of {}",
         outside.len()
     );
-    for t in outside.iter().filter(|t| t.found.verdict != Verdict::Unexplained && !t.equivalent) {
+    for t in outside.iter().filter(|t| t.found.verdict != Verdict::Unexplained && !t.equivalent && !t.unseen) {
         let names: Vec<&str> = t.found.effects.iter().map(|f| f.effect.regressor.as_str()).collect();
         println!("    {} t={:.1} {:?} -> {} {names:?}", t.schedule, t.strength, t.hidden, t.found.verdict.name());
     }
@@ -334,69 +340,11 @@ fn seeded_campaigns() {
         println!("    {title:38} {:>6.1} % {:>8.1} % {:>12.1} %", 100.0 * before, 100.0 * named, 100.0 * aliases);
     }
 
-    if std::env::var("TUMBLE_WHY").is_ok() {
-        for (_, t) in
-            trials.iter().filter(|(m, t)| (*m == 1 || *m == 2) && t.strength >= 10.0 && outcome(t) == Outcome::Missed)
-        {
-            println!(
-                "{} {:?} {:?} rms {:?} chi {} dof {}",
-                t.schedule,
-                t.hidden,
-                t.found.noise,
-                t.found.gap_before.rms,
-                t.found.gap_before.chi_square,
-                t.found.gap_before.dof
-            );
-            for step in t.found.steps.iter() {
-                println!("       {:?} {:?} global {:?}", step.with, step.strongest, step.global_p);
-            }
-        }
-        for which in [Outcome::Named, Outcome::Aliased, Outcome::Missed, Outcome::False] {
-            for mode in [1, 2] {
-                let own: Vec<&Trial> = trials
-                    .iter()
-                    .filter(|(m, t)| *m == mode && t.strength >= 10.0 && outcome(t) == which)
-                    .map(|(_, t)| t)
-                    .collect();
-                println!(
-                    "mode {mode} {which:?} {} {:.3?}",
-                    own.len(),
-                    coverage(own.iter().copied().filter(|t| !t.absurd))
-                );
-                for t in own.iter().filter(|t| coverage(std::iter::once(**t))[2] < 0.99) {
-                    let names: Vec<String> = t
-                        .found
-                        .effects
-                        .iter()
-                        .map(|f| {
-                            format!(
-                                "{} {:?}",
-                                f.effect.regressor,
-                                f.aliases
-                                    .iter()
-                                    .filter(|a| t.hidden.contains(&a.regressor))
-                                    .map(|a| (a.regressor.clone(), a.exact))
-                                    .collect::<Vec<_>>()
-                            )
-                        })
-                        .collect();
-                    println!(
-                        "    {} {:.1} {:?} -> {names:?} {:.2}",
-                        t.schedule,
-                        t.strength,
-                        t.hidden,
-                        coverage(std::iter::once(*t))[2]
-                    );
-                }
-            }
-        }
-    }
-
     // floors below what is measured (see the table), wide enough for few campaigns, so that a loss shows
-    assert!(rows[2].1 >= 0.93, "one effect: {}", rows[2].1);
-    assert!(rows[3].1 >= 0.85, "two effects: {}", rows[3].1);
+    assert!(rows[2].1 >= 0.95, "one effect: {}", rows[2].1);
+    assert!(rows[3].1 >= 0.88, "two effects: {}", rows[3].1);
     assert!(share(quiet, none.len()) >= 0.97, "nothing hidden: {quiet}");
-    assert!(share(honest, outside.len()) >= 0.85, "outside: {honest}");
+    assert!(share(honest, outside.len()) >= 0.9, "outside: {honest}");
     assert!((ratio - 1.0).abs() < 0.1, "residuals after repair: {ratio} of the noise");
     assert!(possible[2] >= 0.9 && possible[2] > possible[0], "the repaired angles hold the truth: {possible:?}");
 }
