@@ -121,7 +121,7 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
     let name = match own.kind {
         Regressor::Constraint(_) => {
             constraint_number(&own.regressor).and_then(|k| campaign.constraints.get(k)).map(|c| {
-                format!("the constraint {} does not hold", super::super::fit_checks::constraint_text(campaign, c))
+                format!("the constraint {} does not hold", super::super::fit_constraints::constraint_text(campaign, c))
             })
         }
         _ => None,
