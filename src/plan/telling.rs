@@ -30,7 +30,7 @@ const LOOSE: f64 = 1e-3;
 /// Every candidate position that tells `effect` from at least one of `rivals` when it is added to what is kept, the best first.
 ///
 /// Adding rows `F` updates the products of the residual columns, `P_ab + e_a' (I + F (A'A)^-1 F')^-1 e_b` with `e = f - F x`, and
-/// `T = P_aa - P_ab^2 / P_bb`. Errors: those of [`discriminate`].
+/// `T = P_aa - P_ab^2 / P_bb`. Errors: those of [`discriminate`](super::discriminate()).
 pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term]) -> Result<Vec<Telling>> {
     let Offer { kept, candidates, noise, .. } = offer;
     check_question(campaign)?;
