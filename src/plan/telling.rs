@@ -20,10 +20,14 @@ pub struct Telling {
     pub least: f64,
     /// The mean of these shares over all rivals.
     pub mean: f64,
+    /// The rivals that it tells plainly, by index: it adds at least a tenth of what a reading holds of the effect on average.
+    pub told: Vec<usize>,
 }
 
 /// A rival that no candidate adds this share of the effect's own information against is told by none of them.
 const TELLS: f64 = 1e-4;
+/// A position tells a rival plainly if it adds this share of what a reading at hand holds of the effect on average.
+const PLAINLY: f64 = 0.1;
 /// Weight of a loose prior on parameters where what is kept does not determine all of them, as a share of their columns.
 const LOOSE: f64 = 1e-3;
 
@@ -97,7 +101,9 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
             let shares = told_by_some.iter().map(|b| gain[*b].max(0.0) / most[*b]);
             let mean = shares.clone().sum::<f64>() / told_by_some.len().max(1) as f64;
             let least = shares.reduce(f64::min)?;
-            Some(Telling { position: portion.first()?.clone(), least, mean })
+            let plain = PLAINLY * own / kept.rows.len().max(1) as f64;
+            let told = told_by_some.iter().copied().filter(|b| gain[*b] > plain).collect();
+            Some(Telling { position: portion.first()?.clone(), least, mean, told })
         })
         .filter(|telling| telling.mean > TELLS)
         .collect();
