@@ -57,6 +57,10 @@ pub fn compare(report: &super::CompareReport) -> String {
     text.push('\n');
     let ignored = report.groups.iter().flat_map(|g| &g.quantities).any(|q| q.without_earth_rate.is_some());
     match report.largest_relative_difference.map(|difference| significant(difference, 2)) {
+        Some(difference) if ignored && !report.is_square_case() => text.push_str(&format!(
+            "closed form and least squares without Earth rate differ by up to {difference} of the value: these positions are not the square case\n\
+             of the formulas, which use some of the readings or weigh them otherwise.\n"
+        )),
         Some(difference) if ignored => text.push_str(&format!(
             "closed form and least squares without Earth rate differ by at most {difference} of the value: per group the formulas are the\n\
              square special case. With the Earth rate in every row least squares moves by the difference of the last two columns;\n\
