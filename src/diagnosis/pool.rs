@@ -85,13 +85,12 @@ impl Pool {
         if size == 0.0 {
             return cosines;
         }
-        let (column, own) = (self.columns.col_as_slice(a), self.along.col_as_slice(a));
-        for (j, cosine) in cosines.iter_mut().enumerate() {
-            let other = self.norm.get(j).copied().unwrap_or_default();
-            if other > 0.0 {
-                let product = dot(column, self.columns.col_as_slice(j)) - dot(own, self.along.col_as_slice(j));
-                *cosine = product / (size * other);
-            }
+        let mut product = Mat::zeros(self.len(), 1);
+        let (column, own) = (self.columns.as_ref().subcols(a, 1), self.along.as_ref().subcols(a, 1));
+        matmul(product.as_mut(), Accum::Replace, self.columns.transpose(), column, 1.0, Par::Seq);
+        matmul(product.as_mut(), Accum::Add, self.along.transpose(), own, -1.0, Par::Seq);
+        for ((cosine, product), other) in cosines.iter_mut().zip(product.col_as_slice(0)).zip(&self.norm) {
+            *cosine = if *other > 0.0 { product / (size * other) } else { 0.0 };
         }
         cosines
     }
@@ -135,6 +134,9 @@ impl Pool {
                 break;
             }
             chosen.push(best);
+            if chosen.len() == most {
+                break;
+            }
             // the chosen column's direction against all others: one product, corrected for the directions before it
             let mut direction = self.cosines(best.0);
             for before in &basis {
