@@ -201,7 +201,7 @@ pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
 /// What the standard uncertainties after are of; empty where the aliases move nothing.
 pub fn after_u(report: &DiagnoseReport) -> &'static str {
     if report.parameters.iter().any(|p| p.alias_half_width > 0.0) {
-        "u after includes not knowing which of the aliases it is (they move the estimates differently); the shift is over u without that"
+        "not knowing which of the aliases it is counts in u after (they move the estimates differently); the shift is over u without that"
     } else {
         ""
     }
