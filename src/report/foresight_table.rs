@@ -23,7 +23,7 @@ pub(super) fn some_of(list: &[String], most: usize) -> String {
 pub(super) fn foresight_table(report: &ForesightReport) -> String {
     let lines = group_lines(report);
     let mut text = format!("\nWhat a diagnosis could find ({} effects tried):\n", report.effects.len());
-    text.push_str(&format!("{}\n\n", hanging(&format!("  {}", rule_text(report)), 2)));
+    text.push_str(&format!("{}\n\n", hanging(&format!("  {}", rule_text(report)), 4)));
     let rows: Vec<Vec<String>> = lines
         .iter()
         .take(LISTED)

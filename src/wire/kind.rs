@@ -1,6 +1,6 @@
 //! What a file is that should have been a campaign.
 
-use super::{BenchFile, EffectsFile, LabFile, MissionFile, Source, TruthFile, parse};
+use super::{BenchFile, EffectsFile, LabFile, MissionFile, Source, TruthFile, line_and_column, parse};
 use crate::error::{Fault, Malformed};
 use serde_json::Value;
 
@@ -9,16 +9,17 @@ const QUOTED: usize = 40;
 
 /// The error for a text that is no campaign at all; `None` where it may be meant as one.
 pub(super) fn no_campaign(source: &Source) -> Option<Malformed> {
-    let first = source.text.trim_start().lines().next()?.trim_end();
-    let found = if first.starts_with('{') {
-        looks_like(source)?
-    } else {
-        let quoted: String = first.chars().take(QUOTED).collect();
-        let more = if first.chars().count() > QUOTED { "..." } else { "" };
-        format!("a text that begins with '{quoted}{more}'")
-    };
     let error = Malformed::new(Fault::Syntax, "this is not a campaign file").expected("a campaign file (JSON)");
-    Some(error.found(found).in_file(&source.name))
+    let start = source.text.len() - source.text.trim_start().len();
+    let first = source.text.get(start..)?.lines().next()?.trim_end();
+    if first.starts_with('{') {
+        return Some(error.found(looks_like(source)?).in_file(&source.name));
+    }
+    let quoted: String = first.chars().take(QUOTED).collect();
+    let more = if first.chars().count() > QUOTED { "..." } else { "" };
+    let (line, column) = line_and_column(&source.text, start);
+    let error = error.found(format!("a text that begins with '{quoted}{more}'"));
+    Some(error.in_file(&source.name).at_span(start, first.len()).at_line(line, column))
 }
 
 /// The kind of a JSON file of this program, other than a campaign.
