@@ -9,7 +9,8 @@
 //!
 //! # The pipeline, and the map of the rooms
 //!
-//! Data flows one way; a room knows only the rooms that stand before it.
+//! Data flows one way; a room knows only the rooms that stand before it. The edge, [`wire`], is beside the line: it knows the types of every
+//! room that has files; built-in data, reports and the program use it.
 //!
 //! | room | what is in it |
 //! |---|---|
@@ -17,7 +18,6 @@
 //! | [`algebra`] | a model line: parsed, printed, differentiated |
 //! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
 //! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
-//! | [`wire`] | bench, campaign and CSV files in and out, their JSON Schemas |
 //! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |
 //! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks |
 //! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
@@ -26,8 +26,9 @@
 //! | [`mod@compare`] | the published closed forms beside least squares; misprints |
 //! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
 //! | [`plan`] | a schedule judged before anyone measures; the best positions |
-//! | [`navigate`] | what calibration errors do to a strapdown navigator over hours |
 //! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
+//! | [`navigate`] | what calibration errors do to a strapdown navigator over hours, and which explain measured ones |
+//! | [`wire`] | bench, campaign, mission, truth and CSV files in and out, their JSON Schemas |
 //! | [`report`] | results as stable JSON and as tables |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |
 //!

@@ -29,6 +29,13 @@ pub struct Kinematics {
     scratch: Scratch,
 }
 
+impl Kinematics {
+    /// The inputs alone, without derivatives.
+    pub fn inputs(&self) -> Kinematics {
+        Kinematics { rate: self.rate, force: self.force, ..Kinematics::default() }
+    }
+}
+
 /// One rotation of the chain as it was last: most stay where they are from one instant to the next.
 #[derive(Debug, Clone, Copy)]
 struct Turn {

@@ -4,9 +4,10 @@ use super::arena::Arena;
 use super::look::Look;
 use super::noise::{NoiseFrom, Weighted};
 use super::search::{Found, Rival};
+use super::separate::Separation;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Step, Unexplained, Verdict};
 use super::{ambiguity, holdout, places, separate};
-use crate::campaign::{Campaign, JointState, Kind};
+use crate::campaign::{Campaign, Kind};
 use crate::error::Result;
 use crate::fit::{self, Fit};
 
@@ -52,8 +53,8 @@ pub struct Finding {
     pub explains: f64,
     /// What else it could be.
     pub aliases: Vec<Alias>,
-    /// Positions that would tell the aliases apart, best first.
-    pub separate_by: Vec<Vec<JointState>>,
+    /// Positions that would tell the aliases apart.
+    pub separation: Separation,
 }
 
 /// An estimated parameter before and after the repair.
@@ -216,7 +217,7 @@ fn findings(
             .collect();
         aliases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| candidates.get(*j)).collect();
-        let separate_by = separate::positions(campaign, design, effect, &columns);
+        let separation = separate::positions(campaign, design, effect, &columns);
         let (value, u, unit) = repaired
             .map_or((None, None, String::new()), |(repaired, after)| coefficient(campaign, repaired, after, effect));
         findings.push(Finding {
@@ -228,7 +229,7 @@ fn findings(
             p: arena.family_wise(t, dof),
             explains: if arena.rss > 0.0 { (without.rss - rss) / arena.rss } else { 0.0 },
             aliases: aliases.into_iter().map(|(_, _, _, alias)| alias).collect(),
-            separate_by,
+            separation,
         });
     }
     findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));

@@ -17,6 +17,7 @@
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
 //! | `search.rs` | the smallest complete set, and its rivals |
 //! | `plain.rs` | the search on columns that come from no campaign |
+//! | `finding.rs` | from a search to the answer |
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
@@ -62,6 +63,7 @@ pub use look::candidates;
 pub use noise::NoiseFrom;
 pub use places::{Cell, Grouping, Level, Place};
 pub use pool::{Pool, VISIBLE};
+pub use separate::Separation;
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::{Fault, Malformed, Result};

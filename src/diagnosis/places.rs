@@ -1,9 +1,9 @@
 //! Where the gap is: by position, joint angle, rate, sense, time, temperature and order; and its pattern over the joints' states.
 
-use super::noise::Weighted;
+use super::noise::{NoiseFrom, Weighted};
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::design::DesignMatrix;
-use crate::uncertainty::quantiles::normal_survival;
+use crate::uncertainty::quantiles::{normal_survival, student_t_two_sided};
 use std::collections::HashMap;
 
 /// A level of a factor.
@@ -72,14 +72,23 @@ const GROUPS: usize = 24;
 /// A factor whose standardised means have a larger mean square than this is followed by the gap.
 const FOLLOWED: f64 = 2.0;
 
-/// Every level of every factor, the most significant first.
+/// Every level of every factor, the most significant first; by Student's t where the noise is estimated.
 pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<Place> {
     let mut places = Vec::new();
+    let dof = match (weighted.from, &weighted.replicates) {
+        (NoiseFrom::Stated, _) => None,
+        (_, Some(replicates)) => Some(replicates.dof.max(1)),
+        _ => Some(weighted.estimate.dof.max(1)),
+    };
     for factor in factors(campaign) {
         for sensor in 0..campaign.bench.sensors.len() {
             for (level, mean) in factor.levels.iter().zip(means(design, weighted, sensor, &factor)) {
                 if let Some(Mean { readings, mean, z }) = mean {
-                    let p = normal_survival(z.abs()).map_or(1.0, |p| (2.0 * p).min(1.0));
+                    let p = match dof {
+                        Some(dof) => student_t_two_sided(z.abs(), dof as f64),
+                        None => normal_survival(z.abs()).map(|p| 2.0 * p),
+                    };
+                    let p = p.map_or(1.0, |p| p.min(1.0));
                     let factor = factor.factor.clone();
                     places.push(Place { factor, level: level.clone(), sensor, readings, mean, p, z });
                 }

@@ -30,6 +30,8 @@ pub(crate) struct Question<'a> {
 /// What the search says.
 pub(crate) struct Answer {
     pub verdict: Verdict,
+    /// Share of the sum of squares that the members take off together; 0 where there are none.
+    pub explained: f64,
     /// Distinct candidates: how many tests every probability accounts for.
     pub tests: usize,
     /// Looks at the evidence: members, the strongest further candidate with its t and p, the global test.
@@ -92,6 +94,10 @@ pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
     let mut steps = Vec::new();
     let levels = Levels::of(question.significance);
     let found = search::search(&mut arena, levels, question.handicap, &support, &mut steps);
+    let explained = match &found {
+        Found::Set { set, .. } if arena.rss > 0.0 => (1.0 - arena.rss_of(set) / arena.rss).max(0.0),
+        _ => 0.0,
+    };
     let verdict = match found {
         Found::Nothing => Verdict::Nothing,
         Found::Unexplained { nearest, .. } => {
@@ -103,7 +109,7 @@ pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
         }
     };
     let looks = steps.into_iter().map(|s| Look { with: s.set, strongest: s.strongest, global: s.global });
-    Ok(Answer { verdict, tests: arena.tests, steps: looks.collect() })
+    Ok(Answer { verdict, explained, tests: arena.tests, steps: looks.collect() })
 }
 
 fn member(arena: &Arena, set: &[usize], place: usize, rivals: &[search::Rival]) -> Option<Member> {

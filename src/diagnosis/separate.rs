@@ -4,28 +4,43 @@ use super::candidates::Candidate;
 use crate::campaign::{Campaign, JointState, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::fit::{self, Fit};
-use crate::plan::{self, Costs, Noise, NoiseSource, Offer, SensorNoise, Term};
+use crate::plan::{self, Costs, Noise, NoiseSource, Offer, SensorNoise, Telling, Term};
 use crate::simulate::Regressor;
+use std::collections::HashSet;
 
 /// Most positions that are named.
 const NAMED: usize = 4;
 /// Most positions that are looked at.
 const LOOKED_AT: usize = 512;
 
-/// Positions that tell the effect from its aliases when one of them is added to the readings at hand, best first; empty where none would.
+/// What one more position could tell.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Separation {
+    /// Positions, best first.
+    pub positions: Vec<Vec<JointState>>,
+    /// How many of the aliases each of them tells.
+    pub told: Vec<usize>,
+    /// Aliases that a position could tell in principle: not those that only small terms or rounding show.
+    pub of: usize,
+    /// Those among them that no position of this bench tells.
+    pub never: Vec<String>,
+}
+
+/// Positions that tell the effect from its aliases when one of them is added to the readings at hand.
 ///
-/// The first tells the aliases best on the whole, the second tells the least told of them best, and so on. T-optimal: against each alias, with its own coefficient and its own parameters, see [`plan::telling`]. Rows are taken where the fit stands.
+/// The first tells the aliases best on the whole, the second tells the least told of them best, and so on. T-optimal: against each alias,
+/// with its own coefficient and its own parameters, see [`plan::telling`]. Rows are taken where the fit stands.
 pub(super) fn positions(
     campaign: &Campaign,
     design: &DesignMatrix,
     effect: &Candidate,
     aliases: &[&Candidate],
-) -> Vec<Vec<JointState>> {
+) -> Separation {
     let term = |c: &Candidate| Term { sensor: c.sensor, regressor: c.kind.clone() };
-    let rivals: Vec<Term> =
-        aliases.iter().filter(|c| !c.rounding && !c.vanishing && only_position(campaign, c)).map(|c| term(c)).collect();
+    let rivals: Vec<&Candidate> =
+        aliases.iter().copied().filter(|c| !c.rounding && !c.vanishing && only_position(campaign, c)).collect();
     if rivals.is_empty() || !only_position(campaign, effect) {
-        return Vec::new();
+        return Separation::default();
     }
     let mut there = campaign.clone();
     for (parameter, value) in there.parameters.iter_mut().zip(&design.point) {
@@ -39,12 +54,21 @@ pub(super) fn positions(
     let noise =
         Noise { sensors: (0..campaign.bench.sensors.len()).map(sd).collect(), remount: Vec::new(), tilts: None };
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
-    let least = plan::telling(&there, &offer, &term(effect), &rivals).unwrap_or_default();
-    // in turn the one that tells most rivals apart best, and the one that leaves none untold
+    let terms: Vec<Term> = rivals.iter().map(|c| term(c)).collect();
+    let least = plan::telling(&there, &offer, &term(effect), &terms).unwrap_or_default();
+    let told: HashSet<usize> = least.iter().flat_map(|t| t.told.iter().copied()).collect();
+    let never = rivals.iter().enumerate().filter(|(k, _)| !told.contains(k)).map(|(_, c)| c.regressor.clone());
+    let never: Vec<String> = never.collect();
+    let is_new = |t: &Telling| !campaign.readings.rows.iter().any(|own| own.joints == t.position.joints);
+    let least: Vec<Telling> = least.into_iter().filter(|t| !t.told.is_empty() && is_new(t)).collect();
     let mut mean = least.clone();
     let rounded = |v: f64| (v * 1e3).round();
     mean.sort_by(|a, b| rounded(b.mean).total_cmp(&rounded(a.mean)));
-    distinct(mean.into_iter().zip(least).flat_map(|(a, b)| [a, b]).map(|t| t.position.joints))
+    let in_turn: Vec<Telling> = mean.into_iter().zip(least).flat_map(|(a, b)| [a, b]).collect();
+    let positions = distinct(in_turn.iter().map(|t| t.position.joints.clone()));
+    let count = |joints: &Vec<JointState>| in_turn.iter().find(|t| t.position.joints == *joints).map(|t| t.told.len());
+    let told = positions.iter().filter_map(count).collect();
+    Separation { positions, told, of: rivals.len(), never }
 }
 
 /// Standard uncertainty of a further reading: as the readings state theirs, else a common unknown one.

@@ -60,6 +60,20 @@ pub(super) enum Answer {
     Unsolved,
 }
 
+/// How clarabel is asked wherever this crate asks it: silently, on one thread, with nothing presolved, and with a gap near its last digits.
+pub(crate) fn solver_settings(iterations: u32) -> DefaultSettings<f64> {
+    DefaultSettings {
+        verbose: false,
+        max_iter: iterations,
+        tol_gap_abs: 1e-11,
+        tol_gap_rel: 1e-11,
+        tol_feas: 1e-11,
+        presolve_enable: false,
+        max_threads: 1,
+        ..DefaultSettings::default()
+    }
+}
+
 /// Solve for the point of the faces' intersection that is nearest to the origin of `size` coordinates.
 pub(super) fn nearest(size: usize, faces: &[Face]) -> Answer {
     let mut cones = Vec::new();
@@ -77,16 +91,7 @@ pub(super) fn nearest(size: usize, faces: &[Face]) -> Answer {
     let quadratic = CscMatrix::identity(size);
     let matrix = csc(&rows, size);
     let values: Vec<f64> = rows.iter().map(|(_, value)| *value).collect();
-    let settings = DefaultSettings {
-        verbose: false,
-        max_iter: 200,
-        tol_gap_abs: 1e-11,
-        tol_gap_rel: 1e-11,
-        tol_feas: 1e-11,
-        presolve_enable: false,
-        max_threads: 1,
-        ..DefaultSettings::default()
-    };
+    let settings = solver_settings(200);
     let linear = vec![0.0; size];
     let Ok(mut solver) = DefaultSolver::new(&quadratic, &linear, &matrix, &values, &cones, settings) else {
         return Answer::Unsolved;

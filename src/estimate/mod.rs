@@ -47,6 +47,7 @@ mod whitening;
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
 pub use components::{Component, Components, adjust_components};
+pub(crate) use cone_program::solver_settings;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub use fold::{Fold, Folded};

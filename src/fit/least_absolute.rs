@@ -1,8 +1,8 @@
 //! The L1 estimate: a linear programme through clarabel, then the readings that it passes through, solved exactly.
 
-use crate::estimate::{Estimate, System};
+use crate::estimate::{Estimate, System, solver_settings};
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
+use clarabel::solver::{DefaultSolver, IPSolver, SupportedConeT};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -65,16 +65,7 @@ pub(super) fn solve(system: &System, plain: &Estimate, readings: usize) -> (Vec<
         start.push(index.len());
     }
     let quadratic = CscMatrix::new(rank + readings, rank + readings, start, index, value);
-    let settings = DefaultSettings {
-        verbose: false,
-        max_iter: 300,
-        tol_gap_abs: 1e-11,
-        tol_gap_rel: 1e-11,
-        tol_feas: 1e-11,
-        presolve_enable: false,
-        max_threads: 1,
-        ..DefaultSettings::default()
-    };
+    let settings = solver_settings(300);
     let cones = [SupportedConeT::NonnegativeConeT(2 * readings)];
     let Ok(mut solver) = DefaultSolver::new(&quadratic, &linear, &constraints, &bounds, &cones, settings) else {
         return (plain.solution.clone(), false);

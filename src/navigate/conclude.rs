@@ -63,7 +63,7 @@ impl Case<'_> {
         let unexplained = (verdict == Verdict::Unexplained).then(|| {
             let share = match &look.answer.verdict {
                 plain::Verdict::Unexplained(_, share) => *share,
-                plain::Verdict::Found(members) => members.iter().map(|m| m.explains).sum::<f64>().min(1.0),
+                plain::Verdict::Found(_) => look.answer.explained,
                 plain::Verdict::Nothing => 0.0,
             };
             let (cells, mut pattern) = rest.pattern();

@@ -17,7 +17,8 @@ use super::exchange::{Objective, Problem, best_of_starts, information};
 use super::improve::{Improvement, Request, schedule_rows};
 use super::judge::{check_question, judge};
 use super::order::ordered;
-use super::pool::{Pool, Term};
+use super::pool::Pool;
+use super::whitened::Term;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::Result;
 

@@ -8,12 +8,12 @@ use super::effort::{Costs, Noise, Offer, mounting, positions_only};
 use super::exchange::{Design, Objective, Problem, best_of_starts};
 use super::judge::{Judgement, check_question, judge};
 use super::order::{Order, ordered};
-use super::pool::{Pool, log_det_of, whitened};
+use super::pool::{Pool, log_det_of};
+use super::whitened::{adjusted, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Group, System};
+use crate::estimate::Estimate;
 use crate::fit::Separation;
-use faer::Mat;
 
 /// How exchanges look for partners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -273,19 +273,8 @@ fn check(
     objective: &Objective,
     design: &Design,
 ) -> Result<Option<f64>> {
-    let mut rows = whitened(schedule, &schedule.readings, noise, &[], false)?;
     let n = schedule.unknowns();
-    for (k, u) in super::judge::priors(schedule) {
-        rows.push((0..n).map(|j| if j == k { 1.0 / u } else { 0.0 }).collect());
-    }
-    let m = rows.len();
-    let system = System {
-        rows: Mat::from_fn(m, n, |i, j| rows[i][j]),
-        observed: vec![0.0; m],
-        u: vec![1.0; m],
-        group: vec![Group::Known; m],
-    };
-    let fresh = estimate::adjust(&system, &estimate::Settings { refinements: 0, ..estimate::Settings::default() })?;
+    let fresh = adjusted(&with_priors(schedule, &schedule.readings, noise, &[])?, n)?;
     let basis = pool.estimate.factor.basis();
     if fresh.rank != pool.blocks.unknowns() || fresh.factor.basis().iter().any(|j| !basis.contains(j)) {
         return Ok(None);

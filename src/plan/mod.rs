@@ -12,6 +12,7 @@
 //! | `known.rs` | known inputs, and the tilts through which they act |
 //! | `derived.rs` | derived quantities |
 //! | `candidates.rs` | sweeps, forbidden zones, portions |
+//! | `whitened.rs` | rows made independent of each other, mounting by mounting |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
 //! | `criterion.rs` | D, A, G and c in the coordinates of the pool |
@@ -51,6 +52,7 @@ mod partners;
 mod pool;
 mod state;
 mod telling;
+mod whitened;
 
 pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, without};
@@ -65,5 +67,5 @@ pub(crate) use judge::system;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};
-pub use pool::Term;
 pub use telling::{Telling, telling};
+pub use whitened::Term;

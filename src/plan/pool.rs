@@ -5,24 +5,14 @@
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
-use super::effort::{Noise, mountings};
-use super::judge::priors;
+use super::effort::Noise;
+use super::whitened::{Term, adjusted, mounted_apart, whitened, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::{self, Model};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Group, System};
+use crate::estimate::Estimate;
 use crate::fit::{self, Separation};
-use crate::simulate::{self, Regressor};
 use faer::Mat;
-
-/// An effect that the model may lack: one more unknown, its coefficient.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Term {
-    /// The sensor that may have it; `None` for all.
-    pub sensor: Option<usize>,
-    /// What goes with the coefficient, for example `a_S`.
-    pub regressor: Regressor,
-}
 
 /// Candidates, ready for exchanges.
 #[derive(Debug, Clone)]
@@ -53,29 +43,11 @@ impl Pool {
     ) -> Result<Pool> {
         let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, unit)?;
         let n = campaign.unknowns() + terms.len();
-        let mut rows = whitened(campaign, kept, noise, terms, false)?;
-        for (k, u) in priors(campaign) {
-            let mut row = vec![0.0; n];
-            row[k] = 1.0 / u;
-            rows.push(row);
-        }
+        let mut rows = with_priors(campaign, kept, noise, terms)?;
         let fixed = rows.len();
-        // every portion is a mounting of its own
-        let flat: Vec<Reading> = portions
-            .iter()
-            .enumerate()
-            .flat_map(|(p, portion)| {
-                portion.iter().map(move |r| Reading { position: p.to_string(), observations: Vec::new(), ..r.clone() })
-            })
-            .collect();
-        let flat = Readings { columns: candidates.columns.clone(), rows: flat };
-        rows.extend(whitened(campaign, &flat, noise, terms, true)?);
+        rows.extend(whitened(campaign, &mounted_apart(&portions, candidates), noise, terms, true)?);
         let total = rows.len();
-        let matrix = Mat::from_fn(total, n, |i, j| rows[i][j]);
-        let system =
-            System { rows: matrix, observed: vec![0.0; total], u: vec![1.0; total], group: vec![Group::Known; total] };
-        let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
-        let estimate = estimate::adjust(&system, &settings)?;
+        let estimate = adjusted(&rows, n)?;
         let rank = estimate.rank;
         if rank == 0 {
             return Err(Malformed::new(Fault::Value, "no candidate depends on what is to be estimated")
@@ -163,99 +135,4 @@ pub(super) fn log_det_of(estimate: &Estimate) -> f64 {
     let diagonal = (0..factor.rank()).map(|k| factor.r()[(k, k)].abs().ln()).sum::<f64>();
     let scales: f64 = factor.basis().iter().filter_map(|j| factor.scale().get(*j)).map(|s| s.ln()).sum();
     2.0 * (diagonal + scales)
-}
-
-/// Rows divided by the Cholesky factor of their covariance, mounting by mounting, in the order of the mountings; then the columns of terms.
-///
-/// `further`: positions that are still to be taken. Where no reading has a value, every sensor is read at each.
-pub(super) fn whitened(
-    campaign: &Campaign,
-    readings: &Readings,
-    noise: &Noise,
-    terms: &[Term],
-    further: bool,
-) -> Result<Vec<Vec<f64>>> {
-    if readings.rows.is_empty() {
-        return Ok(Vec::new());
-    }
-    let schedule = campaign.with_readings(readings.clone());
-    let model = Model::new(&schedule)?;
-    let point = schedule.reference_point();
-    let design = design::assemble(&schedule, &model, &point)?;
-    let n = campaign.unknowns();
-    let columns = term_columns(&schedule, &model, &design, terms, further)?;
-    let mounting_of = mountings(&readings.rows);
-    let count = mounting_of.iter().max().map_or(0, |last| last + 1);
-    let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
-    for (i, origin) in design.rows.iter().enumerate() {
-        if let Some(list) = mounting_of.get(origin.reading).and_then(|m| members.get_mut(*m)) {
-            list.push(i);
-        }
-    }
-    let mut all = Vec::with_capacity(design.rows.len());
-    for list in members {
-        let own: Vec<Vec<f64>> = list
-            .iter()
-            .map(|&i| (0..n).map(|j| design.jacobian[(i, j)]).chain(columns.iter().map(|c| c[i])).collect())
-            .collect();
-        let u: Vec<f64> = list
-            .iter()
-            .map(|&i| {
-                let origin = design.rows[i];
-                readings.rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor))
-            })
-            .collect();
-        let scatter: Vec<Vec<f64>> =
-            noise.remount.iter().map(|(k, sd)| list.iter().map(|&i| sd * design.jacobian[(i, *k)]).collect()).collect();
-        all.extend(divide_by_root(own, &u, &scatter));
-    }
-    Ok(all)
-}
-
-/// `L^-1 A` with `L L' = diag(u^2) + sum s s'`.
-fn divide_by_root(mut rows: Vec<Vec<f64>>, u: &[f64], scatter: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let k = rows.len();
-    let mut l = vec![0.0; k * k];
-    for i in 0..k {
-        for j in 0..=i {
-            let own = if i == j { u[i] * u[i] } else { 0.0 };
-            let v = own + scatter.iter().map(|s| s[i] * s[j]).sum::<f64>();
-            let sum: f64 = (0..j).map(|c| l[i * k + c] * l[j * k + c]).sum();
-            l[i * k + j] = if i == j { (v - sum).max(own * 1e-12).sqrt() } else { (v - sum) / l[j * k + j] };
-        }
-        let (done, rest) = rows.split_at_mut(i);
-        if let Some(row) = rest.first_mut() {
-            for (j, before) in done.iter().enumerate() {
-                row.iter_mut().zip(before).for_each(|(a, b)| *a -= l[i * k + j] * b);
-            }
-            row.iter_mut().for_each(|a| *a /= l[i * k + i]);
-        }
-    }
-    rows
-}
-
-/// Columns of effects at the rows of a schedule. At further positions, what hangs on a reading already taken (one bad reading, a remounting,
-/// the way of approach) is zero.
-fn term_columns(
-    schedule: &Campaign,
-    model: &Model,
-    design: &design::DesignMatrix,
-    terms: &[Term],
-    further: bool,
-) -> Result<Vec<Vec<f64>>> {
-    let tilts = model.tilts_of(&design.point);
-    let at_readings =
-        |r: &Regressor| matches!(r, Regressor::Reading(_) | Regressor::Position(_) | Regressor::Approach(_));
-    let wanted: Vec<(&Regressor, Option<usize>)> = terms.iter().map(|term| (&term.regressor, term.sensor)).collect();
-    let mut columns = simulate::columns(schedule, &design.rows, &tilts, &design.point, &wanted)?;
-    for (column, term) in columns.iter_mut().zip(terms) {
-        match &term.regressor {
-            Regressor::Tilt(k) | Regressor::Known(k) if *k < design.jacobian.ncols() => {
-                column.iter_mut().zip(design.jacobian.col(*k).iter()).for_each(|(slot, v)| *slot = *v);
-            }
-            other if further && at_readings(other) => column.fill(0.0),
-            _ => {}
-        }
-    }
-    Ok(columns)
 }

@@ -7,11 +7,9 @@ use super::blocks::{dot, invert, times};
 use super::candidates::{Unit, portions};
 use super::effort::Offer;
 use super::judge::check_question;
-use super::pool::{Term, whitened};
-use crate::campaign::{Campaign, Reading, Readings};
+use super::whitened::{Term, adjusted, mounted_apart, single, whitened, with_priors};
+use crate::campaign::{Campaign, Reading};
 use crate::error::Result;
-use crate::estimate::{self, Group, System};
-use faer::Mat;
 
 /// A position that tells an effect from its rivals.
 #[derive(Debug, Clone)]
@@ -22,32 +20,33 @@ pub struct Telling {
     pub least: f64,
     /// The mean of these shares over all rivals.
     pub mean: f64,
+    /// The rivals that it tells plainly, by index: it adds at least a tenth of what a reading holds of the effect on average.
+    pub told: Vec<usize>,
 }
 
 /// A rival that no candidate adds this share of the effect's own information against is told by none of them.
 const TELLS: f64 = 1e-4;
+/// A position tells a rival plainly if it adds this share of what a reading at hand holds of the effect on average.
+const PLAINLY: f64 = 0.1;
 /// Weight of a loose prior on parameters where what is kept does not determine all of them, as a share of their columns.
 const LOOSE: f64 = 1e-3;
 
 /// Every candidate position that tells `effect` from at least one of `rivals` when it is added to what is kept, the best first.
 ///
 /// Adding rows `F` updates the products of the residual columns, `P_ab + e_a' (I + F (A'A)^-1 F')^-1 e_b` with `e = f - F x`, and
-/// `T = P_aa - P_ab^2 / P_bb`. Errors: those of [`discriminate`].
+/// `T = P_aa - P_ab^2 / P_bb`. Errors: those of [`discriminate`](super::discriminate()).
 pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term]) -> Result<Vec<Telling>> {
     let Offer { kept, candidates, noise, .. } = offer;
     check_question(campaign)?;
     let n = campaign.unknowns();
     let terms: Vec<Term> = [effect].into_iter().chain(rivals).cloned().collect();
-    let mut rows = whitened(campaign, kept, noise, &terms, false)?;
-    for (k, u) in super::judge::priors(campaign) {
-        rows.push((0..n + terms.len()).map(|j| if j == k { 1.0 / u } else { 0.0 }).collect());
-    }
+    let mut rows = with_priors(campaign, kept, noise, &terms)?;
     let mut estimate = adjusted(&rows, n)?;
     if estimate.rank < n {
         for k in 0..n {
             let size = rows.iter().map(|row| row[k] * row[k]).sum::<f64>().sqrt();
             let weight = if size > 0.0 { LOOSE * size } else { LOOSE };
-            rows.push((0..n + terms.len()).map(|j| if j == k { weight } else { 0.0 }).collect());
+            rows.push(single(n + terms.len(), k, weight));
         }
         estimate = adjusted(&rows, n)?;
     }
@@ -56,15 +55,7 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
     let residual: Vec<Vec<f64>> =
         (0..terms.len()).map(|t| estimate.factor.project_out(&column(t))).collect::<Result<_>>()?;
     let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, Unit::Reading)?;
-    let flat: Vec<Reading> = portions
-        .iter()
-        .enumerate()
-        .flat_map(|(p, portion)| {
-            portion.iter().map(move |r| Reading { position: p.to_string(), observations: Vec::new(), ..r.clone() })
-        })
-        .collect();
-    let flat = Readings { columns: candidates.columns.clone(), rows: flat };
-    let further = whitened(campaign, &flat, noise, &terms, true)?;
+    let further = whitened(campaign, &mounted_apart(&portions, candidates), noise, &terms, true)?;
     let size = (further.len() / portions.len().max(1)).max(1);
     let own = dot(residual.first().map_or(&[], Vec::as_slice), residual.first().map_or(&[], Vec::as_slice));
     let before: Vec<[f64; 3]> = residual.iter().skip(1).map(|b| products(&residual[0], b)).collect();
@@ -110,7 +101,9 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
             let shares = told_by_some.iter().map(|b| gain[*b].max(0.0) / most[*b]);
             let mean = shares.clone().sum::<f64>() / told_by_some.len().max(1) as f64;
             let least = shares.reduce(f64::min)?;
-            Some(Telling { position: portion.first()?.clone(), least, mean })
+            let plain = PLAINLY * own / kept.rows.len().max(1) as f64;
+            let told = told_by_some.iter().copied().filter(|b| gain[*b] > plain).collect();
+            Some(Telling { position: portion.first()?.clone(), least, mean, told })
         })
         .filter(|telling| telling.mean > TELLS)
         .collect();
@@ -120,18 +113,6 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
         rounded(b.least).total_cmp(&rounded(a.least)).then(rounded(b.mean).total_cmp(&rounded(a.mean)))
     });
     Ok(list)
-}
-
-/// The first columns of whitened rows, adjusted.
-fn adjusted(rows: &[Vec<f64>], n: usize) -> Result<estimate::Estimate> {
-    let m = rows.len();
-    let system = System {
-        rows: Mat::from_fn(m, n, |i, j| rows[i][j]),
-        observed: vec![0.0; m],
-        u: vec![1.0; m],
-        group: vec![Group::Known; m],
-    };
-    estimate::adjust(&system, &estimate::Settings { refinements: 0, ..estimate::Settings::default() })
 }
 
 /// `a'a`, `a'b`, `b'b`.

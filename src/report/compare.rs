@@ -32,6 +32,16 @@ pub struct CompareReport {
     pub misprints: Vec<MisprintReport>,
 }
 
+/// Differences of closed form and least squares above this share of the value are no rounding.
+const SQUARE: f64 = 1e-6;
+
+impl CompareReport {
+    /// Are the formulas the square special case of least squares for these readings?
+    pub fn is_square_case(&self) -> bool {
+        self.largest_relative_difference.is_some_and(|difference| difference < SQUARE)
+    }
+}
+
 /// One group of readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GroupReport {

@@ -1,8 +1,7 @@
-//! What a fit report says beyond the estimates: scatter, constraints, checks of the readings, Monte Carlo.
+//! What a fit report says of the readings: what scatters in them, whether they agree with the model, the robust estimator.
 
-use crate::campaign::{Campaign, Constraint};
-use crate::estimate::Side;
-use crate::fit::{Constraints, Drawn, Fit};
+use super::finite;
+use crate::fit::Fit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -18,39 +17,6 @@ pub struct ScatterReport {
     pub dof: Option<f64>,
     /// Was it estimated from these readings?
     pub estimated: bool,
-}
-
-/// The constraints of a campaign and what became of them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ConstraintsReport {
-    /// `met`, `contradictory` (none was applied) or `not-applied` (a rank defect is left, or the solver gave up).
-    pub status: String,
-    /// Each of them.
-    pub list: Vec<ConstraintReport>,
-    /// By how much the inequalities raise chi-square (the sum of squares over the estimated variance).
-    pub cost: Option<f64>,
-    /// Covariance of the constrained estimate on the active face (from the readings), in the order of `covariance`; null where no
-    /// inequality is active. The parameters' own `u` and `interval` do not rely on it.
-    pub on_face: Option<Vec<Vec<f64>>>,
-    /// In words.
-    pub verdict: String,
-}
-
-/// One constraint.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ConstraintReport {
-    /// Number in the file, from 1.
-    pub index: usize,
-    /// The constraint as a line of text.
-    pub text: String,
-    /// `equality`, `inactive`, `active` or `contradictory`.
-    pub state: String,
-    /// `lower`, `upper` or `norm` where it is active.
-    pub side: Option<String>,
-    /// Decrease of chi-square for each unit (radian for tilts) by which an active bound gives way.
-    pub multiplier: Option<f64>,
-    /// By how much chi-square would be smaller without an active bound.
-    pub cost: Option<f64>,
 }
 
 /// Do the readings agree with the model?
@@ -161,57 +127,6 @@ pub struct RobustReport {
     pub downweighted: Vec<usize>,
 }
 
-/// Monte Carlo beside the first order.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct MonteCarloReport {
-    /// Trials that gave finite values.
-    pub trials: usize,
-    /// Trials asked for.
-    pub asked: usize,
-    /// Seed.
-    pub seed: u64,
-    /// Each output.
-    pub outputs: Vec<DrawnReport>,
-    /// Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived.
-    pub joint: Option<JointReport>,
-    /// In words.
-    pub verdict: Vec<String>,
-}
-
-/// One output of the Monte Carlo.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct DrawnReport {
-    /// Name of the parameter or derived quantity.
-    pub id: String,
-    /// Mean of the trials.
-    pub mean: f64,
-    /// Standard deviation of the trials.
-    pub u: f64,
-    /// Probabilistically symmetric coverage interval.
-    pub interval: [f64; 2],
-    /// Shortest coverage interval.
-    pub shortest: [f64; 2],
-    /// First-order interval.
-    pub first_order: Option<[f64; 2]>,
-    /// Is the first order good to two digits of the uncertainty?
-    pub first_order_agrees: Option<bool>,
-}
-
-/// Several outputs together.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct JointReport {
-    /// Their order.
-    pub order: Vec<String>,
-    /// Covariance.
-    pub covariance: Vec<Vec<f64>>,
-    /// Factor of the coverage ellipsoid; null where they depend on each other.
-    pub k_p: Option<f64>,
-}
-
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}
-
 /// Factor to arcseconds for tilts, 1 for coefficients.
 fn shown(fit: &Fit, parameter: usize) -> f64 {
     let tilt = fit.parameters.get(parameter).is_some_and(|p| p.kind == crate::campaign::Kind::Tilt);
@@ -230,108 +145,6 @@ pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
             estimated: source.estimated,
         })
         .collect()
-}
-
-/// The constraints, if the campaign has any.
-pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
-    let (status, contradictory): (&str, &[usize]) = match &fit.constraints {
-        Constraints::None => return None,
-        Constraints::Met { .. } => ("met", &[]),
-        Constraints::Contradictory(named) => ("contradictory", named),
-        Constraints::NotApplied => ("not-applied", &[]),
-    };
-    let (active, cost, on_face) = match &fit.constraints {
-        Constraints::Met { active, cost, on_face, .. } => (active.as_slice(), Some(*cost), on_face.as_ref()),
-        _ => (&[][..], None, None),
-    };
-    let list: Vec<ConstraintReport> = fit
-        .campaign
-        .constraints
-        .iter()
-        .enumerate()
-        .map(|(k, constraint)| {
-            let own = active.iter().find(|a| a.constraint == k);
-            let equality = matches!(constraint, Constraint::Linear { lower, upper, .. } if lower == upper);
-            let state = match (own, equality) {
-                _ if contradictory.contains(&k) => "contradictory",
-                _ if status != "met" => "not-applied",
-                (Some(_), _) => "active",
-                (None, true) => "equality",
-                (None, false) => "inactive",
-            };
-            ConstraintReport {
-                index: k + 1,
-                text: constraint_text(&fit.campaign, constraint),
-                state: state.into(),
-                side: own.map(|a| match a.side {
-                    Side::Lower => "lower".into(),
-                    Side::Upper => "upper".into(),
-                    Side::Norm => "norm".into(),
-                }),
-                multiplier: own.map(|a| a.multiplier),
-                cost: own.map(|a| a.cost),
-            }
-        })
-        .collect();
-    let significant = |x: f64| super::table::significant(x, 3);
-    let verdict = match status {
-        "contradictory" => {
-            let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
-            format!("no values meet constraints {} together: none was applied", named.join(", "))
-        }
-        "not-applied" => {
-            "the constraints were not applied: the readings leave parameters free, or the solver gave up".into()
-        }
-        _ => {
-            let costs: Vec<String> = list
-                .iter()
-                .filter_map(|c| {
-                    Some(format!("constraint {} ({}) costs {} in chi-square", c.index, c.text, significant(c.cost?)))
-                })
-                .collect();
-            if costs.is_empty() { "no bound is active: the estimate is the free one".into() } else { costs.join("; ") }
-        }
-    };
-    let matrix = |m: &faer::Mat<f64>| {
-        (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>()
-    };
-    Some(ConstraintsReport { status: status.into(), list, cost, on_face: on_face.map(matrix), verdict })
-}
-
-/// A constraint as a line of text, angles in arcseconds where all its parameters are tilts.
-pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> String {
-    let id = |k: &usize| campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
-    let tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == crate::campaign::Kind::Tilt);
-    let angles = |parameters: &[usize]| parameters.iter().all(tilt);
-    let number = super::table::trimmed;
-    match constraint {
-        Constraint::Linear { terms, lower, upper } => {
-            let mut sum = String::new();
-            for (k, c) in terms {
-                let sign = match (sum.is_empty(), *c < 0.0) {
-                    (true, true) => "-",
-                    (true, false) => "",
-                    (false, true) => " - ",
-                    (false, false) => " + ",
-                };
-                let factor = if c.abs() == 1.0 { String::new() } else { format!("{}*", number(c.abs())) };
-                sum.push_str(&format!("{sign}{factor}{}", id(k)));
-            }
-            let tilts = angles(&terms.iter().map(|(k, _)| *k).collect::<Vec<usize>>());
-            let (scale, unit) = if tilts { (super::ARCSEC, " arcsec") } else { (1.0, "") };
-            match (lower.is_finite(), upper.is_finite()) {
-                _ if lower == upper => format!("{sum} = {}{unit}", number(lower * scale)),
-                (true, true) => format!("{} <= {sum} <= {}{unit}", number(lower * scale), number(upper * scale)),
-                (true, false) => format!("{sum} >= {}{unit}", number(lower * scale)),
-                _ => format!("{sum} <= {}{unit}", number(upper * scale)),
-            }
-        }
-        Constraint::Norm { of, at_most } => {
-            let names: Vec<&str> = of.iter().map(id).collect();
-            let (scale, unit) = if angles(of) { (super::ARCSEC, " arcsec") } else { (1.0, "") };
-            format!("norm of ({}) <= {}{unit}", names.join(", "), number(at_most * scale))
-        }
-    }
 }
 
 /// The robust estimator's record, where one was asked for.
@@ -459,49 +272,6 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
         normality: checks.normality.map(|t| NormalityReport { w: t.w, p: t.p }),
         snooping,
         external,
-        verdict,
-    }
-}
-
-/// Monte Carlo results for the report.
-pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
-    let pair = |(a, b): (f64, f64)| [a, b];
-    let mut verdict = Vec::new();
-    let outputs = drawn
-        .names
-        .iter()
-        .zip(&drawn.trials.outputs)
-        .zip(drawn.first_order.iter().zip(&drawn.agrees))
-        .map(|((id, own), (first, agrees))| {
-            if let (Some(false), Some((low, high))) = (agrees, first) {
-                let off = (low - own.symmetric.0).abs().max((high - own.symmetric.1).abs());
-                verdict.push(format!(
-                    "the first order does not describe {id}: its {} % interval ends up to {} u elsewhere; use the Monte Carlo interval",
-                    super::table::percent(level),
-                    super::table::significant(off / own.sd, 2)
-                ));
-            }
-            DrawnReport {
-                id: id.clone(),
-                mean: own.mean,
-                u: own.sd,
-                interval: pair(own.symmetric),
-                shortest: pair(own.shortest),
-                first_order: first.map(pair),
-                first_order_agrees: *agrees,
-            }
-        })
-        .collect();
-    MonteCarloReport {
-        trials: drawn.trials.trials,
-        asked: drawn.trials.asked,
-        seed: drawn.trials.seed,
-        outputs,
-        joint: drawn.joint.as_ref().map(|joint| JointReport {
-            order: joint.names.clone(),
-            covariance: joint.covariance.clone(),
-            k_p: joint.ellipsoid_factor,
-        }),
         verdict,
     }
 }

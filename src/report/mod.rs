@@ -1,19 +1,45 @@
 //! Reports: results as stable JSON for programs, and as tables for a person.
 //!
 //! Keys are fixed (design section 3); new ones may be added, none renamed. Numbers that do not exist (an uncertainty without degrees of
-//! freedom, an infinite number of degrees of freedom) are null. Deliberately absent: computing anything.
+//! freedom, an infinite number of degrees of freedom) are null.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `fit.rs`, `fit_build.rs`, `fit_table.rs` | a fit: the keys of its report, the report from the fit, the table |
+//! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs`, `fit_checks_table.rs` | what that report says of the readings, the constraints and the Monte Carlo |
+//! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |
+//! | `diagnose/` | a diagnosis: gap, effects, verdict |
+//! | `plan.rs`, `plan_build.rs`, `plan_table.rs` | a schedule judged or chosen |
+//! | `foresight.rs`, `foresight_table.rs` | which effects a schedule would show |
+//! | `navigate.rs` | errors of a navigator over a mission |
+//! | `navigate_diagnose.rs`, `navigate_diagnose_table.rs` | effects found from the errors of a navigator |
+//! | `correction.rs` | the model lines solved for their inputs, the mounting of the sensors |
+//! | `separation.rs` | what is not estimable, and what would separate it |
+//! | `provenance.rs` | files that a report was made from |
+//! | `series.rs` | a mission over time as CSV or Parquet |
+//! | `table.rs` | how tables and numbers are set for a terminal |
+//! | `dcc/` | the digital calibration certificate |
+//! | `html/`, `markdown.rs` | reports as pages |
+//! | `plot/` | charts for the pages |
+//!
+//! Deliberately absent: computing anything.
 
 mod compare;
+mod compare_table;
 mod correction;
 pub mod dcc;
 mod diagnose;
 mod fit;
+mod fit_build;
 mod fit_checks;
 pub mod fit_checks_table;
+mod fit_constraints;
+mod fit_table;
 mod foresight;
 mod foresight_table;
 pub mod html;
 pub mod markdown;
+mod monte_carlo;
 mod navigate;
 mod navigate_diagnose;
 mod navigate_diagnose_table;
@@ -37,20 +63,22 @@ pub use diagnose::{
 };
 pub use fit::{
     ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
-    IterationReport, KnownReport, ParameterReport, ReadingReport, fit_report,
+    IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
+pub use fit_build::fit_report;
 pub use provenance::Input;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
 pub use fit_checks::{
-    ChecksReport, ConstraintReport, ConstraintsReport, DrawnReport, ExternalReport, JointReport, LackOfFitReport,
-    MonteCarloReport, NormalityReport, RobustReport, RunsReport, ScatterReport, SnoopingReport, SuspectReport,
-    monte_carlo_report,
+    ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, ScatterReport,
+    SnoopingReport, SuspectReport,
 };
+pub use fit_constraints::{ConstraintReport, ConstraintsReport};
 pub use foresight::{
     AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport, RuleReport,
     foresight_report,
 };
+pub use monte_carlo::{DrawnReport, JointReport, MonteCarloReport, monte_carlo_report};
 pub use navigate::{
     CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
     ScenarioReport, SummaryReport, navigate_report,
@@ -75,6 +103,11 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// One radian in arcseconds.
 pub const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
+
+/// A number that exists; what is infinite or undefined is null in a report.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {

@@ -1,6 +1,6 @@
 //! The navigation report (`tumble navigate --json`).
 
-use super::{ARCSEC, VERSION};
+use super::{ARCSEC, VERSION, finite};
 use crate::navigate::carry::NavigationUncertainty;
 use crate::navigate::errors::{ImuErrors, Source};
 use crate::navigate::linear;
@@ -229,10 +229,6 @@ fn carry(carried: &Carried) -> CarriedReport {
         time_h: carried.times.iter().map(|time| time / 3600.0).collect(),
         position_u_m: carried.linear.iter().map(|u| u.position[0].hypot(u.position[1])).collect(),
     }
-}
-
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
 }
 
 fn summary(summary: &Summary, unit: f64) -> SummaryReport {

@@ -22,7 +22,7 @@ pub fn navigate_diagnose_table(report: &NavigateDiagnoseReport) -> String {
     let mut text = format!("tumble {}: diagnosis of navigation errors, {title}\n", report.tumble);
     text.push_str(&format!("  measured: {}{left_out}\n\n{}\n\n", runs.join(", "), verdict(report)));
     for effect in &report.effects {
-        text.push_str(&found(effect));
+        text.push_str(&found(effect, report.effects.len() == 1));
     }
     text.push_str(&gap(report));
     text.push_str(&format!("\n{}", channels(report)));
@@ -102,14 +102,15 @@ pub(super) fn tried(report: &NavigateDiagnoseReport) -> String {
     )
 }
 
-fn found(effect: &NavigationEffectReport) -> String {
+fn found(effect: &NavigationEffectReport, alone: bool) -> String {
     let mut text = format!("{}  {}\n", effect.regressor, effect.name);
     text.push_str(&format!("  = {} {}", rounded(effect.value, effect.u), unit(&effect.unit)));
     if let Some(u) = effect.u {
         text.push_str(&format!(", u = {}", rounded(u, Some(u))));
     }
     text.push_str(&format!("; t = {:.1}, {}", effect.t, words::p_is(effect.p)));
-    text.push_str(&format!("; explains {:.1} % of the gap\n", 100.0 * effect.explains));
+    let beyond = if alone { "" } else { " beyond the others" };
+    text.push_str(&format!("; explains {:.1} % of the gap{beyond}\n", 100.0 * effect.explains));
     if effect.before != 0.0 {
         // without what a unit of radians costs in the last digits
         let before: f64 = format!("{:.9e}", effect.before).parse().unwrap_or(effect.before);

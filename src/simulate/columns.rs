@@ -18,6 +18,8 @@ pub struct Table<'a> {
     state: Vec<usize>,
     /// A reading that has the state, and the instants computed so far.
     states: Vec<(&'a Reading, Vec<Instants>)>,
+    /// Where the chain was last: most rotations stay from one instant to the next.
+    at: Kinematics,
     work: Workspace,
 }
 
@@ -38,7 +40,7 @@ impl<'a> Table<'a> {
             });
             state.push(index);
         }
-        Table { campaign, tilts, point, state, states, work: Workspace::default() }
+        Table { campaign, tilts, point, state, states, at: Kinematics::default(), work: Workspace::default() }
     }
 
     /// The distinct state of the joints, as an index, for each reading.
@@ -103,9 +105,9 @@ impl<'a> Table<'a> {
         if !computed.iter().any(|(own, _)| *own == smoothness) {
             let mut instants = Vec::new();
             for node in nodes(like, smoothness) {
-                let mut at = Kinematics::default();
-                kinematics(&self.campaign.bench, self.tilts, &node.instant, &mut at);
-                instants.push((node, at));
+                kinematics(&self.campaign.bench, self.tilts, &node.instant, &mut self.at);
+                let inputs = self.at.inputs();
+                instants.push((node, inputs));
             }
             computed.push((smoothness, instants));
         }

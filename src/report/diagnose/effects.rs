@@ -51,6 +51,12 @@ pub struct EffectReport {
     pub aliases: Vec<AliasReport>,
     /// Positions that would tell them apart, best first.
     pub separate_by: Vec<PositionReport>,
+    /// How many aliases each of these positions tells,
+    pub separate_tells: Vec<usize>,
+    /// of so many that a position could tell in principle.
+    pub separate_of: usize,
+    /// Aliases among them that no position of this bench tells.
+    pub separate_never: Vec<String>,
 }
 
 /// Another effect that explains the same.
@@ -121,7 +127,7 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
     let name = match own.kind {
         Regressor::Constraint(_) => {
             constraint_number(&own.regressor).and_then(|k| campaign.constraints.get(k)).map(|c| {
-                format!("the constraint {} does not hold", super::super::fit_checks::constraint_text(campaign, c))
+                format!("the constraint {} does not hold", super::super::fit_constraints::constraint_text(campaign, c))
             })
         }
         _ => None,
@@ -160,7 +166,10 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
                 together_with: alias.together_with.clone(),
             })
             .collect(),
-        separate_by: keys(&finding.separate_by),
+        separate_by: keys(&finding.separation.positions),
+        separate_tells: finding.separation.told.clone(),
+        separate_of: finding.separation.of,
+        separate_never: finding.separation.never.clone(),
     }
 }
 

@@ -13,7 +13,7 @@ pub use gap::{
 pub use table::diagnose_table;
 pub use words::alias_note;
 
-use super::{PositionReport, VERSION, fit_checks, position_keys};
+use super::{PositionReport, VERSION, fit_constraints, position_keys};
 use crate::campaign::Campaign;
 use crate::diagnosis::{self, Diagnosis, Held};
 use schemars::JsonSchema;
@@ -156,7 +156,7 @@ fn asserted(campaign: &Campaign, held: &[Held]) -> Vec<AssertedReport> {
     constraints
         .map(|(k, (constraint, held))| AssertedReport {
             index: k + 1,
-            text: fit_checks::constraint_text(campaign, constraint),
+            text: fit_constraints::constraint_text(campaign, constraint),
             state: held.name().into(),
         })
         .collect()

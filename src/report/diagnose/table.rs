@@ -66,6 +66,7 @@ fn constraints(report: &DiagnoseReport) -> String {
 }
 
 fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
+    let alone = report.effects.len() == 1;
     let sensor = match &effect.sensor {
         Some(sensor) if report.model_before.len() > 1 => format!(" (sensor {sensor})"),
         None if report.model_before.len() > 1 && effect.regressor.starts_with("tilt:") => {
@@ -88,10 +89,11 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
         text.push_str(&(hanging(&format!("  {stated}"), 4) + "\n"));
     }
     text.push_str(&format!(
-        "  t = {:.1}, {}; explains {:.1} % of the gap\n",
+        "  t = {:.1}, {}; explains {:.1} % of the gap{}\n",
         effect.t,
         words::p_is(effect.p),
-        100.0 * effect.explains
+        100.0 * effect.explains,
+        if alone { "" } else { " beyond the others" }
     ));
     if effect.zero_but_for_rounding {
         text.push_str("  the term is zero at these positions but for rounding: the coefficient is absurd\n");
@@ -107,10 +109,8 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
             text.push_str(&(hanging(&format!("  {what}: {}", listed(names, 2 * LISTED)), 4) + "\n"));
         }
     }
-    if !effect.separate_by.is_empty() {
-        let positions: Vec<String> = effect.separate_by.iter().map(words::position).collect();
-        let line = format!("  one more position would tell, best first: {}", positions.join("; "));
-        text.push_str(&(hanging(&line, 4) + "\n"));
+    for line in words::separation(effect) {
+        text.push_str(&(hanging(&format!("  {line}"), 4) + "\n"));
     }
     for (what, words) in [("why", &effect.why), ("confirm", &effect.confirm)] {
         if !words.is_empty() {
@@ -174,8 +174,11 @@ fn gap(report: &DiagnoseReport) -> String {
     if found {
         rows.push(row("after", &report.gap.after));
     }
-    let header: &[&str] =
-        if several { &["gap", "chi-square", "dof", "p"] } else { &["gap", "rms", "max", "chi-square", "dof", "p"] };
+    let header: &[&str] = if several {
+        &["gap", "chi-square", "dof", "p"]
+    } else {
+        &["gap", "residual sd", "max", "chi-square", "dof", "p"]
+    };
     let mut text = plain(header, &rows);
     if several {
         let rows: Vec<Vec<String>> = report
@@ -191,7 +194,7 @@ fn gap(report: &DiagnoseReport) -> String {
                 cells
             })
             .collect();
-        let header = ["sensor", "unit", "noise", "rms before", "max before", "rms after", "max after"];
+        let header = ["sensor", "unit", "noise", "sd before", "max before", "sd after", "max after"];
         text.push_str(&format!("\n{}", plain(header.get(..if found { 7 } else { 5 }).unwrap_or_default(), &rows)));
     }
     let source = words::noise_source(&report.gap.noise.from);

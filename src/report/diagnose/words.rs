@@ -150,6 +150,21 @@ pub fn aliases(effect: &EffectReport) -> Aliases {
     sorted
 }
 
+/// What one more position would tell, and what none would.
+pub fn separation(effect: &EffectReport) -> Vec<String> {
+    let mut lines = Vec::new();
+    let told = effect.separate_by.iter().zip(&effect.separate_tells);
+    let positions: Vec<String> =
+        told.map(|(own, n)| format!("{} (from {n} of {})", position(own), effect.separate_of)).collect();
+    if !positions.is_empty() {
+        lines.push(format!("one more position would tell it: {}", positions.join("; ")));
+    }
+    if !effect.separate_never.is_empty() {
+        lines.push(format!("no position of this bench tells it from: {}", effect.separate_never.join(", ")));
+    }
+    lines
+}
+
 /// What an alias with small terms only is seen by.
 fn seen(alias: &AliasReport) -> String {
     if alias.visible < alias.size {

@@ -19,13 +19,18 @@ pub fn compare_page(report: &CompareReport, inputs: &[Input]) -> Page {
 pub(super) fn section(report: &CompareReport) -> Section {
     let mut section = Section::new("Comparison with the published closed forms").prose(format!("{}.", report.source));
     if let Some(difference) = report.largest_relative_difference {
-        section = section.verdict(
-            if difference < 1e-6 { Tone::Good } else { Tone::Caution },
-            format!(
-                "Group by group and without the Earth rate, which the formulas ignore, they agree with least squares to {} of the value: they are its square special case.",
-                significant(difference, 2)
-            ),
-        );
+        let difference = significant(difference, 2);
+        section = if report.is_square_case() {
+            section.verdict(
+                Tone::Good,
+                format!("Group by group and without the Earth rate, which the formulas ignore, they agree with least squares to {difference} of the value: they are its square special case."),
+            )
+        } else {
+            section.verdict(
+                Tone::Caution,
+                format!("Group by group and without the Earth rate, which the formulas ignore, they differ from least squares by up to {difference} of the value: these positions are not their square case."),
+            )
+        };
     }
     let printed = report.printed.is_some();
     let mut columns = vec![

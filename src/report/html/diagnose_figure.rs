@@ -60,7 +60,7 @@ fn description(report: &DiagnoseReport) -> String {
         let rms = |v: Option<f64>| v.map_or("unknown".into(), |v| significant(v, 3));
         let after =
             if report.effects.is_empty() { String::new() } else { format!(" before and {} after", rms(own.rms_after)) };
-        format!("{id}: rms residual {} {}{after}", rms(own.rms_before), own.unit)
+        format!("{id}: residual sd {} {}{after}", rms(own.rms_before), own.unit)
     });
     sensors.collect::<Vec<_>>().join("; ") + "."
 }

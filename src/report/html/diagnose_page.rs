@@ -90,7 +90,12 @@ fn summary(report: &DiagnoseReport) -> String {
     let gap = match report.gap.sensors.values().next() {
         Some(own) if report.gap.sensors.len() == 1 => {
             let rms = |v: Option<f64>| v.map_or("unknown".into(), |v| significant(v, 3));
-            format!("the rms residual goes from {} to {} {}", rms(own.rms_before), rms(own.rms_after), own.unit)
+            format!(
+                "the residual standard deviation goes from {} to {} {}",
+                rms(own.rms_before),
+                rms(own.rms_after),
+                own.unit
+            )
         }
         _ => format!(
             "chi-square goes from {} to {}",
@@ -110,10 +115,10 @@ fn summary(report: &DiagnoseReport) -> String {
 fn gap(report: &DiagnoseReport) -> Table {
     let found = !report.effects.is_empty();
     let mut columns = vec![("sensor", Align::Left), ("unit", Align::Left), ("noise sd", Align::Decimal)];
-    columns.extend([(if found { "rms before" } else { "rms" }, Align::Decimal)]);
+    columns.extend([(if found { "sd before" } else { "residual sd" }, Align::Decimal)]);
     columns.extend([(if found { "max before" } else { "max" }, Align::Decimal)]);
     if found {
-        columns.extend([("rms after", Align::Decimal), ("max after", Align::Decimal)]);
+        columns.extend([("sd after", Align::Decimal), ("max after", Align::Decimal)]);
     }
     let mut table = Table::new(&columns);
     for (id, own) in &report.gap.sensors {
@@ -165,14 +170,18 @@ fn card(report: &DiagnoseReport, effect: &EffectReport) -> Block {
     }
     say("Stated", words::against_stated(effect));
     say("Evidence", minus(&format!("t = {:.1}, {} among all that was tried", effect.t, words::p_is(effect.p))));
-    say("Explains", format!("{} of the gap", cells::percent(effect.explains)));
+    let beyond = if report.effects.len() == 1 { "" } else { " beyond the others" };
+    say("Explains", format!("{} of the gap{beyond}", cells::percent(effect.explains)));
     let aliases = words::aliases(effect);
     say("Cannot be told from", cells::names(&aliases.same));
     say("Fits not significantly worse", listed(&aliases.near));
     say("Only through small terms", listed(&aliases.small));
     say("Only through rounding", listed(&aliases.rounding));
-    let positions: Vec<String> = effect.separate_by.iter().map(|at| format!("`{}`", words::position(at))).collect();
-    say("One more position would tell, best first", positions.join("; "));
+    let told = effect.separate_by.iter().zip(&effect.separate_tells);
+    let positions: Vec<String> =
+        told.map(|(at, n)| format!("`{}` (from {n} of {})", words::position(at), effect.separate_of)).collect();
+    say("One more position would tell it", positions.join("; "));
+    say("No position of this bench tells it from", cells::names(&effect.separate_never));
     say("Why it happens", effect.why.clone());
     say("To confirm", effect.confirm.clone());
     Block::Card { heading: sentence(&effect.name).trim_end_matches('.').to_string(), tone: Tone::Bad, facts }

@@ -12,6 +12,22 @@
 //! `cli` then calls [`render`] and `markdown::render`. Numbers are formatted by `report::table` (`rounded`, `significant`) before they enter
 //! a cell; a column of [`Align::Decimal`] aligns them at the decimal point.
 //!
+//! | file | subject |
+//! |---|---|
+//! | `page.rs` | what a page consists of |
+//! | `escape.rs`, `cells.rs` | text and numbers as they enter a page |
+//! | `fit_page.rs` | the page of a fit, section by section: |
+//! | `fit_answer.rs` | the verdicts, and the fit in a few sentences |
+//! | `fit_estimates.rs` | the estimates, what is not estimable, the budgets |
+//! | `fit_correction.rs` | the correction to apply, and the mounting |
+//! | `checks_page.rs` | what was checked: readings, constraints, Monte Carlo |
+//! | `fit_readings.rs` | what was assumed, and the readings one by one |
+//! | `fit_figures.rs` | its charts |
+//! | `compare_page.rs` | published closed forms beside least squares |
+//! | `diagnose_page.rs`, `diagnose_figure.rs` | a diagnosis, and its gap as a chart |
+//! | `plan_page.rs` | a schedule judged or chosen |
+//! | `navigate.rs`, `navigate_diagnose.rs` | a mission, and a diagnosis of its errors |
+//!
 //! Deliberately absent: computation (a page shows what a report value says), colours (the template and `report::plot` have them), clocks
 //! (the same report always gives the same bytes).
 
@@ -21,8 +37,12 @@ mod compare_page;
 mod diagnose_figure;
 mod diagnose_page;
 mod escape;
+mod fit_answer;
+mod fit_correction;
+mod fit_estimates;
 mod fit_figures;
 mod fit_page;
+mod fit_readings;
 mod navigate;
 mod navigate_diagnose;
 mod page;

@@ -1,7 +1,7 @@
 //! Stacked bars, one row each: where an uncertainty comes from.
 
 use super::{
-    Area, BLUE, Drawn, GREEN, INK, ORANGE, PURPLE, RULE, SKY, SMALL, SOFT, TEXT, VERMILLION, YELLOW, fitted, scale,
+    Area, BLUE, Drawn, GREEN, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, TEXT, VERMILLION, YELLOW, fitted, rules, scale,
     style, svg, text_width,
 };
 use crate::error::Result;
@@ -95,15 +95,8 @@ fn draw(
     let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
     let (right, bottom) = (width - 24, height - 84);
     let x = |v: f64| left + (v / high * f64::from(right - left)).round() as i32;
-    let (ticks, decimals) = scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 });
-    for tick in ticks {
-        area.draw(&PathElement::new([(x(tick), 0), (x(tick), bottom)], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(
-            scale::label(tick, decimals),
-            (x(tick), bottom + 10),
-            style(SMALL, &SOFT, HPos::Center, VPos::Top),
-        ))?;
-    }
+    let ticks = scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 });
+    rules::upright(area, ticks, bottom, x)?;
     area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
     let title = scale::title(what, unit, exponent);
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;

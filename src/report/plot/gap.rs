@@ -1,7 +1,8 @@
 //! The gap in one picture: each reading's residual with the model as given and with what was found, on one axis, before the noise.
 
 use super::{
-    Area, BLUE, Drawn, INK, RULE, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, WIDE, fitted, scale, style, svg, text_width,
+    Area, BLUE, Drawn, INK, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, WIDE, fitted, rules, scale, style, svg,
+    text_width,
 };
 use crate::error::Result;
 use plotters::prelude::*;
@@ -123,12 +124,8 @@ fn draw(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
             area.draw(&Rectangle::new(corners, SKY.mix(0.30).filled()))?;
         }
     }
-    let (ticks, decimals) = scale::ticks(low, high, if height > 300 { 6 } else { 3 });
-    for tick in ticks {
-        area.draw(&PathElement::new([(LEFT, y(tick)), (right(), y(tick))], RULE.stroke_width(1)))?;
-        let place = (LEFT - 12, y(tick));
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
+    let ticks = scale::ticks(low, high, if height > 300 { 6 } else { 3 });
+    rules::level(area, ticks, (LEFT, right()), y)?;
     area.draw(&PathElement::new([(LEFT, y(0.0)), (right(), y(0.0))], SOFT.stroke_width(2)))?;
     let size = (step * 0.3).clamp(2.0, 8.0) as i32;
     let place = |k: usize, v: f64| (x(k as f64 + 0.5), y(at(v)));

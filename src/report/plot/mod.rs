@@ -1,8 +1,20 @@
 //! Charts as inline SVG: text is text, colours are told apart without colour vision and in print, nothing needs a font or the network.
 //!
 //! Sizes are in half points of the page (a figure as wide as the page is [`WIDE`]), so that whole pixels are fine enough. Data are scaled by a power
-//! of a thousand before they are drawn; axis titles say which. The drawing itself is plotters' with its SVG backend only. Deliberately absent:
-//! computation; a chart gets the numbers that it shows.
+//! of a thousand before they are drawn; axis titles say which. The drawing itself is plotters' with its SVG backend only.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `values.rs` | estimates with their expanded uncertainties |
+//! | `bars.rs` | budgets: variances in their parts |
+//! | `residuals.rs`, `normal.rs` | residuals in the order of the readings, and against normal quantiles |
+//! | `correlation.rs` | a correlation matrix |
+//! | `positions.rs` | positions as spots |
+//! | `gap.rs` | residuals before and after a repair |
+//! | `curves.rs` | quantities against time |
+//! | `scale.rs`, `rules.rs` | powers of a thousand, ticks and their numbers; the rules at them |
+//!
+//! Deliberately absent: computation; a chart gets the numbers that it shows.
 
 mod bars;
 mod correlation;
@@ -11,6 +23,7 @@ mod gap;
 mod normal;
 mod positions;
 mod residuals;
+mod rules;
 mod scale;
 mod values;
 

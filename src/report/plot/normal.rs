@@ -1,6 +1,6 @@
 //! The normal plot of studentized residuals.
 
-use super::{Area, BLUE, Drawn, HALF, RULE, SKY, SMALL, SOFT, scale, style, svg};
+use super::{Area, BLUE, Drawn, HALF, SKY, SMALL, SOFT, rules, scale, style, svg};
 use crate::error::Result;
 use crate::uncertainty::quantiles::normal_quantile;
 use plotters::prelude::*;
@@ -46,24 +46,8 @@ fn draw(area: &Area<'_>, points: &[Point]) -> Drawn {
     let (low, high) = scale::range(ends.chain([-1.0, 1.0]), 0.06);
     let x = |z: f64| LEFT + ((z - left_z) / (right_z - left_z) * f64::from(right - LEFT)).round() as i32;
     let y = |v: f64| ((high - v) / (high - low) * f64::from(PLOT)).round() as i32;
-    let (ticks, decimals) = scale::ticks(left_z, right_z, 7);
-    for tick in ticks {
-        area.draw(&PathElement::new([(x(tick), 0), (x(tick), PLOT)], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(
-            scale::label(tick, decimals),
-            (x(tick), PLOT + 10),
-            style(SMALL, &SOFT, HPos::Center, VPos::Top),
-        ))?;
-    }
-    let (ticks, decimals) = scale::ticks(low, high, 7);
-    for tick in ticks {
-        area.draw(&PathElement::new([(LEFT, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(
-            scale::label(tick, decimals),
-            (LEFT - 12, y(tick)),
-            style(SMALL, &SOFT, HPos::Right, VPos::Center),
-        ))?;
-    }
+    rules::upright(area, scale::ticks(left_z, right_z, 7), PLOT, x)?;
+    rules::level(area, scale::ticks(low, high, 7), (LEFT, right), y)?;
     let upper = points.iter().map(|p| (x(p.z), y(p.z + p.band)));
     let lower = points.iter().rev().map(|p| (x(p.z), y(p.z - p.band)));
     let outline: Vec<(i32, i32)> = upper.chain(lower).collect();

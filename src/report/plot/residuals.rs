@@ -1,7 +1,7 @@
 //! Residuals of one sensor in the order of the readings, each with its own band.
 
 use super::{
-    Area, BLUE, Drawn, INK, RULE, SKY, SMALL, SOFT, TINT, VERMILLION, WIDE, fitted, scale, style, svg, text_width,
+    Area, BLUE, Drawn, INK, SKY, SMALL, SOFT, TINT, VERMILLION, WIDE, fitted, rules, scale, style, svg, text_width,
 };
 use crate::error::Result;
 use plotters::prelude::*;
@@ -47,15 +47,7 @@ fn draw(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str) -> Drawn {
             area.draw(&Rectangle::new(corners, TINT.filled()))?;
         }
     }
-    let (ticks, decimals) = scale::ticks(low, high, 5);
-    for tick in ticks {
-        area.draw(&PathElement::new([(LEFT, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(
-            scale::label(tick, decimals),
-            (LEFT - 12, y(tick)),
-            style(SMALL, &SOFT, HPos::Right, VPos::Center),
-        ))?;
-    }
+    rules::level(area, scale::ticks(low, high, 5), (LEFT, right), y)?;
     let width = (step * 0.36).clamp(1.0, 22.0);
     for (k, row) in rows.iter().enumerate() {
         let middle = k as f64 + 0.5;

@@ -1,8 +1,6 @@
 //! Values with error bars, one row each.
 
-use super::{
-    Area, BLUE, Drawn, HALF, INK, Interval as Row, RULE, SMALL, SOFT, TEXT, TINT, fitted, scale, style, svg, text_width,
-};
+use super::{Area, BLUE, Drawn, HALF, INK, SMALL, SOFT, TEXT, TINT, fitted, rules, scale, style, svg, text_width};
 use crate::error::Result;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -28,12 +26,12 @@ const ROW: i32 = 48;
 /// assert!(svg.starts_with("<svg") && svg.contains(">\ntilt\n"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn values(rows: &[Row], unit: &str) -> Result<String> {
+pub fn values(rows: &[Interval], unit: &str) -> Result<String> {
     let height = ROW * rows.len() as i32 + 96;
     svg(HALF, height as u32, |area| draw(area, rows, unit, height))
 }
 
-fn draw(area: &Area<'_>, rows: &[Row], unit: &str, height: i32) -> Drawn {
+fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32) -> Drawn {
     let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
     let at = |v: f64| scale::scaled(v, exponent);
     let ends = rows.iter().flat_map(|r| [at(r.value) - at(r.expanded), at(r.value) + at(r.expanded)]);
@@ -41,19 +39,11 @@ fn draw(area: &Area<'_>, rows: &[Row], unit: &str, height: i32) -> Drawn {
     let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
     let (right, bottom) = (HALF as i32 - 24, height - 84);
     let x = |v: f64| left + ((v - low) / (high - low) * f64::from(right - left)).round() as i32;
-    let (ticks, decimals) = scale::ticks(low, high, 5);
     for (k, _) in rows.iter().enumerate().filter(|(k, _)| k % 2 == 0) {
         let top = ROW * k as i32;
         area.draw(&Rectangle::new([(left, top), (right, top + ROW)], TINT.filled()))?;
     }
-    for tick in ticks {
-        area.draw(&PathElement::new([(x(tick), 0), (x(tick), bottom)], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(
-            scale::label(tick, decimals),
-            (x(tick), bottom + 10),
-            style(SMALL, &SOFT, HPos::Center, VPos::Top),
-        ))?;
-    }
+    rules::upright(area, scale::ticks(low, high, 5), bottom, x)?;
     area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
     area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
     let title = scale::title("estimate and expanded uncertainty", unit, exponent);

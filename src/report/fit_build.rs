@@ -1,0 +1,211 @@
+//! The fit report from a fit.
+
+use super::fit::{
+    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
+    IterationReport, KnownReport, ParameterReport, ReadingReport,
+};
+use super::separation::not_estimable;
+use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
+use crate::campaign::{Campaign, Kind, Role};
+use crate::fit::{Fit, State};
+use crate::uncertainty::{Combined, Contribution, Evaluation};
+use std::collections::BTreeMap;
+
+/// The report of a fit.
+pub fn fit_report(fit: &Fit) -> FitReport {
+    let campaign = &fit.campaign;
+    let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
+    let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
+    let estimable = |k: usize| scales_known && fit.estimate.estimable.get(k).copied().unwrap_or(false);
+    let matrix: Vec<Vec<Option<f64>>> = (0..order.len())
+        .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
+        .collect();
+    FitReport {
+        tumble: VERSION.into(),
+        report: "fit".into(),
+        bench: campaign.bench.id.clone(),
+        model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
+        estimator: if fit.settings.exact { "exact" } else { "linear" }.into(),
+        parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
+        known: known(campaign),
+        derived: fit.derived.iter().map(derived).collect(),
+        assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
+        correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
+        covariance: CovarianceReport { order, matrix },
+        scatter: fit_checks::scatter(fit),
+        checks: fit_checks::checks(fit),
+        constraints: fit_constraints::constraints(fit),
+        robust: fit_checks::robust(fit),
+        monte_carlo: None,
+        fit: summary(fit),
+        not_estimable: fit.not_estimable.iter().map(|separation| not_estimable(campaign, separation)).collect(),
+        readings: readings(fit),
+        convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
+            converged: record.converged,
+            stop: record.stop.reason().to_string(),
+            held: record.held.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
+            iterations: record
+                .iterations
+                .iter()
+                .map(|i| IterationReport { sum_of_squares: i.sum_of_squares, step: i.step, share: i.share })
+                .collect(),
+            change: campaign
+                .estimated()
+                .iter()
+                .zip(fit.point.iter().zip(&record.linear))
+                .map(|(p, (exact, linear))| (p.id.clone(), exact - linear))
+                .collect(),
+        }),
+    }
+}
+
+/// Correlations from covariances; 1 on the diagonal, null where a variance is zero.
+fn correlation(covariance: &[Vec<Option<f64>>]) -> Vec<Vec<Option<f64>>> {
+    let element = |i: usize, j: usize| covariance.get(i).and_then(|row| row.get(j)).copied().flatten();
+    let one = |i: usize, j: usize| {
+        let product = element(i, i)? * element(j, j)?;
+        (product > 0.0)
+            .then(|| if i == j { Some(1.0) } else { Some((element(i, j)? / product.sqrt()).clamp(-1.0, 1.0)) })?
+    };
+    (0..covariance.len()).map(|i| (0..covariance.len()).map(|j| one(i, j)).collect()).collect()
+}
+
+fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
+    let total: f64 = contributions.iter().map(|c| c.u * c.u).sum();
+    contributions
+        .iter()
+        .map(|c| BudgetReport {
+            source: c.source.clone(),
+            evaluation: if c.evaluation == Evaluation::TypeA { "A" } else { "B" }.into(),
+            distribution: c.distribution.into(),
+            u: c.u,
+            estimate: c.estimate,
+            c: c.sensitivity,
+            source_u: c.source_u,
+            dof: finite(c.dof),
+            share: if total > 0.0 { c.u * c.u / total } else { 0.0 },
+        })
+        .collect()
+}
+
+fn arcsec(value: Option<f64>, uncertainty: Option<Combined>) -> ArcsecReport {
+    ArcsecReport {
+        value: value.map(|v| v * ARCSEC),
+        u: uncertainty.map(|c| c.u * ARCSEC),
+        expanded: uncertainty.map(|c| c.expanded * ARCSEC),
+    }
+}
+
+fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterReport {
+    let uncertainty = result.uncertainty;
+    ParameterReport {
+        id: result.id.clone(),
+        kind: if result.kind == Kind::Tilt { "tilt" } else { "coefficient" }.into(),
+        unit: result.unit.clone(),
+        value: result.value,
+        u: uncertainty.map(|c| c.u),
+        dof: uncertainty.and_then(|c| finite(c.dof)),
+        k: uncertainty.map(|c| c.coverage_factor),
+        expanded: uncertainty.map(|c| c.expanded),
+        level,
+        interval: result.interval.map(|(low, high)| [low, high]),
+        type_a: uncertainty.map(|c| c.type_a),
+        type_b: uncertainty.map(|c| c.type_b),
+        budget: budget(&result.budget),
+        arcsec: (result.kind == Kind::Tilt && result.state != State::NotEstimable)
+            .then(|| arcsec(result.value, uncertainty)),
+        state: result.state.name().into(),
+    }
+}
+
+fn derived(result: &crate::fit::DerivedResult) -> DerivedReport {
+    let uncertainty = result.uncertainty;
+    DerivedReport {
+        id: result.id.clone(),
+        line: result.line.clone(),
+        unit: if result.is_angle { "rad" } else { "" }.into(),
+        value: result.value,
+        u: uncertainty.map(|c| c.u),
+        dof: uncertainty.and_then(|c| finite(c.dof)),
+        k: uncertainty.map(|c| c.coverage_factor),
+        expanded: uncertainty.map(|c| c.expanded),
+        budget: budget(&result.budget),
+        arcsec: result.is_angle.then(|| arcsec(result.value, uncertainty)),
+    }
+}
+
+fn known(campaign: &Campaign) -> Vec<KnownReport> {
+    campaign
+        .parameters
+        .iter()
+        .filter_map(|parameter| match parameter.role {
+            Role::Known(known) => Some(KnownReport {
+                id: parameter.id.clone(),
+                value: known.value,
+                unit: parameter.unit.clone(),
+                u: known.u,
+                dof: finite(known.dof),
+                distribution: known.distribution.name().into(),
+            }),
+            _ => None,
+        })
+        .collect()
+}
+
+fn summary(fit: &Fit) -> FitSummary {
+    let estimate = &fit.estimate;
+    let estimated = fit.system.group.iter().any(|g| matches!(g, crate::estimate::Group::Estimated(_)));
+    let mut sensor_sd = BTreeMap::new();
+    for (origin, group) in fit.design.rows.iter().zip(&fit.system.group) {
+        if let (crate::estimate::Group::Estimated(g), Some(sensor)) =
+            (group, fit.campaign.bench.sensors.get(origin.sensor))
+        {
+            sensor_sd.entry(sensor.id.clone()).or_insert_with(|| estimate.group_scale.get(*g).copied().flatten());
+        }
+    }
+    FitSummary {
+        readings: fit.design.rows.len(),
+        priors: fit.system.observed.len() - fit.design.rows.len(),
+        rank: estimate.rank,
+        rank_tolerance: estimate.factor.tolerance(),
+        dof: estimate.dof,
+        residual_sd: estimate.residual_sd(),
+        sum_of_squares: estimate.sum_of_squares,
+        chi_square: fit.global_test.map(|test| test.chi_square),
+        p: fit.global_test.map(|test| test.p),
+        condition: estimate.condition.and_then(finite),
+        variance: if estimated { "estimated" } else { "stated" }.into(),
+        sensor_sd,
+        at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
+        linearisation_error: fit.linearisation_error,
+        rejected: fit.is_rejected(),
+    }
+}
+
+fn readings(fit: &Fit) -> Vec<ReadingReport> {
+    let mut reports = Vec::with_capacity(fit.design.rows.len());
+    for (row, ((origin, predicted), (quality, observed))) in
+        fit.design.rows.iter().zip(&fit.design.predicted).zip(fit.quality.iter().zip(&fit.system.observed)).enumerate()
+    {
+        let reading = fit.campaign.readings.rows.get(origin.reading);
+        let value = predicted + observed;
+        reports.push(ReadingReport {
+            index: origin.reading + 1,
+            position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+            sensor: fit.campaign.bench.sensors.get(origin.sensor).map(|s| s.id.clone()).unwrap_or_default(),
+            value: reading
+                .and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor))
+                .map_or(value, |observation| observation.value),
+            fitted: value - quality.residual,
+            residual: quality.residual,
+            u: quality.u,
+            leverage: quality.leverage,
+            redundancy: quality.redundancy,
+            studentized: quality.studentized,
+            mdb: fit.checks.detectable.get(row).copied().flatten().or(quality.mdb),
+            external: fit_checks::external(fit, row),
+            robust_weight: fit.robust.as_ref().and_then(|record| record.weights.get(row)).copied(),
+        });
+    }
+    reports
+}

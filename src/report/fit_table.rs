@@ -1,0 +1,241 @@
+//! The fit report as a person reads it.
+
+use super::FitReport;
+use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
+
+/// One line of the table of estimates.
+struct Line<'a> {
+    id: &'a str,
+    unit: &'a str,
+    value: Option<f64>,
+    u: Option<f64>,
+    expanded: Option<f64>,
+    dof: Option<f64>,
+    k: Option<f64>,
+    state: &'a str,
+}
+
+impl Line<'_> {
+    fn cells(&self) -> Vec<String> {
+        vec![
+            self.id.to_string(),
+            optional(self.value, |v| rounded(v, self.u)),
+            optional(self.u, |u| rounded(u, Some(u))),
+            optional(self.expanded, |e| rounded(e, self.u)),
+            degrees_of_freedom(self.dof, self.u.is_some()),
+            optional(self.k, |k| format!("{k:.2}")),
+            self.unit.to_string(),
+            self.state.to_string(),
+        ]
+    }
+}
+
+/// A fit report as a person reads it.
+pub fn fit(report: &FitReport, with_readings: bool) -> String {
+    let mut text = format!("tumble {}: {} fit on {}\n", report.tumble, report.estimator, report.bench);
+    for (sensor, line) in &report.model {
+        text.push_str(&format!("  {sensor} = {line}\n"));
+    }
+    text.push('\n');
+    let level = report.parameters.first().map_or(0.95, |p| p.level);
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for p in &report.parameters {
+        let line = match p.arcsec {
+            Some(a) => Line {
+                id: &p.id,
+                unit: "arcsec",
+                value: a.value,
+                u: a.u,
+                expanded: a.expanded,
+                dof: p.dof,
+                k: p.k,
+                state: &p.state,
+            },
+            None => Line {
+                id: &p.id,
+                unit: &p.unit,
+                value: p.value,
+                u: p.u,
+                expanded: p.expanded,
+                dof: p.dof,
+                k: p.k,
+                state: &p.state,
+            },
+        };
+        rows.push(line.cells());
+    }
+    for d in &report.derived {
+        let line = match d.arcsec {
+            Some(a) => Line {
+                id: &d.id,
+                unit: "arcsec",
+                value: a.value,
+                u: a.u,
+                expanded: a.expanded,
+                dof: d.dof,
+                k: d.k,
+                state: "derived",
+            },
+            None => Line {
+                id: &d.id,
+                unit: &d.unit,
+                value: d.value,
+                u: d.u,
+                expanded: d.expanded,
+                dof: d.dof,
+                k: d.k,
+                state: "derived",
+            },
+        };
+        rows.push(line.cells());
+    }
+    let expanded = format!("U ({} %)", significant(100.0 * level, 3).trim_end_matches('0').trim_end_matches('.'));
+    text.push_str(&plain(&["parameter", "estimate", "u", &expanded, "dof", "k", "unit", "state"], &rows));
+    text.push('\n');
+    text.push_str(&summary(report));
+    text.push_str(&super::fit_checks_table::findings(report));
+    text.push_str(&defects(report));
+    if let Some(record) = &report.convergence {
+        let steps = record.iterations.len();
+        let word = if record.converged { "converged" } else { "NOT converged" };
+        let why = if record.converged { String::new() } else { format!(" ({})", record.stop) };
+        if !record.held.is_empty() {
+            text.push_str(&format!(
+                "held at the reference point, which does not determine them (and the exact model beyond it too weakly): {}\n",
+                record.held.join(", ")
+            ));
+        }
+        text.push_str(&format!("Gauss-Newton {word} after {steps} iterations{why}; exact minus linear:"));
+        for p in &report.parameters {
+            if let Some(change) = record.change.get(&p.id) {
+                let (scale, unit) = if p.kind == "tilt" { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
+                text.push_str(format!(" {} {} {unit},", p.id, significant(change * scale, 3)).trim_end_matches(' '));
+            }
+        }
+        text = text.trim_end_matches(',').to_string() + "\n";
+    }
+    if with_readings {
+        text.push('\n');
+        text.push_str(&readings(report));
+    }
+    text
+}
+
+fn summary(report: &FitReport) -> String {
+    let fit = &report.fit;
+    let priors = if fit.priors > 0 { format!(" + {} priors", fit.priors) } else { String::new() };
+    let mut text = format!(
+        "{} readings{priors}, rank {} of {}, {} degrees of freedom",
+        fit.readings,
+        fit.rank,
+        report.parameters.len(),
+        fit.dof
+    );
+    if let Some(condition) = fit.condition {
+        text.push_str(&format!(", condition {}", significant(condition, 3)));
+    }
+    text.push('\n');
+    match (fit.chi_square, fit.p, fit.residual_sd) {
+        (Some(chi_square), Some(p), Some(sd)) => {
+            let verdict = if p < 1.0 - report.parameters.first().map_or(0.95, |p| p.level) {
+                "REJECTED: the readings scatter more than their stated uncertainties allow"
+            } else {
+                "accepted"
+            };
+            text.push_str(&format!(
+                "global test: chi-square {} with {} degrees of freedom, p = {}, factor {}: {verdict}\n",
+                significant(chi_square, 4),
+                fit.dof,
+                significant(p, 3),
+                significant(sd, 3)
+            ));
+        }
+        _ => {
+            for (sensor, sd) in &fit.sensor_sd {
+                match sd {
+                    Some(sd) => {
+                        let how = if fit.at_rounding.contains(sensor) {
+                            "the rounding of its readings, which show no scatter"
+                        } else {
+                            "estimated from these readings"
+                        };
+                        text.push_str(&format!("residual sd of {sensor}: {}, {how}\n", significant(*sd, 4)));
+                    }
+                    None => text.push_str(&format!(
+                        "residual sd of {sensor}: none (no degrees of freedom), so no uncertainty can be given\n"
+                    )),
+                }
+            }
+        }
+    }
+    if let Some(error) = fit.linearisation_error.filter(|e| *e > 0.1 && report.estimator == "linear") {
+        text.push_str(&format!(
+            "note: the exact model differs from the linear one by up to {} standard uncertainties of a reading; use --exact\n",
+            significant(error, 2)
+        ));
+    }
+    if !report.known.is_empty() {
+        let known: Vec<String> = report.known.iter().map(known_text).collect();
+        text.push_str(&format!("known: {}\n", known.join(", ")));
+    }
+    if !report.assumed_zero.is_empty() {
+        text.push_str(&format!("assumed zero: {}\n", report.assumed_zero.join(", ")));
+    }
+    text
+}
+
+fn known_text(known: &super::KnownReport) -> String {
+    let u = if known.u > 0.0 { format!(" (u {})", significant(known.u, 2)) } else { String::new() };
+    format!(
+        "{} = {}{}{u}",
+        known.id,
+        known.value,
+        if known.unit.is_empty() { String::new() } else { format!(" {}", known.unit) }
+    )
+}
+
+fn defects(report: &FitReport) -> String {
+    let mut text = String::new();
+    for defect in &report.not_estimable {
+        text.push_str(&format!("NOT ESTIMABLE: {} is free;", defect.text));
+        if let Some(hides) = &defect.hides {
+            text.push_str(&format!(" {hides};"));
+        }
+        let only: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
+        if only.is_empty() {
+            text.push_str(" no reading responds to it");
+        } else {
+            let verb = if only.len() == 1 { "is" } else { "are" };
+            text.push_str(&format!(" only {} {verb} estimable here", only.join(" and ")));
+        }
+        match &defect.separate_by {
+            Some(position) => {
+                let keys: Vec<String> = position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+                text.push_str(&format!("\n  a reading at {} would separate it\n", keys.join(", ")));
+            }
+            None => text.push_str("\n  no position of this bench would separate it\n"),
+        }
+    }
+    text
+}
+
+fn readings(report: &FitReport) -> String {
+    let rows: Vec<Vec<String>> = report
+        .readings
+        .iter()
+        .map(|r| {
+            vec![
+                r.index.to_string(),
+                r.position.clone(),
+                r.sensor.clone(),
+                significant(r.value, 6),
+                significant(r.fitted, 6),
+                significant(r.residual, 3),
+                optional(r.studentized, |s| format!("{s:.2}")),
+                format!("{:.3}", r.redundancy),
+                optional(r.mdb, |m| significant(m, 3)),
+            ]
+        })
+        .collect();
+    plain(&["reading", "position", "sensor", "value", "fitted", "residual", "studentized", "redundancy", "mdb"], &rows)
+}

@@ -1,0 +1,95 @@
+//! What a fit report says of the Monte Carlo beside the first order.
+
+use crate::fit::Drawn;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Monte Carlo beside the first order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MonteCarloReport {
+    /// Trials that gave finite values.
+    pub trials: usize,
+    /// Trials asked for.
+    pub asked: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Each output.
+    pub outputs: Vec<DrawnReport>,
+    /// Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived.
+    pub joint: Option<JointReport>,
+    /// In words.
+    pub verdict: Vec<String>,
+}
+
+/// One output of the Monte Carlo.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DrawnReport {
+    /// Name of the parameter or derived quantity.
+    pub id: String,
+    /// Mean of the trials.
+    pub mean: f64,
+    /// Standard deviation of the trials.
+    pub u: f64,
+    /// Probabilistically symmetric coverage interval.
+    pub interval: [f64; 2],
+    /// Shortest coverage interval.
+    pub shortest: [f64; 2],
+    /// First-order interval.
+    pub first_order: Option<[f64; 2]>,
+    /// Is the first order good to two digits of the uncertainty?
+    pub first_order_agrees: Option<bool>,
+}
+
+/// Several outputs together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct JointReport {
+    /// Their order.
+    pub order: Vec<String>,
+    /// Covariance.
+    pub covariance: Vec<Vec<f64>>,
+    /// Factor of the coverage ellipsoid; null where they depend on each other.
+    pub k_p: Option<f64>,
+}
+
+/// Monte Carlo results for the report.
+pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
+    let pair = |(a, b): (f64, f64)| [a, b];
+    let mut verdict = Vec::new();
+    let outputs = drawn
+        .names
+        .iter()
+        .zip(&drawn.trials.outputs)
+        .zip(drawn.first_order.iter().zip(&drawn.agrees))
+        .map(|((id, own), (first, agrees))| {
+            if let (Some(false), Some((low, high))) = (agrees, first) {
+                let off = (low - own.symmetric.0).abs().max((high - own.symmetric.1).abs());
+                verdict.push(format!(
+                    "the first order does not describe {id}: its {} % interval ends up to {} u elsewhere; use the Monte Carlo interval",
+                    super::table::percent(level),
+                    super::table::significant(off / own.sd, 2)
+                ));
+            }
+            DrawnReport {
+                id: id.clone(),
+                mean: own.mean,
+                u: own.sd,
+                interval: pair(own.symmetric),
+                shortest: pair(own.shortest),
+                first_order: first.map(pair),
+                first_order_agrees: *agrees,
+            }
+        })
+        .collect();
+    MonteCarloReport {
+        trials: drawn.trials.trials,
+        asked: drawn.trials.asked,
+        seed: drawn.trials.seed,
+        outputs,
+        joint: drawn.joint.as_ref().map(|joint| JointReport {
+            order: joint.names.clone(),
+            covariance: joint.covariance.clone(),
+            k_p: joint.ellipsoid_factor,
+        }),
+        verdict,
+    }
+}
