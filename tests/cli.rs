@@ -150,6 +150,46 @@ fn every_command_helps() {
     }
 }
 
+#[test]
+fn what_is_no_campaign_is_named() {
+    let told = |arguments: &[&str]| {
+        let run = tumble(arguments);
+        assert_eq!(run.code, 1, "{arguments:?}");
+        run.stderr
+    };
+    let readings = told(&["fit", "examples/03-your-own-positions/my-readings.csv"]);
+    assert!(readings.contains("expected a campaign file (JSON)") && readings.contains("begins with"), "{readings}");
+    let truth = told(&["check", "examples/07-hidden-effect/hidden.truth.json"]);
+    assert!(truth.contains("looks like a truth file"), "{truth}");
+    assert!(told(&["plan", TABLE_1, "--budget", "-5"]).contains("found -5"));
+}
+
+/// A fit of the repaired campaign knows nothing of aliases: whoever asks for the campaign is told.
+#[test]
+fn aliases_are_told_with_a_written_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [bench, page] = ["r.bench.json", "r.html"].map(|name| folder.path().join(name).display().to_string());
+    let run = tumble(&["diagnose", TABLE_1, "--write-model", &bench, "--html", &page]);
+    let told = run.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(run.code == 2 && told.contains("takes the effect as named (a_S)") && told.contains("V0 by"), "{told}");
+    let page = std::fs::read_to_string(page).expect("the page");
+    assert!(page.contains("counts in u after") && !page.contains("U after"));
+}
+
+/// Long lines hang; every kind of file that has a schema is named where it is asked for.
+#[test]
+fn lists_fit_a_terminal_and_are_complete() {
+    let list = tumble(&["bench", "list"]).stdout;
+    assert!(list.lines().all(|line| line.chars().count() <= 110), "{list}");
+    let diagnosis = tumble(&["diagnose", TABLE_1]).stdout;
+    let told = diagnosis.lines().skip_while(|line| !line.contains("one more position would tell")).take(2);
+    assert!(told.clone().count() == 2 && told.clone().all(|line| line.chars().count() <= 110), "{diagnosis}");
+    let help = tumble(&["schema", "--help"]).stdout;
+    for kind in tumble::report::schemas() {
+        assert!(help.contains(kind), "{kind}: {help}");
+    }
+}
+
 /// `tumble ... | head` closes the pipe early: no panic, no message.
 #[test]
 fn a_reader_that_goes_away_is_no_error() {

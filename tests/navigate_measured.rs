@@ -27,7 +27,7 @@ fn read(text: &str) -> Result<Measured, Malformed> {
 
 #[test]
 fn bad_files_are_named_with_line_and_column() {
-    let cases: [(&str, Fault, &str, &str, usize); 20] = [
+    let cases: [(&str, Fault, &str, &str, usize); 22] = [
         ("", Fault::Missing, "'time_s' is missing", "", 1),
         ("position_east_m\n1\n", Fault::Missing, "'time_s' is missing", "", 1),
         ("time_s\n1\n", Fault::Missing, "no column holds", "", 1),
@@ -59,6 +59,8 @@ fn bad_files_are_named_with_line_and_column() {
         ),
         ("time_s,position_east_m,position_east_m_u\n0,1,\n", Fault::Missing, "has no", "position_east_m_u", 2),
         ("motion,time_s,position_east_m\nswing,0,1\n", Fault::UnknownName, "no motion 'swing'", "motion", 2),
+        ("time_s,position_east_m\n0,1\n60,1\n60,2\n", Fault::Value, "measured twice at 60 s", "time_s", 4),
+        ("time_s;position_east_m\n0;1,5\n", Fault::Value, "not a number", "position_east_m", 2),
         ("scenario,time_s,position_east_m\na,0,1\nb,0,1\n", Fault::Value, "several scenarios", "scenario", 0),
     ];
     for (text, fault, what, path, line) in cases {
@@ -69,6 +71,12 @@ fn bad_files_are_named_with_line_and_column() {
         assert_eq!((error.place().path.as_str(), error.place().line), (path, line), "{text}: {error}");
         assert_eq!(error.place().file, "errors.csv");
     }
+    let twice = read("time_s,position_east_m\n0,1\n60,1\n# again\n0,2\n").unwrap_err();
+    assert_eq!(twice.finding(), Some("lines 2 and 5"));
+    let comma = read("time_s;position_east_m\n0;1,5\n").unwrap_err();
+    assert!(comma.expectation().unwrap().contains("decimal point"), "{comma}");
+    // another channel, or another motion, at the same time is no repetition
+    assert!(read("time_s,position_east_m,position_north_m\n60,1,\n60,,2\n").is_ok());
     let ragged = read("time_s,position_east_m\n0\n").unwrap_err();
     assert_eq!((ragged.fault(), ragged.place().line), (Fault::Syntax, 2));
 }
@@ -130,7 +138,8 @@ fn from_a_series_to_a_repaired_mission() {
     let names: Vec<&str> =
         report["effects"].as_array().unwrap().iter().map(|e| e["regressor"].as_str().unwrap()).collect();
     assert!(names.contains(&"accelerometer_bias_y"), "{names:?}");
-    assert!(std::fs::read_to_string(at("r.html")).unwrap().contains("<svg"));
+    let page = std::fs::read_to_string(at("r.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("Rejected") && !page.contains("EFFECTS FOUND"));
 
     let found: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(at("found.mission.json")).unwrap()).unwrap();
@@ -163,7 +172,10 @@ fn questions_that_cannot_be_asked() {
     );
     assert!(told(&["diagnose", "walk.mission.json", "--measured", "e.csv"]).contains("random walks"));
     assert!(told(&["navigate", "m.mission.json", "--measured", "x.csv"]).contains("--noise-arcsec"));
-    assert!(told(&["navigate", "m.mission.json", "--measured", "x.csv", "--noise-m=-1"]).contains("--noise-m"));
+    assert!(
+        told(&["navigate", "m.mission.json", "--measured", "x.csv", "--noise-m", "-1"])
+            .contains("no standard uncertainty")
+    );
     assert!(!at("x.csv").exists());
 }
 

@@ -3,7 +3,7 @@
 use super::Outcome;
 use crate::bench;
 use crate::error::{Fault, Malformed, Result};
-use crate::report::table;
+use crate::report::{table, wrap};
 use crate::wire::{self, Source};
 use clap::Subcommand;
 
@@ -26,9 +26,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             for built_in in bench::built_ins() {
                 let bench = wire::read_bench(&Source { name: built_in.id.into(), text: built_in.text.into() })?;
                 let sensors: Vec<&str> = bench.sensors.iter().map(|s| s.id.as_str()).collect();
-                rows.push(vec![bench.id.clone(), sensors.join(" "), bench.title.clone()]);
+                rows.push(vec![bench.id.clone(), format!("{} (sensors: {})", bench.title, sensors.join(", "))]);
             }
-            super::print(&table::plain(&["id", "sensors", "what it is"], &rows));
+            let title = "what it is";
+            super::print(&wrap::last_column(&table::plain(&["id", title], &rows), title));
         }
         Arguments::Show { id } => match bench::built_in(id) {
             Some(built_in) => super::print(built_in.text),

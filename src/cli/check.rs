@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Files to check.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Bench files (*.bench.json) and campaign files.
+    /// Bench files (*.bench.json), campaign files and mission files (*.mission.json).
     #[arg(required = true)]
     files: Vec<PathBuf>,
 }
@@ -18,7 +18,7 @@ pub(super) struct Arguments {
 /// Kind of schema.
 #[derive(Debug, Args)]
 pub(super) struct SchemaArguments {
-    /// bench, campaign or fit-report.
+    #[arg(help = format!("One of {}", crate::report::schemas().join(", ")))]
     kind: String,
 }
 

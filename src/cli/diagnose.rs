@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     /// Probability of reporting anything when nothing is missing.
-    #[arg(long, default_value_t = 0.01, value_name = "P")]
+    #[arg(long, default_value_t = 0.01, value_name = "P", allow_negative_numbers = true)]
     significance: f64,
     /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json; with '--measured' the
     /// mission with the errors added.
@@ -87,6 +87,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     if let Some(names) = &model_names {
         eprintln!("{}", names.note(&diagnosis));
+        if let Some(note) = report::alias_note(&report) {
+            eprintln!("{}", report::wrap::hanging(&format!("note: {note}"), 2));
+        }
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
 }

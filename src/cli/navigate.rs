@@ -39,13 +39,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     measured: Option<PathBuf>,
     /// Standard uncertainty of measured attitude errors, arcsec; attitude is not measured without it.
-    #[arg(long, value_name = "U", requires = "measured")]
+    #[arg(long, value_name = "U", requires = "measured", allow_negative_numbers = true)]
     noise_arcsec: Option<f64>,
     /// Standard uncertainty of measured velocity errors, m/s; velocity is not measured without it.
-    #[arg(long, value_name = "U", requires = "measured")]
+    #[arg(long, value_name = "U", requires = "measured", allow_negative_numbers = true)]
     noise_m_s: Option<f64>,
     /// Standard uncertainty of measured position errors, m; position is not measured without it.
-    #[arg(long, value_name = "U", requires = "measured")]
+    #[arg(long, value_name = "U", requires = "measured", allow_negative_numbers = true)]
     noise_m: Option<f64>,
 }
 
@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         files::write_or_print(path, &files::json(&report)?)?;
     }
     if !to_stdout {
-        super::print(&report::markdown::render(&report::html::navigate_page(&report, &[])?));
+        super::print(&report::navigate_table(&report));
     }
     Ok(Outcome::Done)
 }

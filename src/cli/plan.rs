@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TILT=ARCSEC")]
     remount: Vec<String>,
     /// Expected size of the tilts in arcsec: known scale factors act through them, and no reading tells their size yet.
-    #[arg(long, value_name = "ARCSEC")]
+    #[arg(long, value_name = "ARCSEC", allow_negative_numbers = true)]
     tilts: Option<f64>,
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "[NAME=]U", group = "searched")]
     goal: Vec<String>,
     /// Find the best schedule that costs no more than this, with the costs of --cost.
-    #[arg(long, value_name = "COST", group = "searched", conflicts_with_all = ["choose", "add"])]
+    #[arg(long, value_name = "COST", group = "searched", conflicts_with_all = ["choose", "add"], allow_negative_numbers = true)]
     budget: Option<f64>,
     /// With --goal or --budget: keep the schedule and add to it.
     #[arg(long, requires = "searched")]
@@ -65,7 +65,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     candidates: Option<PathBuf>,
     /// Step of the sweep over joints that stand still.
-    #[arg(long, value_name = "DEG", default_value_t = 45.0)]
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true)]
     step: f64,
     /// A zone that no candidate may lie in: alpha_deg=100:170 or alpha_deg=100:170,beta_deg=0:90 (both at once).
     #[arg(long, value_name = "ZONE")]

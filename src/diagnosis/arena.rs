@@ -8,6 +8,9 @@ use faer::Mat;
 /// A column whose direction is this near to the span of others is no further effect.
 pub(super) const DISTINCT: f64 = 1e-6;
 
+/// Evidence this near in size is the same: of one column, but for rounding.
+const SAME_EVIDENCE: f64 = 1e-9;
+
 /// All candidates against one model.
 pub(super) struct Arena {
     pub pool: Pool,
@@ -175,6 +178,20 @@ impl Arena {
             }
         }
         best.map(|(index, t, dof)| Strongest { index, t, p: self.family_wise(t, dof) })
+    }
+
+    /// Of the candidates with the same evidence as the strongest (one column, but for rounding), the one with the least handicap.
+    pub fn most_plausible(&self, given: &Given, strongest: Strongest, handicap: &[f64]) -> Strongest {
+        let burden = |index: usize| handicap.get(index).copied().unwrap_or_default();
+        let least = (0..self.pool.len())
+            .filter(|index| given.left.get(*index).is_some_and(|n| *n > DISTINCT))
+            .map(|index| (index, self.t(given, index).0))
+            .filter(|(_, t)| t.abs() >= (1.0 - SAME_EVIDENCE) * strongest.t.abs())
+            .min_by(|a, b| burden(a.0).total_cmp(&burden(b.0)));
+        match least {
+            Some((index, t)) if burden(index) < burden(strongest.index) => Strongest { index, t, ..strongest },
+            _ => strongest,
+        }
     }
 
     /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.

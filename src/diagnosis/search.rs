@@ -72,7 +72,7 @@ pub(super) fn search(
     steps: &mut Vec<Step>,
 ) -> Found {
     let Some(nothing) = arena.given(&[]) else { return Found::Nothing };
-    let strongest = arena.strongest(&nothing);
+    let strongest = arena.strongest(&nothing).map(|s| arena.most_plausible(&nothing, s, handicap));
     let global = arena.global(&nothing);
     let p = strongest.map_or(1.0, |s| s.p);
     steps.push(Step { set: Vec::new(), strongest: strongest.map(|s| (s.index, s.t, s.p)), global });
@@ -107,7 +107,7 @@ pub(super) fn search(
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         let implausible = |set: &[usize]| set.iter().any(|j| handicap.get(*j).is_some_and(|h| *h >= IMPLAUSIBLE));
         for (_, set) in near.iter().take(40) {
-            if is_complete(arena, set, levels, steps) && (size == 1 || support.is_enough(arena, set)) {
+            if is_complete(arena, set, levels, handicap, steps) && (size == 1 || support.is_enough(arena, set)) {
                 let set = (*set).clone();
                 let doubtful = implausible(&set);
                 let rivals = rivals(arena, &set, &sets, best, variance);
@@ -143,7 +143,7 @@ pub(super) struct Step {
     pub global: Option<f64>,
 }
 
-fn is_complete(arena: &Arena, set: &[usize], levels: Levels, steps: &mut Vec<Step>) -> bool {
+fn is_complete(arena: &Arena, set: &[usize], levels: Levels, handicap: &[f64], steps: &mut Vec<Step>) -> bool {
     let Some(given) = arena.given(set) else { return false };
     for (place, member) in set.iter().enumerate() {
         let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, j)| *j).collect();
@@ -154,7 +154,7 @@ fn is_complete(arena: &Arena, set: &[usize], levels: Levels, steps: &mut Vec<Ste
             return false;
         }
     }
-    let strongest = arena.strongest(&given);
+    let strongest = arena.strongest(&given).map(|s| arena.most_plausible(&given, s, handicap));
     let global = arena.global(&given);
     let step = Step { set: set.to_vec(), strongest: strongest.map(|s| (s.index, s.t, s.p)), global };
     if !steps.contains(&step) && steps.len() < 64 {

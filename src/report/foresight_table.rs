@@ -3,6 +3,7 @@
 use super::ForesightReport;
 use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use super::table::{plain, significant};
+use super::wrap::hanging;
 
 /// Groups that are listed; the rest are in the JSON and on the page.
 const LISTED: usize = 12;
@@ -22,7 +23,7 @@ pub(super) fn some_of(list: &[String], most: usize) -> String {
 pub(super) fn foresight_table(report: &ForesightReport) -> String {
     let lines = group_lines(report);
     let mut text = format!("\nWhat a diagnosis could find ({} effects tried):\n", report.effects.len());
-    text.push_str(&format!("  {}\n\n", rule_text(report)));
+    text.push_str(&format!("{}\n\n", hanging(&format!("  {}", rule_text(report)), 4)));
     let rows: Vec<Vec<String>> = lines
         .iter()
         .take(LISTED)
@@ -54,7 +55,7 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
     if !places.is_empty() {
         text.push_str("\nNever shows, because estimated parameters take it up:\n");
         for (place, list) in places.iter().take(NAMED) {
-            text.push_str(&format!("  {} (hides in {place})\n", some_of(list, NAMED)));
+            text.push_str(&(hanging(&format!("  {} (hides in {place})", some_of(list, NAMED)), 4) + "\n"));
         }
         if places.len() > NAMED {
             text.push_str(&format!("  and effects in {} other combinations\n", places.len() - NAMED));
@@ -62,7 +63,8 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
     }
     let zero = not_exercised(report);
     if !zero.is_empty() {
-        text.push_str(&format!("Zero at every position of this schedule: {}\n", some_of(&zero, NAMED)));
+        let line = format!("Zero at every position of this schedule: {}", some_of(&zero, NAMED));
+        text.push_str(&(hanging(&line, 2) + "\n"));
     }
     for (column, families) in lacking(report) {
         text.push_str(&format!("Not tried without a column {column}: {families} kinds of effect\n"));

@@ -43,6 +43,7 @@ mod monte_carlo;
 mod navigate;
 mod navigate_diagnose;
 mod navigate_diagnose_table;
+mod navigate_table;
 mod plan;
 mod plan_build;
 mod plan_table;
@@ -51,13 +52,14 @@ mod provenance;
 mod separation;
 pub mod series;
 pub mod table;
+pub mod wrap;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
-    UnexplainedReport, diagnose_report, diagnose_table,
+    UnexplainedReport, alias_note, diagnose_report, diagnose_table,
 };
 pub use fit::{
     ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
@@ -87,6 +89,7 @@ pub use navigate_diagnose::{
     RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
 };
 pub use navigate_diagnose_table::navigate_diagnose_table;
+pub use navigate_table::navigate_table;
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
     PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,

@@ -1,10 +1,12 @@
 //! A diagnosis of navigation errors as a person reads it at a terminal.
 
 use super::GapReport;
+use super::diagnose::words;
 use super::navigate_diagnose::{
     NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport, NavigationSuspectReport,
 };
 use super::table::{plain, rounded, significant};
+use super::wrap::hanging;
 
 /// Most aliases and cells that are listed at a terminal; the JSON report has all.
 const LISTED: usize = 8;
@@ -53,7 +55,8 @@ pub fn navigate_diagnose_table(report: &NavigateDiagnoseReport) -> String {
         text.push_str(&format!("\n{}", plain(&["single values far off", "motion", "time, s", "in u"], &rows)));
     }
     if !report.invisible.is_empty() {
-        text.push_str(&format!("\nthese data cannot show: {}\n", grouped(&report.invisible).join(", ")));
+        let line = format!("these data cannot show: {}", grouped(&report.invisible).join(", "));
+        text.push_str(&format!("\n{}\n", hanging(&line, 2)));
     }
     text
 }
@@ -70,22 +73,33 @@ pub(super) fn grouped(ids: &[String]) -> Vec<String> {
     groups.into_iter().map(|(group, axes)| format!("{group} ({})", axes.join(", "))).collect()
 }
 
-pub(super) fn verdict(report: &NavigateDiagnoseReport) -> String {
-    let tried = format!(
-        "{} error sources tried, {} of them distinct here, significance {}",
-        report.candidates, report.distinct_candidates, report.significance
-    );
+/// The verdict as a sentence, without a full stop.
+pub(super) fn sentence(report: &NavigateDiagnoseReport) -> String {
     match (report.verdict.as_str(), report.effects.len()) {
-        ("effects-found", 1) => format!("EFFECTS FOUND: one error is missing from the mission ({tried})"),
-        ("effects-found", count) => format!("EFFECTS FOUND: {count} errors are missing from the mission ({tried})"),
-        ("nothing-missing", _) => format!("NOTHING MISSING: the gap is noise ({tried})"),
-        ("unexplained", _) => {
-            format!(
-                "UNEXPLAINED: something is missing that no constant error of the unit or the start explains ({tried})"
-            )
-        }
-        _ => "NOT DIAGNOSABLE: fewer than three values were measured".into(),
+        ("effects-found", 1) => "one error is missing from the mission".into(),
+        ("effects-found", count) => format!("{count} errors are missing from the mission"),
+        ("nothing-missing", _) => "the gap is noise".into(),
+        ("unexplained", _) => "something is missing that no constant error of the unit or the start explains".into(),
+        _ => "nothing can be diagnosed: fewer than three values were measured".into(),
     }
+}
+
+fn verdict(report: &NavigateDiagnoseReport) -> String {
+    let label = match report.verdict.as_str() {
+        "effects-found" => "EFFECTS FOUND",
+        "nothing-missing" => "NOTHING MISSING",
+        "unexplained" => "UNEXPLAINED",
+        _ => return format!("NOT DIAGNOSABLE: {}", sentence(report)),
+    };
+    format!("{label}: {}\n({})", sentence(report), tried(report))
+}
+
+/// How much was tried.
+pub(super) fn tried(report: &NavigateDiagnoseReport) -> String {
+    format!(
+        "{} error sources tried, {} of them distinct here; significance {}",
+        report.candidates, report.distinct_candidates, report.significance
+    )
 }
 
 fn found(effect: &NavigationEffectReport, alone: bool) -> String {
@@ -94,7 +108,7 @@ fn found(effect: &NavigationEffectReport, alone: bool) -> String {
     if let Some(u) = effect.u {
         text.push_str(&format!(", u = {}", rounded(u, Some(u))));
     }
-    text.push_str(&format!("; t = {:.1}, p = {}", effect.t, significant(effect.p, 2)));
+    text.push_str(&format!("; t = {:.1}, {}", effect.t, words::p_is(effect.p)));
     let beyond = if alone { "" } else { " beyond the others" };
     text.push_str(&format!("; explains {:.1} % of the gap{beyond}\n", 100.0 * effect.explains));
     if effect.before != 0.0 {
@@ -151,7 +165,7 @@ fn gap(report: &NavigateDiagnoseReport) -> String {
             significant(gap.max, 4),
             significant(gap.chi_square, 4),
             gap.dof.to_string(),
-            gap.p.map_or("-".into(), |p| significant(p, 2)),
+            gap.p.map_or("-".into(), words::p),
         ]
     };
     let mut rows = vec![row("before", &report.gap.before)];

@@ -37,6 +37,14 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
     for record in reader.records() {
         let record = record.map_err(|error| csv_error(&error, source))?;
         let line = line_of(&record, &source.text);
+        let place = csv_place(line, &source.name);
+        if let Some((name, text)) =
+            headers.iter().zip(&record).find(|(name, text)| *name != "position" && is_decimal_comma(text))
+        {
+            let error = Malformed::new(Fault::Value, format!("'{name}' has a decimal comma"));
+            let error = error.expected("a number with a decimal point").found(format!("'{text}'"));
+            return Err(at_line(error.at_path(format!("{place}{name}")), source));
+        }
         let cells = headers
             .iter()
             .zip(record.iter())
@@ -50,9 +58,14 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
                 (name.to_string(), cell)
             })
             .collect();
-        rows.push((csv_place(line, &source.name), Named(cells)));
+        rows.push((place, Named(cells)));
     }
     from_cells(bench, rows).map_err(|error| at_line(error, source))
+}
+
+/// Would a cell be a number with a point for its comma?
+pub(super) fn is_decimal_comma(text: &str) -> bool {
+    text.matches(',').count() == 1 && text.parse::<f64>().is_err() && text.replace(',', ".").parse::<f64>().is_ok()
 }
 
 /// The line of a record: its position as the reader gives it stands before the remarks and empty lines above it.
@@ -101,7 +114,10 @@ pub(super) fn csv_error(error: &csv::Error, source: &Source) -> Malformed {
     let malformed = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
             Malformed::new(Fault::Syntax, "a row has another number of cells than the first line")
-                .expected(format!("{expected_len} cells, as the first line names"))
+                .expected(format!(
+                    "{expected_len} cells, as the first line names{}",
+                    if len > expected_len { " (write a decimal point, not a comma)" } else { "" }
+                ))
                 .found(format!("{len} cells"))
         }
         _ => Malformed::new(Fault::Syntax, "this is not a CSV file")

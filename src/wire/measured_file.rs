@@ -1,12 +1,13 @@
 //! Measured navigation errors from a CSV file, with the columns that `tumble navigate --csv` writes, and back.
 
 use super::Source;
-use super::csv_readings::{at_line, csv_error, delimiter, line_of};
+use super::csv_readings::{at_line, csv_error, delimiter, is_decimal_comma, line_of};
 use super::locate::csv_place;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::measured::{CHANNEL_NAMES, CHANNELS, Measured, MeasuredRow, si_per_unit};
 use crate::navigate::mission::Mission;
 use crate::navigate::study;
+use std::collections::HashMap;
 
 /// What a column of the file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +26,7 @@ enum Column {
 /// Empty cells are values that were not measured.
 ///
 /// Errors: an unknown or repeated column, no `time_s`, nothing measured, cells that are no finite number, a `u` that is not positive or
-/// missing in some rows, a time outside the mission, an unknown motion, several scenarios without `all`; with line and column.
+/// missing in some rows, a value measured twice at one time, a time outside the mission, an unknown motion, several scenarios without `all`; with line and column.
 pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
@@ -40,6 +41,7 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
     let motions: Vec<String> = study::motions(mission).into_iter().map(|(name, _)| name).collect();
     let scenario = scenario(&columns, &records, source)?;
     let mut measured = Measured::default();
+    let mut lines: HashMap<(usize, u64, usize), u64> = HashMap::new();
     for record in &records {
         let text = |wanted: Column| columns.iter().zip(record).find(|(c, _)| **c == wanted).map(|(_, text)| text);
         if scenario.as_deref().is_some_and(|wanted| text(Column::Scenario) != Some(wanted)) {
@@ -87,6 +89,17 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
                 let error = error.expected("a standard uncertainty in every row with a value, or no such column");
                 return Err(here(error, &format!("{name}_u")));
             }
+        }
+        let line = line_of(record, &source.text);
+        for (channel, name) in
+            CHANNEL_NAMES.iter().enumerate().filter(|(k, _)| row.value.get(*k).is_some_and(Option::is_some))
+        {
+            // `+ 0.0` makes one zero of two
+            let Some(first) = lines.insert((motion, (row.time + 0.0).to_bits(), channel), line) else { continue };
+            let error = Malformed::new(Fault::Value, format!("'{name}' was measured twice at {} s", row.time))
+                .expected("one value for each motion and time")
+                .found(format!("lines {first} and {line}"));
+            return Err(here(error, "time_s"));
         }
         measured.push(motion, row);
     }
@@ -167,7 +180,11 @@ fn number(text: &str, name: &str) -> Result<f64> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(Malformed::new(Fault::Value, format!("'{name}' is not a number"))
-            .expected("a finite number")
+            .expected(if is_decimal_comma(text) {
+                "a finite number (write a decimal point)"
+            } else {
+                "a finite number"
+            })
             .found(format!("'{text}'"))),
     }
 }

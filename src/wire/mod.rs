@@ -8,6 +8,7 @@ mod campaign_file;
 mod csv_readings;
 mod effects_file;
 mod imu_errors_file;
+mod kind;
 mod lab;
 mod locate;
 mod measured_file;
@@ -110,7 +111,7 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    let file: CampaignFile = parse(source)?;
+    let file: CampaignFile = parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))?;
     file.into_campaign(fetch).map_err(|error| in_source(error, source))
 }
 

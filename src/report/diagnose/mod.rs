@@ -11,6 +11,7 @@ pub use gap::{
     UnexplainedReport,
 };
 pub use table::diagnose_table;
+pub use words::alias_note;
 
 use super::{PositionReport, VERSION, fit_constraints, position_keys};
 use crate::campaign::Campaign;

@@ -1,6 +1,7 @@
 //! A diagnosis as a person reads it at a terminal.
 
 use super::super::table::{plain, rounded, significant};
+use super::super::wrap::hanging;
 use super::{DiagnoseReport, EffectReport, GapReport, words};
 
 /// Most aliases, places and positions that are listed at a terminal; the JSON report has all.
@@ -34,7 +35,7 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
     }
     let holdout = words::holdout(report);
     if !holdout.is_empty() {
-        text.push_str(&format!("\n{holdout}\n"));
+        text.push_str(&format!("\n{}\n", hanging(&holdout, 2)));
     }
     text
 }
@@ -46,7 +47,7 @@ fn verdict(report: &DiagnoseReport) -> String {
         "unexplained" => "UNEXPLAINED",
         _ => "NOT DIAGNOSABLE",
     };
-    let sentence = format!("{label}: {}", words::verdict(report).replace('`', ""));
+    let sentence = hanging(&format!("{label}: {}", words::verdict(report).replace('`', "")), 2);
     if report.verdict == "not-diagnosable" {
         let help = words::would_help(report);
         return if help.is_empty() { sentence } else { format!("{sentence};\n{help}") };
@@ -85,7 +86,7 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
     }
     let stated = words::against_stated(effect);
     if !stated.is_empty() {
-        text.push_str(&format!("  {stated}\n"));
+        text.push_str(&(hanging(&format!("  {stated}"), 4) + "\n"));
     }
     text.push_str(&format!(
         "  t = {:.1}, {}; explains {:.1} % of the gap{}\n",
@@ -105,15 +106,15 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
         ("nor, but only through rounding, from", &aliases.rounding),
     ] {
         if !names.is_empty() {
-            text.push_str(&format!("  {what}: {}\n", listed(names, 2 * LISTED)));
+            text.push_str(&(hanging(&format!("  {what}: {}", listed(names, 2 * LISTED)), 4) + "\n"));
         }
     }
     for line in words::separation(effect) {
-        text.push_str(&format!("  {line}\n"));
+        text.push_str(&(hanging(&format!("  {line}"), 4) + "\n"));
     }
     for (what, words) in [("why", &effect.why), ("confirm", &effect.confirm)] {
         if !words.is_empty() {
-            text.push_str(&format!("  {what}: {words}\n"));
+            text.push_str(&(hanging(&format!("  {what}: {words}"), 4) + "\n"));
         }
     }
     text.push('\n');
@@ -204,13 +205,13 @@ fn gap(report: &DiagnoseReport) -> String {
         },
         _ => format!("noise floor: {source}"),
     };
-    text.push_str(&format!("{}\n", noise.replace(" ,", ",")));
+    text.push_str(&format!("{}\n", hanging(&noise.replace(" ,", ","), 2)));
     text
 }
 
 fn unexplained(report: &DiagnoseReport) -> String {
     let Some(own) = &report.unexplained else { return String::new() };
-    let mut text = format!("\n{}\n", own.pattern);
+    let mut text = format!("\n{}\n", hanging(&own.pattern, 2));
     if !own.nearest.is_empty() {
         text.push_str(&format!(
             "nearest of the catalogue: {} would take off {:.1} % and leave more than noise: not accepted\n",
@@ -275,6 +276,6 @@ fn changes(report: &DiagnoseReport) -> String {
         .collect();
     let header = ["what it does to", "before", "u", "after", "u", "shift", "shift/u", "unit"];
     let note = words::after_u(report);
-    let note = if note.is_empty() { String::new() } else { format!("{note}\n") };
+    let note = if note.is_empty() { String::new() } else { hanging(note, 2) + "\n" };
     format!("\n{}{note}", plain(&header, &rows))
 }

@@ -3,7 +3,7 @@
 pub use super::super::table::trimmed;
 use super::super::table::{rounded, significant};
 use super::super::{ARCSEC, PositionReport};
-use super::{AliasReport, DiagnoseReport, EffectReport, LevelReport};
+use super::{AliasReport, ChangeReport, DiagnoseReport, EffectReport, LevelReport};
 
 /// The verdict in one sentence, without a full stop.
 pub fn verdict(report: &DiagnoseReport) -> String {
@@ -216,10 +216,27 @@ pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
 /// What the standard uncertainties after are of; empty where the aliases move nothing.
 pub fn after_u(report: &DiagnoseReport) -> &'static str {
     if report.parameters.iter().any(|p| p.alias_half_width > 0.0) {
-        "u after includes not knowing which of the aliases it is (they move the estimates differently); the shift is over u without that"
+        "not knowing which of the aliases it is counts in u after (they move the estimates differently); the shift is over u without that"
     } else {
         ""
     }
+}
+
+/// What a fit of the repaired model leaves out: that the effect could be one of its aliases; `None` where that moves nothing.
+pub fn alias_note(report: &DiagnoseReport) -> Option<String> {
+    let times = |p: &ChangeReport| p.u_after_as_named.filter(|u| *u > 0.0).map(|u| p.alias_half_width / u);
+    let moved = report.parameters.iter().filter(|p| p.alias_half_width > 0.0);
+    let most = moved.max_by(|a, b| times(a).unwrap_or(0.0).total_cmp(&times(b).unwrap_or(0.0)))?;
+    let named: Vec<&str> =
+        report.effects.iter().filter(|e| !e.aliases.is_empty()).map(|e| e.regressor.as_str()).collect();
+    Some(format!(
+        "fit of this campaign takes the effect as named ({}); were it one of its aliases, the estimates would move, at most {} by {} {} (u = {} as named); u_after of the diagnosis counts that",
+        named.join(", "),
+        most.id,
+        significant(most.alias_half_width, 2),
+        most.unit,
+        most.u_after_as_named.map_or("-".into(), |u| significant(u, 2))
+    ))
 }
 
 /// What was done with the constraints, one sentence each.

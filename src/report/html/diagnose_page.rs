@@ -44,7 +44,17 @@ pub fn diagnose_page(
         .section(assumptions(campaign, diagnosis, report)))
 }
 
-fn sentence(text: &str) -> String {
+/// The face of a verdict, of campaigns and of missions alike.
+pub(super) fn tone(verdict: &str) -> Tone {
+    match verdict {
+        "nothing-missing" => Tone::Good,
+        "effects-found" => Tone::Bad,
+        _ => Tone::Caution,
+    }
+}
+
+/// A text with a capital and a full stop; it must not begin with a symbol.
+pub(super) fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first: String = letters.next().map(|c| c.to_uppercase().collect()).unwrap_or_default();
     format!("{first}{}.", letters.as_str())
@@ -57,12 +67,7 @@ fn minus(text: &str) -> String {
 }
 
 fn answer(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<Section> {
-    let tone = match report.verdict.as_str() {
-        "nothing-missing" => Tone::Good,
-        "effects-found" => Tone::Bad,
-        _ => Tone::Caution,
-    };
-    let section = Section::new("Result").verdict(tone, sentence(&words::verdict(report)));
+    let section = Section::new("Result").verdict(tone(&report.verdict), sentence(&words::verdict(report)));
     if report.verdict == "not-diagnosable" {
         let help = words::would_help(report);
         return Ok(if help.is_empty() { section } else { section.prose(sentence(&help)) });

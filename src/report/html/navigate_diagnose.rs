@@ -1,10 +1,12 @@
 //! The page of a diagnosis of navigation errors: what is missing, the gap shrinking, what else it could be.
 
-use super::{Align, Figure, Page, Section, Table, Tone};
+use super::diagnose_page::{sentence, tone};
+use super::{Align, Figure, Page, Section, Table};
 use crate::error::Result;
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
-use crate::report::navigate_diagnose_table::{alias, grouped, unit, verdict};
+use crate::report::diagnose::words::p;
+use crate::report::navigate_diagnose_table::{alias, grouped, sentence as words, tried, unit};
 use crate::report::plot::{Curve, curves};
 use crate::report::table::{rounded, significant};
 use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
@@ -27,12 +29,10 @@ pub fn navigate_diagnose_page(report: &NavigateDiagnoseReport, diagnosis: &Navig
     let runs: Vec<String> = report.runs.iter().map(|run| format!("{} rows of {}", run.rows, run.motion)).collect();
     page.subtitle = format!("Measured navigation errors: {}", runs.join(", "));
     page.colophon.push(("tumble".into(), report.tumble.clone()));
-    let tone = match report.verdict.as_str() {
-        "nothing-missing" => Tone::Good,
-        "unexplained" => Tone::Bad,
-        _ => Tone::Caution,
-    };
-    let mut result = Section::new("Result").verdict(tone, verdict(report)).table(effects(report));
+    let mut result = Section::new("Result")
+        .verdict(tone(&report.verdict), sentence(&words(report)))
+        .prose(format!("{}.", tried(report)))
+        .table(effects(report));
     if let Some(unexplained) = &report.unexplained {
         result = result.prose(unexplained.pattern.clone());
         if !unexplained.nearest.is_empty() {
@@ -83,7 +83,7 @@ fn effects(report: &NavigateDiagnoseReport) -> Table {
             effect.u.map_or("-".into(), |u| rounded(u, Some(u))),
             unit(&effect.unit).into(),
             format!("{:.1}", effect.t),
-            significant(effect.p, 2),
+            p(effect.p),
             format!("{:.1} %", 100.0 * effect.explains),
         ]);
     }
@@ -119,7 +119,7 @@ fn gap(report: &NavigateDiagnoseReport) -> Section {
         ("p", Align::Right),
     ]);
     let row = |name: &str, gap: &GapReport| {
-        let p = gap.p.map_or("-".into(), |p| significant(p, 2));
+        let p = gap.p.map_or("-".into(), p);
         let rms = gap.rms.map_or("-".into(), |v| significant(v, 4));
         vec![name.into(), rms, significant(gap.max, 4), significant(gap.chi_square, 4), gap.dof.to_string(), p]
     };

@@ -1,0 +1,58 @@
+//! What a file is that should have been a campaign.
+
+use super::{BenchFile, EffectsFile, LabFile, MissionFile, Source, TruthFile, line_and_column, parse};
+use crate::error::{Fault, Malformed};
+use serde_json::Value;
+
+/// Most characters of a first line that are quoted.
+const QUOTED: usize = 40;
+
+/// The error for a text that is no campaign at all; `None` where it may be meant as one.
+pub(super) fn no_campaign(source: &Source) -> Option<Malformed> {
+    let error = Malformed::new(Fault::Syntax, "this is not a campaign file").expected("a campaign file (JSON)");
+    let start = source.text.len() - source.text.trim_start().len();
+    let first = source.text.get(start..)?.lines().next()?.trim_end();
+    if first.starts_with('{') {
+        return Some(error.found(looks_like(source)?).in_file(&source.name));
+    }
+    let quoted: String = first.chars().take(QUOTED).collect();
+    let more = if first.chars().count() > QUOTED { "..." } else { "" };
+    let (line, column) = line_and_column(&source.text, start);
+    let error = error.found(format!("a text that begins with '{quoted}{more}'"));
+    Some(error.in_file(&source.name).at_span(start, first.len()).at_line(line, column))
+}
+
+/// The kind of a JSON file of this program, other than a campaign.
+fn looks_like(source: &Source) -> Option<String> {
+    let value: Value = serde_json::from_str(&source.text).ok()?;
+    let keys = value.as_object().filter(|keys| !keys.is_empty())?;
+    if let (Some(report), Some(_)) = (keys.get("report").and_then(Value::as_str), keys.get("tumble")) {
+        return Some(format!("a report of `tumble {}`", report.chars().take(QUOTED).collect::<String>()));
+    }
+    let kinds = [
+        ("a truth file", parse::<TruthFile>(source).is_ok()),
+        ("a catalogue of effects", parse::<EffectsFile>(source).is_ok()),
+        ("a bench file (its name should end in .bench.json)", parse::<BenchFile>(source).is_ok()),
+        ("a mission file (its name should end in .mission.json)", parse::<MissionFile>(source).is_ok()),
+        ("a file of a laboratory's identities", parse::<LabFile>(source).is_ok()),
+    ];
+    kinds.into_iter().find(|(_, is)| *is).map(|(kind, _)| format!("what looks like {kind}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_files_are_named() {
+        let error = |text: &str| no_campaign(&Source { name: "f".into(), text: text.into() });
+        let found = |text: &str| error(text).unwrap().finding().unwrap_or_default().to_string();
+        assert!(found("<!doctype html>\n<p>").contains("<!doctype html>"));
+        assert!(found(r#"{"noise": {"V": {"sd": 1e-4}}}"#).contains("truth file"));
+        assert!(found(crate::bench::built_in("gyro-turntable").unwrap().text).contains("bench file"));
+        assert!(found(r#"{"tumble": "0.1.0", "report": "fit", "x": 1}"#).contains("tumble fit"));
+        for campaign in ["", "{", "{}", r#"{"bench": "gyro-turntable", "readigs": []}"#] {
+            assert!(error(campaign).is_none(), "{campaign}");
+        }
+    }
+}
