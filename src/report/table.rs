@@ -231,12 +231,17 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     text
 }
 
+/// `1 reading`, `30 readings`.
+pub(super) fn count(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+}
+
 fn summary(report: &FitReport) -> String {
     let fit = &report.fit;
-    let priors = if fit.priors > 0 { format!(" + {} priors", fit.priors) } else { String::new() };
+    let priors = if fit.priors > 0 { format!(" + {}", count(fit.priors, "prior")) } else { String::new() };
     let mut text = format!(
-        "{} readings{priors}, rank {} of {}, {} degrees of freedom",
-        fit.readings,
+        "{}{priors}, rank {} of {}, {} degrees of freedom",
+        count(fit.readings, "reading"),
         fit.rank,
         report.parameters.len(),
         fit.dof
