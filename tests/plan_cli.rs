@@ -42,7 +42,7 @@ fn the_example_is_what_the_program_writes() {
     ];
     let (code, stdout, stderr) = plan(&arguments);
     assert_eq!((code, stderr.as_str()), (0, ""));
-    assert!(stdout.contains("efficiency at least 1.0000"), "{stdout}");
+    assert!(stdout.contains("proven to be at least 100.00 % as good as the best possible choice"), "{stdout}");
     let shipped = std::fs::read_to_string(example().join("best-five.campaign.json")).unwrap();
     assert_eq!(std::fs::read_to_string(&written).unwrap(), shipped);
     let html = std::fs::read_to_string(&page).unwrap();
@@ -76,6 +76,29 @@ fn a_goal_out_of_reach_says_the_best_reachable() {
     let (code, stdout, _) = plan(&["--goal", "0.1", "--most", "12"]);
     assert_eq!(code, 2, "{stdout}");
     assert!(stdout.contains("NOT reached: at best"), "{stdout}");
+}
+
+/// The cheapest says what it counts and that no proof goes with it, and costs no more than what a budget finds.
+#[test]
+fn the_cheapest_for_a_goal_is_as_cheap_as_a_budget_finds() {
+    let (code, stdout, stderr) = plan(&["--goal", "1", "--cheapest", "--json", "-"]);
+    assert_eq!((code, stderr.as_str()), (0, ""));
+    let report: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    let cost = report["improved"]["judgement"]["work"]["cost"].as_f64().unwrap();
+    println!("cheapest: {cost}");
+    assert!(cost <= 60.0);
+    let (_, stdout, _) = plan(&["--goal", "1", "--cheapest"]);
+    assert!(stdout.contains("derived quantities do not count (gamma)"), "{stdout}");
+    assert!(stdout.contains("the cheapest schedule that was found") && stdout.contains("1 rate change,"), "{stdout}");
+}
+
+/// Two effects that are the same column at every candidate: one sentence, no schedule.
+#[test]
+fn what_no_candidate_tells_apart_is_one_sentence() {
+    let (code, stdout, _) = plan(&["--separate", "a_S", "sin(alpha)"]);
+    assert_eq!(code, 2, "{stdout}");
+    assert!(stdout.contains("No candidate tells a_S and sin(alpha) apart, so nothing is added."), "{stdout}");
+    assert!(!stdout.contains("To run, in this order") && !stdout.contains("The better schedule"), "{stdout}");
 }
 
 #[test]
@@ -125,9 +148,11 @@ fn malformed_questions_exit_with_1_and_say_what_was_expected() {
         (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "tea=1"], "one of mounting, rate, reading"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--cost", "rate=-1"], "zero or a positive number"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--budget=-3"], "a positive number, in the unit of the costs"),
-        (&["plan", PUBLISHED, "--noise", "V=1", "--budget", "20"], "a budget of about"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--budget", "20"], "a budget of 57 or more"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--tilts=-1"], "zero or more"),
         (&["plan", PUBLISHED, "--noise", "V=1", "--separate", "a_S", "a_Q"], "a joint's name"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--separate", "a_O*a_S", "a_S*a_O"], "apart from itself"),
+        (&["plan", PUBLISHED, "--noise", "V=1", "--separate", "w_I", "a_S"], "zero at every candidate and reading"),
         (&["plan", "empty.json", "--noise", "V=1"], "at least one reading"),
     ];
     for (arguments, word) in cases {

@@ -40,7 +40,8 @@ pub(super) struct Arguments {
     /// With --separate: the sensor that may have the effects, where the bench has several.
     #[arg(long, value_name = "SENSOR", requires = "separate")]
     sensor: Option<String>,
-    /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every angle), or dtheta_y2=0.5 (arcsec; its unit for a coefficient).
+    /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every estimated angle; derived ones do not count), or dtheta_y2=0.5
+    /// (arcsec; its unit for a coefficient).
     #[arg(long, value_name = "[NAME=]U", group = "searched")]
     goal: Vec<String>,
     /// Find the best schedule that costs no more than this, with the costs of --cost.
@@ -49,7 +50,7 @@ pub(super) struct Arguments {
     /// With --goal or --budget: keep the schedule and add to it.
     #[arg(long, requires = "searched")]
     keep: bool,
-    /// With --goal: the cheapest schedule instead of the fewest readings.
+    /// With --goal: the cheapest schedule that is found, instead of the fewest readings.
     #[arg(long, requires = "goal")]
     cheapest: bool,
     /// With --goal: the most readings that may be chosen.

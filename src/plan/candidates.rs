@@ -89,6 +89,26 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
     Ok(Readings { columns, rows })
 }
 
+/// Columns of no joint that have several values in the schedule, and one only in the candidates: a sweep takes them from the first reading.
+pub(super) fn frozen(campaign: &Campaign, candidates: &Readings) -> Vec<(String, f64)> {
+    let of_joint = |column: &str| {
+        let suffix =
+            |joint: &str| column.strip_prefix(joint).is_some_and(|s| matches!(s, "_deg" | "_deg_s" | "_turns"));
+        campaign.bench.joints().any(suffix)
+    };
+    // the one value of a column, where it has one
+    let single = |rows: &[Reading], k: usize| {
+        let mut values = rows.iter().map(|row| row.columns.get(k).copied().flatten());
+        let first = values.next().flatten()?;
+        values.all(|v| v == Some(first)).then_some(first)
+    };
+    let columns = campaign.readings.columns.iter().enumerate().filter(|(_, name)| !of_joint(name));
+    columns
+        .filter(|(k, _)| single(&campaign.readings.rows, *k).is_none())
+        .filter_map(|(k, name)| Some((name.clone(), single(&candidates.rows, k)?)))
+        .collect()
+}
+
 /// Candidates from a schedule of their own, with the columns of `campaign`. Errors: another bench.
 pub fn from_schedule(campaign: &Campaign, candidates: &Campaign) -> Result<Readings> {
     let same = |a: &Campaign| (a.bench.id.clone(), a.bench.joints().map(str::to_string).collect::<Vec<_>>());

@@ -18,9 +18,11 @@ use super::improve::{Improvement, Request, schedule_rows};
 use super::judge::{check_question, judge};
 use super::order::ordered;
 use super::pool::Pool;
-use super::whitened::Term;
-use crate::campaign::{Campaign, Reading, Readings};
-use crate::error::Result;
+use super::whitened::{Term, whitened};
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
+use crate::error::{Fault, Malformed, Result};
+use crate::simulate::Regressor;
 
 /// Positions that tell two terms apart.
 #[derive(Debug, Clone)]
@@ -100,8 +102,10 @@ pub struct Separated {
 }
 
 /// The schedule that is kept, with `request.readings` more positions (or as many as it takes) that tell two effects apart; its criterion plays
-/// no part. That nothing separates them is a result: nothing is added. Errors: those of [`discriminate`].
+/// no part. That nothing separates them is a result: nothing is added. Errors: those of [`discriminate`]; the same term twice; a term that is
+/// zero at every reading and candidate.
 pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: &Request) -> Result<Separated> {
+    check_terms(campaign, offer, terms)?;
     let found = discriminate(campaign, offer, terms, request.readings, request.starts, request.seed)?;
     let kept = positions_only(&offer.kept);
     let chosen = found.positions.len();
@@ -124,6 +128,71 @@ pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: 
             starts: request.starts.max(1),
             check: None,
             unreachable: Vec::new(),
+            frozen: Vec::new(),
         },
     })
+}
+
+/// A term smaller than this share of what its inputs could make of it is zero but for rounding.
+const ROUNDING: f64 = 1e-10;
+
+/// Two different terms, neither of which is zero (but for rounding) wherever it could be seen.
+fn check_terms(campaign: &Campaign, offer: &Offer, terms: [&Term; 2]) -> Result<()> {
+    let names = terms.map(|term| name(campaign, &term.regressor));
+    if names[0] == names[1] && terms[0].sensor == terms[1].sensor {
+        return Err(Malformed::new(Fault::Value, "an effect is to be told apart from itself")
+            .expected("two different effects")
+            .found(format!("'{}' twice", names[0])));
+    }
+    let (both, n) = (terms.map(Clone::clone), campaign.unknowns());
+    let mut rows = whitened(campaign, &offer.kept, &offer.noise, &both, false)?;
+    rows.extend(whitened(campaign, &offer.candidates, &offer.noise, &both, true)?);
+    let sd = offer.noise.sensors.iter().map(|s| s.sd).fold(0.0, f64::max);
+    for (t, (term, name)) in terms.iter().zip(&names).enumerate() {
+        let largest = rows.iter().filter_map(|row| row.get(n + t)).fold(0.0_f64, |most, v| most.max(v.abs()));
+        let natural = natural_size(campaign, &term.regressor);
+        if largest == 0.0 || largest * sd < ROUNDING * natural {
+            return Err(Malformed::new(Fault::Value, format!("{name} is zero at every candidate and reading"))
+                .expected("two effects that some position shows")
+                .found(format!("'{name}'")));
+        }
+    }
+    Ok(())
+}
+
+/// What its inputs could make of a term: gravity along an axis, the fastest rate, any angle; zero for what is no term.
+fn natural_size(campaign: &Campaign, regressor: &Regressor) -> f64 {
+    let Regressor::Term(line) = regressor else { return 0.0 };
+    let bench = &campaign.bench;
+    let rates = campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs()));
+    let rate = rates.fold(0.0, f64::max) * bench.units.rate.per_deg_s();
+    let size = |name: &str| match name {
+        axis if is_axis_input(bench, axis) && axis.starts_with("w_") => rate.max(bench.earth_rate().norm()),
+        axis if is_axis_input(bench, axis) => bench.specific_force().norm(),
+        joint if bench.joints().any(|own| own == joint) => 0.7, // radians
+        column => {
+            let at = campaign.readings.columns.iter().position(|own| own == column);
+            let values = campaign.readings.rows.iter().filter_map(|row| row.columns.get(at?).copied().flatten());
+            values.fold(0.0, |most, v| v.abs().max(most))
+        }
+    };
+    let names = line.names();
+    let inputs: Vec<f64> = names.iter().map(|name| size(name)).collect();
+    let natural = Tape::compile(line, &names).map(|tape| tape.value(&inputs, &mut Scratch::default()).abs());
+    natural.ok().filter(|size| size.is_finite()).unwrap_or_default()
+}
+
+/// A regressor in words; the same for terms that differ in the order of their factors only.
+fn name(campaign: &Campaign, regressor: &Regressor) -> String {
+    let parameter = |k: &usize| campaign.parameters.get(*k).map(|p| p.id.clone()).unwrap_or_default();
+    match regressor {
+        Regressor::Term(line) => line.canonical(),
+        Regressor::Tilt(k) => format!("tilt:{}", parameter(k)),
+        Regressor::Known(k) => format!("known:{}", parameter(k)),
+        Regressor::Position(label) => format!("position:{label}"),
+        Regressor::Reading(k) => format!("reading:{}", k + 1),
+        Regressor::Approach(k) => format!("approach:{}", campaign.bench.joints().nth(*k).unwrap_or_default()),
+        Regressor::Prior(k) => format!("prior:{}", parameter(k)),
+        Regressor::Constraint(k) => format!("constraint:{}", k + 1),
+    }
 }

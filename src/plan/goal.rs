@@ -2,9 +2,11 @@
 
 use super::blocks::{Blocks, dot, invert, times};
 use super::bound::bound;
+use super::budget::{self, Prices};
+use super::candidates::frozen;
 use super::criterion::weight_matrix;
-use super::effort::{Offer, mounting, positions_only};
-use super::exchange::{Objective, Problem, best_of_starts, information};
+use super::effort::{Costs, Offer, mounting, positions_only};
+use super::exchange::{Design, Objective, Problem, best_of_starts, information};
 use super::improve::{Improvement, Request, relabelled, schedule_rows};
 use super::judge::{Judgement, check_question, judge};
 use super::order::{Order, ordered};
@@ -32,15 +34,23 @@ pub struct Reached {
     pub largest_share: Option<f64>,
     /// Is it proven (by the approximate design) that no fewer readings of these candidates reach the goals?
     pub is_fewest: bool,
+    /// Was the cheapest schedule sought instead? It is the cheapest that was found; no proof goes with it.
+    pub is_cheapest_found: bool,
     /// Limits on parameters that even all candidates together do not determine.
     pub impossible: Vec<String>,
 }
 
 /// Reweighting rounds: the sum of `(u/limit)^2` becomes the largest of them.
 const ROUNDS: usize = 8;
+/// Budgets that are tried below the cost of a schedule that reaches the goals, and starts for each.
+const BUDGETS: usize = 10;
+const BUDGET_STARTS: usize = 20;
+/// With more candidate portions than this, one budget takes too long to be tried so often.
+const MOST_PORTIONS: usize = 1500;
 
-/// The fewest readings that reach the goals; with `cheapest`, fewer mountings are tried too, wherever that costs less.
+/// The fewest readings that reach the goals; with `cheapest`, the cheapest schedule that is found: fewer mountings are tried, then smaller budgets.
 ///
+/// Limits are on estimated parameters; derived quantities do not count.
 /// `request.readings` is the most that may be chosen; its criterion plays no part. A goal that cannot be reached is a result: `reached` is false
 /// and the schedule is the best reachable with that many readings. Errors: those of [`super::improve`], a limit that is not positive, a parameter
 /// that is not estimated.
@@ -91,6 +101,11 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             cost = lower;
             found = Found { is_fewest: false, ..other };
         }
+        if let Some(cheaper) = search.within_budgets(&found, costs, most, scatters)
+            && costs.work(&run(&cheaper.chosen)?.readings.rows).cost < cost
+        {
+            found = cheaper;
+        }
     }
     let mut schedule = run(&found.chosen)?;
     if request.order != Order::Abba {
@@ -103,6 +118,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
         largest_share,
         is_fewest: found.is_fewest,
+        is_cheapest_found: cheapest,
         impossible,
         improvement: Improvement {
             schedule,
@@ -115,6 +131,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             starts: request.starts.max(1),
             check: None,
             unreachable: pool.not_estimable.clone(),
+            frozen: frozen(campaign, candidates),
         },
     })
 }
@@ -225,21 +242,64 @@ impl Search<'_> {
 
     /// The design of `choose` portions whose largest `u / limit` is smallest, by reweighting the sum of squares.
     fn best_with(&self, blocks: &Blocks, choose: usize) -> Option<Found> {
+        self.reweighted(blocks, |objective| {
+            let problem = self.problem(blocks, objective, choose, None);
+            best_of_starts(&problem, self.request.starts.min(20), self.request.seed)
+        })
+    }
+
+    /// Smaller and smaller budgets below the cost of `found`, by bisection; `None` where none of them keeps every limit.
+    fn within_budgets(&self, found: &Found, costs: &Costs, most: usize, remounts: bool) -> Option<Found> {
+        // free readings have no end
+        if self.pool.portions.len() > MOST_PORTIONS || costs.reading + costs.rate_change <= 0.0 {
+            return None;
+        }
+        let blocks = &self.pool.blocks;
+        let prices = |budget: f64| Prices::new(self.pool, *costs, budget, remounts);
+        let mut high = prices(0.0).of(found.chosen.iter().copied());
+        // costs are sums of these, so that nothing lies between two costs that are nearer
+        let step = [costs.reading, costs.rate_change, costs.mounting].into_iter().filter(|c| *c > 0.0);
+        let step = step.fold(high, f64::min);
+        let (mut low, mut best) = (0.0, None);
+        for _ in 0..BUDGETS {
+            if high - low <= step {
+                break;
+            }
+            let prices = prices((low + high) / 2.0);
+            let cheaper = self.reweighted(blocks, |objective| {
+                let problem = self.problem(blocks, objective, 0, Some(&prices));
+                budget::best(&problem, &prices, self.request.starts.min(BUDGET_STARTS), self.request.seed)
+            });
+            match cheaper.filter(|cheaper| cheaper.share <= 1.0 && cheaper.chosen.len() <= most) {
+                Some(cheaper) => {
+                    high = prices.of(cheaper.chosen.iter().copied());
+                    best = Some(cheaper);
+                }
+                None => low = prices.budget,
+            }
+        }
+        best
+    }
+
+    fn problem<'p>(
+        &'p self,
+        blocks: &'p Blocks,
+        objective: &'p Objective,
+        choose: usize,
+        prices: Option<&'p Prices>,
+    ) -> Problem<'p> {
+        let (base, most_repeats) = (&self.pool.base, self.request.most_repeats);
+        Problem { blocks, base, objective, choose, most_repeats, neighbours: &[], prices }
+    }
+
+    /// The design whose largest `u / limit` is smallest, among those that `find` returns for reweighted sums of squares.
+    fn reweighted(&self, blocks: &Blocks, find: impl Fn(&Objective) -> Option<(Design, usize)>) -> Option<Found> {
         let mut weights = vec![1.0; self.limits.len()];
         let mut best: Option<Found> = None;
         for _ in 0..ROUNDS {
             let terms: Vec<(f64, Vec<f64>)> = weights.iter().copied().zip(self.limits.iter().cloned()).collect();
             let objective = Objective::Trace(weight_matrix(&terms, blocks.unknowns()));
-            let problem = Problem {
-                blocks,
-                base: &self.pool.base,
-                objective: &objective,
-                choose,
-                most_repeats: self.request.most_repeats,
-                neighbours: &[],
-                prices: None,
-            };
-            let (design, hits) = best_of_starts(&problem, self.request.starts.min(20), self.request.seed)?;
+            let (design, hits) = find(&objective)?;
             let (inverse, _) = invert(&information(blocks, &self.pool.base, &design.chosen), blocks.unknowns())?;
             let squares: Vec<f64> = self.limits.iter().map(|c| dot(c, &times(&inverse, c))).collect();
             let share = squares.iter().copied().fold(0.0, f64::max).sqrt();

@@ -2,7 +2,7 @@
 
 use super::bound::bound;
 use super::budget::{self, Prices};
-use super::candidates::Unit;
+use super::candidates::{Unit, frozen};
 use super::criterion::{Criterion, objective};
 use super::effort::{Costs, Noise, Offer, mounting, positions_only};
 use super::exchange::{Design, Objective, Problem, best_of_starts};
@@ -88,6 +88,8 @@ pub struct Improvement {
     pub check: Option<f64>,
     /// What even all candidates together do not determine.
     pub unreachable: Vec<Separation>,
+    /// Columns that differ in the schedule and have one value in all candidates, with that value.
+    pub frozen: Vec<(String, f64)>,
 }
 
 /// Choose the best positions; those that the offer keeps stay, and what they tell is counted.
@@ -129,8 +131,9 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
             check_budget(budget, costs)?;
             let found = within(budget, request.starts);
             let (design, hits) = found.ok_or_else(|| {
-                let enough = (1..60).map(|k| budget * 1.1_f64.powi(k)).find(|more| within(*more, 20).is_some());
-                too_poor(budget, &pool, enough)
+                let price =
+                    |design: &Design| Prices::new(&pool, *costs, 0.0, remounts).of(design.chosen.iter().copied());
+                too_poor(budget, &pool, least_budget(budget, |more| within(more, 20).map(|(design, _)| price(&design))))
             })?;
             (design, hits, None, None)
         }
@@ -150,6 +153,7 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
         hits,
         starts: request.starts.max(1),
         unreachable: pool.not_estimable,
+        frozen: frozen(campaign, candidates),
         schedule,
     })
 }
@@ -214,9 +218,30 @@ fn too_poor(budget: f64, pool: &Pool, enough: Option<f64>) -> Malformed {
     let rank = pool.blocks.unknowns();
     let error = Malformed::new(Fault::Value, format!("no schedule for {budget} determines {rank} unknowns"));
     error.found(budget.to_string()).expected(match enough {
-        Some(enough) => format!("a budget of about {} or more, or positions kept with --keep", enough.ceil()),
+        Some(enough) => format!(
+            "a budget of {} or more (the cheapest choice that was found to determine them), or positions kept with --keep",
+            (enough * 1e3 - 1e-6).ceil() / 1e3
+        ),
         None => "a larger budget, or positions kept with --keep".into(),
     })
+}
+
+/// The least cost above `poor` of a choice that determines the unknowns, as far as one is found: by growth, then by bisection.
+fn least_budget(poor: f64, cost_within: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+    let mut high = (1..40).map(|k| poor * 1.25_f64.powi(k)).find_map(&cost_within)?;
+    let mut low = poor;
+    for _ in 0..12 {
+        // to a hundredth
+        if high - low <= 0.01 * high {
+            break;
+        }
+        let middle = (low + high) / 2.0;
+        match cost_within(middle) {
+            Some(cost) => high = cost,
+            None => low = middle,
+        }
+    }
+    Some(high)
 }
 
 /// At least this share of the optimum, from the approximate design; and how loose that may be.

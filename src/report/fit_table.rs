@@ -1,7 +1,7 @@
 //! The fit report as a person reads it.
 
 use super::FitReport;
-use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
+use super::table::{count, degrees_of_freedom, optional, plain, rounded, significant};
 
 /// One line of the table of estimates.
 struct Line<'a> {
@@ -123,10 +123,10 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
 
 fn summary(report: &FitReport) -> String {
     let fit = &report.fit;
-    let priors = if fit.priors > 0 { format!(" + {} priors", fit.priors) } else { String::new() };
+    let priors = if fit.priors > 0 { format!(" + {}", count(fit.priors, "prior")) } else { String::new() };
     let mut text = format!(
-        "{} readings{priors}, rank {} of {}, {} degrees of freedom",
-        fit.readings,
+        "{}{priors}, rank {} of {}, {} degrees of freedom",
+        count(fit.readings, "reading"),
         fit.rank,
         report.parameters.len(),
         fit.dof

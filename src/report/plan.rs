@@ -173,7 +173,7 @@ pub struct ImprovedReport {
     pub candidates: usize,
     /// Readings that were chosen; others were kept.
     pub chosen: usize,
-    /// At least this share of what no schedule can beat.
+    /// At least this share of the best possible choice of these candidates; null where no bound is known (budget, goal, two effects).
     pub efficiency: Option<f64>,
     /// How loose that bound may be, as a share; a larger shortfall means that so few portions cannot follow the best weights.
     pub bound_gap: Option<f64>,
@@ -195,6 +195,9 @@ pub struct ImprovedReport {
     pub positions: Vec<PlannedPositionReport>,
     /// What even all candidates together do not determine.
     pub unreachable: Vec<NotEstimableReport>,
+    /// Columns that differ in the given schedule and have one value in all candidates, with that value.
+    #[serde(default)]
+    pub frozen: BTreeMap<String, f64>,
     /// The goal, if one was set.
     pub goal: Option<GoalReport>,
     /// The two effects to be told apart, if two were named.
@@ -241,7 +244,7 @@ pub struct ComparisonReport {
 /// Whether a goal was reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GoalReport {
-    /// Limit of each parameter, in its unit (arcsec for tilts).
+    /// Limit of each parameter that is counted, in its unit (arcsec for tilts); derived quantities are not.
     pub limits: BTreeMap<String, f64>,
     /// Are all limits kept? If not, this schedule is the best reachable with so many readings.
     pub reached: bool,
@@ -249,6 +252,9 @@ pub struct GoalReport {
     pub largest_share: Option<f64>,
     /// Is it proven that no fewer readings of these candidates reach the goal?
     pub is_fewest: bool,
+    /// Was the cheapest schedule sought? It is the cheapest that was found, without a proof that none is cheaper.
+    #[serde(default)]
+    pub is_cheapest_found: bool,
     /// Limited parameters that even all candidates together do not determine.
     pub impossible: Vec<String>,
 }

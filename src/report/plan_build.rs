@@ -67,6 +67,7 @@ pub fn plan_report(
             ),
             positions: positions(&improvement.schedule),
             unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
+            frozen: improvement.frozen.iter().cloned().collect(),
             goal: match better {
                 Better::Goal(reached, goals) => Some(goal_report(campaign, reached, goals)),
                 Better::Best(..) | Better::Apart(..) => None,
@@ -218,6 +219,7 @@ fn goal_report(campaign: &Campaign, reached: &Reached, goals: &[Goal]) -> GoalRe
         reached: reached.reached,
         largest_share: reached.largest_share,
         is_fewest: reached.is_fewest,
+        is_cheapest_found: reached.is_cheapest_found,
         impossible: reached.impossible.clone(),
     }
 }

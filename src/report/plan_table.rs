@@ -1,11 +1,12 @@
 //! A plan as a person at a terminal reads it.
 
 use super::foresight_table::foresight_table;
-use super::table::{plain, significant};
+use super::table::{count, plain, significant};
 use super::{
-    DiscriminationReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PlannedPositionReport,
-    PositionReport, ThroughTiltsReport,
+    DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport,
+    PlannedPositionReport, PositionReport, ThroughTiltsReport,
 };
+use std::collections::BTreeMap;
 
 fn number(value: Option<f64>) -> String {
     value.map_or("-".into(), |v| significant(v, 3))
@@ -34,10 +35,11 @@ pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
     }
     if let Some(improved) = &report.improved {
         text.push_str(&better(improved));
-        if let Some(effects) = &improved.judgement.effects {
+        let effects = improved.judgement.effects.as_ref().filter(|_| not_told_apart(improved).is_none());
+        if let Some(effects) = effects {
             text.push_str(&foresight_table(effects));
         }
-        if with_readings {
+        if with_readings && not_told_apart(improved).is_none() {
             text.push_str(&readings(&improved.judgement));
         }
     }
@@ -47,10 +49,10 @@ pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
 fn work(judgement: &JudgementReport) -> String {
     let w = &judgement.work;
     format!(
-        "{} readings in {} mountings with {} rate changes, cost {}",
-        w.readings,
-        w.mountings,
-        w.rate_changes,
+        "{} in {} with {}, cost {}",
+        count(w.readings, "reading"),
+        count(w.mountings, "mounting"),
+        count(w.rate_changes, "rate change"),
         significant(w.cost, 4)
     )
 }
@@ -105,7 +107,7 @@ fn judgement(j: &JudgementReport) -> String {
     if let Some(through) = &j.through_tilts {
         text.push_str(&format!("{}\n", through_tilts(through)));
     }
-    text.push_str(&defects(&j.not_estimable, "is not estimable"));
+    text.push_str(&defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())));
     text
 }
 
@@ -189,7 +191,38 @@ pub(super) fn apart(separation: &DiscriminationReport) -> Vec<String> {
     lines
 }
 
-fn defects(list: &[NotEstimableReport], what: &str) -> String {
+/// Why no position separates what is not estimable: none of the bench does, or the candidates hold a column at one value.
+pub(super) fn nowhere(frozen: &BTreeMap<String, f64>) -> String {
+    let held: Vec<String> = frozen.iter().map(|(column, value)| format!("{column} = {value}")).collect();
+    match held.is_empty() {
+        true => "no position of this bench would separate it".into(),
+        false => format!(
+            "no candidate would separate it, but all candidates have {} only (--candidates FILE takes others)",
+            held.join(", ")
+        ),
+    }
+}
+
+/// A share that something has at least: cut, not rounded up.
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.2} %", (share * 1e4 + 1e-2).floor() / 100.0)
+}
+
+/// What a goal counts, and what is known of its cost.
+pub(super) fn goal_notes(improved: &ImprovedReport, goal: &GoalReport) -> Vec<String> {
+    let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    let derived: Vec<&str> = improved.judgement.derived.iter().map(|d| d.id.as_str()).collect();
+    let mut notes = vec![match derived.is_empty() {
+        true => format!("the goal counts {counted}"),
+        false => format!("the goal counts {counted}; derived quantities do not count ({})", derived.join(", ")),
+    }];
+    if goal.is_cheapest_found && goal.reached {
+        notes.push("this is the cheapest schedule that was found; that none is cheaper is not proven".into());
+    }
+    notes
+}
+
+fn defects(list: &[NotEstimableReport], what: &str, nowhere: &str) -> String {
     let mut text = String::new();
     for defect in list {
         text.push_str(&format!("{} {what}", defect.text));
@@ -199,7 +232,7 @@ fn defects(list: &[NotEstimableReport], what: &str) -> String {
         }
         match &defect.separate_by {
             Some(position) => text.push_str(&format!("; separated by {}\n", keys(position))),
-            None => text.push_str("; no position of this bench would separate it\n"),
+            None => text.push_str(&format!("; {nowhere}\n")),
         }
     }
     text
@@ -230,7 +263,18 @@ fn readings(j: &JudgementReport) -> String {
     format!("\n{}", plain(&header, &rows))
 }
 
+/// Two effects that no candidate tells apart: there is no better schedule to show.
+pub(super) fn not_told_apart(improved: &ImprovedReport) -> Option<String> {
+    let separation = improved.separation.as_ref()?;
+    let [a, b] = &separation.effects;
+    let none = separation.after.iter().any(Option::is_none);
+    none.then(|| format!("No candidate tells {a} and {b} apart, so nothing is added."))
+}
+
 fn better(improved: &ImprovedReport) -> String {
+    if let Some(nothing) = not_told_apart(improved) {
+        return format!("\n{nothing}\n");
+    }
     let mut text = format!("\nThe better schedule: {}\n", work(&improved.judgement));
     text.push_str(&format!(
         "  {} of its readings chosen among {} candidate portions, criterion {}, seed {}, {} of {} starts ended here\n",
@@ -238,7 +282,8 @@ fn better(improved: &ImprovedReport) -> String {
     ));
     if let Some(efficiency) = improved.efficiency {
         text.push_str(&format!(
-            "  efficiency at least {efficiency:.4} of what no schedule of these candidates can beat\n"
+            "  proven to be at least {} as good as the best possible choice of these candidates\n",
+            percent(efficiency)
         ));
         if let Some(why) = shortfall(improved) {
             text.push_str(&format!("  {why}\n"));
@@ -259,6 +304,9 @@ fn better(improved: &ImprovedReport) -> String {
             true => format!("  the goal is reached: the largest uncertainty is {share} of its limit{proof}\n"),
             false => format!("  the goal is NOT reached: at best, the largest uncertainty is {share} of its limit\n"),
         });
+        for note in goal_notes(improved, goal) {
+            text.push_str(&format!("  {note}\n"));
+        }
         for id in &goal.impossible {
             text.push_str(&format!("  {id}: even all candidates together do not determine it\n"));
         }
@@ -274,7 +322,8 @@ fn better(improved: &ImprovedReport) -> String {
         .collect();
     let equal = format!("u at equal {}", improved.effort);
     text.push_str(&plain(&["parameter", "u given", &equal, "u better", "gain", "unit"], &rows));
-    text.push_str(&defects(&improved.unreachable, "cannot be determined by any choice of these candidates"));
+    let what = "cannot be determined by any choice of these candidates";
+    text.push_str(&defects(&improved.unreachable, what, &nowhere(&improved.frozen)));
     text.push_str("\nTo run, in this order:\n");
     for (label, place) in mountings(&improved.positions) {
         text.push_str(&format!("  {label:>4}  {place}\n"));

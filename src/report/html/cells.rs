@@ -54,7 +54,4 @@ pub(super) fn names<T: AsRef<str>>(names: &[T]) -> String {
     }
 }
 
-/// `1 reading`, `30 readings`.
-pub(super) fn count(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
-}
+pub(super) use crate::report::table::count;

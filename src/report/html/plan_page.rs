@@ -5,9 +5,11 @@ use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
-use crate::report::plan_table::{apart, mountings, shortfall, through_tilts};
+use crate::report::plan_table::{
+    apart, goal_notes, mountings, not_told_apart, nowhere, percent, shortfall, through_tilts,
+};
 use crate::report::plot::{Spot, positions};
-use crate::report::table::significant;
+use crate::report::table::{count, significant};
 use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
 use std::collections::BTreeMap;
 
@@ -22,16 +24,20 @@ pub fn plan_page(campaign: &Campaign, report: &PlanReport, candidates: Option<&R
         (format!("Noise of {id}"), format!("{} {} ({})", significant(noise.sd, 4), noise.unit, noise.from))
     }));
     page.colophon = vec![("made by".into(), format!("tumble {}; the same inputs give the same bytes", report.tumble))];
-    if let Some(improved) = &report.improved {
+    if let Some(nothing) = report.improved.as_ref().and_then(not_told_apart) {
+        page = page.section(Section::new("The two effects").verdict(Tone::Bad, nothing));
+    }
+    let improved = report.improved.as_ref().filter(|improved| not_told_apart(improved).is_none());
+    if let Some(improved) = improved {
         page = page.section(answer(improved)).section(order(improved));
     }
     page = page.section(map(campaign, report, candidates)?).section(judged("The given schedule", &report.schedule));
-    if let Some(improved) = &report.improved {
+    if let Some(improved) = improved {
         page = page.section(judged("The better schedule in full", &improved.judgement));
     }
-    let last = report.improved.as_ref().map_or(&report.schedule, |improved| &improved.judgement);
+    let last = improved.map_or(&report.schedule, |improved| &improved.judgement);
     if let Some(effects) = &last.effects {
-        let of = if report.improved.is_some() { "the better schedule" } else { "this schedule" };
+        let of = if improved.is_some() { "the better schedule" } else { "this schedule" };
         page = page.section(effects_section(effects, of));
     }
     Ok(page)
@@ -58,9 +64,15 @@ fn answer(improved: &ImprovedReport) -> Section {
             ),
         };
     }
+    if let Some(goal) = &improved.goal {
+        section = goal_notes(improved, goal)
+            .into_iter()
+            .fold(section, |section, note| section.prose(format!("{}.", capital(&note))));
+    }
     if let Some(efficiency) = improved.efficiency {
         let text = format!(
-            "Efficiency at least {efficiency:.4} of what no schedule of these candidates can beat (criterion {}).",
+            "Proven to be at least {} as good as the best possible choice of these candidates (criterion {}).",
+            percent(efficiency),
             improved.criterion
         );
         section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, text);
@@ -101,13 +113,14 @@ fn answer(improved: &ImprovedReport) -> Section {
             c.unit.clone(),
         ]);
     }
-    section.table(table).list(defects(&improved.unreachable, "cannot be determined by any choice of these candidates"))
+    let what = "cannot be determined by any choice of these candidates";
+    section.table(table).list(defects(&improved.unreachable, what, &nowhere(&improved.frozen)))
 }
 
-fn defects(list: &[NotEstimableReport], what: &str) -> Vec<String> {
+fn defects(list: &[NotEstimableReport], what: &str, nowhere: &str) -> Vec<String> {
     let separated = |d: &NotEstimableReport| match &d.separate_by {
         Some(position) => format!("separated by {}", keys(position)),
-        None => "no position of this bench would separate it".into(),
+        None => nowhere.to_string(),
     };
     list.iter().map(|d| format!("`{}` {what}; {}", d.text, separated(d))).collect()
 }
@@ -254,10 +267,10 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
     }
     let w = &j.work;
     let work = format!(
-        "{} readings in {} mountings with {} rate changes, cost {}; rank {}, {} degrees of freedom.",
-        w.readings,
-        w.mountings,
-        w.rate_changes,
+        "{} in {} with {}, cost {}; rank {}, {} degrees of freedom.",
+        count(w.readings, "reading"),
+        count(w.mountings, "mounting"),
+        count(w.rate_changes, "rate change"),
         significant(w.cost, 4),
         j.rank,
         j.dof
@@ -266,7 +279,7 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
     Section::new(heading)
         .prose(work)
         .prose(through)
-        .list(defects(&j.not_estimable, "is not estimable"))
+        .list(defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())))
         .table(table)
         .table(readings)
 }
