@@ -8,5 +8,4 @@ mod independent;
 mod readmes;
 mod refusals;
 mod skew_triad;
-mod speed;
 mod support;

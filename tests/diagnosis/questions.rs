@@ -1,0 +1,314 @@
+//! `diagnose` on every kind of question: several sensors, priors, constraints, known values with and without an uncertainty, no redundancy.
+//!
+//! Every campaign is simulated from a truth that is written here, so what must be found is known by design. Each case runs over several seeds.
+
+use crate::support::{ARCSEC, json as fixture, parse};
+use serde_json::{Value, json};
+use tumble::campaign::{Campaign, JointState, Reading, Readings};
+use tumble::diagnosis::{Settings, diagnose};
+use tumble::report::{DiagnoseReport, EffectReport, diagnose_report};
+use tumble::{simulate, wire};
+
+const SEEDS: u64 = 8;
+
+fn diagnosed(campaign: &Campaign) -> DiagnoseReport {
+    let settings = Settings::default();
+    let diagnosis = diagnose(campaign, &wire::built_in_effects().unwrap(), &settings).unwrap();
+    diagnose_report(campaign, &diagnosis, &settings)
+}
+
+fn simulated(schedule: &Value, truth: &Value, seed: u64) -> Campaign {
+    let schedule = parse(&schedule.to_string());
+    let truth = wire::Source { name: "truth".into(), text: truth.to_string() };
+    let truth = wire::read_truth(&truth, &schedule).unwrap_or_else(|error| panic!("{error}"));
+    simulate::simulate(&schedule, &truth, seed).unwrap()
+}
+
+/// A gyro on the turntable at eight mountings and four rates: every angle is determined well.
+fn gyro() -> Value {
+    let rates = json!([20, -20, 40, -40]);
+    let at = |(k, (alpha, beta)): (usize, &(f64, f64))| json!({ "position": (k + 1).to_string(), "alpha_deg": alpha, "beta_deg": beta, "gamma_deg_s": rates });
+    let mountings = [
+        (0.0, 0.0),
+        (0.0, 90.0),
+        (90.0, 180.0),
+        (180.0, 180.0),
+        (270.0, 0.0),
+        (45.0, 0.0),
+        (135.0, 270.0),
+        (225.0, 45.0),
+    ];
+    let readings: Vec<Value> = mountings.iter().enumerate().map(at).collect();
+    json!({ "bench": "gyro-turntable", "known": { "kI": { "value": -2.9222, "unit": "V/(deg/s)", "u": 0 } },
+        "estimate": { "V0": {}, "dtheta_x0": {}, "dtheta_y0": {}, "dtheta_y1": {}, "dtheta_y2": {}, "dtheta_z2": {} },
+        "readings": readings })
+}
+
+fn gyro_truth() -> Value {
+    let angle = |value: f64| json!({ "value": value, "unit": "arcsec" });
+    json!({ "values": { "V0": { "value": 0.0015 }, "dtheta_x0": angle(3.0), "dtheta_y0": angle(-8.0), "dtheta_y1": angle(-55.0),
+        "dtheta_y2": angle(-160.0), "dtheta_z2": angle(56.0) }, "noise": { "V": { "sd": 1e-4 } } })
+}
+
+fn names(effect: &EffectReport) -> Vec<&str> {
+    std::iter::once(effect.regressor.as_str()).chain(effect.aliases.iter().map(|a| a.regressor.as_str())).collect()
+}
+
+/// One finding, with this name among its own and its aliases, in this sensor, and a value within four standard uncertainties of the truth.
+fn assert_found(report: &DiagnoseReport, name: &str, sensor: Option<&str>, truth: f64) {
+    let [effect] = report.effects.as_slice() else {
+        panic!("{name}: {:?}", report.effects.iter().map(names).collect::<Vec<_>>())
+    };
+    assert!(names(effect).contains(&name), "{name} is not among {:?}", names(effect));
+    assert_eq!(effect.sensor.as_deref(), sensor, "{name}");
+    if effect.regressor == name {
+        let (value, u) = (effect.value.unwrap(), effect.u.unwrap());
+        assert!((value - truth).abs() < 4.0 * u, "{name}: {value} +- {u} is not {truth}");
+    }
+}
+
+fn assert_nothing(report: &DiagnoseReport) {
+    let found: Vec<&str> = report.effects.iter().map(|e| e.regressor.as_str()).collect();
+    assert_eq!(report.verdict, "nothing-missing", "{found:?}");
+}
+
+/// Six sensors at 36 positions, each read twice, with the truth that their simulator had.
+fn six() -> (Value, Value) {
+    let mut schedule = fixture("simulated/imu-three-axis.campaign.json");
+    let values = fixture("simulated/imu-three-axis.truth.json")["truth"].clone();
+    let readings = schedule["readings"].as_array().unwrap();
+    schedule["readings"] = readings.iter().chain(readings).cloned().collect();
+    let values: serde_json::Map<String, Value> =
+        values.as_object().unwrap().iter().map(|(id, v)| (id.clone(), json!({ "value": v }))).collect();
+    let noise = |sd: f64| json!({ "sd": sd });
+    let noise = json!({ "Gx": noise(0.02), "Gy": noise(0.02), "Gz": noise(0.02), "Ax": noise(2e-5), "Ay": noise(2e-5), "Az": noise(2e-5) });
+    (schedule, json!({ "values": values, "noise": noise }))
+}
+
+#[test]
+fn an_effect_in_one_of_six_sensors_is_named_with_its_sensor() {
+    let (schedule, mut truth) = six();
+    for (sensor, regressor, value) in [("Gy", "a_P", 0.3), ("Ax", "a_P*a_Q", 6e-4), ("Gz", "a_I^2", 0.3)] {
+        truth["effects"] = json!([{ "regressor": regressor, "value": value, "sensor": sensor }]);
+        for seed in 0..3 {
+            assert_found(&diagnosed(&simulated(&schedule, &truth, seed)), regressor, Some(sensor), value);
+        }
+    }
+    truth["effects"] = json!([]);
+    assert_nothing(&diagnosed(&simulated(&schedule, &truth, 9)));
+}
+
+#[test]
+fn a_tilt_of_the_bench_is_common_to_all_sensors() {
+    // the middle axis is not square to the outer in truth, and the campaign takes that as zero
+    let (mut schedule, truth) = six();
+    schedule["known"].as_object_mut().unwrap().remove("nu_y");
+    for seed in 0..3 {
+        let report = diagnosed(&simulated(&schedule, &truth, seed));
+        assert_found(&report, "tilt:nu_y", None, truth["values"]["nu_y"]["value"].as_f64().unwrap());
+        assert_eq!(report.effects[0].unit, "rad");
+    }
+}
+
+#[test]
+fn a_wrong_prior_is_a_finding_and_a_right_one_is_none() {
+    let mut schedule = gyro();
+    for (prior, wrong) in [(56.0, false), (57.0, false), (0.0, true), (90.0, true)] {
+        schedule["estimate"]["dtheta_z2"] = json!({ "prior": prior, "prior_u": 2, "unit": "arcsec" });
+        for seed in 0..SEEDS {
+            let report = diagnosed(&simulated(&schedule, &gyro_truth(), seed));
+            if !wrong {
+                assert_nothing(&report);
+                continue;
+            }
+            assert_found(&report, "prior:dtheta_z2", None, (56.0 - prior) * ARCSEC);
+            let effect = &report.effects[0];
+            assert!((effect.stated_u.unwrap() / ARCSEC - 2.0).abs() < 1e-9);
+            // without the prior the angle is what the readings say
+            let after = report.parameters.iter().find(|p| p.id == "dtheta_z2").unwrap();
+            assert!((after.after.unwrap() - 56.0).abs() < 4.0 * after.u_after.unwrap());
+        }
+    }
+}
+
+#[test]
+fn a_prior_does_not_hide_an_effect() {
+    let mut schedule = gyro();
+    schedule["estimate"]["dtheta_z2"] = json!({ "prior": 56, "prior_u": 2, "unit": "arcsec" });
+    let mut truth = gyro_truth();
+    truth["effects"] = json!([{ "regressor": "a_S", "value": 5e-4 }]);
+    for seed in 0..SEEDS {
+        assert_found(&diagnosed(&simulated(&schedule, &truth, seed)), "a_S", Some("V"), 5e-4);
+    }
+}
+
+fn equality(terms: Value, equals: f64) -> Value {
+    json!([{ "of": terms, "equals": equals, "unit": "arcsec" }])
+}
+
+#[test]
+fn a_wrong_equality_is_a_finding_and_a_right_one_is_kept() {
+    let mut schedule = gyro();
+    // in truth dtheta_y0 - dtheta_y1 is 47 arcsec
+    for (equals, wrong) in [(47.0, false), (0.0, true)] {
+        schedule["constraints"] = equality(json!({ "dtheta_y0": 1, "dtheta_y1": -1 }), equals);
+        for seed in 0..SEEDS {
+            let report = diagnosed(&simulated(&schedule, &gyro_truth(), seed));
+            assert_eq!(
+                report.constraints[0].text,
+                format!("dtheta_y0 - dtheta_y1 = {}", if wrong { "0 arcsec" } else { "47 arcsec" })
+            );
+            if wrong {
+                assert_found(&report, "constraint:1", None, 47.0 * ARCSEC);
+                assert_eq!(report.constraints[0].state, "wrong");
+                assert!(report.effects[0].name.contains("dtheta_y0 - dtheta_y1 = 0"));
+            } else {
+                assert_nothing(&report);
+                assert_eq!(report.constraints[0].state, "equality");
+                // an equation is one more degree of freedom: 32 readings, 6 unknowns
+                assert_eq!(report.gap.before.dof, 27);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_effect_beside_a_right_equality_is_found_and_the_equality_met() {
+    let mut schedule = gyro();
+    schedule["constraints"] = equality(json!({ "dtheta_y0": 1, "dtheta_y1": -1 }), 47.0);
+    let mut truth = gyro_truth();
+    truth["effects"] = json!([{ "regressor": "a_S", "value": 5e-4 }]);
+    for seed in 0..SEEDS {
+        let report = diagnosed(&simulated(&schedule, &truth, seed));
+        assert_found(&report, "a_S", Some("V"), 5e-4);
+        let after = |id: &str| report.parameters.iter().find(|p| p.id == id).unwrap().after.unwrap();
+        assert!((after("dtheta_y0") - after("dtheta_y1") - 47.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn of_two_equalities_the_wrong_one_is_named() {
+    let mut schedule = gyro();
+    let mut both = equality(json!({ "dtheta_y0": 1, "dtheta_y1": -1 }), 47.0);
+    both.as_array_mut().unwrap().extend(equality(json!({ "dtheta_z2": 1 }), 40.0).as_array().unwrap().clone());
+    schedule["constraints"] = both;
+    for seed in 0..SEEDS {
+        let report = diagnosed(&simulated(&schedule, &gyro_truth(), seed));
+        assert_found(&report, "constraint:2", None, 16.0 * ARCSEC);
+        let states: Vec<&str> = report.constraints.iter().map(|c| c.state.as_str()).collect();
+        assert_eq!(states, ["equality", "wrong"]);
+    }
+}
+
+#[test]
+fn inequalities_are_held_where_they_bind_and_named_where_they_are_wrong() {
+    let mut schedule = gyro();
+    let between = |low: f64| json!([{ "of": { "dtheta_y2": 1 }, "between": [low, 500], "unit": "arcsec" }]);
+    // dtheta_y2 is -160 arcsec in truth and known to about 0.1 arcsec
+    for (constraint, state) in [
+        (between(-200.0), "inactive"),
+        (between(-100.0), "wrong"),
+        (json!([{ "norm_of": ["dtheta_y2", "dtheta_z2"], "at_most": 200, "unit": "arcsec" }]), "inactive"),
+        (json!([{ "norm_of": ["dtheta_y2", "dtheta_z2"], "at_most": 120, "unit": "arcsec" }]), "wrong"),
+    ] {
+        schedule["constraints"] = constraint;
+        for seed in 0..SEEDS {
+            let report = diagnosed(&simulated(&schedule, &gyro_truth(), seed));
+            assert_eq!(report.constraints[0].state, state, "{}", report.constraints[0].text);
+            match state {
+                "inactive" => assert_nothing(&report),
+                _ => assert!(report.effects.iter().any(|e| names(e).contains(&"constraint:1"))),
+            }
+        }
+    }
+    // a bound at the truth itself binds in about half of the campaigns, and is then held without a finding
+    schedule["constraints"] = between(-160.0);
+    let states: Vec<String> = (0..SEEDS)
+        .map(|seed| {
+            let report = diagnosed(&simulated(&schedule, &gyro_truth(), seed));
+            assert_nothing(&report);
+            report.constraints[0].state.clone()
+        })
+        .collect();
+    let held = states.iter().filter(|state| *state == "at-limit").count();
+    println!("a bound at the truth is held in {held} of {SEEDS} campaigns");
+    assert!(held > 0 && states.iter().all(|state| state == "at-limit" || state == "inactive"), "{states:?}");
+}
+
+#[test]
+fn contradictory_constraints_are_left_out_and_said_so() {
+    let mut schedule = gyro();
+    let mut both = equality(json!({ "dtheta_y0": 1 }), 1.0);
+    both.as_array_mut().unwrap().extend(equality(json!({ "dtheta_y0": 1 }), 2.0).as_array().unwrap().clone());
+    schedule["constraints"] = both;
+    let report = diagnosed(&simulated(&schedule, &gyro_truth(), 1));
+    assert!(report.constraints.iter().all(|c| c.state == "left-out"));
+    assert_nothing(&report);
+}
+
+#[test]
+fn a_wrong_known_value_is_named_and_compared_with_what_was_stated() {
+    // the scale factor of one accelerometer of six is taken as known
+    let (mut schedule, truth) = six();
+    schedule["estimate"].as_object_mut().unwrap().remove("SAx");
+    let scale_factor = truth["values"]["SAx"]["value"].as_f64().unwrap();
+    for (u, error) in [(0.0, 3e-4), (1e-4, 5e-4), (1e-3, -5e-4)] {
+        schedule["known"]["SAx"] = json!({ "value": scale_factor - error, "u": u, "distribution": "rectangular" });
+        for seed in 0..3 {
+            let report = diagnosed(&simulated(&schedule, &truth, seed));
+            assert_found(&report, "known:SAx", None, error);
+            assert_eq!(report.effects[0].regressor, "known:SAx", "{:?}", names(&report.effects[0]));
+            assert_eq!(report.effects[0].stated_u, Some(u));
+            let text = tumble::report::diagnose_table(&report);
+            let said = match u {
+                0.0 => "stated as exact",
+                _ if error.abs() > 2.0 * u => "is wrong",
+                _ => "no mistake",
+            };
+            assert!(text.contains(said), "u = {u}:\n{text}");
+        }
+    }
+}
+
+/// As many readings as unknowns: nothing can be said; each position that is named would change that.
+#[test]
+fn without_redundancy_nothing_is_diagnosed_and_what_would_help_does() {
+    let mut schedule = json!({ "bench": "accelerometer-plumb-plane", "known": { "kI": { "value": 1.299 } },
+        "estimate": { "V0": {}, "dtheta_y2": {}, "dtheta_z2": {} }, "readings": [{ "beta_deg": [0, 90, 180] }] });
+    let truth = json!({ "values": { "V0": { "value": 0.002 } }, "noise": { "V": { "sd": 1e-5 } },
+        "effects": [{ "regressor": "a_O^2", "value": 1e-3 }] });
+    let campaign = simulated(&schedule, &truth, 1);
+    let report = diagnosed(&campaign);
+    assert_eq!((report.verdict.as_str(), report.gap.before.dof), ("not-diagnosable", 0));
+    assert!(report.effects.is_empty() && !report.would_help.is_empty());
+    for position in &report.would_help {
+        schedule["readings"] = json!([{ "beta_deg": [0, 90, 180] }, position]);
+        let better = diagnosed(&simulated(&schedule, &truth, 1));
+        assert_ne!(better.verdict, "not-diagnosable", "{position:?}");
+        assert_eq!(better.gap.before.dof, 1);
+    }
+}
+
+/// A schedule cannot be diagnosed at all: that is a malformed question.
+#[test]
+fn a_schedule_is_refused() {
+    let schedule = parse(&gyro().to_string());
+    let error = diagnose(&schedule, &wire::built_in_effects().unwrap(), &Settings::default()).unwrap_err();
+    assert!(error.to_string().contains("sensor value"), "{error}");
+}
+
+/// Diagnosing does not depend on the order of the readings.
+#[test]
+fn the_order_of_readings_does_not_matter() {
+    let mut truth = gyro_truth();
+    truth["effects"] = json!([{ "regressor": "a_S", "value": 5e-4 }]);
+    let campaign = simulated(&gyro(), &truth, 3);
+    let mut rows: Vec<Reading> = campaign.readings.rows.clone();
+    rows.reverse();
+    assert!(rows.iter().all(|r| matches!(r.joints.first(), Some(JointState::WholeTurns { .. }))));
+    let turned = campaign.with_readings(Readings { columns: campaign.readings.columns.clone(), rows });
+    let (one, other) = (diagnosed(&campaign), diagnosed(&turned));
+    let (one, other) = (&one.effects[0], &other.effects[0]);
+    assert_eq!(one.regressor, other.regressor);
+    assert!((one.value.unwrap() - other.value.unwrap()).abs() < 1e-9 * one.value.unwrap().abs());
+}

@@ -1,0 +1,13 @@
+//! What the estimator stands on: algebra, adjustment, quantiles, and reference sets with exact answers.
+
+mod algebra;
+mod estimate;
+mod estimate_properties;
+mod nist_strd;
+mod properties;
+mod quantiles;
+mod reference_sets;
+mod small_angle_rows;
+#[path = "../support/mod.rs"]
+mod support;
+mod variance_components;

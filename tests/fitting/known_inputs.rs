@@ -1,0 +1,63 @@
+//! How estimates follow a known input: the sensitivity coefficient of its Type B line is the difference of two fits.
+
+use crate::support::*;
+use tumble::campaign::{Campaign, Role};
+use tumble::fit::{Fit, Settings};
+
+/// The campaign with a known value moved, and with a standard uncertainty for it.
+fn with_known(campaign: &Campaign, id: &str, by: f64, u: f64) -> Campaign {
+    let mut changed = campaign.clone();
+    let parameter = changed.parameters.iter_mut().find(|p| p.id == id).expect("a parameter");
+    let Role::Known(known) = &mut parameter.role else { panic!("{id} is not known") };
+    known.value += by;
+    known.u = u;
+    changed
+}
+
+fn assert_follows(campaign: &Campaign, id: &str, u: f64, settings: Settings) {
+    let at = |by: f64| fit_with(&with_known(campaign, id, by, u), settings);
+    let (fit, up, down): (Fit, Fit, Fit) = (at(0.0), at(u), at(-u));
+    for parameter in &fit.parameters {
+        let line = parameter.budget.iter().find(|line| line.source == id).unwrap_or_else(|| panic!("no line for {id}"));
+        let difference = (value(&up, &parameter.id) - value(&down, &parameter.id)) / (2.0 * u);
+        let own = line.sensitivity.expect("one source");
+        // residuals (of the linear estimator: second order in tilts of 1e-3) and the curvature over +-u
+        let tolerance = 2e-3 * difference.abs().max(1e-6);
+        assert_within(own, difference, tolerance, &format!("d {} / d {id}", parameter.id));
+        assert_within(line.u, (own * u).abs(), 1e-15, "c u");
+        let own_u = parameter.uncertainty.as_ref().expect("an uncertainty");
+        assert_within(own_u.type_b, line.u, 1e-15, "Type B");
+    }
+}
+
+/// Misalignments are a voltage over kI: a scale factor wrong by 0.1 % makes them wrong by 0.1 %, from zero tilts as reference too.
+#[test]
+fn a_scale_factor_scales_the_angles() {
+    for name in ["gyro-1", "gyro-2", "gyro-3", "accelerometer-1"] {
+        let campaign = campaign(&format!("simulated/{name}.campaign.json"));
+        for exact in [false, true] {
+            assert_follows(&campaign, "kI", 1e-3, Settings { exact, ..Settings::default() });
+        }
+        let fit = fitted(&with_known(&campaign, "kI", 0.0, 1e-3));
+        let angle = fit.parameters.iter().find(|p| p.id == "dtheta_y2").expect("a tilt");
+        let kind = angle.uncertainty.as_ref().expect("an uncertainty").type_b;
+        let kappa = campaign.parameters.iter().find(|p| p.id == "kI").map(|p| p.reference()).expect("kI");
+        assert!(
+            kind > 0.5 * (value(&fit, "dtheta_y2") * 1e-3 / kappa).abs(),
+            "{name}: Type B of dtheta_y2 is {kind:e}"
+        );
+    }
+}
+
+/// A fixed height moves a levelling net as a whole.
+#[test]
+fn a_fixed_height_moves_the_net() {
+    let campaign = campaign("levelling/krumm.campaign.json");
+    assert_follows(&campaign, "H5", 1e-3, Settings::default());
+    let fit = fitted(&with_known(&campaign, "H5", 0.0, 0.003));
+    for parameter in &fit.parameters {
+        let uncertainty = parameter.uncertainty.as_ref().expect("an uncertainty");
+        assert_within(uncertainty.type_b, 0.003, 1e-15, &parameter.id);
+        assert_within(uncertainty.u, uncertainty.type_a.hypot(0.003), 1e-15, &parameter.id);
+    }
+}

@@ -1,0 +1,14 @@
+//! A campaign fitted: published tables, simulated truths, constraints, robust estimates, coverage.
+
+mod closed_form;
+mod constraints;
+mod coverage;
+mod gum;
+mod known_inputs;
+mod monte_carlo;
+mod published_tables;
+mod rank_defect;
+mod robust;
+mod simulated;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,7 @@
+//! The strapdown navigator, its errors, and what explains measured ones.
+
+mod diagnose;
+mod example;
+mod files;
+mod measured;
+mod navigator;

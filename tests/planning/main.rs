@@ -1,0 +1,8 @@
+//! Schedules judged and found.
+
+mod cli;
+mod effects;
+mod enumeration;
+#[path = "../plan_support/mod.rs"]
+mod plan_support;
+mod schedules;

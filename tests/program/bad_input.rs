@@ -1,0 +1,154 @@
+//! Malformed questions through the program: exit code, the words that help, the line, the caret; never a panic, nothing half-written.
+
+use crate::support::*;
+use assert_cmd::Command;
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+
+/// Exit code and stderr of `tumble ARGUMENTS`, run in `folder`.
+fn tumble(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output =
+        Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+/// What is wrong with the answer to one entry of INDEX.json, if anything.
+fn complaints(name: &str, entry: &Value) -> Vec<String> {
+    let (code, stdout, stderr) = tumble(&data("bad"), &["fit", name]);
+    let mut complaints = Vec::new();
+    let mut check = |good: bool, what: String| {
+        if !good {
+            complaints.push(what);
+        }
+    };
+    let exit = entry["exit"].as_i64().expect("an exit code");
+    check(i64::from(code) == exit, format!("exit code {code}, not {exit}"));
+    check(!stderr.contains("panicked"), "it panicked".into());
+    check(exit == 1 || stderr.is_empty(), "something on stderr".into());
+    check(exit != 1 || stdout.is_empty(), "results of a malformed question".into());
+    let answer = if exit == 1 { &stderr } else { &stdout };
+    for word in entry["must_mention"].as_array().expect("words") {
+        let word = word.as_str().expect("a word");
+        check(answer.contains(word), format!("does not mention {word}"));
+    }
+    if exit == 1 {
+        check(stderr.len() < 4000, format!("{} bytes of message", stderr.len()));
+        check(stderr.contains("expected"), "does not say what was expected".into());
+    }
+    if let Some(line) = entry["line"].as_u64() {
+        let file = entry["line_in"].as_str().unwrap_or(name);
+        check(stderr.contains(&format!("in {file}, line {line}, ")), format!("does not say: in {file}, line {line}"));
+    }
+    if let Some(column) = entry["column"].as_u64() {
+        check(stderr.contains(&format!("column {column}\n")), format!("does not say: column {column}"));
+        let model = entry["model"].as_str().expect("the line");
+        let caret = entry["caret"].as_u64().expect("a caret") as usize;
+        check(
+            caret_of(&stderr, model) == Some(caret),
+            format!("the caret is not at {caret} but {:?}", caret_of(&stderr, model)),
+        );
+    }
+    if !complaints.is_empty() {
+        println!("--- {name}: {}\n{}\n{stdout}{stderr}", entry["fault"], complaints.join("\n"));
+    }
+    complaints
+}
+
+/// Where the caret stands in the quoted model line, in characters from its start.
+fn caret_of(stderr: &str, model: &str) -> Option<usize> {
+    let lines: Vec<&str> = stderr.lines().collect();
+    let quoted = format!("\"model\": \"{model}");
+    let k = lines.iter().position(|line| line.contains(&quoted))?;
+    let start = lines[k].find(&quoted).map(|at| lines[k][..at].chars().count())? + "\"model\": \"".len();
+    lines.get(k + 1)?.chars().position(|c| c == '─' || c == '┬' || c == '▲')?.checked_sub(start)
+}
+
+#[test]
+fn every_entry_of_the_index() {
+    let index = json("bad/INDEX.json");
+    let failed: Vec<&String> =
+        entries(&index).filter(|(name, entry)| !complaints(name, entry).is_empty()).map(|(name, _)| name).collect();
+    println!("{} malformed questions", entries(&index).count());
+    assert!(failed.is_empty(), "{} of {}: {failed:?}", failed.len(), entries(&index).count());
+}
+
+#[test]
+fn a_file_of_100_megabytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("large.campaign.json");
+    let mut file = std::io::BufWriter::new(std::fs::File::create(&path).expect("a file"));
+    let head = r#"{ "bench": "accelerometer-plumb-plane", "known": { "kI": { "value": 1.299 } }, "estimate": { "V0": {} }, "readings": ["#;
+    file.write_all(head.as_bytes()).expect("written");
+    let row = format!("{{ \"beta_deg\": 0, \"remark\": \"{}\", \"V\": 0.1 }},\n", "x".repeat(1000));
+    for _ in 0..100_000 {
+        file.write_all(row.as_bytes()).expect("written");
+    }
+    file.write_all(b"{ \"beta_deg\": 0, \"V\": oops } ] }").expect("written");
+    drop(file);
+    assert!(std::fs::metadata(&path).expect("a file").len() > 100_000_000);
+    let (code, stdout, stderr) = tumble(folder.path(), &["fit", "large.campaign.json"]);
+    assert_eq!((code, stdout.as_str()), (1, ""));
+    assert!(stderr.contains("line 100001") && stderr.len() < 4000, "{}", &stderr[..stderr.len().min(2000)]);
+}
+
+#[test]
+fn nesting_of_a_million() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, open) in [("arrays", "["), ("objects", "{\"bench\":")] {
+        let name = format!("{name}.campaign.json");
+        std::fs::write(folder.path().join(&name), open.repeat(1_000_000)).expect("written");
+        let (code, _, stderr) = tumble(folder.path(), &["fit", &name]);
+        assert_eq!(code, 1, "{name}");
+        assert!(
+            stderr.contains("error") && !stderr.contains("panicked") && stderr.len() < 4000,
+            "{name}: {} bytes",
+            stderr.len()
+        );
+    }
+    let deep = format!("{}x{}", "(".repeat(1_000_000), ")".repeat(1_000_000));
+    let file = format!(
+        r#"{{ "bench": {{ "id": "b", "sensors": {{ "y": {{ "model": "{deep}" }} }} }}, "estimate": {{ "x": {{}} }}, "readings": [ {{ "y": 1 }} ] }}"#
+    );
+    std::fs::write(folder.path().join("deep.campaign.json"), file).expect("written");
+    let (code, _, stderr) = tumble(folder.path(), &["fit", "deep.campaign.json"]);
+    assert!(code == 1 && !stderr.contains("panicked") && stderr.len() < 4000, "{code}, {} bytes", stderr.len());
+}
+
+/// A report goes to a temporary name first: where it cannot be finished, the old one stands and nothing else is left behind.
+#[test]
+fn nothing_is_half_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let names = || -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(folder.path())
+            .expect("the folder")
+            .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    };
+    let campaign = data("bad/good.campaign.json");
+    let campaign = campaign.to_str().expect("a path");
+    // a good report replaces an old one
+    std::fs::write(folder.path().join("report.json"), "old").expect("written");
+    assert_eq!(tumble(folder.path(), &["fit", campaign, "--json", "report.json"]).0, 0);
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("report.json")).expect("a report"))
+            .expect("JSON");
+    assert_eq!(report["report"], "fit");
+    assert_eq!(names(), ["report.json"]);
+    // a malformed question leaves it alone
+    let before = std::fs::read(folder.path().join("report.json")).expect("a report");
+    let bad = data("bad/zero-u.campaign.json");
+    assert_eq!(tumble(folder.path(), &["fit", bad.to_str().expect("a path"), "--json", "report.json"]).0, 1);
+    assert_eq!(std::fs::read(folder.path().join("report.json")).expect("a report"), before);
+    // a target that is a folder, and a folder that is not there
+    std::fs::create_dir(folder.path().join("taken")).expect("a folder");
+    for target in ["taken", "nowhere/report.json"] {
+        let (code, _, stderr) = tumble(folder.path(), &["fit", campaign, "--json", target]);
+        assert!(code == 1 && stderr.contains("cannot write"), "{target}: {code} {stderr}");
+    }
+    assert_eq!(names(), ["report.json", "taken"]);
+    assert_eq!(std::fs::read_dir(folder.path().join("taken")).expect("the folder").count(), 0);
+}

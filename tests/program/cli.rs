@@ -1,0 +1,205 @@
+//! The program: exit codes, what goes where, and the options of `fit`.
+
+use crate::support::*;
+use assert_cmd::Command;
+use serde_json::Value;
+
+struct Run {
+    code: i32,
+    stdout: String,
+    stderr: String,
+}
+
+/// Run `tumble ARGUMENTS` in the repository's folder.
+fn tumble(arguments: &[&str]) -> Run {
+    let mut command = Command::cargo_bin("tumble").expect("the program");
+    let output = command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().expect("a run");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    Run { code: output.status.code().expect("no signal"), stdout: text(output.stdout), stderr: text(output.stderr) }
+}
+
+const TABLE_1: &str = "data/campaigns/li2012-table1.campaign.json";
+const NO_CHAIN: &str = "tests/data/gum/h3.campaign.json";
+
+#[test]
+fn exit_codes() {
+    for (code, arguments) in [
+        (0, &["fit", TABLE_1][..]),
+        (0, &["compare", TABLE_1]),
+        (0, &["bench", "list"]),
+        (0, &["bench", "show", "gyro-turntable"]),
+        (0, &["check", TABLE_1, "data/benches/gyro-turntable.bench.json"]),
+        (0, &["schema", "bench"]),
+        (0, &["--help"]),
+        (0, &["fit", "--help"]),
+        (0, &["--version"]),
+        (1, &[]),
+        (1, &["fit"]),
+        (1, &["fit", "no-such-file.json"]),
+        (1, &["fit", "tests"]),
+        (1, &["fit", TABLE_1, "--no-such-option"]),
+        (1, &["fit", TABLE_1, "--level", "2"]),
+        (1, &["fit", TABLE_1, "--level", "NaN"]),
+        (1, &["fit", TABLE_1, "--level", "high"]),
+        (1, &["bench", "show", "gyro-turntabel"]),
+        (1, &["schema", "poem"]),
+        (1, &["compare", NO_CHAIN]),
+        (1, &["check", "tests/data/bad/zero-u.campaign.json"]),
+        (1, &["calibrate"]),
+        (2, &["fit", "tests/data/bad/rank-defect.campaign.json"]),
+        (2, &["fit", "tests/data/levelling/niemeier.campaign.json"]),
+    ] {
+        let run = tumble(arguments);
+        assert_eq!(run.code, code, "{arguments:?}\n{}{}", run.stdout, run.stderr);
+        assert_eq!(run.stdout.is_empty(), code == 1, "{arguments:?}: results on stdout");
+        assert_eq!(run.stderr.is_empty(), code != 1, "{arguments:?}: errors on stderr");
+    }
+}
+
+#[test]
+fn json_on_stdout_is_the_report_alone() {
+    let run = tumble(&["fit", TABLE_1, "--json", "-"]);
+    let report: Value = serde_json::from_str(&run.stdout).expect("JSON and nothing else");
+    assert_eq!((run.code, &report["report"], &report["tumble"]), (0, &"fit".into(), &env!("CARGO_PKG_VERSION").into()));
+    let parameter =
+        report["parameters"].as_array().expect("parameters").iter().find(|p| p["id"] == "dtheta_y2").expect("it");
+    assert_within(number(&parameter["arcsec"]["value"]), -162.07, 5.1e-3, "dtheta_y2, arcsec");
+    assert_within(number(&parameter["value"]), -162.07 * ARCSEC, 5.1e-3 * ARCSEC, "dtheta_y2, rad");
+    for key in ["kind", "unit", "u", "dof", "k", "U", "level", "type_a", "type_b", "budget", "state"] {
+        assert!(!parameter[key].is_null(), "{key}");
+    }
+    for key in ["bench", "model", "derived", "assumed_zero", "covariance", "fit", "not_estimable", "readings"] {
+        assert!(!report[key].is_null(), "{key}");
+    }
+    for key in ["readings", "rank", "dof", "residual_sd", "sum_of_squares", "condition"] {
+        assert!(!report["fit"][key].is_null(), "{key}");
+    }
+    for key in
+        ["index", "position", "sensor", "value", "fitted", "residual", "leverage", "redundancy", "studentized", "mdb"]
+    {
+        assert!(!report["readings"][0][key].is_null(), "{key}");
+    }
+    let run = tumble(&["compare", TABLE_1, "--json", "-"]);
+    let report: Value = serde_json::from_str(&run.stdout).expect("JSON and nothing else");
+    assert_eq!(report["report"], "compare");
+}
+
+/// Coverage factors of Student's t with 24 degrees of freedom (GUM table G.2; the 95.45 % row is interpolated there as 2.11).
+#[test]
+fn the_level_sets_the_coverage_factor() {
+    for (level, k) in [("0.6827", 1.02), ("0.95", 2.06), ("0.9545", 2.11), ("0.99", 2.80)] {
+        let run = tumble(&["fit", TABLE_1, "--level", level, "--json", "-"]);
+        let report: Value = serde_json::from_str(&run.stdout).expect("JSON");
+        let parameter = &report["parameters"][1];
+        assert_within(number(&parameter["k"]), k, 0.0051, level);
+        assert_within(number(&parameter["U"]), number(&parameter["k"]) * number(&parameter["u"]), 1e-18, level);
+        assert_eq!(number(&parameter["level"]), level.parse::<f64>().expect("a level"));
+    }
+}
+
+#[test]
+fn exact_reports_its_iterations_and_readings_are_listed_on_request() {
+    let run = tumble(&["fit", TABLE_1, "--exact"]);
+    assert!(
+        run.stdout.contains("exact fit on gyro-turntable") && run.stdout.contains("Gauss-Newton converged"),
+        "{}",
+        run.stdout
+    );
+    let plain = tumble(&["fit", TABLE_1]).stdout.lines().count();
+    assert!(tumble(&["fit", TABLE_1, "--readings"]).stdout.lines().count() >= plain + 30);
+}
+
+#[test]
+fn relative_weights_estimate_their_scale() {
+    let net = "tests/data/levelling/krumm.campaign.json";
+    let stated = tumble(&["fit", net]).stdout;
+    assert!(stated.contains("global test") && stated.contains("accepted"), "{stated}");
+    let relative = tumble(&["fit", net, "--relative"]).stdout;
+    assert!(!relative.contains("global test") && relative.contains("residual sd of dh: 0.9439"), "{relative}");
+}
+
+#[test]
+fn a_bench_that_is_shown_can_be_used() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bench = folder.path().join("mine.bench.json");
+    std::fs::write(&bench, tumble(&["bench", "show", "gyro-turntable"]).stdout).expect("written");
+    let campaign = folder.path().join("mine.campaign.json");
+    let text = text("li2012/li2012-table1.campaign.json").replace("\"gyro-turntable\"", "\"mine.bench.json\"");
+    std::fs::write(&campaign, text).expect("written");
+    let own = tumble(&["fit", campaign.to_str().expect("a path")]);
+    assert_eq!((own.code, own.stdout), (0, tumble(&["fit", TABLE_1]).stdout));
+}
+
+#[test]
+fn every_command_helps() {
+    let help = tumble(&["--help"]).stdout;
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|line| !line.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    for required in ["fit", "compare", "diagnose", "simulate", "navigate", "plan", "bench", "check", "schema"] {
+        assert!(commands.contains(&required), "{required} in {commands:?}");
+    }
+    for command in commands.iter().filter(|command| **command != "help") {
+        let run = tumble(&[command, "--help"]);
+        assert!(run.code == 0 && run.stdout.contains("Usage:"), "{command}");
+    }
+}
+
+#[test]
+fn what_is_no_campaign_is_named() {
+    let told = |arguments: &[&str]| {
+        let run = tumble(arguments);
+        assert_eq!(run.code, 1, "{arguments:?}");
+        run.stderr
+    };
+    let readings = told(&["fit", "examples/03-your-own-positions/my-readings.csv"]);
+    assert!(readings.contains("expected a campaign file (JSON)") && readings.contains("begins with"), "{readings}");
+    let truth = told(&["check", "examples/07-hidden-effect/hidden.truth.json"]);
+    assert!(truth.contains("looks like a truth file"), "{truth}");
+    assert!(told(&["plan", TABLE_1, "--budget", "-5"]).contains("found -5"));
+}
+
+/// A fit of the repaired campaign knows nothing of aliases: whoever asks for the campaign is told.
+#[test]
+fn aliases_are_told_with_a_written_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [bench, page] = ["r.bench.json", "r.html"].map(|name| folder.path().join(name).display().to_string());
+    let run = tumble(&["diagnose", TABLE_1, "--write-model", &bench, "--html", &page]);
+    let told = run.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(run.code == 2 && told.contains("takes the effect as named (a_S)") && told.contains("V0 by"), "{told}");
+    let page = std::fs::read_to_string(page).expect("the page");
+    assert!(page.contains("counts in u after") && !page.contains("U after"));
+}
+
+/// Long lines hang; every kind of file that has a schema is named where it is asked for.
+#[test]
+fn lists_fit_a_terminal_and_are_complete() {
+    let list = tumble(&["bench", "list"]).stdout;
+    assert!(list.lines().all(|line| line.chars().count() <= 110), "{list}");
+    let diagnosis = tumble(&["diagnose", TABLE_1]).stdout;
+    let told = diagnosis.lines().skip_while(|line| !line.contains("one more position would tell")).take(2);
+    assert!(told.clone().count() == 2 && told.clone().all(|line| line.chars().count() <= 110), "{diagnosis}");
+    let help = tumble(&["schema", "--help"]).stdout;
+    for kind in tumble::report::schemas() {
+        assert!(help.contains(kind), "{kind}: {help}");
+    }
+}
+
+/// `tumble ... | head` closes the pipe early: no panic, no message.
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("tumble"))
+        .args(["fit", "tests/data/nist/filip.campaign.json", "--readings"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("a run");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("an end");
+    assert!(output.status.code().is_some() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}

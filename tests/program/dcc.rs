@@ -1,0 +1,256 @@
+//! A digital calibration certificate read back: structure by PTB's `dcc.xsd` 3.3.0 and `SI_Format.xsd` 2.2, numbers by the report,
+//! identities by the lab file, and nothing written when an identity is missing.
+
+use crate::markup::{Element, element};
+use assert_cmd::Command;
+use std::fs;
+use std::path::Path;
+
+const TABLE_1: &str = "data/campaigns/li2012-table1.campaign.json";
+const LAB: &str = "tests/data/lab/lab.json";
+
+fn tumble(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("tumble").unwrap().args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+fn certificate(campaign: &str, lab: &str) -> Element {
+    let (code, text, errors) = tumble(&["fit", campaign, "--dcc", "-", "--lab", lab]);
+    assert!(code != 1, "{errors}");
+    element(&text)
+}
+
+/// Children in the order of the schema's sequences: `?` may be absent, `+` may repeat, `*` both. Elements not listed hold text only.
+const SEQUENCES: &[(&str, &str)] = &[
+    ("dcc:digitalCalibrationCertificate", "dcc:administrativeData dcc:measurementResults"),
+    (
+        "dcc:administrativeData",
+        "dcc:dccSoftware dcc:coreData dcc:items dcc:calibrationLaboratory dcc:respPersons dcc:customer dcc:statements?",
+    ),
+    ("dcc:dccSoftware", "dcc:software+"),
+    ("dcc:software", "dcc:name dcc:release dcc:type?"),
+    (
+        "dcc:coreData",
+        "dcc:countryCodeISO3166_1 dcc:usedLangCodeISO639_1+ dcc:mandatoryLangCodeISO639_1+ dcc:uniqueIdentifier \
+         dcc:beginPerformanceDate dcc:endPerformanceDate dcc:performanceLocation dcc:issueDate?",
+    ),
+    ("dcc:items", "dcc:item+"),
+    ("dcc:item", "dcc:name dcc:manufacturer? dcc:model? dcc:identifications"),
+    ("dcc:identifications", "dcc:identification+"),
+    ("dcc:identification", "dcc:issuer dcc:value dcc:name?"),
+    ("dcc:manufacturer", "dcc:name"),
+    ("dcc:calibrationLaboratory", "dcc:calibrationLaboratoryCode? dcc:contact"),
+    ("dcc:contact", "dcc:name dcc:eMail? dcc:phone? dcc:location"),
+    ("dcc:customer", "dcc:name dcc:eMail? dcc:phone? dcc:location"),
+    ("dcc:location", "dcc:street? dcc:streetNo? dcc:postCode? dcc:city dcc:countryCode"),
+    ("dcc:respPersons", "dcc:respPerson+"),
+    ("dcc:respPerson", "dcc:person dcc:role? dcc:mainSigner?"),
+    ("dcc:person", "dcc:name"),
+    ("dcc:statements", "dcc:statement+"),
+    ("dcc:statement", "dcc:declaration"),
+    ("dcc:declaration", "dcc:content+"),
+    ("dcc:measurementResults", "dcc:measurementResult+"),
+    ("dcc:measurementResult", "dcc:name dcc:usedMethods? dcc:measuringEquipments? dcc:results"),
+    ("dcc:usedMethods", "dcc:usedMethod+"),
+    ("dcc:usedMethod", "dcc:name dcc:norm*"),
+    ("dcc:measuringEquipments", "dcc:measuringEquipment+"),
+    ("dcc:measuringEquipment", "dcc:name dcc:manufacturer? dcc:model? dcc:identifications?"),
+    ("dcc:results", "dcc:result+"),
+    ("dcc:result", "dcc:name dcc:description? dcc:data"),
+    ("dcc:description", "dcc:content+"),
+    ("dcc:data", "dcc:quantity+"),
+    ("dcc:quantity", "dcc:name dcc:description? si:real? si:hybrid? si:realListXMLList?"),
+    ("dcc:name", "dcc:content+"),
+    ("si:hybrid", "si:real+"),
+    ("si:real", "si:label? si:value si:unit si:measurementUncertaintyUnivariate?"),
+    ("si:measurementUncertaintyUnivariate", "si:expandedMU"),
+    ("si:expandedMU", "si:valueExpandedMU si:coverageFactor si:coverageProbability si:distribution?"),
+    ("si:realListXMLList", "si:labelXMLList? si:valueXMLList si:unitXMLList si:ellipsoidalRegionXMLList?"),
+    ("si:ellipsoidalRegionXMLList", "si:covarianceMatrix si:coverageFactor si:coverageProbability si:distribution?"),
+    ("si:covarianceMatrix", "si:column+"),
+    ("si:column", "si:covariance+"),
+    ("si:covariance", "si:value si:unit"),
+];
+
+/// Check one element and all below it against the sequences.
+fn check_structure(element: &Element) {
+    let Some((_, sequence)) = SEQUENCES.iter().find(|(name, _)| *name == element.name) else {
+        assert!(element.children.is_empty(), "{} has children", element.name);
+        assert!(!element.text.trim().is_empty(), "{} is empty", element.name);
+        return;
+    };
+    let mut children = element.children.iter().map(|child| child.name.as_str()).peekable();
+    for step in sequence.split_whitespace() {
+        let name = step.trim_end_matches(['?', '+', '*']);
+        let mut seen = 0;
+        while children.next_if_eq(&name).is_some() {
+            seen += 1;
+        }
+        let good = match step.chars().last() {
+            Some('?') => seen <= 1,
+            Some('+') => seen >= 1,
+            Some('*') => true,
+            _ => seen == 1,
+        };
+        assert!(good, "{}: {seen} of {step}", element.name);
+    }
+    assert_eq!(children.next(), None, "in {}", element.name);
+    element.children.iter().for_each(check_structure);
+}
+
+#[test]
+fn the_certificate_has_the_structure_of_the_schema() {
+    for campaign in
+        [TABLE_1, "data/campaigns/li2012-table2.campaign.json", "tests/data/simulated/imu-three-axis.campaign.json"]
+    {
+        let root = certificate(campaign, LAB);
+        assert_eq!(root.attribute("schemaVersion"), Some("3.3.0"));
+        assert_eq!(root.attribute("xmlns:dcc"), Some("https://ptb.de/dcc"));
+        assert_eq!(root.attribute("xmlns:si"), Some("https://ptb.de/si"));
+        check_structure(&root);
+        for quantity in root.all("dcc:quantity") {
+            let kinds = ["si:real", "si:hybrid", "si:realListXMLList"];
+            assert_eq!(quantity.children.iter().filter(|c| kinds.contains(&c.name.as_str())).count(), 1);
+        }
+        for factor in root.all("si:coverageFactor") {
+            assert!(factor.text.parse::<f64>().unwrap() >= 1.0 && !factor.text.contains(['e', 'E']));
+        }
+    }
+}
+
+#[test]
+fn the_numbers_are_those_of_the_report() {
+    let root = certificate(TABLE_1, LAB);
+    let (_, json, _) = tumble(&["fit", TABLE_1, "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let reals = root.all("si:real");
+    let find = |id: &str, unit: &str| {
+        let real = reals.iter().find(|r| r.text_of("si:label") == id && r.text_of("si:unit") == unit);
+        real.unwrap_or_else(|| panic!("{id} in {unit}"))
+    };
+    let number = |element: &Element, name: &str| element.text_of(name).parse::<f64>().unwrap();
+    for parameter in report["parameters"].as_array().unwrap() {
+        let id = parameter["id"].as_str().unwrap();
+        let angle = parameter["kind"] == "tilt";
+        let real = find(id, if angle { "\\radian" } else { "\\volt" });
+        assert_eq!(number(real, "si:value"), parameter["value"].as_f64().unwrap());
+        assert_eq!(number(real, "si:valueExpandedMU"), parameter["U"].as_f64().unwrap());
+        // the schema's factor has no exponent: nine decimals
+        assert!((number(real, "si:coverageFactor") - parameter["k"].as_f64().unwrap()).abs() < 1e-9);
+        assert_eq!(number(real, "si:coverageProbability"), 0.95);
+        if angle {
+            assert_eq!(number(find(id, "\\arcsecond"), "si:value"), parameter["arcsec"]["value"].as_f64().unwrap());
+        }
+    }
+    // the published table: 162.2 arcsec with the sign that the paper's own formula gives, and 24 degrees of freedom
+    assert!((number(find("dtheta_y2", "\\arcsecond"), "si:value") + 162.2).abs() < 0.5);
+    assert!((number(find("dtheta_y2", "\\radian"), "si:coverageFactor") - 2.0638985616).abs() < 1e-6);
+}
+
+#[test]
+fn the_covariance_is_that_of_the_report() {
+    let root = certificate(TABLE_1, LAB);
+    let (_, json, _) = tumble(&["fit", TABLE_1, "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let columns = root.all("si:column");
+    assert_eq!(columns.len(), 6);
+    for (j, column) in columns.iter().enumerate() {
+        for (i, entry) in column.children.iter().enumerate() {
+            let value: f64 = entry.text_of("si:value").parse().unwrap();
+            assert_eq!(value, report["covariance"]["matrix"][i][j].as_f64().unwrap());
+        }
+    }
+    let list = &root.all("si:realListXMLList")[0];
+    assert_eq!(list.text_of("si:labelXMLList"), "V0 dtheta_y0 dtheta_x0 dtheta_y1 dtheta_y2 dtheta_z2");
+    assert_eq!(list.text_of("si:unitXMLList").split(' ').count(), 6);
+    // k^2 = 6 F(0.95; 6, 24) with F = 2.508 (printed tables)
+    let region = &root.all("si:ellipsoidalRegionXMLList")[0];
+    let k: f64 = region.text_of("si:coverageFactor").parse().unwrap();
+    assert!((k - (6.0_f64 * 2.508).sqrt()).abs() < 1e-3, "{k}");
+}
+
+#[test]
+fn identities_come_from_the_lab_file_and_survive_markup() {
+    let folder = tempfile::tempdir().unwrap();
+    let hostile = "</dcc:name><x y='\"'>& ]]> \u{201c}\u{e4}\u{201d}";
+    let mut lab: serde_json::Value = serde_json::from_str(&fs::read_to_string(LAB).unwrap()).unwrap();
+    for key in ["laboratory", "customer"] {
+        lab[key]["name"] = hostile.into();
+    }
+    lab["items"][0]["identifications"][0]["value"] = hostile.into();
+    let path = folder.path().join("lab.json");
+    fs::write(&path, lab.to_string()).unwrap();
+    let root = certificate(TABLE_1, path.to_str().unwrap());
+    check_structure(&root);
+    assert_eq!(root.all("dcc:contact")[0].all("dcc:content")[0].text, hostile);
+    assert_eq!(root.all("dcc:identification")[0].text_of("dcc:value"), hostile);
+    assert_eq!(root.all("dcc:uniqueIdentifier")[0].text, "TT-2026-0017");
+}
+
+#[test]
+fn a_missing_or_wrong_identity_is_refused_by_name_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (lab_path, certificate) = (folder.path().join("lab.json"), folder.path().join("certificate.xml"));
+    let good: serde_json::Value = serde_json::from_str(&fs::read_to_string(LAB).unwrap()).unwrap();
+    let refused = |change: &dyn Fn(&mut serde_json::Value), words: &[&str]| {
+        let mut lab = good.clone();
+        change(&mut lab);
+        fs::write(&lab_path, serde_json::to_string_pretty(&lab).unwrap()).unwrap();
+        let arguments = ["fit", TABLE_1, "--dcc", certificate.to_str().unwrap(), "--lab", lab_path.to_str().unwrap()];
+        let (code, _, errors) = tumble(&arguments);
+        assert_eq!(code, 1, "{errors}");
+        for word in words {
+            assert!(errors.contains(word), "'{word}' is not in: {errors}");
+        }
+        assert!(!certificate.exists());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    };
+    refused(
+        &|lab| drop(lab["laboratory"].as_object_mut().unwrap().remove("name")),
+        &["the key \"name\" is missing", "laboratory"],
+    );
+    refused(&|lab| drop(lab.as_object_mut().unwrap().remove("customer")), &["the key \"customer\" is missing"]);
+    refused(
+        &|lab| drop(lab["certificate"].as_object_mut().unwrap().remove("id")),
+        &["the key \"id\" is missing", "certificate"],
+    );
+    refused(&|lab| lab["laboratory"]["name"] = "  ".into(), &["laboratory.name", "line"]);
+    refused(&|lab| lab["persons"] = serde_json::json!([]), &["persons", "a responsible person"]);
+    refused(&|lab| lab["items"][0]["identifications"] = serde_json::json!([]), &["items[0].identifications"]);
+    refused(&|lab| lab["certificate"]["country"] = "Germany".into(), &["certificate.country", "DE"]);
+    refused(&|lab| lab["certificate"]["end"] = "2026-02-30".into(), &["certificate.end", "YYYY-MM-DD"]);
+    refused(&|lab| lab["certificate"]["issued"] = "2026-05-01".into(), &["before"]);
+    refused(&|lab| lab["certificate"]["location"] = "moon".into(), &["moon"]);
+    refused(&|lab| lab["customer"]["name"] = "a\u{7}b".into(), &["customer.name", "U+0007"]);
+    refused(&|lab| lab["seal"] = true.into(), &["seal"]);
+    let (code, _, errors) = tumble(&["fit", TABLE_1, "--dcc", certificate.to_str().unwrap()]);
+    assert!(code == 1 && errors.contains("--lab"), "{errors}");
+    assert!(!Path::new(&certificate).exists());
+}
+
+#[test]
+fn what_cannot_be_certified_is_refused() {
+    let (code, _, errors) = tumble(&["fit", TABLE_1, "--level", "0.5", "--dcc", "-", "--lab", LAB]);
+    assert!(code == 1 && errors.contains("coverage factor"), "{errors}");
+    let (code, _, errors) = tumble(&["fit", "tests/data/gum/h3.campaign.json", "--dcc", "-", "--lab", LAB]);
+    assert!(code == 1 && errors.contains("unit"), "{errors}");
+}
+
+#[test]
+fn what_is_not_estimable_is_named_and_not_given() {
+    let root = certificate("tests/data/simulated/accelerometer-rank-defect.campaign.json", LAB);
+    check_structure(&root);
+    let labels: Vec<String> = root.all("si:label").iter().map(|l| l.text.clone()).collect();
+    assert!(!labels.iter().any(|label| label == "V0") && labels.iter().any(|label| label == "dtheta_y2"));
+    let remarks: Vec<String> = root.all("dcc:content").iter().map(|c| c.text.clone()).collect();
+    assert!(remarks.iter().any(|r| r.contains("Not estimable") && r.contains("V0 + kI*dtheta_y0")));
+}
+
+#[test]
+fn the_lab_file_has_a_schema_and_the_example_obeys_it() {
+    let schema = tumble::wire::schema("lab").unwrap();
+    let lab: serde_json::Value = serde_json::from_str(&fs::read_to_string(LAB).unwrap()).unwrap();
+    assert!(jsonschema::is_valid(&schema, &lab));
+    assert!(!jsonschema::is_valid(&schema, &serde_json::json!({})));
+}

@@ -1,0 +1,125 @@
+//! The manual is true: every `tumble` command that a README shows is run where the README stands, and prints what the README shows.
+//!
+//! A command is a fenced `sh` block with lines `tumble ...`; the `text` block that follows is its output (stdout, then stderr).
+//! `UPDATE=1 cargo test --release --test program examples` writes the outputs anew; read the difference before you commit it.
+
+use crate::support::*;
+use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The README and those of the examples.
+fn readmes() -> Vec<PathBuf> {
+    let mut found = vec![root().join("README.md")];
+    for entry in std::fs::read_dir(root().join("examples")).expect("examples") {
+        let readme = entry.expect("an entry").path().join("README.md");
+        if readme.exists() {
+            found.push(readme);
+        }
+    }
+    found.sort();
+    found
+}
+
+fn run(folder: &Path, line: &str) -> String {
+    let arguments = line.split_whitespace().skip(1).take_while(|word| *word != "#");
+    let output =
+        Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n").trim_end().to_string()
+}
+
+/// A README with the outputs of its commands as they are now, and how many there are.
+fn renewed(path: &Path) -> (String, usize) {
+    let text = std::fs::read_to_string(path).expect("a README");
+    let folder = path.parent().expect("a folder");
+    let (mut out, mut commands, mut shown) = (String::new(), Vec::new(), 0);
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        out.push_str(line);
+        out.push('\n');
+        if line == "```sh" {
+            for line in lines.by_ref() {
+                out.push_str(line);
+                out.push('\n');
+                if line == "```" {
+                    break;
+                }
+                if line.starts_with("tumble ") {
+                    commands.push(line.to_string());
+                }
+            }
+        } else if line == "```text" && !commands.is_empty() {
+            let outputs: Vec<String> = commands.drain(..).map(|command| run(folder, &command)).collect();
+            shown += outputs.len();
+            out.push_str(&outputs.join("\n"));
+            out.push_str("\n```\n");
+            lines.by_ref().find(|line| *line == "```");
+        }
+    }
+    assert!(commands.is_empty(), "{}: {commands:?} without a text block that shows what they print", path.display());
+    (out, shown)
+}
+
+#[test]
+fn readmes_show_what_the_program_prints() {
+    let mut total = 0;
+    for path in readmes() {
+        let (text, shown) = renewed(&path);
+        total += shown;
+        if std::env::var_os("UPDATE").is_some() {
+            std::fs::write(&path, &text).expect("written");
+        }
+        let committed = std::fs::read_to_string(&path).expect("a README");
+        for (k, (is, should)) in committed.lines().zip(text.lines()).enumerate() {
+            assert_eq!(is, should, "{}, line {}", path.display(), k + 1);
+        }
+        assert_eq!(committed.lines().count(), text.lines().count(), "{}", path.display());
+    }
+    println!("{total} commands shown");
+    assert!(total >= 10);
+}
+
+#[test]
+fn examples_hold_the_published_tables() {
+    for (example, original) in [
+        ("01-gyro-table/table1", "li2012/li2012-table1"),
+        ("02-accelerometer/table2", "li2012/li2012-table2"),
+        ("04-no-chain/thermometer", "gum/h3"),
+        ("04-no-chain/levelling", "levelling/krumm"),
+    ] {
+        let text =
+            std::fs::read_to_string(root().join(format!("examples/{example}.campaign.json"))).expect("a campaign");
+        let example: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(example["readings"], json(&format!("{original}.campaign.json"))["readings"]);
+    }
+}
+
+/// The truth behind example 03 (tests/scripts/example_readings.py) lies inside the expanded uncertainties.
+#[test]
+fn your_own_positions_hold_their_truth() {
+    let folder = root().join("examples/03-your-own-positions");
+    let source = |name: &str| tumble::wire::Source {
+        name: name.into(),
+        text: std::fs::read_to_string(folder.join(name)).expect("a file"),
+    };
+    let campaign = tumble::wire::read_campaign(&source("my-positions.campaign.json"), &mut |name| Ok(source(name)))
+        .expect("a campaign");
+    let fit = fitted(&campaign);
+    assert_eq!(fit.estimate.dof, 14);
+    for (id, truth) in
+        [("surface_x", 12.0), ("surface_y", -25.0), ("fixture_y", 48.0), ("gyro_y", -95.0), ("gyro_z", 130.0)]
+    {
+        let parameter = fit.parameters.iter().find(|p| p.id == id).expect("a parameter");
+        let expanded = parameter.uncertainty.as_ref().expect("an uncertainty").expanded;
+        assert_within(value(&fit, id), truth * ARCSEC, expanded, id);
+        assert!(expanded < 3.0 * ARCSEC, "{id}: U is {:.2} arcsec", expanded / ARCSEC);
+    }
+    // the scale factor's own uncertainty is the only Type B part
+    let gyro_z = fit.parameters.iter().find(|p| p.id == "gyro_z").expect("a parameter");
+    let kind = gyro_z.budget.iter().find(|line| line.source.contains("kI")).expect("a line for kI");
+    assert!(digits(kind.u, 129.68 * ARCSEC * 0.004 / 2.9222) > 3.0);
+}

@@ -1,0 +1,209 @@
+//! Reports as pages: one file that needs nothing else, every section where it belongs, numbers of the report, hostile names harmless.
+
+use crate::markup::{Element, element};
+use assert_cmd::Command;
+use std::fs;
+
+const TABLE_1: &str = "data/campaigns/li2012-table1.campaign.json";
+const TABLE_2: &str = "data/campaigns/li2012-table2.campaign.json";
+const RANK_DEFECT: &str = "tests/data/simulated/accelerometer-rank-defect.campaign.json";
+const SIX_SENSORS: &str = "tests/data/simulated/imu-three-axis.campaign.json";
+
+fn tumble(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("tumble").unwrap().args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+fn page(campaign: &str) -> String {
+    let (code, text, errors) = tumble(&["fit", campaign, "--html", "-"]);
+    assert!(code != 1, "{errors}");
+    text
+}
+
+/// The page as a tree: void elements closed, the doctype and the style (which is no markup) left out.
+fn tree(page: &str) -> Element {
+    let body = page.replace("<!DOCTYPE html>", "");
+    let (head, rest) = body.split_once("<style>").unwrap();
+    let (_, rest) = rest.split_once("</style>").unwrap();
+    let closed = format!("{head}{rest}");
+    element(
+        &closed
+            .replace("<meta charset=\"utf-8\">", "")
+            .replace("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">", ""),
+    )
+}
+
+fn headings(page: &str) -> Vec<String> {
+    tree(page).all("h2").into_iter().map(|h| h.text).collect()
+}
+
+#[test]
+fn a_page_is_one_well_formed_file_that_loads_nothing() {
+    for campaign in [TABLE_1, TABLE_2, RANK_DEFECT, SIX_SENSORS] {
+        let text = page(campaign);
+        let root = tree(&text);
+        assert!(root.all("script").is_empty() && root.all("link").is_empty() && root.all("img").is_empty());
+        for hungry in ["src=", "@import", "url("] {
+            assert!(!text.contains(hungry), "{campaign}: {hungry}");
+        }
+        // the only address is the name of the SVG namespace
+        let addresses = text.matches("http").count();
+        assert_eq!(addresses, text.matches("http://www.w3.org/2000/svg").count(), "{campaign}");
+        assert!(text.contains("@media print"));
+        assert!(root.all("svg").iter().all(|svg| !svg.all("text").is_empty()), "{campaign}: a figure without text");
+        let anchors: Vec<String> = root
+            .all("a")
+            .iter()
+            .filter_map(|a| a.attribute("href").map(|h| h.trim_start_matches('#').into()))
+            .collect();
+        let ids: Vec<String> = root.all("section").iter().filter_map(|s| s.attribute("id").map(String::from)).collect();
+        assert_eq!(anchors, ids);
+        assert!(text.len() < 1_000_000, "{campaign}: {} bytes", text.len());
+    }
+}
+
+#[test]
+fn the_page_of_table_1_says_what_the_report_says() {
+    let text = page(TABLE_1);
+    for heading in [
+        "Result",
+        "Estimates",
+        "The correction to apply",
+        "Where the uncertainty comes from",
+        "Residuals and correlations",
+        "Comparison with the published closed forms",
+        "What was assumed",
+        "Readings",
+    ] {
+        assert!(headings(&text).iter().any(|h| h == heading), "{heading} is not in {:?}", headings(&text));
+    }
+    // the paper's table: 162.2, 55.8 and 171.5 arcsec from the mean of three rates; least squares within half an arcsecond
+    for number in ["\u{2212}162.07", "56.02", "171.48"] {
+        assert!(text.contains(number), "{number}");
+    }
+    assert!(text.contains("w_I = (V - V0)/kI") && text.contains("w_I = (V - 0.001582"));
+    assert!(text.contains("<code class=\"short\">dtheta_z1</code>"), "what was assumed zero");
+    // the digest is that of the file: the same that sha256sum prints
+    use sha2::Digest;
+    let digest = sha2::Sha256::digest(fs::read(TABLE_1).unwrap());
+    let hexadecimal: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert!(text.contains(&hexadecimal));
+    assert_eq!(text, page(TABLE_1), "the same inputs give the same bytes");
+}
+
+#[test]
+fn every_reading_is_listed_and_drawn() {
+    let root = tree(&page(TABLE_1));
+    let tables = root.all("table");
+    let rows = tables.last().unwrap().all("tbody")[0].all("tr").len();
+    assert_eq!(rows, 30);
+    let residuals = root.all("svg").into_iter().find(|svg| svg.all("text").iter().any(|t| t.text.contains("residual")));
+    assert_eq!(residuals.unwrap().all("circle").len(), 30);
+}
+
+#[test]
+fn a_rank_defect_is_named_and_the_correction_says_what_is_missing() {
+    let text = page(RANK_DEFECT);
+    assert!(headings(&text).iter().any(|h| h.starts_with("Not estimable")));
+    assert!(text.contains("V0 + kI*dtheta_y0") && text.contains("V0 - kI*dtheta_y0"));
+    assert!(text.contains("cannot be corrected by itself"));
+    assert!(!headings(&page(TABLE_1)).iter().any(|h| h.starts_with("Not estimable")));
+}
+
+#[test]
+fn six_sensors_have_six_residual_figures_and_six_corrections() {
+    let text = page(SIX_SENSORS);
+    let root = tree(&text);
+    let figures = root.all("figcaption").into_iter().filter(|c| c.text.starts_with("Residuals of")).count();
+    assert_eq!(figures, 6);
+    for line in
+        ["w_I = (Gx - BGx - PGx*w_P - QGx*w_Q - Dx*a_I)/SGx", "a_I = (Az - BAz - PAz*a_P - QAz*a_Q - Kz*a_I^2)/SAz"]
+    {
+        assert!(text.contains(line), "{line}");
+    }
+}
+
+#[test]
+fn the_correction_undoes_the_model() {
+    // a line with all kinds of terms: V = 0.5 + 2 a + 0.01 a^2 - 3 T, solved for a and iterated, gives back a = 0.25 at T = 1
+    let text = r#"{ "bench": { "id": "b", "chain": [ {"joint": "t", "about": "x"} ],
+          "sensors": { "V": { "unit": "V", "axes": {"I": "z"}, "model": "V0 + k*a_I + q*a_I^2 - c*temp_c" } } },
+        "known": { "k": {"value": 2}, "q": {"value": 0.01}, "c": {"value": 3} }, "estimate": { "V0": {} },
+        "readings": [ {"t_deg": 0, "temp_c": 0, "V": 2.51}, {"t_deg": 180, "temp_c": 0, "V": -1.49} ] }"#;
+    let source = tumble::wire::Source { name: "b".into(), text: text.into() };
+    let campaign = tumble::wire::read_campaign(&source, &mut |_| unreachable!()).unwrap();
+    let fit = tumble::fit::fit(&campaign, &tumble::fit::Settings::default()).unwrap();
+    let corrections = tumble::report::corrections(&fit);
+    assert_eq!(corrections[0].symbolic, "a_I = (V - V0 - q*a_I^2 + c*temp_c)/k");
+    assert!(corrections[0].iterate && corrections[0].missing.is_empty());
+    let (_, right) = corrections[0].numeric.as_deref().unwrap().split_once(" = ").unwrap();
+    let line = tumble::algebra::Expression::parse(right).unwrap();
+    let tape = tumble::algebra::Tape::compile(&line, &["V", "a_I", "temp_c"]).unwrap();
+    let reading = 0.5 + 2.0 * 0.25 + 0.01 * 0.25 * 0.25 - 3.0;
+    let mut input = 0.0;
+    for _ in 0..10 {
+        input = tape.value(&[reading, input, 1.0], &mut tumble::algebra::Scratch::default());
+    }
+    assert!((input - 0.25).abs() < 1e-12, "{input}");
+}
+
+#[test]
+fn hostile_names_stay_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let hostile = "<script>alert('1')</script>\"&`|*_x\u{7}";
+    let mut campaign: serde_json::Value = serde_json::from_str(&fs::read_to_string(TABLE_1).unwrap()).unwrap();
+    let mut bench: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string("data/benches/gyro-turntable.bench.json").unwrap()).unwrap();
+    bench["title"] = hostile.into();
+    bench["source"] = hostile.into();
+    bench["sensors"]["V"]["unit"] = hostile.into();
+    campaign["bench"] = bench;
+    for reading in campaign["readings"].as_array_mut().unwrap() {
+        reading["position"] = hostile.into();
+    }
+    let path = folder.path().join("hostile.campaign.json");
+    fs::write(&path, campaign.to_string()).unwrap();
+    let text = page(path.to_str().unwrap());
+    let root = tree(&text);
+    assert!(root.all("script").is_empty() && !text.contains('\u{7}'));
+    assert!(root.text_of("h1").starts_with("<script>alert('1')</script>\"&"));
+    let (code, markdown, _) = tumble(&["fit", path.to_str().unwrap(), "--md", "-"]);
+    assert_eq!(code, 0);
+    // in markdown a cell's bar and a tag's bracket are escaped, so that the table keeps its columns
+    let row = markdown.lines().find(|line| line.starts_with("|   1 ") || line.starts_with("|  1 ")).unwrap();
+    assert!(row.contains("\\<script>") && row.contains("\\|"));
+}
+
+#[test]
+fn markdown_has_the_same_sections_and_numbers() {
+    let (_, markdown, _) = tumble(&["fit", TABLE_1, "--md", "-"]);
+    let sections: Vec<&str> = markdown.lines().filter_map(|line| line.strip_prefix("## ")).collect();
+    assert_eq!(sections, headings(&page(TABLE_1)));
+    assert!(markdown.contains("| `dtheta_y2` |  -162.07 | 0.59 |"));
+    for block in markdown.split("\n\n").filter(|block| block.starts_with('|')) {
+        let bars: Vec<usize> = block.lines().map(|line| line.replace("\\|", "").matches('|').count()).collect();
+        assert!(bars.iter().all(|n| *n == bars[0]), "a table loses its columns:\n{block}");
+    }
+}
+
+#[test]
+fn compare_writes_pages_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let (html, md) = (folder.path().join("c.html"), folder.path().join("c.md"));
+    let (code, _, errors) =
+        tumble(&["compare", TABLE_1, "--html", html.to_str().unwrap(), "--md", md.to_str().unwrap()]);
+    assert!(code != 1, "{errors}");
+    let text = fs::read_to_string(html).unwrap();
+    assert!(headings(&text).contains(&"Group by group".to_string()));
+    assert!(fs::read_to_string(md).unwrap().contains("## Group by group"));
+}
+
+#[test]
+fn a_page_that_cannot_be_written_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("none").join("page.html");
+    let (code, _, errors) = tumble(&["fit", TABLE_1, "--html", path.to_str().unwrap()]);
+    assert!(code == 1 && errors.contains("cannot write"), "{errors}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}

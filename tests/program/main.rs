@@ -1,0 +1,12 @@
+//! The program as a user meets it: files, errors, examples, pages, certificates, schemas.
+
+mod bad_input;
+mod cli;
+mod dcc;
+mod examples;
+mod html;
+#[path = "../markup/mod.rs"]
+mod markup;
+mod schemas;
+#[path = "../support/mod.rs"]
+mod support;

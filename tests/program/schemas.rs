@@ -1,0 +1,106 @@
+//! The JSON Schemas in `schemas/` are those of the Rust types, and every file that ships is valid under its schema.
+//!
+//! `UPDATE=1 cargo test --release --test program schemas` writes them anew after a type has changed.
+
+use crate::support::*;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use tumble::{compare, fit, report};
+
+fn root(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+fn validator(kind: &str) -> jsonschema::Validator {
+    let schema = report::schema(kind).unwrap_or_else(|| panic!("no schema {kind}"));
+    jsonschema::validator_for(&schema).unwrap_or_else(|error| panic!("{kind}: {error}"))
+}
+
+/// Files below a folder whose name ends so.
+fn files(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() && !path.ends_with("bad") {
+            files(&path, ending, found);
+        } else if path.to_string_lossy().ends_with(ending) {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn committed_schemas_are_the_generated_ones() {
+    let mut expected: Vec<String> = Vec::new();
+    for kind in report::schemas() {
+        let text = serde_json::to_string_pretty(&report::schema(kind).expect("a schema")).expect("JSON") + "\n";
+        let path = root("schemas").join(format!("{kind}.schema.json"));
+        if std::env::var_os("UPDATE").is_some() {
+            std::fs::write(&path, &text).expect("written");
+        }
+        let committed = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        assert!(
+            committed == text,
+            "schemas/{kind}.schema.json is out of date: UPDATE=1 cargo test --release --test program schemas"
+        );
+        expected.push(format!("{kind}.schema.json"));
+    }
+    let mut found = Vec::new();
+    files(&root("schemas"), ".json", &mut found);
+    assert_eq!(found.len(), expected.len(), "no schema without a type: {found:?}");
+}
+
+#[test]
+fn every_shipped_file_is_valid() {
+    for (kind, ending) in [("bench", ".bench.json"), ("campaign", ".campaign.json")] {
+        let validator = validator(kind);
+        let mut found = Vec::new();
+        for folder in ["data", "examples", "tests/data"] {
+            files(&root(folder), ending, &mut found);
+        }
+        println!("{} files under the {kind} schema", found.len());
+        assert!(!found.is_empty());
+        for path in found {
+            let text = std::fs::read_to_string(&path).expect("text");
+            let value: Value =
+                serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            if let Some(error) = validator.iter_errors(&value).next() {
+                panic!("{}: {error} at {}", path.display(), error.instance_path());
+            }
+        }
+    }
+}
+
+#[test]
+fn unknown_keys_are_invalid() {
+    let validator = validator("campaign");
+    let index = json("bad/INDEX.json");
+    let mut refused = 0;
+    for (name, _) in
+        entries(&index).filter(|(name, _)| name.starts_with("unknown-key") || name.starts_with("missing-b"))
+    {
+        assert!(!validator.is_valid(&json(&format!("bad/{name}"))), "{name}");
+        refused += 1;
+    }
+    assert!(refused >= 8);
+}
+
+#[test]
+fn reports_are_valid() {
+    for name in ["li2012/li2012-table1.campaign.json", "li2012/li2012-table2.campaign.json"] {
+        let campaign = campaign(name);
+        let report = serde_json::to_value(report::fit_report(&fitted(&campaign))).expect("JSON");
+        assert!(validator("fit-report").is_valid(&report), "{name}");
+        let forms = compare::closed_forms(&campaign.bench.id).expect("closed forms");
+        let comparison = compare::compare(&campaign, &forms, &fit::Settings::default()).expect("a comparison");
+        let report = serde_json::to_value(report::compare_report(&comparison)).expect("JSON");
+        assert!(validator("compare-report").is_valid(&report), "{name}");
+    }
+    // what cannot be known is null, also there
+    for name in
+        ["bad/rank-defect.campaign.json", "bad/no-redundancy.campaign.json", "xsens/static-positions.campaign.json"]
+    {
+        let report = serde_json::to_value(report::fit_report(&exact(&campaign(name)))).expect("JSON");
+        let errors: Vec<String> = validator("fit-report").iter_errors(&report).map(|error| error.to_string()).collect();
+        assert!(errors.is_empty(), "{name}: {errors:?}");
+    }
+}
