@@ -46,6 +46,7 @@ pub mod bench;
 pub mod campaign;
 pub mod cli;
 pub mod compare;
+pub mod correction;
 pub mod design;
 pub mod diagnosis;
 pub mod error;

@@ -37,6 +37,9 @@ pub(super) struct Arguments {
     /// Also print the uncertainty budget of every quantity, and the correlations.
     #[arg(long)]
     budget: bool,
+    /// Also print how readings are corrected: matrix, bias, and where the first order holds.
+    #[arg(long)]
+    correction: bool,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -99,6 +102,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     if !to_stdout {
         super::print(&report::table::fit(&report, arguments.readings));
+        if arguments.correction {
+            super::print(&report::correction_table(&report));
+        }
         if arguments.budget {
             super::print(&report::fit_checks_table::budget(&report));
         }

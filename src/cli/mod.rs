@@ -3,10 +3,13 @@
 //! Results go to stdout, progress, notes and errors to stderr. Exit codes: 0 done; 1 the question is malformed; 2 done, and the answer is
 //! "rejected" (rank defect, failed global test, missing effect).
 
+mod apply;
 mod bench;
+mod calibrations;
 mod check;
 mod compare;
 mod diagnose;
+mod export;
 mod files;
 mod fit;
 mod navigate;
@@ -32,8 +35,12 @@ struct Cli {
 enum Command {
     /// Estimate every angle and coefficient of a campaign, each with its uncertainty.
     Fit(fit::Arguments),
-    /// The same angles by the published closed forms, side by side with least squares and the printed table.
+    /// The published closed forms beside least squares; or two calibrations of one unit, or the history of many.
     Compare(compare::Arguments),
+    /// Correct a record with a calibration.
+    Apply(apply::Arguments),
+    /// Write a calibration's correction as source code, or for another program.
+    Export(export::Arguments),
     /// Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
     Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
@@ -85,6 +92,8 @@ fn run(command: Command) -> Result<Outcome> {
     match command {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Apply(arguments) => apply::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Navigate(arguments) => navigate::run(&arguments),

@@ -39,6 +39,9 @@ pub struct FitReport {
     pub readings: Vec<ReadingReport>,
     /// Correlations of the estimated parameters.
     pub correlation: CovarianceReport,
+    /// How readings of this unit are corrected; absent where no sensor follows a rate or specific force that the fit determines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<crate::wire::CorrectionFile>,
     /// What scatters in the readings.
     pub scatter: Vec<ScatterReport>,
     /// Do the readings agree with the model?

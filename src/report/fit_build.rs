@@ -7,8 +7,10 @@ use super::fit::{
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
 use crate::campaign::{Campaign, Kind, Role};
+use crate::correction::Calibration;
 use crate::fit::{Fit, State};
 use crate::uncertainty::{Combined, Contribution, Evaluation};
+use crate::wire::CorrectionFile;
 use std::collections::BTreeMap;
 
 /// The report of a fit.
@@ -21,6 +23,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
         .collect();
     FitReport {
+        correction: CorrectionFile::of(&Calibration::of(fit)),
         tumble: VERSION.into(),
         report: "fit".into(),
         bench: campaign.bench.id.clone(),

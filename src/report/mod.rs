@@ -8,12 +8,13 @@
 //! | `fit.rs`, `fit_build.rs`, `fit_table.rs` | a fit: the keys of its report, the report from the fit, the table |
 //! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs`, `fit_checks_table.rs` | what that report says of the readings, the constraints and the Monte Carlo |
 //! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |
+//! | `changes.rs` | two calibrations of one unit, the history of many |
 //! | `diagnose/` | a diagnosis: gap, effects, verdict |
 //! | `plan.rs`, `plan_build.rs`, `plan_table.rs` | a schedule judged or chosen |
 //! | `foresight.rs`, `foresight_table.rs` | which effects a schedule would show |
 //! | `navigate.rs` | errors of a navigator over a mission |
 //! | `navigate_diagnose.rs`, `navigate_diagnose_table.rs` | effects found from the errors of a navigator |
-//! | `correction.rs` | the model lines solved for their inputs, the mounting of the sensors |
+//! | `correction.rs` | the correction of readings, for a person |
 //! | `separation.rs` | what is not estimable, and what would separate it |
 //! | `provenance.rs` | files that a report was made from |
 //! | `series.rs` | a mission over time as CSV or Parquet |
@@ -24,6 +25,7 @@
 //!
 //! Deliberately absent: computing anything.
 
+mod changes;
 mod compare;
 mod compare_table;
 mod correction;
@@ -54,8 +56,12 @@ pub mod series;
 pub mod table;
 pub mod wrap;
 
+pub use changes::{
+    CalibratedReport, ChangeOfReport, ChangesReport, HistoryReport, TogetherReport, TrendReport, changes_report,
+    changes_table, date_of, determination, history_report, history_table,
+};
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
-pub use correction::{Correction, Direction, Mounting, corrections, mounting};
+pub use correction::{correction_lines, correction_table, given_sentence, validity_sentence};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
@@ -117,6 +123,8 @@ pub fn schemas() -> Vec<&'static str> {
         .chain([
             "fit-report",
             "compare-report",
+            "compare-calibrations-report",
+            "compare-history-report",
             "diagnose-report",
             "plan-report",
             "navigate-report",
@@ -133,6 +141,8 @@ pub fn schemas() -> Vec<&'static str> {
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
+        "compare-calibrations-report" => Some(schemars::schema_for!(ChangesReport).to_value()),
+        "compare-history-report" => Some(schemars::schema_for!(HistoryReport).to_value()),
         "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),

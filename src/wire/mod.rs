@@ -5,6 +5,7 @@
 
 mod bench_file;
 mod campaign_file;
+mod correction_file;
 mod csv_readings;
 mod effects_file;
 mod imu_errors_file;
@@ -22,6 +23,9 @@ mod write;
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
 pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
+pub use correction_file::{
+    CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use imu_errors_file::{AxesFile, ErrorsFile, InstallationAngles, InstallationFile};

@@ -19,7 +19,7 @@ pub fn fit_page(fit: &Fit, report: &FitReport, comparison: Option<&CompareReport
         .section(fit_answer::answer(fit, report))
         .section(fit_estimates::estimates(fit, report)?)
         .section(fit_estimates::not_estimable(report))
-        .section(fit_correction::correction(fit, report))
+        .section(fit_correction::correction(report))
         .section(fit_estimates::budget(report)?)
         .section(checks_page::monte_carlo(report))
         .section(residuals(fit, report)?)

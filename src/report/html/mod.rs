@@ -23,6 +23,7 @@
 //! | `checks_page.rs` | what was checked: readings, constraints, Monte Carlo |
 //! | `fit_readings.rs` | what was assumed, and the readings one by one |
 //! | `fit_figures.rs` | its charts |
+//! | `changes_page.rs` | two calibrations of one unit, the history of many |
 //! | `compare_page.rs` | published closed forms beside least squares |
 //! | `diagnose_page.rs`, `diagnose_figure.rs` | a diagnosis, and its gap as a chart |
 //! | `plan_page.rs` | a schedule judged or chosen |
@@ -32,6 +33,7 @@
 //! (the same report always gives the same bytes).
 
 mod cells;
+mod changes_page;
 mod checks_page;
 mod compare_page;
 mod diagnose_figure;
@@ -48,6 +50,7 @@ mod navigate_diagnose;
 mod page;
 mod plan_page;
 
+pub use changes_page::{changes_page, history_page};
 pub use compare_page::compare_page;
 pub use diagnose_figure::diagnose_svg;
 pub use diagnose_page::diagnose_page;

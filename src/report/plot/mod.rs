@@ -12,6 +12,7 @@
 //! | `positions.rs` | positions as spots |
 //! | `gap.rs` | residuals before and after a repair |
 //! | `curves.rs` | quantities against time |
+//! | `history.rs` | a quantity over calendar time |
 //! | `scale.rs`, `rules.rs` | powers of a thousand, ticks and their numbers; the rules at them |
 //!
 //! Deliberately absent: computation; a chart gets the numbers that it shows.
@@ -20,6 +21,7 @@ mod bars;
 mod correlation;
 mod curves;
 mod gap;
+mod history;
 mod normal;
 mod positions;
 mod residuals;
@@ -31,6 +33,7 @@ pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
 pub use curves::{Curve, curves};
 pub use gap::{GapPanel, GapPoint, gap};
+pub use history::{History, history};
 pub use normal::normal;
 pub use positions::{Spot, positions};
 pub use residuals::{Residual, residuals};
