@@ -7,7 +7,16 @@ use crate::wire::{CorrectionFile, MountingFile};
 /// Readings to inputs: the first order with numbers, where it holds, and the sensors' axes on the mounting face.
 pub(super) fn correction(report: &FitReport) -> Section {
     let mut section = Section::new("The correction to apply");
-    let Some(correction) = &report.correction else { return section };
+    let Some(correction) = &report.correction else {
+        let missing: Vec<&str> =
+            report.parameters.iter().filter(|p| p.state == "not-estimable").map(|p| p.id.as_str()).collect();
+        if !missing.is_empty() {
+            let verb = if missing.len() == 1 { "is" } else { "are" };
+            let text = format!("Readings cannot be corrected: {} {verb} not estimable here.", cells::names(&missing));
+            section = section.verdict(Tone::Caution, text);
+        }
+        return section;
+    };
     section = section
         .prose("All sensors are solved together for the inputs that they determine. To first order, with the numbers of this calibration:")
         .block(Block::Formula(correction_lines(correction)))
