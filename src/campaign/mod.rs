@@ -4,15 +4,13 @@
 //! Tilts are in radians, joints in degrees (exact at quarter turns), rates in degrees per second. Deliberately absent: file formats
 //! (`wire`), rows (`design`).
 
-mod angle_unit;
 mod parameters;
 mod readings;
 mod units;
 
-pub use angle_unit::AngleUnit;
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub use units::coefficient_unit;
+pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
 use crate::bench::Bench;
@@ -23,6 +21,8 @@ use crate::error::{Fault, Malformed, Result};
 pub struct Campaign {
     /// Where and with what was measured.
     pub bench: Bench,
+    /// Units of the coefficients, as the model lines tell them.
+    pub units: Inferred,
     /// Every coefficient and tilt: the estimated first (in the campaign's order), then the known, then those assumed zero.
     pub parameters: Vec<Parameter>,
     /// What must hold between estimated parameters.
@@ -49,7 +49,7 @@ pub struct Asked {
     pub start: Option<f64>,
     /// Prior value and its standard uncertainty.
     pub prior: Option<Prior>,
-    /// Unit of these numbers; tilts are converted to radians.
+    /// Unit of these numbers; converted to radians (tilts) or to the unit that the model line tells.
     pub unit: Option<String>,
 }
 
@@ -58,7 +58,7 @@ pub struct Asked {
 pub struct Given {
     /// Value, standard uncertainty, degrees of freedom, distribution.
     pub known: Known,
-    /// Unit of these numbers; tilts are converted to radians.
+    /// Unit of these numbers; converted to radians (tilts) or to the unit that the model line tells.
     pub unit: Option<String>,
 }
 
@@ -103,19 +103,20 @@ impl Campaign {
         }
         let kind_of =
             |name: &str| names.iter().find(|(other, _)| other == name).map_or(Kind::Coefficient, |(_, kind)| *kind);
+        let units = inferred(&bench, &request, &readings)?;
         let mut parameters = Vec::with_capacity(names.len());
         for (name, asked) in request.estimate {
-            parameters.push(Parameter::estimated(&bench, &name, kind_of(&name), asked)?);
+            parameters.push(Parameter::estimated(&bench, &units, &name, kind_of(&name), asked)?);
         }
         for (name, given) in request.known {
-            parameters.push(Parameter::known(&bench, &name, kind_of(&name), given)?);
+            parameters.push(Parameter::known(&bench, &units, &name, kind_of(&name), given)?);
         }
         for (name, kind) in &names {
             if !parameters.iter().any(|p| p.id == *name) {
-                parameters.push(Parameter::assumed_zero(&bench, name, *kind));
+                parameters.push(Parameter::assumed_zero(&bench, &units, name, *kind));
             }
         }
-        Ok(Campaign { bench, parameters, constraints: Vec::new(), derived: Vec::new(), readings })
+        Ok(Campaign { bench, units, parameters, constraints: Vec::new(), derived: Vec::new(), readings })
     }
 
     /// How many parameters are estimated; they are the first of [`Campaign::parameters`].
@@ -147,6 +148,20 @@ impl Campaign {
     pub fn is_measured(&self) -> bool {
         self.readings.rows.iter().any(|reading| !reading.observations.is_empty())
     }
+}
+
+/// Units as the lines tell them, with those that the request states where the lines leave one open.
+fn inferred(bench: &Bench, request: &Request, readings: &Readings) -> Result<Inferred> {
+    let plain = Inferred::new(bench, &readings.columns, &[]);
+    let estimated = request.estimate.iter().map(|(id, asked)| ("estimate", id, &asked.unit));
+    let known = request.known.iter().map(|(id, given)| ("known", id, &given.unit));
+    let mut stated = Vec::new();
+    for (section, id, unit) in known.chain(estimated) {
+        if let Some(text) = unit.as_deref().filter(|_| plain.unit(id).is_none() && !bench.tilts().any(|t| t == id)) {
+            stated.push((id.clone(), plain.parse(text).map_err(|e| e.at_path(format!("{section}.{id}.unit")))?));
+        }
+    }
+    Ok(if stated.is_empty() { plain } else { Inferred::new(bench, &readings.columns, &stated) })
 }
 
 /// Every parameter that the bench has with these readings: tilts in chain order, then coefficients in the order of the model lines.

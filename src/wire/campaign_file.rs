@@ -5,8 +5,9 @@ use super::readings_file::{self, ReadingFile};
 use super::{BenchFile, Fetch, Named, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
-use crate::campaign::{self, AngleUnit, Asked, Campaign, Constraint, Distribution, Given, Kind, Known, Prior, Role};
+use crate::campaign::{self, Asked, Campaign, Constraint, Distribution, Given, Known, Prior, Role};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Conversion;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
@@ -271,24 +272,13 @@ impl ConstraintFile {
                 }
             }
         };
-        let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
-        let scale = |all_tilts: bool| match self.unit.as_deref() {
-            None => Ok(1.0),
-            Some(symbol) => match AngleUnit::named(symbol) {
-                Some(unit) if all_tilts => Ok(unit.radians()),
-                Some(_) => Err(Malformed::new(
-                    Fault::Value,
-                    "the bounds are in an angle unit, but not every parameter is a tilt",
-                )
-                .expected("no angle unit, and factors that bring every term to the unit of the bounds")
-                .found(format!("'{symbol}'"))
-                .at_path("unit")),
-                None if all_tilts => Err(Malformed::new(Fault::Value, "tilts are angles")
-                    .expected(format!("one of {}", AngleUnit::NAMES))
-                    .found(format!("'{symbol}'"))
-                    .at_path("unit")),
-                None => Ok(1.0),
-            },
+        // numbers of the constraint to internal ones: of a term, and of the bounds, which are carried in the first term's unit
+        let converted = |members: &[usize]| -> Result<(Conversion, Vec<f64>)> {
+            let Some(unit) = self.unit.as_deref() else { return Ok((Conversion::NONE, vec![1.0; members.len()])) };
+            let own = |k: &usize| campaign.parameter_conversion(*k, unit).map_err(|e| e.at_path("unit"));
+            let all: Vec<Conversion> = members.iter().map(own).collect::<Result<_>>()?;
+            let first = all.first().copied().unwrap_or(Conversion::NONE);
+            Ok((first, all.iter().map(|own| first.factor() / own.factor()).collect()))
         };
         let finite = |value: f64, key: &str| {
             if value.is_finite() {
@@ -309,11 +299,12 @@ impl ConstraintFile {
                     .expected("for example { \"dtheta_y2\": 1 }")
                     .at_path("of"));
                 }
-                let terms: Vec<(usize, f64)> =
+                let mut terms: Vec<(usize, f64)> =
                     of.0.iter()
                         .map(|(id, factor)| Ok((index(id).map_err(|e| e.at_path(format!("of.{id}")))?, *factor)))
                         .collect::<Result<_>>()?;
-                let scale = scale(terms.iter().all(|(k, _)| is_tilt(k)))?;
+                let (to, factors) = converted(&terms.iter().map(|(k, _)| *k).collect::<Vec<_>>())?;
+                terms.iter_mut().zip(&factors).for_each(|((_, factor), own)| *factor *= own);
                 let (lower, upper) = match (between, equals) {
                     (Some([lower, upper]), _) => (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)),
                     (None, value) => {
@@ -333,7 +324,7 @@ impl ConstraintFile {
                         .found(format!("[{lower}, {upper}]"))
                         .at_path("between"));
                 }
-                Ok(Constraint::Linear { terms, lower: lower * scale, upper: upper * scale })
+                Ok(Constraint::Linear { terms, lower: to.apply(lower), upper: to.apply(upper) })
             }
             (None, Some(names), None, None, Some(at_most)) => {
                 let of: Vec<usize> = names
@@ -350,8 +341,13 @@ impl ConstraintFile {
                     .found(format!("{} parameters, at_most {at_most}", of.len()))
                     .at_path("at_most"));
                 }
-                let scale = scale(of.iter().all(is_tilt))?;
-                Ok(Constraint::Norm { of, at_most: at_most * scale })
+                let (to, factors) = converted(&of)?;
+                if factors.iter().any(|own| (own - 1.0).abs() > 1e-12) {
+                    return Err(Malformed::new(Fault::Value, "a norm is of parameters in one unit")
+                        .expected("parameters that the model line carries in the same unit")
+                        .at_path("norm_of"));
+                }
+                Ok(Constraint::Norm { of, at_most: to.apply(at_most) })
             }
             _ => Err(Malformed::new(Fault::Value, "this is not a constraint")
                 .expected("\"of\" with either \"between\" or \"equals\", or \"norm_of\" with \"at_most\"")),
