@@ -15,6 +15,7 @@ pub use units::{Inferred, coefficient_unit};
 use crate::algebra::Expression;
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 
 /// A bench, its parameters and its readings: the whole question.
 #[derive(Debug, Clone)]
@@ -200,8 +201,10 @@ fn input_description(bench: &Bench, readings: &Readings, name: &str) -> String {
     }
 }
 
-/// Check that a derived quantity uses only parameters.
-pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression) -> Result<Derived> {
+/// A derived quantity, in the unit asked for or else in the one that its line has.
+///
+/// Errors: names that are no parameters, the name of a parameter, a unit of another dimension than the line's.
+pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Option<&str>) -> Result<Derived> {
     for name in line.names() {
         if campaign.parameter_index(name).is_none() {
             let list: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
@@ -220,5 +223,31 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression) -> Result
         )
         .expected("a name of its own"));
     }
-    Ok(Derived { id: id.to_string(), line })
+    let own = campaign.unit_of(&line);
+    let symbol = |unit: &Unit| unit.symbol().to_string();
+    let Some(text) = unit else {
+        return Ok(Derived {
+            id: id.to_string(),
+            line,
+            unit: own.as_ref().map_or(String::new(), symbol),
+            written: None,
+        });
+    };
+    let wanted = campaign.units.parse(text).map_err(|e| e.at_path("unit"))?;
+    let to = match &own {
+        Some(own) => own.conversion(&wanted).ok_or_else(|| {
+            Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' has another dimension"))
+                .expected(format!("{}, or a unit that converts to it", own.symbol()))
+                .found(format!("'{text}'"))
+                .at_path("unit")
+        })?,
+        None => {
+            return Err(Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' is not known"))
+                .expected("a line of parameters that all have a unit, and whose terms agree; or no \"unit\" here")
+                .found(format!("'{text}'"))
+                .at_path("unit"));
+        }
+    };
+    let converted = if to.is_none() { line.clone() } else { line.times(&Expression::number(to.factor())?) };
+    Ok(Derived { id: id.to_string(), line: converted, unit: symbol(&wanted), written: Some(line) })
 }

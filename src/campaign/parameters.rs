@@ -99,8 +99,12 @@ impl Distribution {
 pub struct Derived {
     /// Its name.
     pub id: String,
-    /// The line of algebra that gives it.
+    /// The line of algebra that gives it, in `unit`.
     pub line: Expression,
+    /// Its unit; empty where a parameter in it has none, or its terms differ.
+    pub unit: String,
+    /// The line as it was written, where `line` brings it to a unit that was asked for.
+    pub written: Option<Expression>,
 }
 
 /// Something that must hold between estimated parameters; parameters by index, numbers in internal units (radians for tilts).

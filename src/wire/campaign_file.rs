@@ -2,7 +2,7 @@
 
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, Fetch, Named, Source, csv_readings, read_bench};
+use super::{BenchFile, DerivedFile, Fetch, Named, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{self, Asked, Campaign, Constraint, Distribution, Given, Known, Prior, Role};
@@ -28,9 +28,9 @@ pub struct CampaignFile {
     /// What must hold between estimated parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub constraints: Vec<ConstraintFile>,
-    /// Quantities computed from parameters, each a line of algebra.
+    /// Quantities computed from parameters, each a line of algebra, or `{ "line", "unit" }`.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
-    pub derived: Named<String>,
+    pub derived: Named<DerivedFile>,
     /// The readings, or the path of a CSV file with the same keys as columns.
     pub readings: ReadingsRef,
 }
@@ -101,7 +101,7 @@ impl<'de> Deserialize<'de> for ReadingsRef {
 pub struct KnownFile {
     /// Value, in `unit`.
     pub value: f64,
-    /// Unit; a tilt without one is in radians.
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that the model line tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Type B standard uncertainty, in `unit`; 0 for an exact value.
@@ -142,7 +142,7 @@ pub struct EstimateFile {
     /// Standard uncertainty of the prior.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior_u: Option<f64>,
-    /// Unit of these numbers; a tilt without one is in radians.
+    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that the model line tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
@@ -166,7 +166,7 @@ pub struct ConstraintFile {
     /// The largest value of `norm_of`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_most: Option<f64>,
-    /// Unit of the bounds; angles without one are in radians.
+    /// Unit of the bounds; without one tilts are in radians, coefficients in the unit that the model line tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
@@ -191,10 +191,16 @@ impl CampaignFile {
                 constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
             campaign.constraints.push(constraint);
         }
-        for (id, text) in self.derived.0 {
-            let path = format!("derived.{id}");
+        for (id, own) in self.derived.0 {
+            let (text, below, unit) = own.parts();
+            let path = format!("derived.{id}{below}");
             let line = Expression::parse(&text).map_err(|e| e.at_path(&path))?;
-            let derived = campaign::derived(&campaign, &id, line).map_err(|e| e.at_path(&path))?;
+            let derived = campaign::derived(&campaign, &id, line, unit.as_deref()).map_err(|e| {
+                match e.place().path.as_str() {
+                    "" => e.at_path(&path),
+                    _ => e.under(&format!("derived.{id}")),
+                }
+            })?;
             campaign.derived.push(derived);
         }
         Ok(campaign)

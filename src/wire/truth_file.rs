@@ -39,7 +39,7 @@ pub struct TrueValueFile {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseFile {
-    /// Standard deviation of a reading, in `unit`.
+    /// Standard deviation of one sample, in `unit`; a reading with `n` samples averaged has it over the root of n.
     pub sd: f64,
     /// Unit; that of the sensor unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]

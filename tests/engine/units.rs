@@ -187,7 +187,8 @@ fn numbers_of_a_campaign_are_converted() {
            "estimate": { "V0": { "prior": 12, "prior_u": 3, "unit": "mV" }, "dtheta_y2": {}, "kII": { "start": 5, "unit": "uV/(deg/s)^2" } },
            "constraints": [ { "of": { "V0": 1 }, "between": [-20, 20], "unit": "mV" },
                             { "of": { "dtheta_y2": 1 }, "between": [null, 100], "unit": "urad" } ],
-           "derived": { "ratio": "V0/kI", "twice": "2*dtheta_y2" }"#,
+           "derived": { "ratio": "V0/kI", "twice": "2*dtheta_y2", "bias": { "line": "V0/kI", "unit": "deg/h" },
+                        "azimuth": { "line": "dtheta_y2/2", "unit": "arcsec" } }"#,
     ));
     let known = |id: &str| match &campaign.parameters[campaign.parameter_index(id).expect("a parameter")].role {
         Role::Known(known) => (known.value, known.u),
@@ -214,6 +215,10 @@ fn numbers_of_a_campaign_are_converted() {
     let of = |id: &str| campaign.derived.iter().find(|d| d.id == id).and_then(|d| campaign.unit_of(&d.line));
     assert!(of("ratio").expect("a unit").conversion(&unit("deg/s")).is_some_and(|c| c.is_none()));
     assert!(of("twice").expect("a unit").dimension().is_angle());
+    let unit_of =
+        |id: &str| campaign.derived.iter().find(|d| d.id == id).map(|d| (d.unit.as_str(), d.line.to_string()));
+    assert_eq!(unit_of("bias"), Some(("deg/h", "V0/kI*3600".to_string())));
+    assert_eq!(unit_of("azimuth").map(|(unit, _)| unit), Some("arcsec"));
     let truth = r#"{ "values": { "kI": { "value": -167.4297, "unit": "V/(rad/s)" } },
         "noise": { "V": { "sd": 0.5, "unit": "mV" } },
         "effects": [ { "regressor": "a_S", "value": 3, "unit": "mV/g" }, { "regressor": "tilt:dtheta_z2", "value": 10, "unit": "arcsec" } ] }"#;
@@ -241,6 +246,7 @@ fn what_does_not_fit_is_refused_with_the_unit_that_would() {
         "rad",
     );
     refused(r#""estimate": { "V0": { "prior": 1, "prior_u": 1, "unit": "mg" } }"#, "estimate.V0.unit", "V");
+    refused(&format!(r#"{v0}, "derived": {{ "x": {{ "line": "V0/kI", "unit": "g" }} }}"#), "derived.x.unit", "deg/s");
     refused(
         &format!(r#"{v0}, "constraints": [ {{ "of": {{ "V0": 1 }}, "equals": 1, "unit": "arcsec" }} ]"#),
         "constraints[0].unit",
