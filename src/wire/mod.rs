@@ -7,6 +7,7 @@ mod bench_file;
 mod campaign_file;
 mod correction_file;
 mod csv_readings;
+mod derived_file;
 mod effects_file;
 mod imu_errors_file;
 mod kind;
@@ -27,6 +28,7 @@ pub use campaign_file::{
 pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
+pub use derived_file::{DerivedFile, DerivedLine};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use imu_errors_file::{AxesFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
