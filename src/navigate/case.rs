@@ -219,7 +219,7 @@ pub(super) fn rank(source: &Source) -> f64 {
     match source.kind {
         Kind::Bias => 0.0,
         Kind::ScaleFactor | Kind::Installation => 1.0,
-        Kind::Attitude => 2.0,
+        Kind::Attitude | Kind::AccelerationSensitive => 2.0,
         Kind::Velocity | Kind::Position => 3.0,
         Kind::SecondOrder => 4.0,
     }

@@ -179,9 +179,9 @@ fn motions(mission: &Mission, measured: &Measured) -> Vec<Motion> {
         heading: -yaw,
         speed: 0.0,
         legs: vec![
-            Leg { duration: whole(0.2 * mission.duration()), acceleration: 0.0 },
-            Leg { duration: whole(200f64.min(0.1 * mission.duration())), acceleration: 0.05 },
-            Leg { duration: f64::INFINITY, acceleration: 0.0 },
+            Leg { duration: whole(0.2 * mission.duration()), acceleration: 0.0, turn: 0.0 },
+            Leg { duration: whole(200f64.min(0.1 * mission.duration())), acceleration: 0.05, turn: 0.0 },
+            Leg { duration: f64::INFINITY, acceleration: 0.0, turn: 0.0 },
         ],
     };
     let turned = |quarters: f64| Motion::at_rest(0.0, 0.0, wrapped(yaw - quarters * FRAC_PI_2));

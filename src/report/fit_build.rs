@@ -1,8 +1,8 @@
 //! The fit report from a fit.
 
 use super::fit::{
-    ArcsecReport, BudgetReport, CircleReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
-    IterationReport, KnownReport, ParameterReport, ReadingReport,
+    ArcsecReport, BudgetReport, CircleReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
+    FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
@@ -186,7 +186,11 @@ fn summary(fit: &Fit) -> FitSummary {
         variance: if estimated { "estimated" } else { "stated" }.into(),
         sensor_sd,
         at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
-        inconsistent_circles: fit.inconsistent_circles().into_iter().map(|(sensor, mean)| circle(fit, sensor, mean)).collect(),
+        inconsistent_circles: fit
+            .inconsistent_circles()
+            .into_iter()
+            .map(|(sensor, mean)| circle(fit, sensor, mean))
+            .collect(),
         linearisation_error: fit.linearisation_error,
         rejected: fit.is_rejected(),
     }

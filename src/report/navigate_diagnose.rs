@@ -371,6 +371,9 @@ fn name(source: &Source) -> String {
         Kind::ScaleFactor => format!("scale factor error of the {own} {instrument}"),
         Kind::Installation => format!("installation error of the {own} {instrument} towards {}", axis(source.input)),
         Kind::SecondOrder => format!("second-order coefficient of the {own} {instrument}"),
+        Kind::AccelerationSensitive => {
+            format!("acceleration-sensitive drift of the {own} gyro along {}", axis(source.input))
+        }
         Kind::Attitude if source.axis == 2 => "azimuth error at the start".into(),
         Kind::Attitude => format!("tilt about {direction} at the start"),
         Kind::Velocity => format!("{direction} velocity error at the start"),

@@ -191,7 +191,8 @@ impl BenchFile {
                 ForceFile::MetresPerSecondSquared => ForceUnit::MetresPerSecondSquared,
             },
         };
-        Bench { id: self.id, title: self.title, source: self.source, notes: self.notes, site, units, chain, sensors }.checked()
+        Bench { id: self.id, title: self.title, source: self.source, notes: self.notes, site, units, chain, sensors }
+            .checked()
     }
 }
 

@@ -4,4 +4,5 @@ mod diagnose;
 mod example;
 mod files;
 mod measured;
+mod missions;
 mod navigator;

@@ -31,9 +31,9 @@ fn legs() -> Motion {
         heading: 60f64.to_radians(),
         speed: 0.0,
         legs: vec![
-            Leg { duration: 10.0 * HOUR, acceleration: 0.0 },
-            Leg { duration: 200.0, acceleration: 0.05 },
-            Leg { duration: f64::INFINITY, acceleration: 0.0 },
+            Leg { duration: 10.0 * HOUR, acceleration: 0.0, turn: 0.0 },
+            Leg { duration: 200.0, acceleration: 0.05, turn: 0.0 },
+            Leg { duration: f64::INFINITY, acceleration: 0.0, turn: 0.0 },
         ],
     })
 }
@@ -102,6 +102,7 @@ fn linear_model_agrees() {
                 let size = match s.kind {
                     Kind::Bias => 1e-3,
                     Kind::Installation | Kind::Attitude | Kind::Position => 1.0,
+                    Kind::AccelerationSensitive => 1e-3,
                     Kind::ScaleFactor => 1e-5,
                     Kind::Velocity => 1e-3,
                     Kind::SecondOrder => {
@@ -207,7 +208,7 @@ fn findings_of_the_source() {
     let mission = file.mission().unwrap();
     let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
     let flown = study::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes);
-    let ratios = study::ratios(&flown);
+    let ratios = study::ratios(&mission, &flown);
     println!("scenario                       motion / static: tilt azimuth velocity position");
     for r in &ratios {
         println!(
@@ -314,7 +315,11 @@ fn independent_navigator_agrees() {
     let mut errors = ImuErrors::default();
     for (i, source) in Source::all().iter().enumerate() {
         let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let size = if source.kind == Kind::Bias { 1e-5 } else { 1e-3 };
+        let size = match source.kind {
+            Kind::Bias => 1e-5,
+            Kind::AccelerationSensitive => 1e-6,
+            _ => 1e-3,
+        };
         source.set(&mut errors, sign * size * (1.0 + i as f64 / 10.0));
     }
     let fast = last(&mission, &mission.motion, errors);
@@ -338,8 +343,10 @@ fn independent_navigator_agrees() {
         let t = (i as f64 + 0.5) * h;
         let turn = (attitude(t - 0.5 * h).inverse() * attitude(t + 0.5 * h)).scaled_axis() / h;
         let middle = attitude(t);
-        let rate = apply(&errors.gyro, middle.inverse() * earth_rate + turn);
-        let force = apply(&errors.accelerometer, middle.inverse() * gravity);
+        let specific = middle.inverse() * gravity;
+        let drift = Matrix3::from_fn(|i, j| errors.drift[i][j]) * specific;
+        let rate = apply(&errors.gyro, middle.inverse() * earth_rate + turn) + drift;
+        let force = apply(&errors.accelerometer, specific);
         let frame = |v: &Vector3<f64>, latitude: f64| {
             let transport = Vector3::from(earth::transport_rate(latitude, 0.0, [v.x, v.y]));
             let earth = Vector3::from(earth::earth_rate(latitude));
