@@ -62,7 +62,10 @@ fn a_leg_may_have_an_odd_number_of_steps() {
     println!("own error {:.1e} m, {:.1e} m/s", flight.outcomes[0].position.max, flight.outcomes[0].velocity.max);
     assert!(flight.outcomes[0].position.max < 1e-2 && flight.outcomes[0].velocity.max < 1e-4);
     let error = parsed(legs(10.005)).unwrap_err();
-    assert!(error.to_string().contains("within a step") && error.to_string().contains("whole number of steps"), "{error}");
+    assert!(
+        error.to_string().contains("within a step") && error.to_string().contains("whole number of steps"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -70,7 +73,8 @@ fn a_heading_of_361_degrees_is_one_of_1_degree() {
     let heading = |degrees: f64| parsed(serde_json::json!({ "static": { "heading_deg": degrees } })).unwrap().motion;
     assert_eq!(heading(361.0), heading(1.0));
     assert_eq!(heading(-721.0), heading(-1.0));
-    let legs = |degrees: f64| parsed(serde_json::json!({ "legs": { "heading_deg": degrees, "legs": [{}] } })).unwrap().motion;
+    let legs =
+        |degrees: f64| parsed(serde_json::json!({ "legs": { "heading_deg": degrees, "legs": [{}] } })).unwrap().motion;
     assert_eq!(legs(361.0), legs(1.0));
 }
 

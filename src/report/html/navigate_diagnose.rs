@@ -51,8 +51,8 @@ pub fn navigate_diagnose_page(report: &NavigateDiagnoseReport, diagnosis: &Navig
     page = page.section(gap(report)).section(figures(report, diagnosis)?).section(cells(report));
     let mut rest = Section::new("Where this comes from");
     rest = rest.prose(format!(
-        "{} error sources were tried, {} of them distinct in these data; every p accounts for that. What was found was put into the full \
-         simulation {} times, until the refit {}.",
+        "{} causes were tried, {} of them distinct in these data; every p accounts for that. The full simulation was flown {} times for it, \
+         until the refit {}.",
         report.candidates,
         report.distinct_candidates,
         report.refits,
