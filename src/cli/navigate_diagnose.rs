@@ -18,6 +18,7 @@ pub(super) struct Question<'a> {
     pub significance: f64,
     pub write_model: Option<&'a Path>,
     pub json: Option<&'a Path>,
+    pub svg: Option<&'a Path>,
     pub pages: &'a Pages,
 }
 
@@ -43,6 +44,9 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
         true => question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?,
         false => Ready::default(),
     };
+    if let Some(path) = question.svg {
+        ready.add(path, report::html::navigate_diagnose_svg(&report, &diagnosis)?);
+    }
     if let Some(path) = question.json {
         ready.add(path, files::json(&report)?);
     }

@@ -69,7 +69,7 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
 fn warned(mut section: Section, report: &NavigateReport) -> Section {
     section = section.prose("`perfect_unit`: a perfect unit, the navigator's own error.");
     for warning in &report.warnings {
-        section = section.prose(format!("**Warning:** {warning}."));
+        section = section.prose(format!("Warning: {warning}."));
     }
     section
 }
