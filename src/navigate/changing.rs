@@ -120,14 +120,14 @@ impl Columns {
                 if let Some((last, old)) = before {
                     integral += (old + slope) * (0.5 * (at - last));
                 }
-                if let (Change::Step(start), false) = (change, jumped)
-                    && *at >= start
-                {
-                    integral += value;
-                    jumped = true;
-                }
                 before = Some((*at, slope));
                 next += 1;
+            }
+            if let (Change::Step(start), false) = (change, jumped)
+                && *time >= start
+            {
+                integral += between(&run.grid, carried, start);
+                jumped = true;
             }
             // from the last time of the grid to the row
             let rest = before.map_or(Vector::zeros(), |(last, slope)| slope * (time - last));
@@ -137,6 +137,16 @@ impl Columns {
             values.push(std::array::from_fn(|i| f * signature[i] - SIZE[i] * gone[i]));
         }
         values
+    }
+}
+
+/// A value between two times of the grid.
+fn between(grid: &[f64], values: &[Vector], time: f64) -> Vector {
+    let after = grid.partition_point(|at| *at < time).clamp(1, grid.len().saturating_sub(1).max(1));
+    match (grid.get(after - 1).zip(values.get(after - 1)), grid.get(after).zip(values.get(after))) {
+        (Some((a, x)), Some((b, y))) if b > a => x + (y - x) * ((time - a) / (b - a)),
+        (Some((_, x)), _) => *x,
+        _ => Vector::zeros(),
     }
 }
 

@@ -81,7 +81,7 @@ impl Walk<'_> {
             if (a, x).partial_cmp(&(b, y)).is_some_and(std::cmp::Ordering::is_lt) {
                 best = state;
             }
-            if self.is_complete(&best) && best.set.iter().all(|cause| is_bias(cause)) {
+            if self.is_complete(&best) && best.set.iter().all(is_bias) {
                 break;
             }
         }
@@ -125,7 +125,7 @@ impl Walk<'_> {
             columns.push(self.case.left(&flown.predicted));
             self.case.weigh(self.u, out, &mut columns);
             let residual = columns.pop()?;
-            let norms: Vec<f64> = columns.iter_mut().map(normalise).collect();
+            let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
             let products = Products::new(columns, &residual, vec![0.0; set.len()], 0.0);
             let all: Vec<usize> = (0..set.len()).collect();
             let solved = products.solve(&all)?;
@@ -207,6 +207,12 @@ impl Walk<'_> {
             if out != state.out {
                 state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
             }
+            let (mut set, mut values) = (state.set.clone(), state.values.clone());
+            if self.sharpen(&state, &mut set, &mut values)
+                && let Some(sharper) = self.refine(&set, &values, &state.out).filter(|own| own.rss < state.rss)
+            {
+                state = sharper;
+            }
             let linear = self.linear(&state);
             let now: Vec<usize> =
                 state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
@@ -239,59 +245,77 @@ impl Walk<'_> {
         Some(state)
     }
 
-    /// A step's time is one of a coarse grid: the best one near it, on the linear model.
-    fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) {
-        const PARTS: i32 = 12;
+    /// The time of a step or a warm-up is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
+    fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
+        const PARTS: i32 = 8;
+        const LEVELS: i32 = 5;
+        let steps = self.case.causes.iter().filter_map(|own| match own {
+            Cause::Changing(_, Change::Step(time)) => Some(*time),
+            _ => None,
+        });
+        let spacing = steps.fold(f64::INFINITY, f64::min);
+        let member = |cause: &Cause| state.set.iter().position(|own| own == cause);
+        let column = |cause: &Cause| {
+            let own = member(cause).and_then(|k| state.flown.jacobian.get(k));
+            own.cloned().unwrap_or_else(|| self.case.raw_of(cause))
+        };
+        let mut laid = self.case.left(&state.flown.predicted);
+        for (column, value) in state.flown.jacobian.iter().zip(&state.values) {
+            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
+        }
+        let mut moved = false;
         for k in 0..set.len() {
-            let (start, make): (f64, Box<dyn Fn(f64) -> Cause>) = match set[k] {
-                Cause::Changing(source, Change::Step(start)) => {
-                    (start, Box::new(move |time| Cause::Changing(source, Change::Step(time))))
-                }
-                Cause::Reference(channel, Some(Change::Step(start))) => {
-                    (start, Box::new(move |time| Cause::Reference(channel, Some(Change::Step(time)))))
-                }
-                Cause::Changing(source, Change::WarmUp(constant)) => {
-                    (constant, Box::new(move |time| Cause::Changing(source, Change::WarmUp(time))))
-                }
+            let Some(&own) = set.get(k) else { continue };
+            let (start, warm) = match own {
+                Cause::Changing(_, Change::Step(time)) | Cause::Reference(_, Some(Change::Step(time))) => (time, false),
+                Cause::Changing(_, Change::WarmUp(time)) => (time, true),
                 _ => continue,
             };
-            if state.set.contains(&set[k]) {
-                continue;
-            }
-            let grid = self.case.causes.iter().filter_map(|own| match own {
-                Cause::Changing(_, Change::Step(time)) => Some(*time),
-                _ => None,
-            });
-            let spacing = grid.fold(f64::INFINITY, f64::min);
-            let warm = matches!(set[k], Cause::Changing(_, Change::WarmUp(_)));
-            let others: Vec<Vec<f64>> =
-                set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| self.case.raw_of(cause)).collect();
-            let mut best: Option<(f64, Cause, f64)> = None;
-            for part in -PARTS..=PARTS {
-                let share = f64::from(part) / f64::from(PARTS);
-                let time = if warm { start * 3f64.powf(share) } else { start + share * spacing };
-                if !(time > 0.0 && spacing.is_finite()) {
-                    continue;
-                }
-                let cause = make(time);
-                let mut columns = others.clone();
-                columns.push(self.case.columns.of(&cause));
-                columns.push(self.case.left(&state.flown.predicted));
-                self.case.weigh(self.u, &state.out, &mut columns);
-                let Some(residual) = columns.pop() else { continue };
-                let norms: Vec<f64> = columns.iter_mut().map(normalise).collect();
+            let make = |time: f64| match own {
+                Cause::Changing(source, Change::WarmUp(_)) => Cause::Changing(source, Change::WarmUp(time)),
+                Cause::Changing(source, _) => Cause::Changing(source, Change::Step(time)),
+                Cause::Reference(channel, _) => Cause::Reference(channel, Some(Change::Step(time))),
+                other => other,
+            };
+            // with the others weighed once
+            let mut fixed: Vec<Vec<f64>> =
+                set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause)).collect();
+            fixed.push(laid.clone());
+            self.case.weigh(self.u, &state.out, &mut fixed);
+            let Some(residual) = fixed.pop() else { continue };
+            let try_at = |time: f64| -> Option<(f64, f64)> {
+                let mut candidate = [self.case.columns.of(&make(time))];
+                self.case.weigh(self.u, &state.out, &mut candidate);
+                let mut columns = fixed.clone();
+                columns.extend(candidate);
+                let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
                 let count = columns.len();
                 let products = Products::new(columns, &residual, vec![0.0; count], 0.0);
-                let Some(solved) = products.solve(&(0..count).collect::<Vec<usize>>()) else { continue };
-                let value = solved.values.last().copied().unwrap_or_default() / norms.last().copied().unwrap_or(1.0);
-                if best.as_ref().is_none_or(|(rss, ..)| solved.rss < *rss) {
-                    best = Some((solved.rss, cause, value));
+                let solved = products.solve(&(0..count).collect::<Vec<usize>>())?;
+                Some((solved.rss, solved.values.last()? / norms.last()?))
+            };
+            let Some((mut rss, mut value)) = try_at(start) else { continue };
+            let (before, mut time) = (rss, start);
+            let mut width = if warm { 3f64.ln() } else { spacing };
+            for _ in 0..LEVELS {
+                let middle = time;
+                for part in -PARTS..=PARTS {
+                    let shift = width * f64::from(part) / f64::from(PARTS);
+                    let trial = if warm { middle * shift.exp() } else { middle + shift };
+                    if !(trial > 0.0 && shift.is_finite()) || part == 0 {
+                        continue;
+                    }
+                    if let Some((own, at)) = try_at(trial).filter(|(own, _)| *own < rss) {
+                        (rss, value, time) = (own, at, trial);
+                    }
                 }
+                width *= 1.5 / f64::from(PARTS);
             }
-            if let Some((_, cause, value)) = best {
-                (set[k], values[k]) = (cause, value);
+            if before - rss > 0.5 {
+                (set[k], values[k], moved) = (make(time), value, true);
             }
         }
+        moved
     }
 
     fn record(&mut self, state: &State, linear: &Linear, now: &[usize]) {
@@ -368,7 +392,7 @@ fn is_bias(cause: &Cause) -> bool {
 }
 
 /// Divide a column by its norm, which comes back; a column of nothing stays.
-fn normalise(column: &mut Vec<f64>) -> f64 {
+fn normalise(column: &mut [f64]) -> f64 {
     let norm = dot(column, column).sqrt();
     if norm > 0.0 {
         column.iter_mut().for_each(|v| *v /= norm);
@@ -385,7 +409,7 @@ pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
     let (causes, mut columns): (Vec<&Cause>, Vec<Vec<f64>>) =
         case.causes.iter().zip(case.raw.iter().cloned()).filter(|(cause, _)| !is_step(cause)).unzip();
     case.weigh(u, &[], &mut columns);
-    let norms: Vec<f64> = columns.iter_mut().map(normalise).collect();
+    let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
     let seen = |j: usize| norms[j] > 0.0 && !case.is_invisible(causes[j], norms[j]);
     let is_new = |i: usize| seen(i) && (0..i).all(|j| !seen(j) || dot(&columns[i], &columns[j]).abs() < 1.0 - 1e-6);
     let distinct = steps + (0..causes.len()).filter(|i| is_new(*i)).count();
