@@ -166,7 +166,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     let rank = estimate.rank.saturating_sub(system.rows.ncols() - n);
     Ok(Judgement {
         derived: derived(campaign, &design, &covariance, &estimate)?,
-        not_estimable: fit::separations(campaign, &model, &design, &estimate),
+        not_estimable: fit::separations(campaign, &model, &design, &estimate, &[]),
         drift: drift(&design, &system, &sensitivities, &parameters.iter().map(|p| p.u).collect::<Vec<_>>()),
         parameters,
         covariance,

@@ -25,7 +25,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         report: "fit".into(),
         bench: campaign.bench.id.clone(),
         model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
-        estimator: if fit.settings.exact { "exact" } else { "linear" }.into(),
+        estimator: fit.settings.estimator.name().into(),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
         derived: fit.derived.iter().map(derived).collect(),
