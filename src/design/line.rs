@@ -94,6 +94,15 @@ impl SensorModel {
         }));
     }
 
+    /// The smallest part of a line (the one that was bound) without a value at these inputs, and the inputs that stand in it.
+    pub(super) fn without_value(&self, line: &Expression, inputs: &[f64]) -> Option<(String, Vec<(String, f64)>)> {
+        let names = line.names();
+        let value = |name: &str| names.iter().position(|own| *own == name).and_then(|k| inputs.get(k)).copied();
+        let part = line.without_value(&|name| value(name).unwrap_or(f64::NAN))?;
+        let inputs = part.names().into_iter().filter_map(|name| Some((name.to_string(), value(name)?))).collect();
+        Some((part.to_string(), inputs))
+    }
+
     /// The first column that the line uses and the reading lacks.
     pub(super) fn missing_column<'a>(&self, readings: &'a Readings, reading: usize) -> Option<&'a str> {
         let row = readings.rows.get(reading)?;
@@ -119,7 +128,7 @@ pub struct Context<'a> {
     pub point: &'a [f64],
 }
 
-/// The smoothness of a line in a joint once the tilts that follow this joint take part (those assumed zero do not).
+/// The smoothness of a line in a joint once the tilts that follow this joint take part; of those assumed zero only the derivative does.
 fn modulated(campaign: &Campaign, joint: usize, own: Smoothness) -> Smoothness {
     /// Powers of such a tilt that count: a tilt of 1e-2 rad to this power is below rounding.
     const ORDERS: usize = 8;
@@ -128,13 +137,12 @@ fn modulated(campaign: &Campaign, joint: usize, own: Smoothness) -> Smoothness {
     for link in &campaign.bench.chain {
         let Link::Tilt { name, times: Some(times), .. } = link else { continue };
         let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
-        if parameter.is_none_or(|p| p.role == Role::AssumedZero) {
-            continue;
-        }
+        let Some(parameter) = parameter else { continue };
+        let orders = if parameter.role == Role::AssumedZero { 1 } else { ORDERS };
         let degree = |name: &str| if name == joint { NameDegree::Angle } else { NameDegree::Constant };
         smoothness = match (smoothness, times.line().trig_degree(&degree)) {
             (same, Some(0)) => same,
-            (Smoothness::Trigonometric(own), Some(degree)) => Smoothness::Trigonometric(own + ORDERS * degree),
+            (Smoothness::Trigonometric(own), Some(degree)) => Smoothness::Trigonometric(own + orders * degree),
             (Smoothness::Trigonometric(_), None) => Smoothness::Sawtooth,
             (same, _) => same,
         };

@@ -245,5 +245,9 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
 fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
     let exact = fit::fit(campaign, &fit::Settings::default())?;
     let usable = exact.convergence.as_ref().is_some_and(|record| record.converged || record.stop == Stop::NoDescent);
-    if usable { Ok(exact) } else { fit::fit(campaign, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() }) }
+    if usable {
+        Ok(exact)
+    } else {
+        fit::fit(campaign, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() })
+    }
 }

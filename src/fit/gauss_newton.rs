@@ -4,7 +4,8 @@
 
 use super::linear::Linear;
 use super::step::{self, Step};
-use super::{Estimator, Settings, rules, starts, system::weigh};
+use super::system::{rounding, weigh};
+use super::{Estimator, Settings, rules, starts};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
@@ -27,9 +28,6 @@ pub struct Convergence {
     /// Parameters (by index) that no reading responds to at the reference point, since all that they are multiplied by is zero there (a
     /// saddle of the sum of squares), and that were therefore started beside it.
     pub moved: Vec<usize>,
-    /// Parameters (by index) that readings respond to, but in the second order only and within the uncertainty of what they are multiplied
-    /// by, or to which they respond only at points where no solution was found: no rank can be judged for them.
-    pub weak: Vec<usize>,
 }
 
 /// Why Gauss-Newton ended.
@@ -94,13 +92,26 @@ pub(super) struct Ended {
     pub record: Option<Convergence>,
     /// The point at which unknowns that are held were judged, if others than the solution.
     pub judged_at: Option<Vec<f64>>,
+    /// Parameters (by index) that readings respond to, but in the second order only and within the uncertainty of what they are multiplied
+    /// by, or only away from the point that was reached: no rank can be judged for them.
+    pub weak: Vec<usize>,
 }
 
 /// One linear step, or Gauss-Newton to its fixed point.
 pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, settings: &Settings) -> Result<Ended> {
     if settings.estimator == Estimator::Linear {
         let step = step::solve(campaign, &design, settings)?;
-        return Ok(Ended { design, step, record: None, judged_at: None });
+        let mut weak = starts::unseen(campaign, &design);
+        if !weak.is_empty() {
+            let change = |k: usize| step.change.get(k).copied().unwrap_or_default();
+            let point: Vec<f64> = design.point.iter().enumerate().map(|(k, x)| x + change(k)).collect();
+            let there = design::assemble(campaign, model, &point)?;
+            let still = starts::unseen(campaign, &there);
+            let beside = starts::beside(campaign, model, &there, &still)?;
+            let moved = beside.first().map_or(&[][..], |start| &start.moved);
+            weak.retain(|k| !still.contains(k) || moved.contains(k));
+        }
+        return Ok(Ended { design, step, record: None, judged_at: None, weak });
     }
     let first = Linear::at(campaign, &design, None, settings)?;
     let linear = design.point.iter().zip(&first.change).take(campaign.unknowns()).map(|(x, dx)| x + dx).collect();
@@ -113,7 +124,7 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
     for start in beside {
         let first = Linear::at(campaign, &start.design, None, settings)?;
         let other = trip.from(start.design, first, &start.moved)?;
-        if other.is_better_than(&found) {
+        if other.is_better_than(&found, campaign) {
             (found, moved) = (other, start.moved);
         }
     }
@@ -121,8 +132,8 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
         found.weak.extend(in_sight);
     }
     let Found { design, step, stop, iterations, held, weak, judged_at } = found;
-    let record = Convergence { converged: stop == Stop::Settled, stop, iterations, linear, held, moved, weak };
-    Ok(Ended { design, step, record: Some(record), judged_at })
+    let record = Convergence { converged: stop == Stop::Settled, stop, iterations, linear, held, moved };
+    Ok(Ended { design, step, record: Some(record), judged_at, weak })
 }
 
 /// What leads from a start to a solution.
@@ -152,7 +163,8 @@ impl Trip<'_> {
         let Trip { campaign, model, settings } = *self;
         let unknowns = campaign.unknowns();
         let holdable = campaign.constraints.is_empty();
-        let mut walk = Walk { campaign, model, settings, rank: 0, couplings: Vec::new(), holds: false, iterations: Vec::new() };
+        let mut walk =
+            Walk { campaign, model, settings, rank: 0, couplings: Vec::new(), holds: false, iterations: Vec::new() };
         // a factor that the first steps find brings what it multiplies into sight: the rank is judged from there
         let mut late: Vec<usize> = moved.to_vec();
         let mut unseen = starts::unseen(campaign, &design);
@@ -223,34 +235,38 @@ impl Trip<'_> {
 
 impl Found {
     /// Is this the solution rather than the other: one where the other is none, or a better fit?
-    fn is_better_than(&self, other: &Found) -> bool {
+    fn is_better_than(&self, other: &Found, campaign: &Campaign) -> bool {
+        /// A difference of twice the log likelihood that is not rounding.
+        const MATTERS: f64 = 1e-3;
         let (own, others) = (self.stop == Stop::Settled, other.stop == Stop::Settled);
         if own != others {
             return own;
         }
-        let (fit, before) = (self.misfit(), other.misfit());
-        fit < before - 1e-9 * before.abs() || (self.step.estimate.rank > other.step.estimate.rank && fit <= before + 1e-6)
+        let (fit, before) = (self.misfit(campaign), other.misfit(campaign));
+        let rank = (self.step.estimate.rank, other.step.estimate.rank);
+        fit < before - MATTERS || (rank.0 > rank.1 && fit <= before + MATTERS)
     }
 
-    /// Twice the negative logarithm of the likelihood, but for a constant.
-    fn misfit(&self) -> f64 {
+    /// Twice the negative logarithm of the likelihood, but for a constant; residuals of the size of rounding are none.
+    fn misfit(&self, campaign: &Campaign) -> f64 {
         let system = &self.step.system;
+        let least = rounding(campaign, &self.design, system);
         let mut known = 0.0;
-        let mut groups: Vec<(f64, f64)> = Vec::new();
+        let mut groups: Vec<(f64, f64)> = vec![(0.0, 0.0); least.len()];
         for ((v, u), group) in self.step.estimate.residuals.iter().zip(&system.u).zip(&system.group) {
             let square = (v / u) * (v / u);
             match group {
                 Group::Known => known += square,
                 Group::Estimated(g) => {
-                    if groups.len() <= *g {
-                        groups.resize(g + 1, (0.0, 0.0));
+                    if let Some(own) = groups.get_mut(*g) {
+                        *own = (own.0 + 1.0, own.1 + square);
                     }
-                    groups[*g].0 += 1.0;
-                    groups[*g].1 += square;
                 }
             }
         }
-        known + groups.iter().map(|(n, sum)| n * sum.max(f64::MIN_POSITIVE).ln()).sum::<f64>()
+        let of =
+            |((n, sum), least): (&(f64, f64), &f64)| n * sum.max(4.0 * n * least * least).max(f64::MIN_POSITIVE).ln();
+        known + groups.iter().zip(&least).map(of).sum::<f64>()
     }
 }
 

@@ -15,6 +15,8 @@ mod names;
 mod noise;
 mod parameters;
 mod propagate;
+mod ranges;
+mod remarks;
 mod robust;
 mod rules;
 mod separate;
@@ -33,7 +35,7 @@ pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
-pub(crate) use step::adjust_with_equations;
+pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
 pub use system::{Weighting, weigh};
 
 use crate::campaign::{Campaign, Known, Role};
@@ -41,6 +43,7 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Group, System};
 use crate::quality::{self, GlobalTest, RowQuality};
+use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival};
 use faer::Mat;
 
 /// How far to go from the reference point.
@@ -108,6 +111,8 @@ impl Default for Settings {
     }
 }
 
+pub use remarks::resolution;
+
 /// Everything that a fit found.
 #[derive(Debug, Clone)]
 pub struct Fit {
@@ -167,8 +172,26 @@ impl Fit {
         !self.not_estimable.is_empty()
             || self.global_test.is_some_and(|test| test.rejected)
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
+            || self.bounds_p().is_some_and(|p| p < 1.0 - self.settings.level)
             || !self.settled
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
+    }
+
+    /// Probability that bounds which are true cost as much as the active ones do; `None` where none is active.
+    ///
+    /// The cost of `k` active bounds is `chi^2_k`, or `k F(k, dof)` where the variance is estimated; an inequality that is true costs less.
+    pub fn bounds_p(&self) -> Option<f64> {
+        let Constraints::Met { active, cost, .. } = &self.constraints else { return None };
+        let count = active.len() as f64;
+        if active.is_empty() || !cost.is_finite() {
+            return None;
+        }
+        let estimated = self.system.group.iter().all(|group| matches!(group, Group::Estimated(_)));
+        match estimated {
+            true if self.estimate.dof == 0 => None,
+            true => fisher_f_survival(cost / count, count, self.estimate.dof as f64),
+            false => chi_square_survival(*cost, count),
+        }
     }
 
     /// Sensors whose estimated scatter is no more than the rounding of their readings: a campaign without noise.
@@ -186,6 +209,17 @@ impl Fit {
             }
         }
         found
+    }
+
+    /// The last decimal place of a sensor's readings, where their scatter is taken to be that of rounding to it.
+    pub fn resolution_of(&self, sensor: &str) -> Option<f64> {
+        let k = self.campaign.bench.sensors.iter().position(|own| own.id == sensor)?;
+        self.at_rounding().contains(&sensor).then(|| system::sensor_resolution(&self.campaign, k))?
+    }
+
+    /// What a person should look at: angles that may be radians, a condition number beyond what units explain.
+    pub fn remarks(&self) -> Vec<String> {
+        remarks::remarks(self)
     }
 
     /// Parameters of the bench that are taken as zero.
@@ -218,6 +252,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
             .found(settings.level.to_string()));
     }
     check_combination(campaign, settings)?;
+    ranges::check(campaign)?;
     if campaign.unknowns() == 0 {
         return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
             .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
@@ -239,8 +274,9 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let model = Model::new(campaign)?;
     let reference = campaign.reference_point();
     let design = design::assemble(campaign, &model, &reference)?;
-    let gauss_newton::Ended { design, step, record: convergence, judged_at } =
-        gauss_newton::run(campaign, &model, design, settings)?;
+    ranges::check_rows(campaign, &model, &design)?;
+    let gauss_newton::Ended { design, step, record: convergence, judged_at, weak } =
+        gauss_newton::run(campaign, &model, design, settings).map_err(|error| ranges::name_reading(campaign, error))?;
     let mut point = design.point.clone();
     for (value, change) in point.iter_mut().zip(&step.change) {
         *value += change;
@@ -253,8 +289,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let step::Step { system, estimate, noise, constraints, robust, settled, .. } = step;
-    let weak = convergence.as_ref().map_or(&[][..], |record| &record.weak);
-    let grounds = parameters::Grounds::new(campaign, at_solution, &estimate, &noise, settings.level, weak);
+    let grounds = parameters::Grounds::new(campaign, at_solution, &estimate, &noise, settings.level, &weak);
     let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
     let at_bound = rules::at_bound(campaign, &constraints);
     let bounded = matches!(constraints, Constraints::Met { .. });
@@ -270,7 +305,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
         Some(point) if !estimate.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
         _ => None,
     };
-    let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, weak);
+    let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);
     let conditional = conditional::conditional(campaign, &model, &point, &estimate, &parameters, settings)?;
     let nonlinearity = nonlinearity(campaign, &parameters, &point, at_solution, settings, convergence.as_ref())?;
     Ok(Fit {

@@ -246,7 +246,8 @@ impl<'a> Grounds<'a> {
             let parameter = |k: &usize| self.campaign.parameters.get(*k);
             let unit_of = |(k, _): &(usize, f64)| parameter(k).map_or("", |own| own.unit.as_str());
             let unit = combination.terms.first().map_or("", unit_of);
-            let is_angle = combination.terms.iter().all(|(k, _)| parameter(k).is_some_and(|own| own.kind == Kind::Tilt));
+            let is_angle =
+                combination.terms.iter().all(|(k, _)| parameter(k).is_some_and(|own| own.kind == Kind::Tilt));
             CombinationResult {
                 combination: describe(self.campaign, combination),
                 unit: unit.to_string(),

@@ -17,8 +17,8 @@ pub struct Separation {
     pub estimable: Vec<NamedCombination>,
     /// The further position that would separate it best, as joint states in chain order; `None` if none of this bench would.
     pub separate_by: Option<Vec<JointState>>,
-    /// Do readings respond to it, but only in the second order and within the uncertainty of what it is multiplied by? Then nothing is said
-    /// of other positions.
+    /// Do readings respond to it, but only in the second order and within the uncertainty of what it is multiplied by, or only away from the
+    /// point that was reached, and is no position known that would separate it? Then nothing is said of other positions.
     pub is_weak: bool,
 }
 
@@ -57,6 +57,7 @@ pub(crate) fn separations(
         .map(|(combination, free)| {
             let involved: Vec<usize> = free.terms.iter().map(|(k, _)| *k).collect();
             let is_weak = involved.iter().any(|k| weak.contains(k));
+            let separate_by = search.best(&free.terms);
             Separation {
                 free: describe(campaign, combination),
                 direction: describe(campaign, free),
@@ -66,8 +67,8 @@ pub(crate) fn separations(
                     .filter(|c| c.terms.iter().any(|(k, _)| involved.contains(k)))
                     .map(|c| describe(campaign, c))
                     .collect(),
-                separate_by: if is_weak { None } else { search.best(&free.terms) },
-                is_weak,
+                is_weak: is_weak && separate_by.is_none(),
+                separate_by,
             }
         })
         .collect()

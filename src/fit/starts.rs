@@ -18,8 +18,9 @@ pub(super) struct Start {
 
 /// Starts that are tried beside a saddle: signs of the moved unknowns, by turns.
 const SIGNS: [[f64; 2]; 3] = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
-/// By how much a tilt is moved, rad; a coefficient is moved by one of its unit.
-const TILT: f64 = 0.02;
+/// By how much a tilt is moved, rad: a usual misalignment, so that products come out as they do for small angles where a factor stays free.
+/// A coefficient is moved by one of its unit.
+const TILT: f64 = 5e-4;
 /// Where the second order is more than this share of the first within one standard uncertainty, an unknown is not determined: for a
 /// derivative that grows in proportion to the distance from a saddle, that is a standard uncertainty as large as the distance.
 const LINEAR: f64 = 0.5;

@@ -2,7 +2,7 @@
 
 use super::noise::{self, Noise};
 use super::robust::{self, RobustRecord};
-use super::rules::{ActiveConstraint, Constraints, Rules};
+use super::rules::{self, ActiveConstraint, Constraints, Rules};
 use super::system::{remounting, rounding, weigh};
 use super::{Remount, Settings};
 use crate::campaign::Campaign;
@@ -39,7 +39,10 @@ pub(super) struct Step {
 pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Settings) -> Result<Step> {
     let system = weigh(campaign, design, settings.weighting)?;
     let rules = Rules::at(campaign, &design.point);
-    let (elimination, contradiction) = eliminate(&system, &rules, campaign.unknowns());
+    let (elimination, contradiction) = match rules::contradiction(campaign) {
+        Some(named) => (None, Some(named)),
+        None => eliminate(&system, &rules, campaign.unknowns()),
+    };
     let remounting = match settings.remount {
         Remount::No => None,
         how => Some(remounting(campaign, design, how)),
@@ -120,10 +123,28 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.
 pub(crate) fn adjust_with_equations(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Result<Estimate> {
-    let settings = crate::estimate::Settings::default();
-    match eliminate(system, &Rules::at(campaign, &design.point), campaign.unknowns()).0 {
-        Some(elimination) => adjust_on(system, &elimination, &settings),
-        None => adjust(system, &settings),
+    adjust_meeting_equations(campaign, &design.point, system, &crate::estimate::Settings::default())
+}
+
+/// The same for any system whose first columns are the estimated parameters; further columns take part in no equation.
+pub(crate) fn adjust_meeting_equations(
+    campaign: &Campaign,
+    point: &[f64],
+    system: &System,
+    settings: &crate::estimate::Settings,
+) -> Result<Estimate> {
+    match eliminate(system, &Rules::at(campaign, point), system.rows.ncols()).0 {
+        Some(elimination) => adjust_on(system, &elimination, settings),
+        None => adjust(system, settings),
+    }
+}
+
+/// Equations of the campaign that contradict each other, by index of the constraint.
+pub(crate) fn contradicting_equations(campaign: &Campaign) -> Option<Vec<usize>> {
+    let rules = Rules::at(campaign, &campaign.reference_point());
+    match Equations::new(campaign.unknowns(), &vec![1.0; campaign.unknowns()], &rules.equations) {
+        Equations::Consistent(_) => None,
+        Equations::Contradictory(which) => Some(rules.equations_named(&which)),
     }
 }
 
