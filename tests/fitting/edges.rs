@@ -78,10 +78,6 @@ fn a_term_without_a_value_is_named() {
     assert_eq!(error.place().path, "readings[2]");
     assert!(error.what().contains("model line of y has no value"), "{error:?}");
     assert_eq!(error.finding(), Some("(b1 + 1)/x with b1 = 0, x = 0"));
-    // sqrt has no derivative at its start 0
-    let text = line(&[(1.0, 1.0), (2.0, 3.0), (3.0, 4.0)], "").replace("b0 + b1*x", "b0 + sqrt(b1)*x");
-    let error = refused(&text);
-    assert!(error.what().contains("no finite derivative by 'b1'"), "{error:?}");
 }
 
 /// Radians in a column of degrees are remarked; degrees are not.
