@@ -341,9 +341,9 @@ fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBar) -> Resul
     }
     let wanted = arguments.choose.or(arguments.add);
     let counts = |k: usize| {
-        if k > MOST_READINGS {
+        if k == 0 || k > MOST_READINGS {
             return Err(Malformed::new(Fault::Value, "so many readings cannot be planned")
-                .expected(format!("at most {MOST_READINGS}"))
+                .expected(format!("a positive number, at most {MOST_READINGS}"))
                 .found(k.to_string()));
         }
         Ok(k)
