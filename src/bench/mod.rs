@@ -12,18 +12,18 @@ mod builtin;
 mod modulation;
 mod rotation;
 
+pub use crate::units::STANDARD_GRAVITY_M_S2;
 pub use builtin::{BuiltIn, built_in, built_ins};
 pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
 use crate::algebra::{Expression, Function};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 use nalgebra::Vector3;
 
 /// Earth's rotation rate used where a site gives none (design convention), in degrees per hour.
 pub const EARTH_RATE_DEG_H: f64 = 15.041067;
-/// Standard gravity, in metres per second squared for each g (CGPM 1901).
-pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
 /// A bench: where it stands, in which units it speaks, its chain of rotations and its sensors.
 #[derive(Debug, Clone)]
@@ -34,6 +34,8 @@ pub struct Bench {
     pub title: String,
     /// The paper and its equations, or whatever the description was taken from.
     pub source: String,
+    /// What a user of this bench should know: names in words, conventions.
+    pub notes: Vec<String>,
     /// Latitude, Earth rate and gravity; `None` means no Earth rate and 1 g.
     pub site: Option<Site>,
     /// Units of rates and specific forces in the model lines.
@@ -175,6 +177,8 @@ pub struct Sensor {
     pub unit: String,
     /// Named axes as direction cosines in the last frame; inputs are `w_<name>` and `a_<name>`.
     pub axes: Vec<(String, Vector3<f64>)>,
+    /// Full turn of a closed circle, in the sensor's unit: readings that differ by whole turns are the same. `None` for any other sensor.
+    pub turn: Option<f64>,
     /// reading = this line.
     pub model: Expression,
 }
@@ -216,6 +220,9 @@ impl Bench {
                     .found(format!("chain[{k}] and sensors.{}", sensor.id))
                     .at_path(format!("chain[{k}]")));
             }
+            Unit::parse_any(&sensor.unit).map(|_| ()).or_else(|e| {
+                if sensor.unit.trim().is_empty() { Ok(()) } else { Err(e.at_path(format!("{path}.unit"))) }
+            })?;
             for (axis, direction) in &sensor.axes {
                 let path = format!("sensors.{}.axes.{axis}", sensor.id);
                 let norm = direction.norm();

@@ -5,8 +5,9 @@
 //! sign (`"+"`, `"-"`), or asks that the key is not there (`"none"`).
 
 use crate::algebra::Expression;
-use crate::campaign::{AngleUnit, Campaign, Reading};
+use crate::campaign::{Campaign, Reading};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 use crate::wire::{self, Named, Source};
 use serde::Deserialize;
 
@@ -150,6 +151,7 @@ const FILES: &[(&str, &str)] = &[
     ("imu-three-axis-table", include_str!("../../data/closed_forms/imu-three-axis-table.json")),
     ("gyro-skew-triad", include_str!("../../data/closed_forms/gyro-skew-triad.json")),
     ("cube-mirror", include_str!("../../data/closed_forms/cube-mirror.json")),
+    ("cube-mirror-right", include_str!("../../data/closed_forms/cube-mirror-right.json")),
 ];
 
 /// The published campaigns that printed tables belong to.
@@ -224,7 +226,8 @@ fn expressions(named: Named<String>) -> Result<Vec<(String, Expression)>> {
 }
 
 fn printed(file: PrintedFile) -> Result<Printed> {
-    let unit = AngleUnit::named(&file.unit).map_or(1.0, AngleUnit::radians);
+    let (own, radian) = (Unit::parse(&file.unit)?, Unit::parse("rad")?);
+    let unit = own.conversion(&radian).map_or(1.0, |to| to.factor());
     let scaled = |named: Named<f64>| named.0.into_iter().map(|(id, value)| (id, value * unit)).collect::<Vec<_>>();
     let mut values = Vec::new();
     if let Some((name, text)) = CAMPAIGNS.iter().find(|(name, _)| *name == file.of) {

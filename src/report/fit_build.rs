@@ -1,8 +1,8 @@
 //! The fit report from a fit.
 
 use super::fit::{
-    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
-    IterationReport, KnownReport, ParameterReport, ReadingReport,
+    ArcsecReport, BudgetReport, CircleReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
+    FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
@@ -28,7 +28,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         estimator: if fit.settings.exact { "exact" } else { "linear" }.into(),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
-        derived: fit.derived.iter().map(derived).collect(),
+        derived: fit.derived.iter().zip(&campaign.derived).map(|(d, own)| derived(d, &own.unit)).collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
         correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
         covariance: CovarianceReport { order, matrix },
@@ -118,12 +118,12 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
     }
 }
 
-fn derived(result: &crate::fit::DerivedResult) -> DerivedReport {
+fn derived(result: &crate::fit::DerivedResult, unit: &str) -> DerivedReport {
     let uncertainty = result.uncertainty;
     DerivedReport {
         id: result.id.clone(),
         line: result.line.clone(),
-        unit: if result.is_angle { "rad" } else { "" }.into(),
+        unit: if result.is_angle { "rad" } else { unit }.into(),
         value: result.value,
         u: uncertainty.map(|c| c.u),
         dof: uncertainty.and_then(|c| finite(c.dof)),
@@ -152,6 +152,15 @@ fn known(campaign: &Campaign) -> Vec<KnownReport> {
         .collect()
 }
 
+fn circle(fit: &Fit, sensor: &str, mean_residual: f64) -> CircleReport {
+    let turn = fit.campaign.bench.sensors.iter().find(|own| own.id == sensor).and_then(|own| own.turn);
+    CircleReport {
+        sensor: sensor.to_string(),
+        mean_residual,
+        mean_residual_deg: turn.map_or(0.0, |turn| 360.0 * mean_residual / turn),
+    }
+}
+
 fn summary(fit: &Fit) -> FitSummary {
     let estimate = &fit.estimate;
     let estimated = fit.system.group.iter().any(|g| matches!(g, crate::estimate::Group::Estimated(_)));
@@ -177,6 +186,11 @@ fn summary(fit: &Fit) -> FitSummary {
         variance: if estimated { "estimated" } else { "stated" }.into(),
         sensor_sd,
         at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
+        inconsistent_circles: fit
+            .inconsistent_circles()
+            .into_iter()
+            .map(|(sensor, mean)| circle(fit, sensor, mean))
+            .collect(),
         linearisation_error: fit.linearisation_error,
         rejected: fit.is_rejected(),
     }
