@@ -1,8 +1,9 @@
 //! The fit report from a fit.
 
 use super::fit::{
-    ArcsecReport, BudgetReport, CombinationValueReport, ConditionalReport, ConvergenceReport, CovarianceReport,
-    DerivedReport, FitReport, FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
+    ArcsecReport, BudgetReport, CircleReport, CombinationValueReport, ConditionalReport, ConvergenceReport,
+    CovarianceReport, DerivedReport, FitReport, FitSummary, IterationReport, KnownReport, ParameterReport,
+    ReadingReport,
 };
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
@@ -196,6 +197,15 @@ fn known(campaign: &Campaign) -> Vec<KnownReport> {
         .collect()
 }
 
+fn circle(fit: &Fit, sensor: &str, mean_residual: f64) -> CircleReport {
+    let turn = fit.campaign.bench.sensors.iter().find(|own| own.id == sensor).and_then(|own| own.turn);
+    CircleReport {
+        sensor: sensor.to_string(),
+        mean_residual,
+        mean_residual_deg: turn.map_or(0.0, |turn| 360.0 * mean_residual / turn),
+    }
+}
+
 fn summary(fit: &Fit) -> FitSummary {
     let estimate = &fit.estimate;
     let estimated = fit.system.group.iter().any(|g| matches!(g, crate::estimate::Group::Estimated(_)));
@@ -227,6 +237,11 @@ fn summary(fit: &Fit) -> FitSummary {
             .filter_map(|sensor| Some((sensor.to_string(), fit.resolution_of(sensor)?)))
             .collect(),
         remarks: fit.remarks(),
+        inconsistent_circles: fit
+            .inconsistent_circles()
+            .into_iter()
+            .map(|(sensor, mean)| circle(fit, sensor, mean))
+            .collect(),
         linearisation_error: fit.linearisation_error,
         rejected: fit.is_rejected(),
     }

@@ -157,6 +157,14 @@ fn summary(report: &FitReport) -> String {
             }
         }
     }
+    for circle in &fit.inconsistent_circles {
+        text.push_str(&format!(
+            "INCONSISTENT: {} disagrees with the other sights by {} deg on average (another side of the target? a point sighted wrongly? \
+             a start too far away?)\n",
+            circle.sensor,
+            significant(circle.mean_residual_deg, 4)
+        ));
+    }
     for remark in &fit.remarks {
         text.push_str(&(hanging(&format!("note: {remark}"), 2) + "\n"));
     }
