@@ -26,6 +26,7 @@
 
 mod compare;
 mod compare_table;
+pub(crate) mod conformity;
 mod correction;
 pub mod dcc;
 mod diagnose;
@@ -51,10 +52,12 @@ pub mod plot;
 mod provenance;
 mod separation;
 pub mod series;
+mod site;
 pub mod table;
 pub mod wrap;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
+pub use conformity::{ConformityReport, LimitedReport, conformity, conformity_text};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
@@ -68,6 +71,7 @@ pub use fit::{
 pub use fit_build::fit_report;
 pub use provenance::Input;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
+pub use site::{GravityReport, SiteReport, gravity_text, site, site_text};
 
 pub use fit_checks::{
     ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, ScatterReport,

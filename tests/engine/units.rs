@@ -146,6 +146,8 @@ fn units_follow_from_the_line() {
         ("a + b*x", "", "deg/s", "a -, b -"),
         ("a + b*x", "mm", "deg/s", "a mm, b -"),
         ("a + b*x", "Grad", "deg/s", "a Grad, b -"),
+        ("a + b*(x - 20)", "degC", "deg/s", "a degC, b -"),
+        ("a*(1 - 2*x) + b*x", "degC", "deg/s", "a degC, b degC"),
         ("K*(w_I - gamma_deg_s)", "V", "deg/s", "K V/(deg/s)"),
     ];
     for (line, sensor, rate, expected) in cases {

@@ -1,6 +1,7 @@
 //! A campaign fitted: published tables, simulated truths, constraints, robust estimates, coverage.
 
 mod closed_form;
+mod conformity;
 mod constraints;
 mod coverage;
 mod gum;
@@ -10,5 +11,6 @@ mod published_tables;
 mod rank_defect;
 mod robust;
 mod simulated;
+mod site;
 #[path = "../support/mod.rs"]
 mod support;

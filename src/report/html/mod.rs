@@ -34,6 +34,7 @@
 mod cells;
 mod checks_page;
 mod compare_page;
+mod conformity_page;
 mod diagnose_figure;
 mod diagnose_page;
 mod escape;
