@@ -153,6 +153,10 @@ fn rule<'a>(node: Node<'a, State<'a>>, relations: &mut Vec<Relation<'a>>) -> Sta
                 }
             }
         }
+        Node::Binary(Operator::Atan2, y, x) => {
+            require(y.powers.times(&x.powers, -1.0), Reason::Terms);
+            radian()
+        }
         Node::Binary(Operator::Multiply, left, right) => left.powers.times(&right.powers, 1.0),
         Node::Binary(Operator::Divide, left, right) => left.powers.times(&right.powers, -1.0),
         Node::Binary(Operator::Power, left, right) => match right.number {

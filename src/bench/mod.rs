@@ -318,7 +318,7 @@ pub(crate) fn identifier(name: &str) -> Result<()> {
     let mut letters = name.chars();
     let good = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
         && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if good && (name == "pi" || Function::from_name(name).is_some()) {
+    if good && (name == "pi" || name == "atan2" || Function::from_name(name).is_some()) {
         return Err(Malformed::new(Fault::NameClash, format!("'{name}' is a function or constant of the algebra"))
             .expected("another name")
             .found(format!("'{name}'")));
