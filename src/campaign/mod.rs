@@ -261,6 +261,8 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
         });
     };
     let wanted = campaign.units.parse(text).map_err(|e| e.at_path("unit"))?;
+    // K/1.299 - 1 is a pure number whatever the unit of K: that of 1.299 is K's
+    let own = if line.is_less_one() && wanted.dimension().is_number() { Some(Unit::one()) } else { own };
     let to = match &own {
         Some(own) => own.conversion(&wanted).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' has another dimension"))

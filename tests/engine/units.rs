@@ -190,6 +190,7 @@ fn numbers_of_a_campaign_are_converted() {
            "constraints": [ { "of": { "V0": 1 }, "between": [-20, 20], "unit": "mV" },
                             { "of": { "dtheta_y2": 1 }, "between": [null, 100], "unit": "urad" } ],
            "derived": { "ratio": "V0/kI", "twice": "2*dtheta_y2", "bias": { "line": "V0/kI", "unit": "deg/h" },
+                        "error": { "line": "kI/2.9 - 1", "unit": "ppm" },
                         "azimuth": { "line": "dtheta_y2/2", "unit": "arcsec" } }"#,
     ));
     let known = |id: &str| match &campaign.parameters[campaign.parameter_index(id).expect("a parameter")].role {
@@ -220,6 +221,7 @@ fn numbers_of_a_campaign_are_converted() {
     let unit_of =
         |id: &str| campaign.derived.iter().find(|d| d.id == id).map(|d| (d.unit.as_str(), d.line.to_string()));
     assert_eq!(unit_of("bias"), Some(("deg/h", "V0/kI*3600".to_string())));
+    assert_eq!(unit_of("error"), Some(("ppm", "(kI/2.9 - 1)*1000000".to_string())));
     assert_eq!(unit_of("azimuth").map(|(unit, _)| unit), Some("arcsec"));
     let truth = r#"{ "values": { "kI": { "value": -167.4297, "unit": "V/(rad/s)" } },
         "noise": { "V": { "sd": 0.5, "unit": "mV" } },
