@@ -43,6 +43,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         id: bench.id.clone(),
         title: bench.title.clone(),
         source: bench.source.clone(),
+        notes: bench.notes.clone(),
         site: bench.site.as_ref().map(SiteFile::of),
         units: UnitsFile { rate, force },
         chain: bench.chain.iter().map(link).collect(),
@@ -66,6 +67,7 @@ fn sensor_file(sensor: &Sensor) -> SensorFile {
     SensorFile {
         unit: sensor.unit.clone(),
         axes: Named(sensor.axes.iter().map(|(name, v)| (name.clone(), direction(v))).collect()),
+        turn: sensor.turn,
         model: sensor.model.to_string(),
     }
 }
