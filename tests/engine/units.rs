@@ -88,10 +88,10 @@ fn every_coefficient_of_a_built_in_bench_has_its_unit() {
         (
             "gyro-skew-triad",
             &[
-                ("D1 D2 D3", "deg/h"),
-                ("E1x E1y E1z E2x E2y E2z E3x E3y E3z", "1"),
-                ("G1x G1y G1z G2x G2y G2z G3x G3y G3z", "deg/h/g"),
-                ("P1x P1y P1z P2x P2y P2z P3x P3y P3z", "deg/h/g^2"),
+                ("D1 D2 D3", "pulse/s"),
+                ("E1x E1y E1z E2x E2y E2z E3x E3y E3z", "pulse/s/(deg/h)"),
+                ("G1x G1y G1z G2x G2y G2z G3x G3y G3z", "pulse/s/g"),
+                ("P1x P1y P1z P2x P2y P2z P3x P3y P3z", "pulse/s/g^2"),
                 ("DI1 DI2 DI3 DS1 DS2 DS3", "deg/h/g"),
             ],
         ),
