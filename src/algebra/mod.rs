@@ -10,7 +10,7 @@
 //!
 //! Grammar: names `[A-Za-z_][A-Za-z0-9_]*`, numbers (`1`, `1.5`, `.5`, `1e-3`), `pi`, `+ - * /` from the left, `^` from the
 //! right and tighter than the minus sign (`-x^2` is `-(x^2)`), parentheses, and the functions of [`Function`].
-//! Deliberately absent: implicit multiplication, comparison, functions of two arguments, simplification.
+//! and `atan2(y, x)`. Deliberately absent: implicit multiplication, comparison, other functions of two arguments, simplification.
 
 mod analysis;
 mod canonical;

@@ -4,10 +4,16 @@
 //! Tilts are in radians, joints in degrees (exact at quarter turns), rates in degrees per second. Deliberately absent: file formats
 //! (`wire`), rows (`design`).
 
+mod identity;
+mod inputs;
+mod limits;
 mod parameters;
 mod readings;
 mod units;
 
+pub use identity::{Condition, Identity, Instrument, UnitUnderTest};
+pub use inputs::{GRAVITY, LATITUDE, RATE};
+pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
 pub use units::{Inferred, coefficient_unit};
@@ -32,6 +38,12 @@ pub struct Campaign {
     pub derived: Vec<Derived>,
     /// The readings, or the positions of a schedule.
     pub readings: Readings,
+    /// The unit under test, when, where, by whom, with what.
+    pub identity: Identity,
+    /// Limits that results are judged by.
+    pub limits: Vec<Limit>,
+    /// The rule of that judgement.
+    pub decision: Decision,
 }
 
 /// What a campaign asks for, before it is matched with the bench's names.
@@ -71,8 +83,11 @@ impl Campaign {
     /// input, or both known and estimated.
     pub fn new(bench: Bench, request: Request, readings: Readings) -> Result<Self> {
         let names = parameter_names(&bench, &readings);
+        let inputs = Parameter::inputs(&bench);
         let check = |section: &str, name: &str| -> Result<()> {
-            if names.iter().any(|(known, _)| known == name) {
+            if names.iter().any(|(known, _)| known == name)
+                || inputs.iter().any(|input| section == "known" && input.id == name)
+            {
                 return Ok(());
             }
             let path = format!("{section}.{name}");
@@ -109,15 +124,27 @@ impl Campaign {
         for (name, asked) in request.estimate {
             parameters.push(Parameter::estimated(&bench, &units, &name, kind_of(&name), asked)?);
         }
-        for (name, given) in request.known {
+        // an input of the bench has its value from the bench
+        for (name, given) in request.known.into_iter().filter(|(name, _)| !inputs.iter().any(|own| own.id == *name)) {
             parameters.push(Parameter::known(&bench, &units, &name, kind_of(&name), given)?);
         }
+        parameters.extend(inputs);
         for (name, kind) in &names {
             if !parameters.iter().any(|p| p.id == *name) {
                 parameters.push(Parameter::assumed_zero(&bench, &units, name, *kind));
             }
         }
-        Ok(Campaign { bench, units, parameters, constraints: Vec::new(), derived: Vec::new(), readings })
+        Ok(Campaign {
+            bench,
+            units,
+            parameters,
+            constraints: Vec::new(),
+            derived: Vec::new(),
+            readings,
+            identity: Identity::default(),
+            limits: Vec::new(),
+            decision: Decision::default(),
+        })
     }
 
     /// How many parameters are estimated; they are the first of [`Campaign::parameters`].
@@ -234,6 +261,8 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
         });
     };
     let wanted = campaign.units.parse(text).map_err(|e| e.at_path("unit"))?;
+    // K/1.299 - 1 is a pure number whatever the unit of K: that of 1.299 is K's
+    let own = if line.is_less_one() && wanted.dimension().is_number() { Some(Unit::one()) } else { own };
     let to = match &own {
         Some(own) => own.conversion(&wanted).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' has another dimension"))

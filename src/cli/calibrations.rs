@@ -70,11 +70,11 @@ impl Stored {
     }
 
     fn serial(&self) -> Option<String> {
-        None
+        self.report.identity.unit.as_ref().and_then(|unit| unit.serial.clone())
     }
 
     fn date(&self) -> Option<String> {
-        None
+        self.report.identity.date.clone()
     }
 
     /// The limits that it states for a quantity.

@@ -46,7 +46,8 @@ fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
-    let report = report::compare_report(&comparison);
+    let mut report = report::compare_report(&comparison);
+    report.inputs = inputs.clone();
     let pages = arguments.pages.page(&html::compare_page(&report, &inputs))?;
     let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
     pages.write()?;

@@ -68,7 +68,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let settings = diagnosis::Settings { significance: arguments.significance };
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
-    let report = report::diagnose_report(&campaign, &diagnosis, &settings);
+    let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
+    report.inputs = inputs.clone();
     // every text is made before any is written
     let mut ready = match arguments.pages.is_asked_for() {
         true => arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs)?)?,

@@ -93,6 +93,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let fit = fit::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::fit_report(&fit);
+    report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
@@ -112,5 +113,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             super::print(&report::fit_checks_table::budget(&report));
         }
     }
-    Ok(if fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
+    let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == "fail");
+    Ok(if fails || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

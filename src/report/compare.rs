@@ -1,7 +1,7 @@
 //! The comparison report (`tumble compare --json`): angles in arcseconds.
 
-use super::{ARCSEC, VERSION};
-use crate::campaign::Kind;
+use super::{ARCSEC, Input, VERSION};
+use crate::campaign::{Identity, Kind};
 use crate::compare::{Comparison, GroupComparison, value_of};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,6 +15,12 @@ pub struct CompareReport {
     pub report: String,
     /// Id of the bench.
     pub bench: String,
+    /// The unit under test, when, where, by whom, with what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
+    /// The files that the report was made from, with the SHA-256 of their bytes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Input>,
     /// Where the closed forms come from.
     pub source: String,
     /// What the groups are.
@@ -135,6 +141,8 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
         tumble: VERSION.into(),
         report: "compare".into(),
         bench: comparison.all.campaign.bench.id.clone(),
+        identity: comparison.all.campaign.identity.clone(),
+        inputs: Vec::new(),
         source: comparison.source.clone(),
         group_title: comparison.group_title.clone(),
         groups: comparison.groups.iter().map(group).collect(),

@@ -28,6 +28,7 @@
 mod changes;
 mod compare;
 mod compare_table;
+pub(crate) mod conformity;
 mod correction;
 pub mod dcc;
 mod diagnose;
@@ -53,6 +54,7 @@ pub mod plot;
 mod provenance;
 mod separation;
 pub mod series;
+mod site;
 pub mod table;
 pub mod wrap;
 
@@ -62,6 +64,7 @@ pub use changes::{
 };
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{correction_lines, correction_table, given_sentence, validity_sentence};
+pub use conformity::{ConformityReport, LimitedReport, conformity, conformity_text};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
@@ -74,6 +77,7 @@ pub use fit::{
 pub use fit_build::fit_report;
 pub use provenance::Input;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
+pub use site::{GravityReport, SiteReport, gravity_text, site, site_text};
 
 pub use fit_checks::{
     ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, ScatterReport,

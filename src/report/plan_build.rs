@@ -94,6 +94,7 @@ pub fn plan_report(
         tumble: VERSION.into(),
         report: "plan".into(),
         bench: campaign.bench.id.clone(),
+        identity: campaign.identity.clone(),
         model: sensors.clone().map(|s| (s.id.clone(), s.model.to_string())).collect(),
         noise: sensors
             .zip(&noise.sensors)

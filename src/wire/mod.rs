@@ -12,6 +12,7 @@ mod effects_file;
 mod imu_errors_file;
 mod kind;
 mod lab;
+mod limits_file;
 mod locate;
 mod measured_file;
 mod mission_file;
@@ -19,10 +20,11 @@ mod motion_file;
 mod named;
 mod readings_file;
 mod schema;
+mod site_file;
 mod truth_file;
 mod write;
 
-pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
+pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile};
 pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
@@ -36,6 +38,7 @@ pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
     MethodFile, PersonFile, read_lab,
 };
+pub use limits_file::{DecisionFile, LimitFile, LimitInUnit};
 use locate::in_source;
 pub use locate::{line_and_column, locate};
 pub use measured_file::{read_measured, write_measured};
@@ -44,6 +47,7 @@ pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use schema::{SCHEMAS, schema};
+pub use site_file::{GravityFile, SiteFile};
 pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 

@@ -2,6 +2,7 @@
 
 mod bilinear;
 mod closed_form;
+mod conformity;
 mod constraints;
 mod coverage;
 mod edges;
@@ -12,5 +13,6 @@ mod published_tables;
 mod rank_defect;
 mod robust;
 mod simulated;
+mod site;
 #[path = "../support/mod.rs"]
 mod support;

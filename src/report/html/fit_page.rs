@@ -1,7 +1,9 @@
 //! The page of a fit: the answer first, then where it comes from, then what it rests on.
 
 use super::fit_figures::{residual_figures, spread_figures};
-use super::{Page, Section, checks_page, compare_page, fit_answer, fit_correction, fit_estimates, fit_readings};
+use super::{
+    Page, Section, checks_page, compare_page, conformity_page, fit_answer, fit_correction, fit_estimates, fit_readings,
+};
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::report::{CompareReport, FitReport, Input, VERSION};
@@ -17,6 +19,7 @@ pub fn fit_page(fit: &Fit, report: &FitReport, comparison: Option<&CompareReport
     page.colophon = colophon(inputs);
     let mut page = page
         .section(fit_answer::answer(fit, report))
+        .section(conformity_page::section(report))
         .section(fit_estimates::estimates(fit, report)?)
         .section(fit_estimates::not_estimable(report))
         .section(fit_correction::correction(report))
@@ -47,6 +50,7 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input]) -> Vec<(String, String
     if let Some(input) = inputs.first() {
         facts.push(("Campaign".into(), input.name.clone()));
     }
+    facts.extend(report.identity.facts());
     for (k, sensor) in bench.sensors.iter().enumerate() {
         let name = if k == 0 { "Model" } else { "" };
         facts.push((name.into(), format!("`{} = {}`", sensor.id, sensor.model)));

@@ -36,6 +36,7 @@ mod cells;
 mod changes_page;
 mod checks_page;
 mod compare_page;
+mod conformity_page;
 mod diagnose_figure;
 mod diagnose_page;
 mod escape;
