@@ -78,8 +78,11 @@ impl Stored {
     }
 
     /// The limits that it states for a quantity.
-    pub(super) fn limits(&self, _id: &str) -> Option<[f64; 2]> {
-        None
+    pub(super) fn limits(&self, id: &str) -> Option<[f64; 2]> {
+        let limited = self.report.conformity.as_ref()?.quantities.iter().find(|own| own.id == id)?;
+        let low = limited.lower.unwrap_or(f64::NEG_INFINITY);
+        let high = limited.upper.unwrap_or(f64::INFINITY);
+        Some([low, high])
     }
 
     /// The day of the calibration, from 1970-01-01.

@@ -66,7 +66,7 @@ fn draw(area: &Area<'_>, history: &History) -> Drawn {
         area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     }
     area.draw(&PathElement::new([(left, BOTTOM), (right, BOTTOM)], SOFT.stroke_width(1)))?;
-    for limit in history.limits.iter().flatten() {
+    for limit in history.limits.iter().flatten().filter(|limit| limit.is_finite()) {
         let line = vec![(left, y(*limit)), (right, y(*limit))];
         area.draw(&plotters::element::DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(2)))?;
     }
