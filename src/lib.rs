@@ -54,6 +54,7 @@ pub mod fit;
 pub mod navigate;
 pub mod plan;
 pub mod quality;
+pub mod record;
 pub mod report;
 pub mod simulate;
 pub mod uncertainty;

@@ -62,6 +62,12 @@ impl Source {
     /// Errors: `Syntax` with the line of the first byte that is not UTF-8; UTF-16 is recognised and named.
     pub fn from_bytes(name: impl Into<String>, bytes: Vec<u8>) -> Result<Self> {
         let name = name.into();
+        // what is no JSON is a table: spreadsheets write those in many encodings
+        if !name.to_ascii_lowercase().ends_with(".json")
+            && let Some(text) = crate::record::table_text(&name, &bytes)?
+        {
+            return Ok(Source { name, text });
+        }
         if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
             return Err(Malformed::new(Fault::Syntax, "the file is UTF-16")
                 .expected("UTF-8 text (in a spreadsheet: save as 'CSV UTF-8')")

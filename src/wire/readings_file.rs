@@ -140,6 +140,7 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
     let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); bench.sensors.len()];
     let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
     let mut numbers: Vec<Option<f64>> = vec![None; columns.len()];
+    let keys: Vec<String> = row.0.iter().map(|(key, _)| key.clone()).take(30).collect();
     for (key, cell) in row.0 {
         let meaning = meaning(bench, &key);
         let number = match (cell, &meaning) {
@@ -193,7 +194,13 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
         .iter()
         .zip(&states)
         .map(|(joint, [deg, deg_s, turns])| {
-            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|e| e.under(&place))
+            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
+                let error = match error.finding() {
+                    Some("neither") => error.found(format!("neither among {}", keys.join(", "))),
+                    _ => error,
+                };
+                error.under(&place)
+            })
         })
         .collect::<Result<_>>()?;
     let mut observations = Vec::new();
