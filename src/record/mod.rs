@@ -11,9 +11,11 @@
 //! | `number.rs` | decimal numbers from bytes |
 //! | `delimited.rs` | a table of text in blocks |
 //! | `columnar.rs` | Parquet in blocks |
+//! | `clock.rs` | times of rows; stretches between gaps |
 //!
 //! Deliberately absent: what the columns mean (`wire`, `reduce`), opening files (`cli`).
 
+mod clock;
 mod columnar;
 mod delimited;
 mod dialect;
@@ -21,6 +23,7 @@ mod heading;
 mod number;
 mod text;
 
+pub use clock::{Clock, Gap, Stretch};
 pub use columnar::Columnar;
 pub use delimited::Delimited;
 pub use dialect::Dialect;

@@ -36,7 +36,7 @@ pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Rea
 }
 
 /// Replace lists by one row for each of their values; the last list of a row runs fastest.
-fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
+pub(super) fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
     let Some(at) = row.0.iter().position(|(_, cell)| matches!(cell, Cell::List(_))) else {
         out.push((place.to_string(), row));
         return Ok(());
