@@ -76,10 +76,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut reports = Vec::new();
     for (column, ladder) in titled.iter().zip(&ladders) {
         if ladder.samples() < 32 {
-            return Err(Malformed::new(Fault::Missing, format!("'{}' has too few samples for deviations", column.title))
-                .expected("at least 32 samples")
-                .found(format!("{}", ladder.samples()))
-                .in_file(record.name()));
+            return Err(Malformed::new(
+                Fault::Missing,
+                format!("'{}' has too few samples for deviations", column.title),
+            )
+            .expected("at least 32 samples")
+            .found(format!("{}", ladder.samples()))
+            .in_file(record.name()));
         }
         let unit = column.unit.clone().or_else(|| arguments.unit.clone()).unwrap_or_else(|| "unit".into());
         reports.push(report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level)));

@@ -146,12 +146,19 @@ fn read(arguments: &Arguments, record: &mut Record, schedule: Option<&Schedule>)
     }
     if chosen.is_empty() {
         return Err(Malformed::new(Fault::Missing, "no column of the record is one that the bench reads")
-            .expected(format!("one of {}, or --columns NAME=TITLE", schedule.map(Schedule::wanted).unwrap_or_default().join(", ")))
+            .expected(format!(
+                "one of {}, or --columns NAME=TITLE",
+                schedule.map(Schedule::wanted).unwrap_or_default().join(", ")
+            ))
             .found(record::listed(record.columns()))
             .in_file(record.name()));
     }
     let unit = |k: usize| record.columns().get(k).and_then(|c| c.unit.clone()).unwrap_or_default();
-    let mut trace = Trace::new(chosen.iter().map(|(name, k)| (name.clone(), unit(*k))).collect());
+    let names: Vec<String> = chosen.iter().map(|(name, _)| name.clone()).collect();
+    let computed = schedule.map(|s| s.computed(&names)).unwrap_or_default();
+    let read = chosen.iter().map(|(name, k)| (name.clone(), unit(*k)));
+    let mut trace = Trace::new(read.chain(computed.iter().map(|c| (c.name.clone(), c.unit.clone()))).collect());
+    trace.observed = chosen.len();
     let mut selected: Vec<(usize, As)> = chosen.iter().map(|(_, k)| (*k, As::Number)).collect();
     selected.extend(time.map(|k| (k, As::Number)));
     selected.extend(label.map(|k| (k, As::Label)));
@@ -187,7 +194,9 @@ fn read(arguments: &Arguments, record: &mut Record, schedule: Option<&Schedule>)
                     sample += 1;
                 }
             }
-            trace.push(&columns);
+            let more: Vec<Vec<f64>> = computed.iter().map(|c| c.values(&columns)).collect();
+            let all: Vec<&[f64]> = columns.iter().copied().chain(more.iter().map(Vec::as_slice)).collect();
+            trace.push(&all);
         }
     }
     trace.finish();
@@ -239,10 +248,15 @@ fn nothing(segmentation: &Segmentation, by: &By, least: f64) -> Outcome {
     match (&segmentation.stillness, by) {
         (Some(judged), By::Still { threshold, .. }) => {
             let advice = match judged.would_find {
-                Some(ratio) => format!("the stillest stretch of {least} s has {ratio:.3} times the variance: --threshold {:.3} would find it", 1.01 * ratio),
+                Some(ratio) => format!(
+                    "the stillest stretch of {least} s has {ratio:.3} times the variance: --threshold {:.3} would find it",
+                    1.01 * ratio
+                ),
                 None => format!("no threshold finds a stretch of {least} s"),
             };
-            eprintln!("no static stretch of {least} s within {threshold} times the variance of the still sensor; {advice}");
+            eprintln!(
+                "no static stretch of {least} s within {threshold} times the variance of the still sensor; {advice}"
+            );
         }
         _ => eprintln!("no segment is left"),
     }
@@ -256,7 +270,8 @@ fn readings(trace: &Trace, reduction: &Reduction) -> Vec<ReducedReading> {
     let each = reduction.segments.iter().zip(&reduction.means);
     each.map(|(segment, means)| {
         let (start, end) = segment.span();
-        let values = trace.channels.iter().zip(means).map(|(c, m)| (c.name.clone(), m.value, m.uncertainty.u)).collect();
+        let values =
+            trace.channels.iter().zip(means).map(|(c, m)| (c.name.clone(), m.value, m.uncertainty.u)).collect();
         let time_s = 0.5 * (trace.time(start) + trace.time(end));
         ReducedReading { position: segment.label.clone(), time_s: (time_s * 1e6).round() / 1e6, values }
     })
@@ -271,7 +286,8 @@ fn table(readings: &[ReducedReading]) -> String {
     text.push('\n');
     for reading in readings {
         let quoted = reading.position.contains([',', '"', '\n']);
-        let label = if quoted { format!("\"{}\"", reading.position.replace('"', "\"\"")) } else { reading.position.clone() };
+        let label =
+            if quoted { format!("\"{}\"", reading.position.replace('"', "\"\"")) } else { reading.position.clone() };
         text.push_str(&format!("{label},{}", reading.time_s));
         reading.values.iter().for_each(|(_, mean, u)| text.push_str(&format!(",{mean},{u:.4e}")));
         text.push('\n');

@@ -111,7 +111,7 @@ impl Coefficients {
 }
 
 /// A coefficient is there if its square would be so large by chance less often than this.
-const PRESENT: f64 = 0.01;
+const PRESENT: f64 = 0.001;
 const ROUNDS: usize = 12;
 
 /// What the fit works on.
@@ -134,7 +134,7 @@ struct Fitted {
 ///
 /// Weighted least squares on variances with their full covariance, which follows from the coefficients themselves and is renewed until it stands; squares are
 /// not negative. A coefficient is there if leaving it out raises the generalized sum of squares (with the covariance that holds without it) beyond
-/// what chance does in one case of a hundred. `None` for fewer than four averaging times, or where nothing varies.
+/// what chance does in one case of a thousand. `None` for fewer than four averaging times, or where nothing varies.
 pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], interval: f64) -> Option<Coefficients> {
     if taus.len() < 4 || variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
         return None;
@@ -221,7 +221,8 @@ impl Points {
         let mut fitted = None;
         for _ in 0..ROUNDS {
             let next = self.with_covariance_of(active, &squares)?;
-            let change = (0..5).map(|k| (next.squares[k] - squares[k]).abs() / (next.squares[k] + squares[k]).max(1e-300));
+            let change =
+                (0..5).map(|k| (next.squares[k] - squares[k]).abs() / (next.squares[k] + squares[k]).max(1e-300));
             let largest = change.fold(0.0, f64::max);
             squares = next.squares;
             fitted = Some(next);
@@ -237,11 +238,10 @@ impl Points {
         let mut active = active;
         loop {
             let fitted = self.free(active, squares)?;
-            let most_negative =
-                (0..5).filter(|k| active[*k] && fitted.squares[*k] < 0.0).min_by(|a, b| {
-                    let z = |k: usize| fitted.squares[k] / fitted.covariance[k][k].sqrt();
-                    z(*a).total_cmp(&z(*b))
-                });
+            let most_negative = (0..5).filter(|k| active[*k] && fitted.squares[*k] < 0.0).min_by(|a, b| {
+                let z = |k: usize| fitted.squares[k] / fitted.covariance[k][k].sqrt();
+                z(*a).total_cmp(&z(*b))
+            });
             match most_negative {
                 Some(k) if active.iter().filter(|a| **a).count() > 1 => active[k] = false,
                 _ => return Some(fitted),

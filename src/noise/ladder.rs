@@ -159,7 +159,8 @@ impl Ladder {
 
     fn chunk(&mut self, samples: &[f64]) {
         // near zero the running sum stays small, and its differences exact
-        let reference = *self.reference.get_or_insert_with(|| samples.iter().sum::<f64>() / samples.len().max(1) as f64);
+        let reference =
+            *self.reference.get_or_insert_with(|| samples.iter().sum::<f64>() / samples.len().max(1) as f64);
         let Some(first) = self.levels.first_mut() else { return };
         if self.fresh {
             first.x.push(0.0);
@@ -251,13 +252,15 @@ fn squares(x: &[f64], from: usize, back: [usize; 4], c: [f64; 4]) -> (f64, u64) 
     const LANES: usize = 8;
     let mut lanes = [0.0; LANES];
     let whole = count - count % LANES;
-    let four = |c: usize| {
-        (a.get(c..c + LANES), b.get(c..c + LANES), e.get(c..c + LANES), f.get(c..c + LANES))
-    };
+    let four = |c: usize| (a.get(c..c + LANES), b.get(c..c + LANES), e.get(c..c + LANES), f.get(c..c + LANES));
     for start in (0..whole).step_by(LANES) {
         let (Some(a), Some(b), Some(e), Some(f)) = four(start) else { continue };
         for k in 0..LANES {
-            let d = if c[3] == 0.0 { c[0] * a[k] + c[1] * b[k] + c[2] * e[k] } else { a[k] + c[1] * b[k] + c[2] * e[k] - f[k] };
+            let d = if c[3] == 0.0 {
+                c[0] * a[k] + c[1] * b[k] + c[2] * e[k]
+            } else {
+                a[k] + c[1] * b[k] + c[2] * e[k] - f[k]
+            };
             lanes[k] += d * d;
         }
     }

@@ -133,9 +133,11 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
     let last: Vec<&[u8]> = rows.iter().rev().take(50).map(|(_, line)| *line).collect();
     let mut best: Option<(usize, u8, u8, usize)> = None;
     for delimiter in *b"\t;,| " {
-        let Some(width) = last.iter().map(|line| cells(line, delimiter).len()).max().filter(|width| *width > 1) else {
-            continue;
-        };
+        let last: Vec<&[u8]> = last.iter().copied().filter(|line| !is_blank(line, delimiter)).collect();
+        // the most frequent number of cells
+        let widths: Vec<usize> = last.iter().map(|line| cells(line, delimiter).len()).collect();
+        let often = |width: &usize| widths.iter().filter(|other| *other == width).count();
+        let Some(width) = widths.iter().copied().max_by_key(often).filter(|width| *width > 1) else { continue };
         let alike = last.iter().filter(|line| cells(line, delimiter).len() == width).count();
         let all = || last.iter().flat_map(|line| cells(line, delimiter));
         let comma = delimiter != b',' && all().any(|c| c.contains(&b',')) && !all().any(|c| is_pointed(c));

@@ -36,9 +36,9 @@ pub(super) fn is_units(cells: &[String]) -> bool {
 
 /// Symbols that occur in units of this field.
 const SYMBOLS: [&str; 40] = [
-    "s", "ms", "us", "µs", "ns", "min", "h", "deg", "°", "Grad", "rad", "mrad", "urad", "µrad", "arcsec", "arcmin", "g", "mg", "ug",
-    "µg", "m", "mm", "V", "mV", "uV", "µV", "LSB", "counts", "count", "Hz", "pulses", "C", "degC", "°C", "K", "%", "ppm",
-    "gn", "turn", "gn0",
+    "s", "ms", "us", "µs", "ns", "min", "h", "deg", "°", "Grad", "rad", "mrad", "urad", "µrad", "arcsec", "arcmin",
+    "g", "mg", "ug", "µg", "m", "mm", "V", "mV", "uV", "µV", "LSB", "counts", "count", "Hz", "pulses", "C", "degC",
+    "°C", "K", "%", "ppm", "gn", "turn", "gn0",
 ];
 
 /// Is a text a product or quotient of the field's symbols?

@@ -109,7 +109,8 @@ mod tests {
 
     #[test]
     fn numbers_are_those_of_the_standard_library() {
-        for text in ["0", "-1", "3.14159", "1e3", "-2.5E-3", "33108", "0.1", "123456789.123456789", "1e400", "4.9e-324"] {
+        for text in ["0", "-1", "3.14159", "1e3", "-2.5E-3", "33108", "0.1", "123456789.123456789", "1e400", "4.9e-324"]
+        {
             let expected: f64 = text.parse().expect("a number");
             assert_eq!(number(text.as_bytes(), b'.'), Some(expected), "{text}");
             assert_eq!(number(text.replace('.', ",").as_bytes(), b','), Some(expected), "{text}");

@@ -74,7 +74,8 @@ pub(super) fn decoded(bytes: &[u8]) -> String {
 ///
 /// Errors: a gzip that ends too early.
 pub fn table_text(name: &str, bytes: &[u8]) -> Result<Option<String>> {
-    let packed = bytes.starts_with(&[0x1F, 0x8B]) || bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
+    let packed =
+        bytes.starts_with(&[0x1F, 0x8B]) || bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
     if !packed {
         let foreign = std::str::from_utf8(bytes).is_err() && !bytes.contains(&0);
         return Ok(foreign.then(|| decoded(bytes)));

@@ -59,9 +59,12 @@ pub struct MeanUncertainty {
 const LONGEST: usize = 256;
 /// Least blocks of a middling segment.
 const LEAST: usize = 64;
-const TIMES: usize = 10;
-const RATIOS: usize = 9;
-const FLOORS: usize = 9;
+const TIMES: usize = 28;
+const RATIOS: usize = 25;
+const FLOORS: usize = 25;
+/// Of the descriptions every third in each direction is tried first; those between are tried where a neighbour is likelier than this.
+const COARSE: usize = 3;
+const LIKELY: f64 = 1e-4;
 /// A segment is noisier than the others if chance would make it so in fewer cases than this, all segments together.
 const NOISIER: f64 = 1e-3;
 
@@ -72,6 +75,8 @@ enum Kind {
 }
 
 struct Description {
+    /// Place among those of its kind: of the correlation time, and of the ratio.
+    place: (usize, usize),
     kind: Kind,
     covariance: Vec<f64>,
     prior: f64,
@@ -108,19 +113,26 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
         covariance
     };
     let third = 1.0 / 3.0;
-    let mut all = vec![Description { kind: Kind::White, covariance: unit(vec![0.0; longest], 1.0), prior: third }];
-    for tau in spread(0.5, typical.max(2.0), TIMES) {
+    let white = unit(vec![0.0; longest], 1.0);
+    let mut all = vec![Description { place: (0, 0), kind: Kind::White, covariance: white, prior: third }];
+    for (i, tau) in spread(0.5, typical.max(2.0), TIMES).enumerate() {
         let own = markov(longest, tau);
         let block = own.first().copied().unwrap_or(1.0);
-        for ratio in spread(0.1, 1000.0, RATIOS) {
+        for (j, ratio) in spread(0.1, 1000.0, RATIOS).enumerate() {
             let prior = third / (TIMES * RATIOS) as f64;
             let ratio = ratio / block;
-            all.push(Description { kind: Kind::Markov { tau, ratio }, covariance: unit(own.clone(), ratio), prior });
+            let kind = Kind::Markov { tau, ratio };
+            all.push(Description { place: (i, j), kind, covariance: unit(own.clone(), ratio), prior });
         }
     }
-    for ratio in spread(0.003, 30.0, FLOORS) {
+    for (j, ratio) in spread(0.003, 30.0, FLOORS).enumerate() {
         let prior = third / FLOORS as f64;
-        all.push(Description { kind: Kind::Flicker { ratio }, covariance: unit(flicker(longest), ratio), prior });
+        all.push(Description {
+            place: (0, j),
+            kind: Kind::Flicker { ratio },
+            covariance: unit(flicker(longest), ratio),
+            prior,
+        });
     }
     all
 }
@@ -174,28 +186,49 @@ pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<Me
         slopes: Vec<(f64, f64)>,
         own: Vec<(f64, f64)>,
     }
+    let (first, between): (Vec<Description>, Vec<Description>) = descriptions(longest, middling / width)
+        .into_iter()
+        .partition(|d| d.place.0 % COARSE == 0 && d.place.1 % COARSE == 0);
     let mut seen: Vec<Seen> = Vec::new();
-    for description in descriptions(longest, middling / width) {
-        let Some(process) = Process::new(&description.covariance) else { continue };
-        let (mut log, mut q) = (0.0, 0.0);
-        let (mut slopes, mut own) = (Vec::new(), Vec::new());
-        for segment in &pieces {
-            let (mut t, mut tx, mut sum, mut dof) = (0.0, 0.0, 0.0, 0.0);
-            for piece in segment {
-                let p: Products = process.products(piece);
-                let residual = (p.xx - p.x1 * p.x1 / p.one).max(0.0);
-                sum += residual;
-                dof += (piece.len() - 1) as f64;
-                t += p.tt - p.t1 * p.t1 / p.one;
-                tx += p.xt - p.t1 * p.x1 / p.one;
-                log -= 0.5 * (p.log + p.one.ln());
+    let mut queue: Vec<Description> = first;
+    let mut later = Some(between);
+    while !queue.is_empty() {
+        for description in std::mem::take(&mut queue) {
+            let Some(process) = Process::new(&description.covariance) else { continue };
+            let (mut log, mut q) = (0.0, 0.0);
+            let (mut slopes, mut own) = (Vec::new(), Vec::new());
+            for segment in &pieces {
+                let (mut t, mut tx, mut sum, mut dof) = (0.0, 0.0, 0.0, 0.0);
+                for piece in segment {
+                    let p: Products = process.products(piece);
+                    let residual = (p.xx - p.x1 * p.x1 / p.one).max(0.0);
+                    sum += residual;
+                    dof += (piece.len() - 1) as f64;
+                    t += p.tt - p.t1 * p.t1 / p.one;
+                    tx += p.xt - p.t1 * p.x1 / p.one;
+                    log -= 0.5 * (p.log + p.one.ln());
+                }
+                q += sum;
+                own.push((sum, dof));
+                slopes.push((if t > 0.0 { tx / t } else { 0.0 }, if t > 0.0 { 1.0 / t } else { 0.0 }));
             }
-            q += sum;
-            own.push((sum, dof));
-            slopes.push((if t > 0.0 { tx / t } else { 0.0 }, if t > 0.0 { 1.0 / t } else { 0.0 }));
+            let weight = description.prior.ln() + log - 0.5 * nu * q.max(1e-300).ln();
+            seen.push(Seen { description, weight, variance: q / nu, slopes, own });
         }
-        let weight = description.prior.ln() + log - 0.5 * nu * q.max(1e-300).ln();
-        seen.push(Seen { description, weight, variance: q / nu, slopes, own });
+        let Some(between) = later.take() else { break };
+        let best = seen.iter().map(|s| s.weight).fold(f64::NEG_INFINITY, f64::max);
+        queue = between
+            .into_iter()
+            .filter(|d| {
+                seen.iter().any(|s| {
+                    let near = |a: usize, b: usize| a.abs_diff(b) < COARSE;
+                    std::mem::discriminant(&s.description.kind) == std::mem::discriminant(&d.kind)
+                        && near(s.description.place.0, d.place.0)
+                        && near(s.description.place.1, d.place.1)
+                        && s.weight - best > LIKELY.ln()
+                })
+            })
+            .collect();
     }
     let best = seen.iter().map(|s| s.weight).fold(f64::NEG_INFINITY, f64::max);
     let total: f64 = seen.iter().map(|s| (s.weight - best).exp()).sum();

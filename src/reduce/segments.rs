@@ -62,6 +62,9 @@ pub struct Segmentation {
     pub stillness: Option<Stillness>,
 }
 
+/// Levels before and after a jerk that differ by less than this many standard deviations of a sample are one position.
+const SAME: f64 = 2.0;
+
 /// Find segments; `guard` is left out at both ends, shorter ones than `least` are rejected (both in seconds).
 pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
     let mut stillness = None;
@@ -94,12 +97,17 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
     for mut segment in candidates {
         let (start, end) = segment.span();
         // samples on both sides of a gap count; the gap is told
-        let cuts: Vec<u64> =
-            trace.resumes.iter().map(|(s, _)| *s).filter(|s| segment.pieces.iter().any(|p| *s > p.start && *s < p.end)).collect();
+        let cuts: Vec<u64> = trace
+            .resumes
+            .iter()
+            .map(|(s, _)| *s)
+            .filter(|s| segment.pieces.iter().any(|p| *s > p.start && *s < p.end))
+            .collect();
         if !cuts.is_empty() {
             segment.notes.push(format!("{} gap{} in the record", cuts.len(), if cuts.len() == 1 { "" } else { "s" }));
         }
-        let pieces = segment.pieces.iter().map(|p| (p.start + margin).min(p.end)..p.end.saturating_sub(margin).max(p.start));
+        let pieces =
+            segment.pieces.iter().map(|p| (p.start + margin).min(p.end)..p.end.saturating_sub(margin).max(p.start));
         segment.pieces = pieces.filter(|p| p.end > p.start && !trace.blocks(p.start, p.end).is_empty()).collect();
         let left = segment.samples() as f64 * trace.interval;
         let whole = (end.saturating_sub(start)) as f64 * trace.interval;
@@ -133,12 +141,15 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
             && let Some(before) = last.pieces.last().cloned()
             && (range.start.saturating_sub(before.end)) as f64 * trace.interval <= most
         {
-            let near = (most / (trace.interval * trace.block as f64)).ceil() as usize;
-            let same = (0..trace.channels.len()).all(|k| {
+            let near = (0.25 * most / (trace.interval * trace.block as f64)).ceil() as usize;
+            let same = (0..trace.observed).all(|k| {
                 let (a, b) = (level(&before, k), level(&range, k));
-                let (a, b) = (a.get(a.len().saturating_sub(near)..).unwrap_or_default(), b.get(..near.min(b.len())).unwrap_or_default());
+                let (a, b) = (
+                    a.get(a.len().saturating_sub(near)..).unwrap_or_default(),
+                    b.get(..near.min(b.len())).unwrap_or_default(),
+                );
                 let sd = stillness.and_then(|s| s.still_sd.get(k)).copied().unwrap_or(0.0);
-                (mean(a) - mean(b)).abs() <= sd
+                (mean(a) - mean(b)).abs() <= SAME * sd
             });
             if same {
                 let jerk = (range.start - before.end) as f64 * trace.interval;

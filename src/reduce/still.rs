@@ -30,7 +30,7 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
     let starts: Vec<usize> = (0..).map(|k| k * stride).take_while(|start| start + length <= blocks).collect();
     let mut ratios = vec![0.0_f64; starts.len()];
     let mut still_sd = Vec::new();
-    for channel in &trace.channels {
+    for (place, channel) in trace.channels.iter().enumerate() {
         // prefix sums about a middle value, so that squares keep their digits
         let middle = channel.means.get(blocks / 2).copied().unwrap_or(0.0);
         let (mut sums, mut squares) = (vec![0.0; blocks + 1], vec![0.0; blocks + 1]);
@@ -54,7 +54,7 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
         let quantile = apart.get((apart.len() as f64 * QUANTILE) as usize).copied().unwrap_or(0.0);
         let variance = (quantile / OF_STILL).max(step * step / 12.0);
         still_sd.push(variance.sqrt());
-        if variance > 0.0 {
+        if variance > 0.0 && place < trace.observed {
             ratios.iter_mut().zip(&variances).for_each(|(ratio, v)| *ratio = ratio.max(v / variance));
         }
     }

@@ -39,6 +39,8 @@ pub struct Run {
 pub struct Trace {
     /// The channels.
     pub channels: Vec<Channel>,
+    /// How many of them were read; those behind were computed from them, and do not tell whether the record stands still.
+    pub observed: usize,
     /// Samples in a block.
     pub block: usize,
     /// Seconds between samples.
@@ -55,9 +57,11 @@ pub struct Trace {
 impl Trace {
     /// An empty trace of channels with these names and units.
     pub fn new(channels: Vec<(String, String)>) -> Self {
-        let channels = channels.into_iter().map(|(name, unit)| Channel { name, unit, ..Channel::default() }).collect();
+        let observed = channels.len();
+        let channels: Vec<Channel> =
+            channels.into_iter().map(|(name, unit)| Channel { name, unit, ..Channel::default() }).collect();
         let resumes = vec![(0, 0.0)];
-        Trace { channels, block: 1, interval: 1.0, samples: 0, resumes, runs: Vec::new(), most: MOST }
+        Trace { channels, observed, block: 1, interval: 1.0, samples: 0, resumes, runs: Vec::new(), most: MOST }
     }
 
     /// The same with at most so many blocks.
@@ -110,8 +114,7 @@ impl Trace {
 
     /// Time of a sample, s since the first one.
     pub fn time(&self, sample: u64) -> f64 {
-        let (from, time) =
-            self.resumes.iter().rev().find(|(from, _)| *from <= sample).copied().unwrap_or((0, 0.0));
+        let (from, time) = self.resumes.iter().rev().find(|(from, _)| *from <= sample).copied().unwrap_or((0, 0.0));
         time + (sample - from) as f64 * self.interval
     }
 
@@ -190,8 +193,7 @@ impl Channel {
         for k in 0..pairs {
             let (a, b) = (self.means[2 * k], self.means[2 * k + 1]);
             self.means[k] = 0.5 * (a + b);
-            self.squares[k] =
-                self.squares[2 * k] + self.squares[2 * k + 1] + 0.5 * block as f64 * (a - b) * (a - b);
+            self.squares[k] = self.squares[2 * k] + self.squares[2 * k + 1] + 0.5 * block as f64 * (a - b) * (a - b);
         }
         self.means.truncate(pairs);
         self.squares.truncate(pairs);

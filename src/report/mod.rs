@@ -71,9 +71,7 @@ pub use fit::{
 };
 pub use fit_build::fit_report;
 pub use provenance::Input;
-pub use reduction::{
-    DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report,
-};
+pub use reduction::{DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
 pub use reduction_table::reduce_table;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 

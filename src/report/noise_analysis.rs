@@ -196,7 +196,11 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
         level: noise.level,
         points,
         coefficients: coefficients.collect(),
-        agreement: noise.coefficients.as_ref().map(|c| AgreementReport { chi_square: c.chi_square, dof: c.dof, p: c.p }),
+        agreement: noise.coefficients.as_ref().map(|c| AgreementReport {
+            chi_square: c.chi_square,
+            dof: c.dof,
+            p: c.p,
+        }),
         scatter: scatter(column, unit, noise),
     }
 }

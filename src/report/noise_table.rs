@@ -95,9 +95,10 @@ pub fn kalibr(report: &NoiseAnalysisReport) -> Result<String> {
     };
     let mut text = String::from("#Accelerometers\n");
     let mut kinds = 0;
-    for (gyro, title, words) in
-        [(false, "accelerometer", ("m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)")), (true, "gyroscope", ("rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)"))]
-    {
+    for (gyro, title, words) in [
+        (false, "accelerometer", ("m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)")),
+        (true, "gyroscope", ("rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)")),
+    ] {
         if gyro {
             text.push_str("\n#Gyroscopes\n");
         }
@@ -118,7 +119,9 @@ pub fn kalibr(report: &NoiseAnalysisReport) -> Result<String> {
     if kinds == 0 {
         return Err(Malformed::new(Fault::Value, "kalibr's file holds gyros and accelerometers, and no column is one")
             .expected("columns in a unit of rate (deg/s, rad/s, deg/h) or of specific force (g, mg, m/s^2)")
-            .found(report.columns.iter().map(|c| format!("{} in {}", c.column, c.unit)).collect::<Vec<_>>().join(", ")));
+            .found(
+                report.columns.iter().map(|c| format!("{} in {}", c.column, c.unit)).collect::<Vec<_>>().join(", "),
+            ));
     }
     text.push_str(&format!("\nrostopic: /imu0\nupdate_rate: {}\n", significant(1.0 / report.interval_s, 6)));
     Ok(text)

@@ -27,10 +27,18 @@ pub fn reduce_table(report: &ReduceReport, all: bool) -> String {
     let each = || report.segments.iter().flat_map(|s| s.means.iter().map(move |m| (s, m)));
     let sloping = each().filter(|(_, m)| m.slope_p < 0.01).count();
     if sloping > 0 {
-        text.push_str(&format!("{sloping} of {} means have a slope (p < 0.01), more than their noise explains.\n", each().count()));
+        text.push_str(&format!(
+            "{sloping} of {} means have a slope (p < 0.01), more than their noise explains.\n",
+            each().count()
+        ));
     }
     for (segment, m) in each().filter(|(_, m)| m.noisier > 1.0) {
-        text.push_str(&format!("{} in segment {} is {} times noisier than elsewhere: its u is as much larger.\n", m.column, segment.position, significant(m.noisier, 2)));
+        text.push_str(&format!(
+            "{} in segment {} is {} times noisier than elsewhere: its u is as much larger.\n",
+            m.column,
+            segment.position,
+            significant(m.noisier, 2)
+        ));
     }
     for segment in report.segments.iter().filter(|s| !s.notes.is_empty()) {
         text.push_str(&format!("segment {}: {}\n", segment.position, segment.notes.join("; ")));
@@ -85,7 +93,9 @@ fn sources(report: &ReduceReport) -> String {
     let mut text = String::new();
     let columns = report.segments.first().map_or(0, |s| s.means.len());
     for k in 0..columns {
-        let Some(name) = report.segments.first().and_then(|s| s.means.get(k)).map(|m| m.column.clone()) else { continue };
+        let Some(name) = report.segments.first().and_then(|s| s.means.get(k)).map(|m| m.column.clone()) else {
+            continue;
+        };
         let rows: Vec<Vec<String>> = report
             .segments
             .iter()

@@ -79,11 +79,10 @@ fn decimal_mark(
     let error = Malformed::new(Fault::Value, format!("'{name}' has a decimal comma"));
     let error = match (delimiter, pointed) {
         (b',', _) => error.expected("a number with a decimal point (or a file whose cells are parted by semicolons)"),
-        (_, Some((other, _, pointed))) => error
-            .expected(format!(
-                "one decimal mark in the whole file; line {} has '{pointed}'",
-                line_of(other, &source.text)
-            )),
+        (_, Some((other, _, pointed))) => error.expected(format!(
+            "one decimal mark in the whole file; line {} has '{pointed}'",
+            line_of(other, &source.text)
+        )),
         (_, None) => return Ok(','),
     };
     let place = csv_place(line_of(record, &source.text), &source.name);

@@ -39,7 +39,7 @@ pub use mission_file::{
 };
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
-pub use reduced::{ReducedReading, Schedule, read_schedule};
+pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use schema::{SCHEMAS, schema};
 pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};

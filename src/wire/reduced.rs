@@ -2,7 +2,7 @@
 
 use super::readings_file::{self, Cell, ReadingFile};
 use super::{BenchRef, CampaignFile, Fetch, ReadingsRef, Source, kind, locate, parse};
-use crate::algebra::{Scratch, Tape};
+use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
 
@@ -49,7 +49,62 @@ pub fn read_schedule(source: &Source, fetch: Fetch<'_>) -> Result<Schedule> {
     Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file })
 }
 
+/// A sensor whose value the schedule states: its model line at the samples of other columns, with the schedule's start values.
+#[derive(Debug, Clone)]
+pub struct Computed {
+    /// The sensor.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    tape: Tape,
+    /// Where each input comes from: a column, or a value.
+    inputs: Vec<std::result::Result<usize, f64>>,
+}
+
+impl Computed {
+    /// The model line at each row of `columns`.
+    pub fn values(&self, columns: &[&[f64]]) -> Vec<f64> {
+        let rows = columns.first().map_or(0, |c| c.len());
+        let mut scratch = Scratch::default();
+        let mut inputs = vec![0.0; self.inputs.len()];
+        (0..rows)
+            .map(|row| {
+                for (slot, from) in inputs.iter_mut().zip(&self.inputs) {
+                    *slot = match from {
+                        Ok(column) => columns.get(*column).and_then(|c| c.get(row)).copied().unwrap_or(f64::NAN),
+                        Err(value) => *value,
+                    };
+                }
+                self.tape.value(&inputs, &mut scratch)
+            })
+            .collect()
+    }
+}
+
 impl Schedule {
+    /// The sensors that the schedule states a value of, and whose model lines read these columns.
+    pub fn computed(&self, columns: &[String]) -> Vec<Computed> {
+        let stated = |id: &str| self.rows.iter().all(|row| matches!(row.get(id), Some(Cell::Number(_))));
+        let unread = self.bench.sensors.iter().filter(|s| !columns.contains(&s.id) && stated(&s.id));
+        unread.filter_map(|s| self.compute(&s.id, s.unit.as_str(), &s.model, columns)).collect()
+    }
+
+    fn compute(&self, id: &str, unit: &str, model: &Expression, columns: &[String]) -> Option<Computed> {
+        let names = model.names();
+        let inputs: Vec<std::result::Result<usize, f64>> = names
+            .iter()
+            .map(|name| {
+                if let Some(column) = columns.iter().position(|c| c == name) {
+                    return Some(Ok(column));
+                }
+                let estimated = self.file.estimate.get(name).map(|e| e.start.or(e.prior).unwrap_or(0.0));
+                self.file.known.get(name).map(|k| k.value).or(estimated).map(Err)
+            })
+            .collect::<Option<_>>()?;
+        inputs.iter().any(std::result::Result::is_ok).then_some(())?;
+        Some(Computed { name: id.into(), unit: unit.into(), tape: Tape::compile(model, &names).ok()?, inputs })
+    }
+
     /// The names that the bench reads from a reading: sensors, and what stands in their model lines.
     pub fn wanted(&self) -> Vec<String> {
         let sensors = self.bench.sensors.iter().map(|s| s.id.clone());
@@ -95,8 +150,7 @@ impl Schedule {
 
     /// The campaign: each reading in the row it belongs to.
     ///
-    /// A sensor whose value the schedule states and whose model line holds reduced columns (the norm of the specific force) gets the uncertainty that those
-    /// columns bring, to first order at the schedule's start values.
+    /// A sensor whose value the schedule states (the norm of the specific force) keeps it, and gets the uncertainty of its model line over the segment.
     pub fn with(mut self, readings: &[ReducedReading], places: &[usize]) -> CampaignFile {
         let mut rows = Vec::new();
         for (reading, place) in readings.iter().zip(places) {
@@ -109,46 +163,19 @@ impl Schedule {
                 set("position", Cell::Text(reading.position.clone()));
             }
             for (name, mean, u) in &reading.values {
-                set(name, Cell::Number(*mean));
+                let stated = self.bench.sensors.iter().any(|s| s.id == *name)
+                    && self.rows.get(*place).is_some_and(|row| matches!(row.get(name), Some(Cell::Number(_))));
+                if !stated {
+                    set(name, Cell::Number(*mean));
+                }
                 if *u > 0.0 {
                     set(&format!("{name}_u"), Cell::Number(*u));
                 }
             }
             set("time_s", Cell::Number(reading.time_s));
-            for sensor in &self.bench.sensors {
-                let stated = matches!(row.get(&sensor.id), Some(Cell::Number(_)));
-                let reduced = reading.values.iter().any(|(name, ..)| *name == sensor.id);
-                if stated
-                    && !reduced
-                    && let Some(u) = self.brought(&sensor.model, reading)
-                {
-                    row.0.push((format!("{}_u", sensor.id), Cell::Number(u)));
-                }
-            }
             rows.push(row);
         }
         self.file.readings = ReadingsRef::Inline(rows);
         self.file
-    }
-
-    /// What the uncertainties of reduced columns bring to a model line.
-    fn brought(&self, model: &crate::algebra::Expression, reading: &ReducedReading) -> Option<f64> {
-        let names = model.names();
-        let of_reading = |name: &str| reading.values.iter().find(|(own, ..)| own == name);
-        let inputs: Vec<f64> = names
-            .iter()
-            .map(|name| {
-                let start = || self.file.estimate.get(name).and_then(|e| e.start.or(e.prior));
-                let known = || self.file.known.get(name).map(|k| k.value);
-                let asked = self.file.estimate.get(name).map(|_| 0.0);
-                of_reading(name).map(|(_, mean, _)| *mean).or_else(known).or_else(start).or(asked)
-            })
-            .collect::<Option<_>>()?;
-        let tape = Tape::compile(model, &names).ok()?;
-        let mut gradient = vec![0.0; names.len()];
-        tape.gradient(&inputs, &mut Scratch::default(), &mut gradient);
-        let square: f64 =
-            names.iter().zip(gradient).filter_map(|(name, g)| Some((g * of_reading(name)?.2).powi(2))).sum();
-        Some(square.sqrt()).filter(|u| *u > 0.0 && u.is_finite())
     }
 }

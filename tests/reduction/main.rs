@@ -5,4 +5,5 @@ mod support;
 
 mod allan;
 mod readings;
+mod real;
 mod records;

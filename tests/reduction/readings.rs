@@ -57,7 +57,8 @@ fn uncertainties_of_means_cover() {
     let runs = runs(40);
     println!("{:>9} {:>22} {:>8} {:>9} {:>10}", "segments", "noise", "covered", "+-", "u/rms error");
     for segments in [4_usize, 12, 30] {
-        for kind in ["white", "tau T/100", "tau T/30", "tau T/10", "tau T/5", "tau T/3", "flicker", "white and flicker"] {
+        for kind in ["white", "tau T/100", "tau T/30", "tau T/10", "tau T/5", "tau T/3", "flicker", "white and flicker"]
+        {
             let mut random = Pcg64Mcg::seed_from_u64(17 + segments as u64);
             let (mut inside, mut all, mut squares, mut us) = (0.0, 0.0, 0.0, Vec::new());
             for _ in 0..runs {
@@ -234,8 +235,7 @@ fn a_thinned_trace_has_the_same_means() {
 #[test]
 fn no_static_stretch() {
     let mut random = Pcg64Mcg::seed_from_u64(7);
-    let x: Vec<f64> =
-        (0..6000).map(|k| 10f64.powf(1.5 * (f64::from(k) / 40.0).sin()) * normal(&mut random)).collect();
+    let x: Vec<f64> = (0..6000).map(|k| 10f64.powf(1.5 * (f64::from(k) / 40.0).sin()) * normal(&mut random)).collect();
     let found = segment(&trace(&[x], 0.01), &By::Still { window: 0.5, threshold: 4.0 }, 0.5, 20.0);
     assert!(found.segments.is_empty());
     assert!(found.stillness.expect("judged").would_find.expect("a threshold") > 4.0);

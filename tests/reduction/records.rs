@@ -41,7 +41,11 @@ fn dialects() {
     ] {
         check(text.into(), plain.0, &plain.1);
     }
-    check("t [s],Winkel (\u{b0})\n0,NaN\n1,\n".into(), &["t [s]", "Winkel (\u{b0})"], &[&[0.0, 1.0], &[f64::NAN, f64::NAN]]);
+    check(
+        "t [s],Winkel (\u{b0})\n0,NaN\n1,\n".into(),
+        &["t [s]", "Winkel (\u{b0})"],
+        &[&[0.0, 1.0], &[f64::NAN, f64::NAN]],
+    );
     check("1 2\n3 4\n".into(), &["c1", "c2"], &[&[1.0, 3.0], &[2.0, 4.0]]);
     check("V\n1,5\n2,5\n".into(), &["V"], &[&[1.5, 2.5]]);
 }

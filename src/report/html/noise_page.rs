@@ -13,7 +13,10 @@ use crate::report::{Input, VERSION};
 pub fn noise_page(report: &NoiseAnalysisReport, inputs: &[Input]) -> Result<Page> {
     let mut page = Page::new("Noise of a record");
     page.subtitle = report.record.clone();
-    page.facts = vec![("Sampling rate".into(), format!("{} Hz ({})", significant(1.0 / report.interval_s, 6), report.interval_from))];
+    page.facts = vec![(
+        "Sampling rate".into(),
+        format!("{} Hz ({})", significant(1.0 / report.interval_s, 6), report.interval_from),
+    )];
     page.colophon = vec![("Program".into(), format!("tumble {VERSION}"))];
     page.colophon.extend(inputs.iter().map(|input| (input.name.clone(), format!("SHA-256 {}", input.sha256))));
     for column in &report.columns {
@@ -74,7 +77,10 @@ fn section(column: &NoiseColumnReport) -> Result<Section> {
             "Overlapping Allan deviation of {} samples with its {level} % chi-square intervals, and the fitted coefficients as a line.",
             column.samples
         ),
-        description: format!("Allan deviation of {} against averaging time on logarithmic axes; the table has its numbers.", column.column),
+        description: format!(
+            "Allan deviation of {} against averaging time on logarithmic axes; the table has its numbers.",
+            column.column
+        ),
         svg: deviations(&points, &format!("Allan deviation, {}", column.unit))?,
         wide: true,
     };

@@ -22,7 +22,13 @@ pub fn reduce_page(report: &ReduceReport, trace: &Trace, segments: &[Segment], i
     let each = || report.segments.iter().flat_map(|s| &s.means);
     let sloping = each().filter(|m| m.slope_p < 0.01).count();
     let odd: u64 = each().flat_map(|m| m.events.values()).sum();
-    let tone = if report.segments.is_empty() { Tone::Bad } else if odd > 0 || sloping * 20 > each().count() { Tone::Caution } else { Tone::Good };
+    let tone = if report.segments.is_empty() {
+        Tone::Bad
+    } else if odd > 0 || sloping * 20 > each().count() {
+        Tone::Caution
+    } else {
+        Tone::Good
+    };
     let sentence = format!(
         "{}, {} not used. {sloping} of {} means have a slope (p < 0.01) that their noise does not explain; {} within segments (none was left out of a mean).",
         count(report.segments.len(), "segment"),
@@ -32,7 +38,11 @@ pub fn reduce_page(report: &ReduceReport, trace: &Trace, segments: &[Segment], i
     );
     let figure = Figure {
         caption: "The whole record; segments are shaded.".into(),
-        description: format!("{} panels, one for each column, against time; {} shaded segments.", trace.channels.len(), report.segments.len()),
+        description: format!(
+            "{} panels, one for each column, against time; {} shaded segments.",
+            trace.channels.len(),
+            report.segments.len()
+        ),
         svg: plot::record(trace, segments)?,
         wide: true,
     };
