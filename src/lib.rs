@@ -15,6 +15,7 @@
 //! | room | what is in it |
 //! |---|---|
 //! | [`error`] | the question is malformed: where, what was expected, what was found |
+//! | [`units`] | the field's units: parsed, converted, their dimensions |
 //! | [`algebra`] | a model line: parsed, printed, differentiated |
 //! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
 //! | [`record`] | tables of samples: CSV in its dialects, gzip, Parquet, in blocks |
@@ -63,4 +64,5 @@ pub mod reduce;
 pub mod report;
 pub mod simulate;
 pub mod uncertainty;
+pub mod units;
 pub mod wire;
