@@ -138,6 +138,12 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
         let widths: Vec<usize> = last.iter().map(|line| cells(line, delimiter).len()).collect();
         let often = |width: &usize| widths.iter().filter(|other| *other == width).count();
         let Some(width) = widths.iter().copied().max_by_key(often).filter(|width| *width > 1) else { continue };
+        // one name above rows with one comma each: a single column of numbers with decimal commas
+        let first = rows.iter().position(|(_, line)| mostly_numbers(line, delimiter, b'.'));
+        let title = first.and_then(|k| k.checked_sub(1)).and_then(|k| rows.get(k));
+        if delimiter == b',' && width == 2 && title.is_some_and(|(_, line)| !line.contains(&b',')) {
+            continue;
+        }
         let alike = last.iter().filter(|line| cells(line, delimiter).len() == width).count();
         let all = || last.iter().flat_map(|line| cells(line, delimiter));
         let comma = delimiter != b',' && all().any(|c| c.contains(&b',')) && !all().any(|c| is_pointed(c));

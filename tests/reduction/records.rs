@@ -98,7 +98,7 @@ fn faults_have_their_line() {
     for (text, words) in [
         ("t,V\n0,1\n1,x\n2,3\n", &["log.csv:3", "V", "'x'"][..]),
         ("t,V\n0,1\n1,2,3\n2,3\n", &["log.csv:3", "2 cells", "3 cells"]),
-        ("t;V\n0;1,5\n1;2.5\n1;2,5\n", &["'2.5'", "decimal mark"]),
+        ("t;V\n0;1,5\n1;2.5\n1;2,5\n", &["'1,5'", "decimal mark"]),
         ("", &["empty"]),
         ("t,t\n1,2\n", &["'t'", "twice"]),
         ("a\u{0}b", &["zero byte"]),
