@@ -146,7 +146,7 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
         }
         let alike = last.iter().filter(|line| cells(line, delimiter).len() == width).count();
         let all = || last.iter().flat_map(|line| cells(line, delimiter));
-        let comma = delimiter != b',' && all().any(|c| c.contains(&b',')) && !all().any(|c| is_pointed(c));
+        let comma = delimiter != b',' && all().any(|c| c.contains(&b',')) && !all().any(is_pointed);
         let mark = if comma { b',' } else { b'.' };
         let numbers = last.iter().filter(|line| mostly_numbers(line, delimiter, mark)).count();
         let score = alike + 2 * numbers;

@@ -73,13 +73,13 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
             .runs
             .iter()
             .filter(|run| !run.label.trim().is_empty())
-            .map(|run| Segment { label: run.label.clone(), pieces: vec![run.start..run.end], notes: Vec::new() })
+            .map(|run| Segment { label: run.label.clone(), pieces: one(run.start..run.end), notes: Vec::new() })
             .collect(),
         By::Times(list) => list
             .iter()
             .map(|(label, start, end)| Segment {
                 label: label.clone(),
-                pieces: vec![trace.sample(*start)..trace.sample(*end)],
+                pieces: one(trace.sample(*start)..trace.sample(*end)),
                 notes: Vec::new(),
             })
             .collect(),
@@ -125,6 +125,11 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         segment.label = (k + 1).to_string();
     }
     Segmentation { segments, rejected, stillness }
+}
+
+/// A segment of one piece.
+fn one(range: Range<u64>) -> Vec<Range<u64>> {
+    std::iter::once(range).collect()
 }
 
 /// Still stretches with nothing but a jerk between them, after which every channel reads what it read before, are one position.
@@ -180,7 +185,7 @@ pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Opt
             }
             let samples = (whole * turn / trace.interval).round() as u64;
             let from = start + (end - start - samples.min(end - start)) / 2;
-            segment.pieces = vec![from..(from + samples).min(end)];
+            segment.pieces = one(from..(from + samples).min(end));
             segment.notes.push(format!("{whole} whole turns"));
         }
         kept.push(segment);
