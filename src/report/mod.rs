@@ -66,8 +66,8 @@ pub use diagnose::{
     UnexplainedReport, alias_note, diagnose_report, diagnose_table,
 };
 pub use fit::{
-    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
-    IterationReport, KnownReport, ParameterReport, ReadingReport,
+    ArcsecReport, BudgetReport, CombinationValueReport, ConditionalReport, ConvergenceReport, CovarianceReport,
+    DerivedReport, FitReport, FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
 pub use fit_build::fit_report;
 pub use provenance::Input;
@@ -104,7 +104,7 @@ pub use noise_table::{kalibr, noise_table};
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport,
     LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
-    PredictedReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
+    PredictedReport, ReasonReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
 };
 pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;

@@ -215,7 +215,7 @@ fn odd_samples_are_named() {
 fn a_thinned_trace_has_the_same_means() {
     let mut random = Pcg64Mcg::seed_from_u64(6);
     let x: Vec<f64> = (0..100_000).map(|k| 1e4 + 1e-4 * f64::from(k) + normal(&mut random)).collect();
-    let whole = trace(&[x.clone()], 0.01);
+    let whole = trace(std::slice::from_ref(&x), 0.01);
     let mut thin = Trace::new(vec![("c".into(), String::new())]).with_blocks(1000);
     thin.interval = 0.01;
     x.chunks(997).for_each(|part| thin.push(&[part]));
