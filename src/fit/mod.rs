@@ -16,6 +16,7 @@ mod parameters;
 mod propagate;
 mod robust;
 mod rules;
+mod scatter;
 mod separate;
 mod step;
 mod system;
@@ -23,11 +24,12 @@ mod system;
 pub use checks::Checks;
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
-pub use noise::{Noise, Source};
+pub use noise::{Noise, Source, is_correlation};
 pub use parameters::{DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, draw};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
+pub use scatter::{own_noise, scatter_lines, stated_variances, whitening};
 pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
 pub(crate) use step::adjust_with_equations;
@@ -206,6 +208,8 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
             })
             .at_path("readings"));
     }
+    let spelled_out = scatter::spelled_out(campaign, settings.remount)?;
+    let campaign: &Campaign = &spelled_out;
     let model = Model::new(campaign)?;
     let reference = campaign.reference_point();
     let design = design::assemble(campaign, &model, &reference)?;
@@ -232,7 +236,9 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let derived = grounds.derived(&point)?;
     let known_sensitivities = grounds.known_sensitivities();
     let quality = quality::rows(&system, &estimate);
-    let global_test = quality::global_test(&system, &estimate, settings.level);
+    // with an estimated variance among them, chi-square is what that variance makes it
+    let stated = noise.sources.iter().all(|source| !source.estimated);
+    let global_test = quality::global_test(&system, &estimate, settings.level).filter(|_| stated);
     let not_estimable = separate::separations(campaign, &model, &design, &estimate);
     Ok(Fit {
         campaign: campaign.clone(),
@@ -258,7 +264,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     })
 }
 
-/// Robust estimates stand alone: neither constraints nor shared offsets are supported beside them.
+/// Robust estimates stand alone: neither constraints nor shared deviations are supported beside them.
 fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
     if let Remount::Stated(u) = settings.remount
         && !(u > 0.0 && u.is_finite())
@@ -275,9 +281,13 @@ fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
             .expected("constraints with least squares, or a robust estimate without constraints")
             .at_path("constraints"));
     }
-    if settings.remount != Remount::No {
-        return Err(Malformed::new(Fault::Value, "robust estimation beside remounting offsets is not supported")
-            .expected("one of --robust and --remount"));
+    if settings.remount != Remount::No || !campaign.scatter.is_empty() {
+        return Err(Malformed::new(
+            Fault::Value,
+            "robust estimation beside deviations that several readings share is not supported: the weight of one reading cannot say which of \
+             them is bad",
+        )
+        .expected("a robust estimate without \"scatter\" and --remount, or least squares with them"));
     }
     Ok(())
 }

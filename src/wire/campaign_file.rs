@@ -2,7 +2,7 @@
 
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, Fetch, Named, Source, csv_readings, read_bench};
+use super::{BenchFile, Fetch, Named, ScatterFile, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{self, AngleUnit, Asked, Campaign, Constraint, Distribution, Given, Kind, Known, Prior, Role};
@@ -30,6 +30,9 @@ pub struct CampaignFile {
     /// Quantities computed from parameters, each a line of algebra.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub derived: Named<String>,
+    /// What scatters beyond the readings' own noise, one line each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scatter: Vec<ScatterFile>,
     /// The readings, or the path of a CSV file with the same keys as columns.
     pub readings: ReadingsRef,
 }
@@ -196,7 +199,7 @@ impl CampaignFile {
             let derived = campaign::derived(&campaign, &id, line).map_err(|e| e.at_path(&path))?;
             campaign.derived.push(derived);
         }
-        Ok(campaign)
+        campaign.with_scatter(self.scatter.into_iter().map(ScatterFile::into_request).collect())
     }
 }
 

@@ -15,6 +15,7 @@ mod measured_file;
 mod mission_file;
 mod named;
 mod readings_file;
+mod scatter_file;
 mod schema;
 mod truth_file;
 mod write;
@@ -38,6 +39,7 @@ pub use mission_file::{
 };
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
+pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub use schema::{SCHEMAS, schema};
 pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
