@@ -242,7 +242,8 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let not_estimable = separate::separations(campaign, &model, &design, &estimate);
     Ok(Fit {
         campaign: campaign.clone(),
-        settings: *settings,
+        // the campaign has what it stands for
+        settings: Settings { remount: Remount::No, ..*settings },
         design,
         system,
         estimate,

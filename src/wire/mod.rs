@@ -41,7 +41,7 @@ pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub use schema::{SCHEMAS, schema};
-pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
+pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;

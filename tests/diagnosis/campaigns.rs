@@ -143,7 +143,7 @@ fn trial(schedule_name: &'static str, mode: usize, seed: u64, catalogue: &[Effec
     }
     let truth: Vec<(String, f64)> = plan.estimated().iter().zip(&point).map(|(p, v)| (p.id.clone(), *v)).collect();
     let noise = vec![Noise { sd, stated: true, decimals: None }];
-    let empty = Truth { point: point.clone(), noise: noise.clone(), effects: Vec::new() };
+    let empty = Truth { point: point.clone(), noise: noise.clone(), effects: Vec::new(), scatter: Vec::new() };
     let quiet = simulate(&plan, &empty, seed).unwrap();
     let mut extended = catalogue.to_vec();
     extended.extend(

@@ -130,13 +130,15 @@ fn offsets_of_any_size_keep_their_digits() {
         let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
         let name = case["sd"].as_str().unwrap();
         near(found.estimate.solution[1], number(&case["b1"]), 1e-12, name);
-        near(found.estimate.solution[0], number(&case["b0"]), 1e-11, name);
+        // the offsets decide b0 alone: as a share of its uncertainty, which they make as large as they are
+        let share = (found.estimate.solution[0] - number(&case["b0"])).abs() / number(&case["u0"]);
+        assert!(share < 1e-9, "{name}: b0 is off by {share:e} of its u");
         near(found.estimate.covariance[(1, 1)].sqrt(), number(&case["u1"]), 1e-12, name);
-        near(found.estimate.covariance[(0, 0)].sqrt(), number(&case["u0"]), 1e-12, name);
+        near(found.estimate.covariance[(0, 0)].sqrt(), number(&case["u0"]), 1e-6, name);
         near(found.estimate.sum_of_squares, number(&case["chi_square"]), 1e-11, name);
         if sd > 1e6 {
             // the offsets are all there is to the uncertainty of b0, to the digits of (u/sd)^2
-            near(found.shares[0][(0, 0)].sqrt(), number(&case["u0"]), 1e-12, name);
+            near(found.shares[0][(0, 0)].sqrt(), number(&case["u0"]), 1e-6, name);
         }
     }
 }
@@ -162,4 +164,80 @@ fn rows_without_deviations_are_divided_by_their_noise() {
         &Settings::default(),
     );
     assert_eq!(nothing.unwrap().state, [LineState::NotFelt]);
+}
+
+/// lme4's Dyestuff and crossed Penicillin, nlme's Rail: as published, and lme4's own digits (tests/scripts/variance_components.R).
+#[test]
+fn published_variance_components() {
+    let published: [(&str, &[(&str, f64, f64)], f64, f64, f64, f64); 3] = [
+        // name, (source, sd, half of the last printed digit), intercept, its half digit, standard error, its half digit
+        ("Dyestuff", &[("Batch", 42.00, 5e-3), ("Residual", 49.51, 5e-3)], 1527.50, 5e-3, 19.38, 5e-3),
+        ("Rail", &[("Rail", 24.80547, 5e-6), ("Residual", 4.020779, 5e-7)], 66.5, 5e-6, 10.17104, 5e-6),
+        (
+            "Penicillin",
+            &[("plate", 0.8467, 5e-5), ("sample", 1.9316, 5e-5), ("Residual", 0.5499, 5e-5)],
+            22.9722,
+            5e-5,
+            0.8086,
+            5e-5,
+        ),
+    ];
+    let cases = json("scatter/lme4.json");
+    for (case, (name, parts, mean, mean_digit, se, se_digit)) in cases.as_array().unwrap().iter().zip(published) {
+        assert_eq!(case["name"].as_str(), Some(name));
+        let y = numbers(&case["y"]);
+        let m = y.len();
+        let system = System {
+            rows: Mat::from_fn(m, 1, |_, _| 1.0),
+            observed: y,
+            u: vec![1.0; m],
+            group: vec![Group::Estimated(0); m],
+        };
+        let factor = |name: &str| {
+            let level = numbers(&case["factors"][name]);
+            let felt = level.iter().enumerate().map(|(row, l)| Felt { row, level: *l as usize, by: 1.0 }).collect();
+            Line { felt, variance: None, memory: None }
+        };
+        let names: Vec<&str> = parts.iter().map(|(name, ..)| *name).filter(|name| *name != "Residual").collect();
+        let lines: Vec<Line> = names.iter().map(|name| factor(name)).collect();
+        let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
+        assert!(found.converged);
+        for (source, sd, digit) in parts {
+            let own = match names.iter().position(|n| n == source) {
+                Some(k) => found.variance[k].sqrt(),
+                None => found.group_variance[0].unwrap().sqrt(),
+            };
+            assert!((own - sd).abs() <= *digit, "{name} {source}: {own} {sd}");
+            // lme4 stops at about 1e-7 of the likelihood's width
+            near(own, case["sd"][*source].as_f64().unwrap(), 1e-5, name);
+        }
+        assert!((found.estimate.solution[0] - mean).abs() <= mean_digit, "{name}");
+        let own = found.estimate.covariance[(0, 0)].sqrt();
+        assert!((own - se).abs() <= se_digit, "{name}: {own} {se}");
+    }
+}
+
+/// GUM H.5: a voltage standard on ten days, five observations each; table H.9 prints means and standard deviations of the days.
+#[test]
+fn gum_h5_days_of_a_zener_standard() {
+    let mean = [172.0, 116.0, 13.0, 144.0, 106.0, 31.0, 60.0, 125.0, 163.0, 41.0];
+    let sd = [60.0, 77.0, 111.0, 101.0, 67.0, 93.0, 80.0, 73.0, 88.0, 86.0];
+    // five values of mean zero and unit standard deviation, from any pattern
+    let pattern = [-1.5_f64, -0.25, 0.0, 0.5, 1.25];
+    let size = (pattern.iter().map(|p| p * p).sum::<f64>() / 4.0).sqrt();
+    let observed: Vec<f64> = (0..50).map(|i| mean[i / 5] + sd[i / 5] * pattern[i % 5] / size).collect();
+    let system = System {
+        rows: Mat::from_fn(50, 1, |_, _| 1.0),
+        observed,
+        u: vec![1.0; 50],
+        group: vec![Group::Estimated(0); 50],
+    };
+    let felt = (0..50).map(|row| Felt { row, level: row / 5, by: 1.0 }).collect();
+    let lines = [Line { felt, variance: None, memory: None }];
+    let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
+    // H.5.2: mean 10.000097 V, s_b = 85 uV within days, s_B = 43 uV between days, u = 18 uV
+    assert!((found.estimate.solution[0] - 97.0).abs() <= 0.5);
+    assert!((found.group_variance[0].unwrap().sqrt() - 85.0).abs() <= 0.5);
+    assert!((found.variance[0].sqrt() - 43.0).abs() <= 0.5);
+    assert!((found.estimate.covariance[(0, 0)].sqrt() - 18.0).abs() <= 0.5);
 }
