@@ -1,6 +1,6 @@
 //! What scatters beyond the readings' own noise: lines of sensors, joints, tilts and coefficients that deviate anew at each level of a factor.
 
-use super::{AngleUnit, Campaign, Kind, Role};
+use super::{Campaign, Kind, Role};
 use crate::error::{Fault, Malformed, Result};
 
 /// One line of what scatters.
@@ -197,7 +197,7 @@ impl Campaign {
                 per: Per::Position,
                 size: Size::Column(column.clone()),
                 over: None,
-                shown: 1.0 / AngleUnit::Degree.radians(),
+                shown: 180.0 / std::f64::consts::PI,
                 unit: "deg".into(),
                 place: format!("readings: {column}"),
             })?;
@@ -424,31 +424,29 @@ impl ScatterRequest {
     /// Factor from internal units to the unit of `u`, and that unit.
     fn unit(&self, campaign: &Campaign, of: &Deviating, name: &str) -> Result<(f64, String)> {
         let own = match of {
-            Deviating::Joint(_) => None,
-            Deviating::Parameter(k) => {
-                campaign.parameters.get(*k).filter(|p| p.kind == Kind::Coefficient).map(|p| p.unit.clone())
-            }
-            Deviating::Sensor(k) => Some(campaign.bench.sensors.get(*k).map(|s| s.unit.clone()).unwrap_or_default()),
-            Deviating::Correlated(..) => Some(String::new()),
+            Deviating::Joint(_) => "rad".to_string(),
+            Deviating::Parameter(k) => campaign.parameters.get(*k).map(|p| p.unit.clone()).unwrap_or_default(),
+            Deviating::Sensor(k) => campaign.bench.sensors.get(*k).map(|s| s.unit.clone()).unwrap_or_default(),
+            Deviating::Correlated(..) => String::new(),
         };
-        match (own, self.unit.as_deref()) {
-            (None, Some(symbol)) => match AngleUnit::named(symbol) {
-                Some(unit) => Ok((1.0 / unit.radians(), symbol.to_string())),
-                None => Err(Malformed::new(Fault::Value, format!("{name} is an angle"))
-                    .expected(format!("one of {}", AngleUnit::NAMES))
-                    .found(format!("'{symbol}'"))
-                    .at_path("unit")),
-            },
-            (None, None) if self.estimate => Ok((1.0 / AngleUnit::Arcsecond.radians(), "arcsec".into())),
-            (None, None) => Err(Malformed::new(Fault::Missing, format!("{name} is an angle, and its u has no unit"))
-                .expected(format!("\"unit\": one of {}", AngleUnit::NAMES))
-                .at_path("u")),
-            (Some(own), None) => Ok((1.0, own)),
-            (Some(own), Some(symbol)) if own == symbol || own.is_empty() => Ok((1.0, symbol.to_string())),
-            (Some(own), Some(symbol)) => Err(Malformed::new(Fault::Value, format!("{name} is not in {symbol}"))
-                .expected(format!("\"unit\": \"{own}\", or none"))
-                .found(format!("'{symbol}'"))
-                .at_path("unit")),
+        let is_angle = match of {
+            Deviating::Joint(_) => true,
+            Deviating::Parameter(k) => campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt),
+            _ => false,
+        };
+        let factor = |unit: &str| -> Result<f64> {
+            let one = campaign.conversion(unit, &own, name).map_err(|error| error.at_path("unit"))?.apply(1.0);
+            Ok(1.0 / one)
+        };
+        match self.unit.as_deref() {
+            Some(unit) => Ok((factor(unit)?, unit.to_string())),
+            None if is_angle && self.estimate => Ok((factor("arcsec")?, "arcsec".into())),
+            None if is_angle => {
+                Err(Malformed::new(Fault::Missing, format!("{name} is an angle, and its u has no unit"))
+                    .expected("\"unit\": rad, deg, arcmin, arcsec or another unit of angle")
+                    .at_path("u"))
+            }
+            None => Ok((1.0, own.clone())),
         }
     }
 }

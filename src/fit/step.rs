@@ -64,7 +64,12 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let least = rounding(campaign, design, &system);
         let found = adjust_scattered(&own, &lines, elimination.as_ref(), &least, &settings.adjust)?;
         settled = found.converged;
-        let levels: Vec<usize> = lines.iter().map(|line| line.levels()).collect();
+        let levels: Vec<usize> = campaign
+            .scatter
+            .iter()
+            .zip(&lines)
+            .map(|(own, line)| if own.over.is_some() { line.levels() } else { own.per.levels(campaign).1 })
+            .collect();
         let noise = Noise::scattered(campaign, design, &own, &found, &levels);
         let estimate = as_read(&system, &noise, &found);
         scattered = Some(found);

@@ -11,4 +11,5 @@ mod scatter;
 mod small_angle_rows;
 #[path = "../support/mod.rs"]
 mod support;
+mod units;
 mod variance_components;

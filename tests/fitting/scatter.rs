@@ -50,7 +50,7 @@ fn scatter_lines_that_say_nothing_are_refused() {
         (r#"{"of": "V", "per": "position", "u": 0}"#, "scatter[0].u", "without a positive standard deviation"),
         (r#"{"of": "V", "per": "position", "u": -1e-3}"#, "scatter[0].u", "without a positive standard deviation"),
         (r#"{"of": "head", "per": "position", "u": 5}"#, "scatter[0].u", "is an angle, and its u has no unit"),
-        (r#"{"of": "head", "per": "position", "u": 5, "unit": "mV"}"#, "scatter[0].unit", "is an angle"),
+        (r#"{"of": "head", "per": "position", "u": 5, "unit": "mV"}"#, "scatter[0].unit", "head"),
         (r#"{"of": "V", "per": "week", "u": 1}"#, "scatter[0].per", "the readings have no column 'week'"),
         (r#"{"of": "V", "per": "same", "u": 1}"#, "scatter[0].per", "same is the same in all readings"),
         (r#"{"of": "V", "per": "time_s", "u": 1}"#, "scatter[0].per", "time_s is different in every reading"),

@@ -50,9 +50,9 @@ fn coverage(
     name: &str,
     campaign: &Campaign,
     point: &[f64],
+    count: usize,
     draw: impl Fn(&mut Campaign, &mut Pcg64Mcg) + Sync,
 ) -> Vec<f64> {
-    let count = campaigns();
     let n = campaign.unknowns();
     let hits: Vec<Vec<bool>> = (0..count)
         .into_par_iter()
@@ -75,8 +75,8 @@ fn coverage(
 }
 
 /// 95 +- 0.5 %, and with fewer campaigns four standard errors of a rate more.
-fn check(name: &str, rates: &[f64]) {
-    let allowed = 0.5 + 4.0 * (95.0 * 5.0 / campaigns() as f64).sqrt() * f64::from(u8::from(campaigns() < 20_000));
+fn check(name: &str, rates: &[f64], count: usize) {
+    let allowed = 0.5 + 4.0 * (95.0 * 5.0 / count as f64).sqrt() * f64::from(u8::from(count < 20_000));
     for rate in rates {
         assert!((rate - 95.0).abs() <= allowed, "{name}: {rates:?}");
     }
@@ -148,7 +148,7 @@ fn scatter_coverage_imu_at_24_positions() {
         ("IMU, 24 positions, 5 arcsec stated", &stated),
         ("IMU, 24 positions, 5 arcsec estimated", &with("\"estimate\"")),
     ] {
-        check(name, &coverage(name, campaign, &point, draw));
+        check(name, &coverage(name, campaign, &point, campaigns(), draw), campaigns());
     }
 }
 
@@ -191,7 +191,7 @@ fn scatter_coverage_dividing_head_by_the_day() {
             campaign.readings.rows.iter_mut().zip(nominal).for_each(|(r, joints)| r.joints = joints);
             read(campaign, &values, sigma, random);
         };
-        check(name, &coverage(name, &campaign, &point, draw));
+        check(name, &coverage(name, &campaign, &point, campaigns(), draw), campaigns());
     }
 }
 
@@ -229,7 +229,7 @@ fn scatter_coverage_gyro_remounted_at_five_positions() {
             }
             read(campaign, &all, 2e-4, random);
         };
-        check(&name, &coverage(&name, &campaign, &point, draw));
+        check(&name, &coverage(&name, &campaign, &point, campaigns(), draw), campaigns());
     }
 }
 
@@ -264,6 +264,8 @@ fn scatter_coverage_samples_with_a_memory() {
             }
             read(campaign, &all, white, random);
         };
-        check(name, &coverage(name, &campaign, &point, draw));
+        // a search over tau repeats the whole estimate some forty times
+        let count = if stated_tau == "8" { campaigns() } else { campaigns().div_ceil(10) };
+        check(name, &coverage(name, &campaign, &point, count, draw), count);
     }
 }
