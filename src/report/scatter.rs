@@ -128,7 +128,8 @@ pub(super) fn is_worth_a_table(sources: &[ScatterReport]) -> bool {
     sources.iter().any(|s| !s.source.starts_with("readings of ") && s.source != "priors")
 }
 
-/// Cells of the table of what scatters: source, standard deviation, how it is known, levels, largest share.
+/// Cells of the table of what scatters: source, standard deviation, how it is known, levels, largest share of a
+/// parameter's variance.
 pub(super) fn cells(source: &ScatterReport) -> Vec<String> {
     let sd = match (source.sd, source.tau) {
         (Some(sd), None) => format!("{} {}", significant(sd, 3), source.unit),
@@ -143,12 +144,12 @@ pub(super) fn cells(source: &ScatterReport) -> Vec<String> {
         u,
         if source.at_zero { "estimated: zero".into() } else { source.from.clone() },
         source.levels.to_string(),
-        largest.map_or("-".to_string(), |(id, share)| format!("{} of {id}", percent(*share))),
+        largest.map_or("-".to_string(), |(id, share)| format!("{} % of {id}", percent(*share))),
     ]
 }
 
 /// Heads of that table.
-pub(super) const HEADS: [&str; 6] = ["what scatters", "sd", "u(sd)", "from", "levels", "largest share of a variance"];
+pub(super) const HEADS: [&str; 6] = ["what scatters", "sd", "u(sd)", "from", "levels", "largest share"];
 
 /// The table for a terminal, with its notes.
 pub(super) fn table(sources: &[ScatterReport]) -> String {
