@@ -11,9 +11,9 @@ folder = "examples/40-position-scatter/"
 arcsec = math.pi / 648000
 schedule = json.load(open("examples/20-imu-three-axis-table/schedule.campaign.json"))
 positions = schedule["readings"][:24]
-truth = {"Kax": 20003.1, "Eaxy": -8.5e-4, "Eaxz": 4.2e-4, "Ax0": 18.9, "Kxx": 0.38,
-         "Kay": 19984.6, "Eayz": 2.6e-4, "Eayx": 9.1e-4, "Ay0": -10.5, "Kyy": -0.25,
-         "Kaz": 20011.7, "Eazx": -3.3e-4, "Eazy": 6.4e-4, "Az0": 5.2, "Kzz": 0.61}
+truth = {"Kax": 20003.1, "Eaxz": -8.5e-4, "Eaxy": 4.2e-4, "Ax0": 18.9, "Kxx": 0.38,
+         "Kay": 19984.6, "Eayx": 2.6e-4, "Eayz": 9.1e-4, "Ay0": -10.5, "Kyy": -0.25,
+         "Kaz": 20011.7, "Eazy": -3.3e-4, "Eazx": 6.4e-4, "Az0": 5.2, "Kzz": 0.61}
 
 
 def turn(axis, angle, v):
@@ -34,9 +34,9 @@ for position in positions:
         f = turn(axis, math.radians(position[joint + "_deg"]) + 5 * arcsec * rng.gauss(0, 1), f)
     x, y, z = f
     t = truth
-    values = {"Ax": t["Kax"] * (x + t["Eaxy"] * y + t["Eaxz"] * z) + t["Ax0"] + t["Kxx"] * x * x,
-              "Ay": t["Kay"] * (y + t["Eayz"] * z + t["Eayx"] * x) + t["Ay0"] + t["Kyy"] * y * y,
-              "Az": t["Kaz"] * (z + t["Eazx"] * x + t["Eazy"] * y) + t["Az0"] + t["Kzz"] * z * z}
+    values = {"Ax": t["Kax"] * (x + t["Eaxz"] * y + t["Eaxy"] * z) + t["Ax0"] + t["Kxx"] * x * x,
+              "Ay": t["Kay"] * (y + t["Eayx"] * z + t["Eayz"] * x) + t["Ay0"] + t["Kyy"] * y * y,
+              "Az": t["Kaz"] * (z + t["Eazy"] * x + t["Eazx"] * y) + t["Az0"] + t["Kzz"] * z * z}
     reading = dict(position)
     for sensor, value in values.items():
         reading[sensor] = round(value + 0.04 * rng.gauss(0, 1), 3)
