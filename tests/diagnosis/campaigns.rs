@@ -183,7 +183,7 @@ fn trial(schedule_name: &'static str, mode: usize, seed: u64, catalogue: &[Effec
         let sign = if normal(&mut generator) < 0.0 { -1.0 } else { 1.0 };
         effects.push(Hidden::new(&plan, &candidate.regressor, sign * t * u, candidate.sensor).unwrap());
     }
-    let campaign = simulate(&plan, &Truth { point, noise, effects }, seed).unwrap();
+    let campaign = simulate(&plan, &Truth { point, noise, effects, scatter: Vec::new() }, seed).unwrap();
     let found = diagnose(&campaign, catalogue, &Settings::default()).unwrap();
     let hidden: Vec<String> = chosen.iter().map(|(c, _)| c.regressor.clone()).collect();
     // on this schedule an outside effect may be the same column as what was found, or a sum of such columns

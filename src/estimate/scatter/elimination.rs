@@ -344,11 +344,11 @@ impl Whitening {
                 lower[i][j] = if lower[j][j] > 0.0 { rest / lower[j][j] } else { 0.0 };
             }
         }
-        for j in 0..k {
+        columns.extend((0..k).map(|j| {
             let mut column = vec![0.0; n];
-            (j..k).for_each(|i| column[leaving + i] = lower[i][j]);
-            columns.push(column);
-        }
+            column[leaving..].iter_mut().zip(&lower).for_each(|(slot, row)| *slot = row[j]);
+            column
+        }));
         columns
     }
 }
