@@ -3,7 +3,7 @@
 use super::Settings;
 use super::noise::Noise;
 use super::robust::{self, RobustRecord};
-use super::rules::{ActiveConstraint, Constraints, Rules};
+use super::rules::{self, ActiveConstraint, Constraints, Rules};
 use super::scatter::{own_system, scatter_lines};
 use super::system::{rounding, weigh};
 use crate::campaign::Campaign;
@@ -38,7 +38,10 @@ pub(super) struct Step {
 pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Settings) -> Result<Step> {
     let system = weigh(campaign, design, settings.weighting)?;
     let rules = Rules::at(campaign, &design.point);
-    let (elimination, contradiction) = eliminate(&system, &rules, campaign.unknowns());
+    let (elimination, contradiction) = match rules::contradiction(campaign) {
+        Some(named) => (None, Some(named)),
+        None => eliminate(&system, &rules, campaign.unknowns()),
+    };
     let mut robust_record = None;
     let mut settled = true;
     let mut scattered = None;

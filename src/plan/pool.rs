@@ -74,7 +74,7 @@ impl Pool {
                 jacobian: Mat::zeros(0, 0),
                 by_joint: Mat::zeros(0, 0),
             };
-            fit::separations(&all, &model, &design, &estimate)
+            fit::separations(&all, &model, &design, &estimate, &[])
         } else {
             Vec::new()
         };
