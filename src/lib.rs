@@ -23,7 +23,7 @@
 //! | [`noise`] | Allan deviations of a record, and the coefficients of IEEE Std 952 |
 //! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
 //! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |
-//! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks |
+//! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks; what scatters |
 //! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |

@@ -53,6 +53,7 @@ pub mod plot;
 mod provenance;
 mod reduction;
 mod reduction_table;
+mod scatter;
 mod separation;
 pub mod series;
 pub mod table;
@@ -73,11 +74,12 @@ pub use fit_build::fit_report;
 pub use provenance::Input;
 pub use reduction::{DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
 pub use reduction_table::reduce_table;
+pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
 pub use fit_checks::{
-    ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, ScatterReport,
-    SnoopingReport, SuspectReport,
+    ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, SnoopingReport,
+    SuspectReport,
 };
 pub use fit_constraints::{ConstraintReport, ConstraintsReport};
 pub use foresight::{

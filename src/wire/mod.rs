@@ -18,6 +18,7 @@ mod motion_file;
 mod named;
 mod readings_file;
 mod reduced;
+mod scatter_file;
 mod schema;
 mod truth_file;
 mod write;
@@ -41,8 +42,9 @@ pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
+pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub use schema::{SCHEMAS, schema};
-pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
+pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;

@@ -51,6 +51,7 @@ mod noise_page;
 mod page;
 mod plan_page;
 mod reduction_page;
+mod scatter_page;
 
 pub use compare_page::compare_page;
 pub use diagnose_figure::diagnose_svg;
