@@ -9,6 +9,7 @@ mod inputs;
 mod limits;
 mod parameters;
 mod readings;
+mod scatter;
 mod units;
 
 pub use identity::{Condition, Identity, Instrument, UnitUnderTest};
@@ -16,6 +17,7 @@ pub use inputs::{GRAVITY, LATITUDE, RATE};
 pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
+pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};
 pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
@@ -36,6 +38,8 @@ pub struct Campaign {
     pub constraints: Vec<Constraint>,
     /// Quantities computed from parameters.
     pub derived: Vec<Derived>,
+    /// What scatters beyond the readings' own noise.
+    pub scatter: Vec<Scatter>,
     /// The readings, or the positions of a schedule.
     pub readings: Readings,
     /// The unit under test, when, where, by whom, with what.
@@ -144,6 +148,7 @@ impl Campaign {
             identity: Identity::default(),
             limits: Vec::new(),
             decision: Decision::default(),
+            scatter: Vec::new(),
         })
     }
 

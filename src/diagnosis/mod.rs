@@ -206,6 +206,12 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
             .expected("a number between 0 and 1, for example 0.01")
             .found(settings.significance.to_string()));
     }
+    if let Some(line) = campaign.scatter.first() {
+        return Err(Malformed::new(Fault::Value, "a diagnosis does not take what scatters into account yet")
+            .expected("a campaign without lines of \"scatter\"; `tumble fit` takes them")
+            .found(line.name(campaign))
+            .at_path(line.place.clone()));
+    }
     let assumed = assumptions::hold(campaign)?;
     let question = campaign;
     let campaign = &assumed.campaign;

@@ -2,9 +2,10 @@
 
 use super::Input;
 use super::conformity::ConformityReport;
-use super::fit_checks::{ChecksReport, RobustReport, ScatterReport};
+use super::fit_checks::{ChecksReport, RobustReport};
 use super::fit_constraints::ConstraintsReport;
 use super::monte_carlo::MonteCarloReport;
+use super::scatter::ScatterReport;
 use super::separation::NotEstimableReport;
 use super::site::SiteReport;
 use crate::campaign::Identity;

@@ -47,11 +47,16 @@ mod navigate;
 mod navigate_diagnose;
 mod navigate_diagnose_table;
 mod navigate_table;
+mod noise_analysis;
+mod noise_table;
 mod plan;
 mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod reduction;
+mod reduction_table;
+mod scatter;
 mod separation;
 pub mod series;
 mod site;
@@ -76,12 +81,15 @@ pub use fit::{
 };
 pub use fit_build::fit_report;
 pub use provenance::Input;
+pub use reduction::{DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
+pub use reduction_table::reduce_table;
+pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 pub use site::{GravityReport, SiteReport, gravity_text, site, site_text};
 
 pub use fit_checks::{
-    ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, ScatterReport,
-    SnoopingReport, SuspectReport,
+    ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, SnoopingReport,
+    SuspectReport,
 };
 pub use fit_constraints::{ConstraintReport, ConstraintsReport};
 pub use foresight::{
@@ -100,6 +108,11 @@ pub use navigate_diagnose::{
 };
 pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use navigate_table::navigate_table;
+pub use noise_analysis::{
+    AgreementReport, CoefficientReport, DeviationReport, DeviationsReport, NoiseAnalysisReport, NoiseColumnReport,
+    NoiseScatterReport, noise_column_report, noise_report,
+};
+pub use noise_table::{kalibr, noise_table};
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport,
     LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
@@ -133,6 +146,8 @@ pub fn schemas() -> Vec<&'static str> {
             "plan-report",
             "navigate-report",
             "navigate-diagnose-report",
+            "noise-report",
+            "reduce-report",
         ])
         .collect()
 }
@@ -151,7 +166,9 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
         "navigate-diagnose-report" => Some(schemars::schema_for!(NavigateDiagnoseReport).to_value()),
+        "noise-report" => Some(schemars::schema_for!(NoiseAnalysisReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
+        "reduce-report" => Some(schemars::schema_for!(ReduceReport).to_value()),
         _ => crate::wire::schema(kind),
     }
 }

@@ -3,7 +3,7 @@
 use super::limits_file::{self, DecisionFile, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, DerivedFile, Fetch, Named, SiteFile, Source, csv_readings, read_bench};
+use super::{BenchFile, DerivedFile, Fetch, Named, ScatterFile, SiteFile, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{
@@ -72,6 +72,9 @@ pub struct CampaignFile {
     /// A remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+    /// What scatters beyond the readings' own noise, one line each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scatter: Vec<ScatterFile>,
     /// The readings, or the path of a CSV file with the same keys as columns.
     pub readings: ReadingsRef,
 }
@@ -263,12 +266,12 @@ impl CampaignFile {
             environment: self.environment,
             note: self.note,
         };
-        Ok(campaign)
+        campaign.with_scatter(self.scatter.into_iter().map(ScatterFile::into_request).collect())
     }
 }
 
 /// A built-in bench, or one that `fetch` finds.
-fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
+pub(super) fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
     if let Some(built_in) = bench::built_in(name) {
         return read_bench(&Source { name: format!("{name} (built in)"), text: built_in.text.into() });
     }

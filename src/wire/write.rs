@@ -5,7 +5,7 @@ use super::campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
 use super::limits_file::{DecisionFile, limits_file};
-use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, SiteFile};
+use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, ScatterFile, SiteFile};
 use crate::bench::{Axis, Bench, ForceUnit, Link, RateUnit, Sensor};
 use crate::campaign::{Campaign, Constraint, Decision, Derived, Distribution, Kind, Reading, Role};
 use nalgebra::Vector3;
@@ -123,6 +123,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         procedure: campaign.identity.procedure.clone(),
         environment: campaign.identity.environment.clone(),
         note: campaign.identity.note.clone(),
+        scatter: campaign.scatter.iter().filter_map(|line| ScatterFile::of(campaign, line)).collect(),
         readings: ReadingsRef::Inline(
             campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),
         ),

@@ -143,7 +143,7 @@ fn trial(schedule_name: &'static str, mode: usize, seed: u64, catalogue: &[Effec
     }
     let truth: Vec<(String, f64)> = plan.estimated().iter().zip(&point).map(|(p, v)| (p.id.clone(), *v)).collect();
     let noise = vec![Noise { sd, stated: true, decimals: None }];
-    let empty = Truth { point: point.clone(), noise: noise.clone(), effects: Vec::new() };
+    let empty = Truth { point: point.clone(), noise: noise.clone(), effects: Vec::new(), scatter: Vec::new() };
     let quiet = simulate(&plan, &empty, seed).unwrap();
     let mut extended = catalogue.to_vec();
     extended.extend(
@@ -183,7 +183,7 @@ fn trial(schedule_name: &'static str, mode: usize, seed: u64, catalogue: &[Effec
         let sign = if normal(&mut generator) < 0.0 { -1.0 } else { 1.0 };
         effects.push(Hidden::new(&plan, &candidate.regressor, sign * t * u, candidate.sensor).unwrap());
     }
-    let campaign = simulate(&plan, &Truth { point, noise, effects }, seed).unwrap();
+    let campaign = simulate(&plan, &Truth { point, noise, effects, scatter: Vec::new() }, seed).unwrap();
     let found = diagnose(&campaign, catalogue, &Settings::default()).unwrap();
     let hidden: Vec<String> = chosen.iter().map(|(c, _)| c.regressor.clone()).collect();
     // on this schedule an outside effect may be the same column as what was found, or a sum of such columns

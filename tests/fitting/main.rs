@@ -12,6 +12,8 @@ mod monte_carlo;
 mod published_tables;
 mod rank_defect;
 mod robust;
+mod scatter;
+mod scatter_coverage;
 mod simulated;
 mod site;
 #[path = "../support/mod.rs"]

@@ -13,6 +13,8 @@
 //! | `gap.rs` | residuals before and after a repair |
 //! | `curves.rs` | quantities against time |
 //! | `history.rs` | a quantity over calendar time |
+//! | `record.rs` | a whole record with its segments |
+//! | `deviations.rs` | Allan deviations against averaging time |
 //! | `scale.rs`, `rules.rs` | powers of a thousand, ticks and their numbers; the rules at them |
 //!
 //! Deliberately absent: computation; a chart gets the numbers that it shows.
@@ -20,10 +22,12 @@
 mod bars;
 mod correlation;
 mod curves;
+mod deviations;
 mod gap;
 mod history;
 mod normal;
 mod positions;
+mod record;
 mod residuals;
 mod rules;
 mod scale;
@@ -32,10 +36,12 @@ mod values;
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
 pub use curves::{Curve, curves};
+pub use deviations::{DeviationPoint, deviations};
 pub use gap::{GapPanel, GapPoint, gap};
 pub use history::{History, history};
 pub use normal::normal;
 pub use positions::{Spot, positions};
+pub use record::record;
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
 
