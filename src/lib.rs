@@ -18,6 +18,9 @@
 //! | [`units`] | the field's units: parsed, converted, their dimensions |
 //! | [`algebra`] | a model line: parsed, printed, differentiated |
 //! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
+//! | [`record`] | tables of samples: CSV in its dialects, gzip, Parquet, in blocks |
+//! | [`reduce`] | segments of a record, their means, the uncertainty of means of correlated samples |
+//! | [`noise`] | Allan deviations of a record, and the coefficients of IEEE Std 952 |
 //! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
 //! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |
 //! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks; what scatters |
@@ -53,8 +56,11 @@ pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod navigate;
+pub mod noise;
 pub mod plan;
 pub mod quality;
+pub mod record;
+pub mod reduce;
 pub mod report;
 pub mod simulate;
 pub mod uncertainty;

@@ -26,6 +26,14 @@ pub(super) fn read_input(path: &Path) -> Result<(Source, Input)> {
     Ok((Source::from_bytes(name, bytes)?, input))
 }
 
+/// The name and the digest of a file that is too large to be read at once.
+pub(super) fn input(path: &Path) -> Result<Input> {
+    let name = path.display().to_string();
+    let fault = |error: std::io::Error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}"));
+    let mut file = std::fs::File::open(path).map_err(fault)?;
+    Input::read(&name, &mut file).map_err(fault)
+}
+
 /// Read a campaign; what it refers to is looked for beside it. Also gives its source, for errors that come later.
 pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source)> {
     campaign_and_inputs(path).map(|(campaign, source, _)| (campaign, source))

@@ -9,10 +9,13 @@ mod compare;
 mod diagnose;
 mod files;
 mod fit;
+mod log;
 mod navigate;
 mod navigate_diagnose;
+mod noise;
 mod pages;
 mod plan;
+mod reduce;
 mod show_error;
 mod simulate;
 
@@ -42,6 +45,10 @@ enum Command {
     Navigate(navigate::Arguments),
     /// How well a schedule will do before anyone measures, and the best positions to choose or add.
     Plan(Box<plan::Arguments>),
+    /// From a logger's samples to readings: segments, means, and an uncertainty that holds for correlated noise.
+    Reduce(Box<reduce::Arguments>),
+    /// Allan deviations of a record at rest, and its noise coefficients (IEEE Std 952) with uncertainties.
+    Noise(noise::Arguments),
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand)]
     Bench(bench::Arguments),
@@ -88,6 +95,8 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Navigate(arguments) => navigate::run(&arguments),
+        Command::Reduce(arguments) => reduce::run(&arguments),
+        Command::Noise(arguments) => noise::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

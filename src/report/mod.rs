@@ -44,11 +44,15 @@ mod navigate;
 mod navigate_diagnose;
 mod navigate_diagnose_table;
 mod navigate_table;
+mod noise_analysis;
+mod noise_table;
 mod plan;
 mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod reduction;
+mod reduction_table;
 mod scatter;
 mod separation;
 pub mod series;
@@ -68,6 +72,8 @@ pub use fit::{
 };
 pub use fit_build::fit_report;
 pub use provenance::Input;
+pub use reduction::{DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
+pub use reduction_table::reduce_table;
 pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
@@ -92,6 +98,11 @@ pub use navigate_diagnose::{
 };
 pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use navigate_table::navigate_table;
+pub use noise_analysis::{
+    AgreementReport, CoefficientReport, DeviationReport, DeviationsReport, NoiseAnalysisReport, NoiseColumnReport,
+    NoiseScatterReport, noise_column_report, noise_report,
+};
+pub use noise_table::{kalibr, noise_table};
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport,
     LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
@@ -123,6 +134,8 @@ pub fn schemas() -> Vec<&'static str> {
             "plan-report",
             "navigate-report",
             "navigate-diagnose-report",
+            "noise-report",
+            "reduce-report",
         ])
         .collect()
 }
@@ -139,7 +152,9 @@ pub fn schema(kind: &str) -> Option<serde_json::Value> {
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
         "navigate-diagnose-report" => Some(schemars::schema_for!(NavigateDiagnoseReport).to_value()),
+        "noise-report" => Some(schemars::schema_for!(NoiseAnalysisReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
+        "reduce-report" => Some(schemars::schema_for!(ReduceReport).to_value()),
         _ => crate::wire::schema(kind),
     }
 }

@@ -22,4 +22,17 @@ impl Input {
         let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         Input { name: name.into(), sha256 }
     }
+
+    /// An input that is read piece by piece.
+    pub fn read(name: &str, from: &mut impl std::io::Read) -> std::io::Result<Self> {
+        let (mut digest, mut piece) = (Sha256::new(), vec![0; 1 << 16]);
+        loop {
+            match from.read(&mut piece)? {
+                0 => break,
+                n => digest.update(piece.get(..n).unwrap_or_default()),
+            }
+        }
+        let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Input { name: name.into(), sha256 })
+    }
 }

@@ -211,7 +211,7 @@ impl CampaignFile {
 }
 
 /// A built-in bench, or one that `fetch` finds.
-fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
+pub(super) fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
     if let Some(built_in) = bench::built_in(name) {
         return read_bench(&Source { name: format!("{name} (built in)"), text: built_in.text.into() });
     }

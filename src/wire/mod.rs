@@ -17,6 +17,7 @@ mod mission_file;
 mod motion_file;
 mod named;
 mod readings_file;
+mod reduced;
 mod scatter_file;
 mod schema;
 mod truth_file;
@@ -40,6 +41,7 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
+pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub use schema::{SCHEMAS, schema};
 pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
@@ -65,6 +67,12 @@ impl Source {
     /// Errors: `Syntax` with the line of the first byte that is not UTF-8; UTF-16 is recognised and named.
     pub fn from_bytes(name: impl Into<String>, bytes: Vec<u8>) -> Result<Self> {
         let name = name.into();
+        // what is no JSON is a table: spreadsheets write those in many encodings
+        if !name.to_ascii_lowercase().ends_with(".json")
+            && let Some(text) = crate::record::table_text(&name, &bytes)?
+        {
+            return Ok(Source { name, text });
+        }
         if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
             return Err(Malformed::new(Fault::Syntax, "the file is UTF-16")
                 .expected("UTF-8 text (in a spreadsheet: save as 'CSV UTF-8')")

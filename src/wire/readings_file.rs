@@ -51,7 +51,7 @@ pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Rea
 }
 
 /// Replace lists by one row for each of their values; the last list of a row runs fastest.
-fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
+pub(super) fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
     let Some(at) = row.0.iter().position(|(_, cell)| matches!(cell, Cell::List(_))) else {
         out.push((place.to_string(), row));
         return Ok(());
@@ -164,6 +164,7 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
     let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); bench.sensors.len()];
     let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
     let mut numbers: Vec<Option<f64>> = vec![None; columns.len()];
+    let keys: Vec<String> = row.0.iter().map(|(key, _)| key.clone()).take(30).collect();
     for (key, cell) in row.0 {
         let meaning = meaning(bench, &key);
         let number = match (cell, &meaning) {
@@ -217,7 +218,13 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
         .iter()
         .zip(&states)
         .map(|(joint, [deg, deg_s, turns])| {
-            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|e| e.under(&place))
+            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
+                let error = match error.finding() {
+                    Some("neither") => error.found(format!("neither among {}", keys.join(", "))),
+                    _ => error,
+                };
+                error.under(&place)
+            })
         })
         .collect::<Result<_>>()?;
     let (mut observations, mut planned_u) = (Vec::new(), Vec::new());

@@ -26,6 +26,8 @@
 //! | `compare_page.rs` | published closed forms beside least squares |
 //! | `diagnose_page.rs`, `diagnose_figure.rs` | a diagnosis, and its gap as a chart |
 //! | `plan_page.rs` | a schedule judged or chosen |
+//! | `reduction_page.rs` | from samples to readings |
+//! | `noise_page.rs` | the noise of a record |
 //! | `navigate.rs`, `navigate_diagnose.rs` | a mission, and a diagnosis of its errors |
 //!
 //! Deliberately absent: computation (a page shows what a report value says), colours (the template and `report::plot` have them), clocks
@@ -45,8 +47,10 @@ mod fit_page;
 mod fit_readings;
 mod navigate;
 mod navigate_diagnose;
+mod noise_page;
 mod page;
 mod plan_page;
+mod reduction_page;
 mod scatter_page;
 
 pub use compare_page::compare_page;
@@ -55,8 +59,10 @@ pub use diagnose_page::diagnose_page;
 pub use fit_page::fit_page;
 pub use navigate::navigate_page;
 pub use navigate_diagnose::{navigate_diagnose_page, navigate_diagnose_svg};
+pub use noise_page::noise_page;
 pub use page::{Align, Block, Column, Figure, MarkedLine, Page, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
+pub use reduction_page::reduce_page;
 
 use crate::error::{Fault, Malformed, Result};
 use minijinja::syntax::SyntaxConfig;

@@ -12,6 +12,8 @@
 //! | `positions.rs` | positions as spots |
 //! | `gap.rs` | residuals before and after a repair |
 //! | `curves.rs` | quantities against time |
+//! | `record.rs` | a whole record with its segments |
+//! | `deviations.rs` | Allan deviations against averaging time |
 //! | `scale.rs`, `rules.rs` | powers of a thousand, ticks and their numbers; the rules at them |
 //!
 //! Deliberately absent: computation; a chart gets the numbers that it shows.
@@ -19,9 +21,11 @@
 mod bars;
 mod correlation;
 mod curves;
+mod deviations;
 mod gap;
 mod normal;
 mod positions;
+mod record;
 mod residuals;
 mod rules;
 mod scale;
@@ -30,9 +34,11 @@ mod values;
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
 pub use curves::{Curve, curves};
+pub use deviations::{DeviationPoint, deviations};
 pub use gap::{GapPanel, GapPoint, gap};
 pub use normal::normal;
 pub use positions::{Spot, positions};
+pub use record::record;
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
 
