@@ -1,5 +1,6 @@
 //! `tumble compare CAMPAIGN`.
 
+use super::outputs::Outputs;
 use super::{Outcome, files, pages};
 use crate::compare;
 use crate::error::Result;
@@ -23,18 +24,20 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, arguments.json.as_deref()])?;
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let report = report::compare_report(&comparison);
-    let pages = arguments.pages.page(&html::compare_page(&report, &inputs))?;
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
-    pages.write()?;
+    outputs.extend(arguments.pages.page(&html::compare_page(&report, &inputs))?);
     if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+        outputs.add(path, files::json(&report)?);
     }
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
     if !to_stdout {
-        super::print(&report::table::compare(&report));
+        super::print(&report::table::compare(&report))?;
     }
     Ok(Outcome::Done)
 }

@@ -1,5 +1,6 @@
 //! `tumble fit CAMPAIGN`.
 
+use super::outputs::Outputs;
 use super::{Outcome, files, pages};
 use crate::error::Result;
 use crate::fit::{self, Remount, RobustMethod, Weighting};
@@ -76,6 +77,8 @@ fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> 
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, arguments.certificate.path(), arguments.json.as_deref()])?;
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
     let settings = fit::Settings {
         exact: arguments.exact,
@@ -91,16 +94,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
     }
-    let pages = arguments.pages.fit(&fit, &report, &inputs)?.and(arguments.certificate.make(&fit, &report, &source)?);
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
-    pages.write()?;
+    outputs.extend(arguments.pages.fit(&fit, &report, &inputs)?);
+    outputs.extend(arguments.certificate.make(&fit, &report, &source)?);
     if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+        outputs.add(path, files::json(&report)?);
     }
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
     if !to_stdout {
-        super::print(&report::table::fit(&report, arguments.readings));
+        super::print(&report::table::fit(&report, arguments.readings))?;
         if arguments.budget {
-            super::print(&report::fit_checks_table::budget(&report));
+            super::print(&report::fit_checks_table::budget(&report))?;
         }
     }
     Ok(if fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })

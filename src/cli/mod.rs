@@ -2,6 +2,7 @@
 //!
 //! Results go to stdout, progress, notes and errors to stderr. Exit codes: 0 done; 1 the question is malformed; 2 done, and the answer is
 //! "rejected" (rank defect, failed global test, missing effect).
+#![deny(clippy::print_stdout, clippy::print_stderr)] // both panic where nobody listens
 
 mod bench;
 mod check;
@@ -11,12 +12,14 @@ mod files;
 mod fit;
 mod navigate;
 mod navigate_diagnose;
+mod outputs;
 mod pages;
 mod plan;
+mod session;
 mod show_error;
 mod simulate;
 
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -26,6 +29,9 @@ use std::process::ExitCode;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Let an output replace an existing campaign, bench or other file that is no report.
+    #[arg(long, global = true)]
+    force: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -71,6 +77,9 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::from(malformed));
         }
     };
+    if cli.force {
+        session::allow_replacing();
+    }
     match run(cli.command) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Rejected) => ExitCode::from(2),
@@ -95,10 +104,18 @@ fn run(command: Command) -> Result<Outcome> {
     }
 }
 
-/// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error.
-fn print(text: &str) {
+/// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
+fn print(text: &str) -> Result<()> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes());
-    let _ = out.flush();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|error| {
+        Malformed::new(Fault::File, format!("cannot write to standard output: {error}"))
+            .expected("a terminal, a file or a pipe that takes the whole text")
+    })
+}
+
+/// Print a line to stderr; where nobody listens there is nobody to tell.
+fn note(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

@@ -16,7 +16,7 @@ const AFTER: usize = 110;
 
 /// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
-    eprintln!("{}", render(error, std::io::stderr().is_terminal()));
+    super::note(&render(error, std::io::stderr().is_terminal()));
 }
 
 fn render(error: &Malformed, colour: bool) -> String {
@@ -63,8 +63,9 @@ fn render(error: &Malformed, colour: bool) -> String {
 /// The text of the file that the error stands in, if it is small enough to be quoted.
 fn quoted(file: &str) -> Option<String> {
     let path = Path::new(file);
-    let size = std::fs::metadata(path).ok()?.len();
-    if file.is_empty() || size > LARGEST_QUOTED {
+    let there = std::fs::metadata(path).ok()?;
+    // a pipe gives its text once only
+    if !there.is_file() || there.len() > LARGEST_QUOTED {
         return None;
     }
     let text = String::from_utf8(std::fs::read(path).ok()?).ok()?;

@@ -28,11 +28,38 @@ pub enum Cell {
 /// JSON readings to domain readings; lists of a schedule are expanded.
 pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Readings> {
     let mut expanded = Vec::with_capacity(rows.len());
+    check_size(&rows)?;
     for (k, row) in rows.into_iter().enumerate() {
         let place = format!("readings[{k}]");
         expand(bench, row, &place, &mut expanded)?;
     }
     from_cells(bench, expanded)
+}
+
+/// Most readings of a campaign, or positions of a schedule with its lists expanded: each takes some hundred bytes here and more in a fit.
+pub(super) const MOST_READINGS: usize = 4_000_000;
+
+/// Refuse a schedule whose lists stand for too many positions, before they are expanded.
+fn check_size(rows: &[ReadingFile]) -> Result<()> {
+    let mut all = 0_usize;
+    for (k, row) in rows.iter().enumerate() {
+        let lists = row.0.iter().filter_map(|(_, cell)| match cell {
+            Cell::List(values) => Some(values.len()),
+            _ => None,
+        });
+        all = all.saturating_add(lists.fold(1, usize::saturating_mul));
+        if all > MOST_READINGS {
+            return Err(too_many(all).at_path(format!("readings[{k}]")));
+        }
+    }
+    Ok(())
+}
+
+/// The error for so many readings.
+pub(super) fn too_many(found: usize) -> Malformed {
+    Malformed::new(Fault::Value, "there are too many readings")
+        .expected(format!("at most {MOST_READINGS}, lists expanded"))
+        .found(format!("{found} up to here"))
 }
 
 /// Replace lists by one row for each of their values; the last list of a row runs fastest.

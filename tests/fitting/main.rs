@@ -3,6 +3,8 @@
 mod closed_form;
 mod constraints;
 mod coverage;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod gum;
 mod known_inputs;
 mod monte_carlo;

@@ -4,6 +4,7 @@ mod bad_input;
 mod cli;
 mod dcc;
 mod examples;
+mod files;
 mod html;
 #[path = "../markup/mod.rs"]
 mod markup;
