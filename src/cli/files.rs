@@ -49,7 +49,7 @@ fn bytes(path: &Path, name: &str) -> Result<Vec<u8>> {
                 .expected("UTF-8 text")
                 .found(format!("a zero byte at offset {}", begin + at)));
         }
-        if bytes.len() as u64 > MOST_BYTES || (utf_16 && begin > 0) {
+        if bytes.len() as u64 > MOST_BYTES || (utf_16 && begin > 0 && read > 0) {
             return Err(Malformed::new(Fault::File, format!("'{name}' is too large to be read at once"))
                 .expected(format!("a file of at most {} MiB", MOST_BYTES >> 20))
                 .found(match expected {

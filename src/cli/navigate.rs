@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::navigate_table(&report))?;
+        super::show(&report::navigate_table(&report))?;
     }
     Ok(Outcome::Done)
 }
@@ -169,7 +169,7 @@ impl Instruments {
 
 /// A bar on stderr, with the time left; it is not drawn where stderr is no terminal.
 fn bar(what: &str) -> ProgressBar {
-    let bar = ProgressBar::new(1);
+    let bar = super::bar(1);
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left") {
         bar.set_style(style);
     }

@@ -53,6 +53,7 @@ mod separation;
 pub mod series;
 pub mod table;
 pub mod wrap;
+mod xml;
 
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
 pub use correction::{Correction, Direction, Mounting, corrections, mounting};

@@ -1,14 +1,14 @@
 //! Lines for a terminal.
 
 /// Columns of a terminal that a line should not exceed.
-const WIDTH: usize = 110;
+pub const WIDTH: usize = 80;
 
 /// Wrap a line at spaces, with so many spaces before every further one; a word that is longer than a line stays whole.
 pub fn hanging(line: &str, indent: usize) -> String {
     within(line, indent, WIDTH)
 }
 
-fn within(line: &str, indent: usize, width: usize) -> String {
+pub(super) fn within(line: &str, indent: usize, width: usize) -> String {
     let mut text = String::with_capacity(line.len() + 16);
     let mut column = 0;
     // leading spaces belong to the line
@@ -29,6 +29,27 @@ fn within(line: &str, indent: usize, width: usize) -> String {
         column += size;
     }
     text
+}
+
+/// Wrap every line of prose that is too long; lines of tables (with gaps between their columns) stay whole.
+///
+/// ```
+/// let text = format!("  {}\n", "word ".repeat(30).trim());
+/// assert!(tumble::report::wrap::page(&text).lines().all(|line| line.len() <= 80 && line.starts_with("  ")));
+/// ```
+pub fn page(text: &str) -> String {
+    let mut page = String::with_capacity(text.len() + 64);
+    for line in text.split_inclusive('\n') {
+        let prose = !line.trim().contains("  ");
+        if line.trim_end().chars().count() <= WIDTH || !prose {
+            page.push_str(line);
+            continue;
+        }
+        let lead = line.len() - line.trim_start_matches(' ').len();
+        page.push_str(&hanging(line.trim_end(), lead + 2));
+        page.push('\n');
+    }
+    page
 }
 
 /// Wrap the last column of a plain table (header, rule, rows), which begins where its title stands.

@@ -155,9 +155,30 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
             .found(format!("'{column}', {clash}"))
             .at_path(format!("{place}.{column}")));
     }
+    for column in &columns {
+        if let Some(axis) = undeclared_axis(bench, column) {
+            let place = rows.iter().find(|(_, row)| row.get(column).is_some()).map_or("readings", |(place, _)| place);
+            let axes: Vec<&str> =
+                bench.sensors.iter().flat_map(|s| s.axes.iter().map(|(axis, _)| axis.as_str())).collect();
+            return Err(Malformed::new(
+                Fault::UnknownName,
+                format!("'{column}' is called like an input along an axis, but no axis is called '{axis}' and no model line uses it"),
+            )
+            .expected(format!("another name for the column (inputs along the axes {} come from the chain)", axes.join(", ")))
+            .at_path(format!("{place}.{column}")));
+        }
+    }
     let rows =
         rows.into_iter().map(|(place, row)| reading(bench, &joints, &columns, place, row)).collect::<Result<_>>()?;
     Ok(Readings { columns, rows })
+}
+
+/// The axis of a column `w_<axis>` or `a_<axis>` that the bench does not have, unless a model line uses that name.
+fn undeclared_axis<'a>(bench: &Bench, column: &'a str) -> Option<&'a str> {
+    let axis = column.strip_prefix("w_").or_else(|| column.strip_prefix("a_"))?;
+    let has_axes = bench.sensors.iter().any(|sensor| !sensor.axes.is_empty());
+    let used = bench.sensors.iter().any(|sensor| sensor.model.names().iter().any(|name| *name == column));
+    (has_axes && axis.chars().count() <= 2 && !used).then_some(axis)
 }
 
 fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, row: ReadingFile) -> Result<Reading> {

@@ -163,7 +163,7 @@ fn an_interrupted_run_leaves_nothing_behind() {
     for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
         let folder = tempfile::tempdir().expect("a folder");
         let mission = r#"{ "site": { "latitude_deg": 45 }, "duration_h": 100000, "step_s": 1, "motion": { "static": {} },
-            "errors": { "gyro": { "bias_deg_h": [0.01, 0, 0] } } }"#;
+            "errors": { "gyro_bias_deg_h": [0.01, 0, 0] } }"#;
         std::fs::write(folder.path().join("long.mission.json"), mission).expect("written");
         let mut child = tumble(folder.path(), &["navigate", "long.mission.json", "--csv", "errors.csv"])
             .stdout(Stdio::null())
@@ -208,4 +208,28 @@ fn what_is_read_has_an_end() {
         let (code, text) = run(folder.path(), &[command, "lists.campaign.json"]);
         assert!(code == Some(1) && text.contains("found 1000000000 up to here"), "{text}");
     }
+    let chain: Vec<String> = (0..1000).map(|k| format!(r#"{{ "joint": "j{k}", "about": "x" }}"#)).collect();
+    let bench = format!(
+        r#"{{ "id": "b", "chain": [ {} ], "sensors": {{ "V": {{ "axes": {{ "I": "x" }}, "model": "V0 + k*a_I" }} }} }}"#,
+        chain.join(",")
+    );
+    std::fs::write(folder.path().join("long.bench.json"), bench).expect("written");
+    let (code, text) = run(folder.path(), &["check", "long.bench.json"]);
+    assert!(code == Some(1) && text.contains("at most 64") && text.contains("found 1000"), "{text}");
+    let turns = std::fs::read_to_string(folder.path().join("good.campaign.json")).expect("the campaign");
+    assert!(turns.contains("gamma_deg_s"), "{turns}");
+    let turns = turns.replacen("\"gamma_deg_s\"", "\"gamma_turns\": 1e12, \"gamma_deg_s\"", 1);
+    std::fs::write(folder.path().join("turns.campaign.json"), turns).expect("written");
+    let (code, text) = run(folder.path(), &["fit", "turns.campaign.json"]);
+    assert!(code == Some(1) && text.contains("at most 10000 turns"), "{text}");
+}
+
+/// Thousands of own effects are read as fast as they are written: each term is parsed once.
+#[test]
+fn a_catalogue_of_thousands_is_read() {
+    let text: Vec<String> =
+        (0..20_000).map(|k| format!(r#"{{ "term": "time_s^{}*step(time_s-{k})", "name": "e" }}"#, k % 5 + 1)).collect();
+    let text = format!(r#"{{ "effects": [ {} ] }}"#, text.join(","));
+    let source = tumble::wire::Source { name: "many".into(), text };
+    assert_eq!(tumble::wire::read_effects(&source).expect("effects").len(), 20_000);
 }
