@@ -19,6 +19,7 @@ use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
 use crate::error::Result;
 use crate::estimate;
+use crate::fit;
 use crate::plan::{self, Noise};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
@@ -141,7 +142,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let point = campaign.reference_point();
     let design = design::assemble(campaign, &model, &point)?;
     let system = plan::system(campaign, &design, noise);
-    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let estimate = fit::adjust_with_equations(campaign, &design, &system)?;
     let (effects, tests) = effects(campaign, catalogue, &model, &design, noise)?;
     let rows = system.u.len();
     let weighted = Mat::from_fn(rows, effects.len(), |i, j| {

@@ -59,7 +59,7 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
             })
             .collect();
         rows.push((place, Named(cells)));
-        if rows.len() > MOST_READINGS {
+        if rows.len() as f64 > MOST_READINGS {
             return Err(too_many(rows.len()).in_file(&source.name));
         }
     }

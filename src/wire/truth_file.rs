@@ -38,7 +38,7 @@ pub struct TrueValueFile {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseFile {
-    /// Standard deviation of a reading, in the sensor's unit.
+    /// Standard deviation of one sample, in the sensor's unit; a reading with `n` samples averaged has it over the root of n.
     pub sd: f64,
     /// Write it into the campaign as the readings' standard uncertainty; true unless said otherwise.
     #[serde(default = "yes")]

@@ -160,7 +160,14 @@ fn reading_file(campaign: &Campaign, reading: &Reading) -> ReadingFile {
             }
         }
     }
-    if let Some(samples) = reading.observations.first().map(|o| o.samples).filter(|n| *n != 1.0) {
+    for (k, u) in &reading.planned_u {
+        if let Some(sensor) = campaign.bench.sensors.get(*k) {
+            cells.push((format!("{}_u", sensor.id), Cell::Number(*u)));
+        }
+    }
+    if let Some(samples) =
+        Some(reading.observations.first().map_or(reading.samples, |o| o.samples)).filter(|n| *n != 1.0)
+    {
         cells.push(("n".into(), Cell::Number(samples)));
     }
     Named(cells)
