@@ -15,6 +15,7 @@ use super::catalogue::Effect;
 use super::pool::Pool;
 use super::search::{INDISTINGUISHABLE, Levels};
 use super::{Candidate, Settings};
+use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
 use crate::error::Result;
@@ -274,12 +275,10 @@ fn unit(campaign: &Campaign, effect: &Candidate) -> String {
         (Regressor::Term(line), None) => {
             let mut bench = campaign.bench.clone();
             let coefficient = crate::algebra::Expression::parse(&effect.coefficient);
-            if let (Ok(coefficient), Some(k)) = (coefficient, effect.sensor)
-                && let Some(sensor) = bench.sensors.get_mut(k)
-            {
-                sensor.model = coefficient.times(line);
+            if let (Ok(coefficient), Some(sensor)) = (coefficient, sensor) {
+                bench.sensors = vec![Sensor { model: coefficient.times(line), ..sensor.clone() }];
             }
-            coefficient_unit(&bench, &effect.coefficient).unwrap_or_default()
+            coefficient_unit(&bench, &campaign.readings.columns, &effect.coefficient).unwrap_or_default()
         }
         _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
     }

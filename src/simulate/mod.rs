@@ -14,7 +14,9 @@ pub(crate) use columns::indicator;
 pub use columns::{Table, columns};
 pub use regressor::Regressor;
 
-use crate::campaign::{Campaign, Kind, Observation};
+use crate::algebra::Expression;
+use crate::bench::Sensor;
+use crate::campaign::{Campaign, Kind, Observation, coefficient_unit};
 use crate::design::{self, Model};
 use crate::error::{Fault, Malformed, Result};
 use rand_distr::{Distribution, StandardNormal};
@@ -60,6 +62,27 @@ impl Hidden {
     /// Errors: a term that does not parse, or a name that this bench and these readings do not have.
     pub fn new(campaign: &Campaign, regressor: &str, value: f64, sensor: Option<usize>) -> Result<Self> {
         Ok(Hidden { regressor: Regressor::parse(campaign, sensor, regressor)?, value, sensor })
+    }
+}
+
+impl Hidden {
+    /// The unit of its coefficient: radians for a tilt, else what the sensor's line with the term tells; `None` where that is open.
+    pub fn unit(&self, campaign: &Campaign) -> Option<String> {
+        let sensor = self.sensor.or((campaign.bench.sensors.len() == 1).then_some(0));
+        let sensor = sensor.and_then(|k| campaign.bench.sensors.get(k));
+        match &self.regressor {
+            Regressor::Tilt(k) | Regressor::Known(k) | Regressor::Prior(k) => {
+                campaign.parameters.get(*k).map(|p| p.unit.clone())
+            }
+            Regressor::Term(line) => {
+                let own = sensor.or(campaign.bench.sensors.first())?;
+                let coefficient = Expression::parse("its_coefficient").ok()?;
+                let mut bench = campaign.bench.clone();
+                bench.sensors = vec![Sensor { model: coefficient.times(line), ..own.clone() }];
+                coefficient_unit(&bench, &campaign.readings.columns, "its_coefficient")
+            }
+            _ => sensor.map(|s| s.unit.clone()),
+        }
     }
 }
 

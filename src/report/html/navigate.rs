@@ -1,11 +1,11 @@
 //! The page of a navigation study: results, ratios, and errors against time.
 
-use super::{Align, Figure, Page, Section, Table, Tone};
+use super::{Align, Figure, Page, Section, Table};
 use crate::error::Result;
 use crate::navigate::run::NavigationError;
 use crate::navigate::study::Flown;
 use crate::report::plot::{Curve, curves};
-use crate::report::table::significant;
+use crate::report::table::{significant, trimmed};
 use crate::report::{ARCSEC, ErrorReport, NavigateReport};
 
 /// Scenarios that get figures of their own; single sources beyond them are in the table and in the series.
@@ -25,7 +25,7 @@ const QUANTITIES: [Quantity; 4] = [
 pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
     let title = if report.title.is_empty() { "Navigation errors" } else { &report.title };
     let mut page = Page::new(title);
-    page.subtitle = format!("{} h in steps of {} s", significant(report.duration_h, 6), report.step_s);
+    page.subtitle = format!("{} h in steps of {} s", trimmed(report.duration_h), report.step_s);
     page.facts.push(("Convention".into(), report.convention.clone()));
     if let Some(periods) = report.periods {
         page.facts.push((
@@ -90,7 +90,7 @@ fn answer(report: &NavigateReport) -> Section {
             motions.push(&result.motion);
         }
     }
-    let mut section = Section::new("The answer");
+    let mut points = Vec::new();
     for motion in motions.iter().take(MOTIONS) {
         let own = || report.results.iter().filter(|r| r.motion == *motion);
         let errors = |id: &str| report.scenarios.iter().find(|s| s.id == id).map_or(0, |s| s.errors.len());
@@ -99,7 +99,7 @@ fn answer(report: &NavigateReport) -> Section {
         let mut text = format!(
             "{}: after {} h the position is off by {} m (rms {} m), the azimuth by {} arcsec (rms {})",
             capital(motion),
-            significant(whole.time_h, 4),
+            trimmed(whole.time_h),
             cell(whole.position_m.last),
             cell(whole.position_m.rms),
             cell(whole.azimuth_arcsec.last),
@@ -112,9 +112,9 @@ fn answer(report: &NavigateReport) -> Section {
         if own().count() > 1 {
             text.push_str(&format!(" with `{}`; most of it from {} (position, rms)", whole.scenario, most.join(", ")));
         }
-        section = section.verdict(Tone::Plain, text + ".");
+        points.push(text + ".");
     }
-    section
+    Section::new("The answer").list(points)
 }
 
 fn capital(text: &str) -> String {
