@@ -200,7 +200,6 @@ fn tables_fit_80_columns() {
         &["bench", "list"],
         &["fit", "tests/data/bad/rank-defect.campaign.json"],
         &["fit", "tests/data/bad/zero-u.campaign.json"],
-        &["--help"],
     ] {
         let run = tumble(arguments);
         let long: Vec<&str> =
