@@ -158,7 +158,6 @@ fn hostile_names_stay_text() {
         serde_json::from_str(&fs::read_to_string("data/benches/gyro-turntable.bench.json").unwrap()).unwrap();
     bench["title"] = hostile.into();
     bench["source"] = hostile.into();
-    bench["sensors"]["V"]["unit"] = hostile.into();
     campaign["bench"] = bench;
     for reading in campaign["readings"].as_array_mut().unwrap() {
         reading["position"] = hostile.into();

@@ -22,12 +22,14 @@ def run(folder, *arguments):
 
 def console(folder, arguments, keep):
     """A console block: the command, and the lines of its output that match one of the patterns."""
-    lines, kept, skipped = run(folder, *arguments.split()).splitlines(), [], False
+    lines, kept, skipped = run(folder, *arguments.split()).splitlines(), [], True
     for line in lines:
-        if any(re.search(p, line) for p in keep):
+        # a sentence goes on in indented lines without the gaps of a table
+        goes_on = not skipped and line.startswith("  ") and "  " not in line.strip()
+        if goes_on or any(re.search(p, line) for p in keep):
             kept.append(line.rstrip())
             skipped = False
-        elif not skipped:
+        elif not skipped or not kept:
             kept.append("...")
             skipped = True
     return f"```console\n$ tumble {arguments}\n" + "\n".join(kept) + "\n```\n"
