@@ -37,7 +37,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::table::compare(&report))?;
+        super::print(&report::table::compare(&report))?;
     }
     Ok(Outcome::Done)
 }

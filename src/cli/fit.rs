@@ -113,9 +113,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::table::fit(&report, arguments.readings))?;
+        super::print(&report::table::fit(&report, arguments.readings))?;
         if arguments.budget {
-            super::show(&report::fit_checks_table::budget(&report))?;
+            super::print(&report::fit_checks_table::budget(&report))?;
         }
     }
     Ok(if fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })

@@ -126,11 +126,6 @@ fn run(command: Command) -> Result<Outcome> {
     }
 }
 
-/// Print a table and what stands around it, no wider than a terminal where that can be.
-fn show(text: &str) -> Result<()> {
-    print(&crate::report::wrap::page(text))
-}
-
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
     use std::io::Write;

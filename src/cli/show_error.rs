@@ -58,7 +58,7 @@ fn render(error: &Malformed, colour: bool) -> String {
         false => GraphicalTheme::unicode_nocolor(),
     };
     let mut out = String::new();
-    let handler = GraphicalReportHandler::new_themed(theme).with_context_lines(1).with_width(80);
+    let handler = GraphicalReportHandler::new_themed(theme).with_context_lines(1).with_width(110);
     match handler.render_report(&mut out, report.as_ref()) {
         Ok(()) => out,
         Err(_) => format!("error: {error}"),

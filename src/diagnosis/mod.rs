@@ -16,7 +16,6 @@
 //! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
 //! | `search.rs` | the smallest complete set, and its rivals |
-//! | `plain.rs` | the search on columns that come from no campaign |
 //! | `finding.rs` | from a search to the answer |
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
@@ -45,7 +44,6 @@ mod look;
 mod noise;
 mod passes;
 mod places;
-pub(crate) mod plain;
 mod pool;
 mod repair;
 mod screen;

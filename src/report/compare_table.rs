@@ -1,7 +1,6 @@
 //! The comparison with published closed forms as a person reads it.
 
 use super::table::{optional, plain, significant};
-use super::wrap::hanging;
 
 /// A comparison as a person reads it.
 pub fn compare(report: &super::CompareReport) -> String {
@@ -28,9 +27,9 @@ pub fn compare(report: &super::CompareReport) -> String {
     }
     let header = [
         &report.group_title,
-        report.quantity(),
+        "angle",
         "closed form",
-        "least squares, no Earth rate",
+        "least squares,\u{a0}no\u{a0}Earth\u{a0}rate",
         "least squares",
         "printed",
         "unit",
@@ -52,23 +51,24 @@ pub fn compare(report: &super::CompareReport) -> String {
         })
         .collect();
     text.push_str(&plain(
-        &[report.quantity(), "mean of closed forms", "least squares, all readings", "printed mean", "unit"],
+        &["angle", "mean of closed forms", "least squares, all readings", "printed mean", "unit"],
         &rows,
     ));
     text.push('\n');
     let ignored = report.groups.iter().flat_map(|g| &g.quantities).any(|q| q.without_earth_rate.is_some());
-    let mut say = |sentence: String| text.push_str(&(hanging(&sentence, 0) + "\n"));
     match report.largest_relative_difference.map(|difference| significant(difference, 2)) {
-        Some(difference) if ignored && !report.is_square_case() => say(format!(
-            "closed form and least squares without Earth rate differ by up to {difference} of the value: these positions are not the \
-             square case of the formulas, which use some of the readings or weigh them otherwise."
+        Some(difference) if ignored && !report.is_square_case() => text.push_str(&format!(
+            "closed form and least squares without Earth rate differ by up to {difference} of the value: these positions are not the square case\n\
+             of the formulas, which use some of the readings or weigh them otherwise.\n"
         )),
-        Some(difference) if ignored => say(format!(
-            "closed form and least squares without Earth rate differ by at most {difference} of the value: per group the formulas are \
-             the square special case. With the Earth rate in every row least squares moves by the difference of the last two columns; \
-             the closed forms ignore it."
+        Some(difference) if ignored => text.push_str(&format!(
+            "closed form and least squares without Earth rate differ by at most {difference} of the value: per group the formulas are the\n\
+             square special case. With the Earth rate in every row least squares moves by the difference of the last two columns;\n\
+             the closed forms ignore it.\n"
         )),
-        Some(difference) => say(format!("closed form and least squares differ by at most {difference} of the value.")),
+        Some(difference) => {
+            text.push_str(&format!("closed form and least squares differ by at most {difference} of the value.\n"));
+        }
         None => {}
     }
     if !report.misprints.is_empty() {
@@ -80,7 +80,7 @@ pub fn compare(report: &super::CompareReport) -> String {
                 }
                 _ => String::new(),
             };
-            text.push_str(&(hanging(&format!("- {}:{values} {}", m.what, m.explanation), 2) + "\n"));
+            text.push_str(&format!("- {}:{values} {}\n", m.what, m.explanation));
         }
     }
     text

@@ -4,28 +4,20 @@
 
 pub use super::compare_table::compare;
 pub use super::fit_table::fit;
-use super::wrap::{WIDTH, within};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// A table without frame: a header, a rule, rows; columns of numbers to the right.
-///
-/// A table wider than a terminal has its headers broken at spaces first, then the cells of its widest column of words.
 pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
-    let (header, rows) = narrowed(header, rows);
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
-    let tall = header.iter().map(|title| title.lines().count()).max().unwrap_or(1).max(1);
-    // titles stand on the rule
-    table.set_header(header.iter().map(|title| {
-        let above = tall - title.lines().count().max(1);
-        format!("{}{title}", "\n".repeat(above))
-    }));
-    for row in &rows {
+    table.set_header(header.to_vec());
+    for row in rows {
         table.add_row(row.clone());
     }
     for (k, column) in table.column_iter_mut().enumerate() {
         column.set_padding((if k == 0 { 0 } else { 1 }, 1));
-        if is_numeric(&rows, k) {
+        let numeric = !rows.is_empty() && rows.iter().filter_map(|row| row.get(k)).all(|cell| looks_numeric(cell));
+        if numeric {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
@@ -33,64 +25,13 @@ pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
     for (k, line) in table.to_string().lines().enumerate() {
         text.push_str(line.trim_end());
         text.push('\n');
-        if k + 1 == tall {
+        if k == 0 {
             let width = table.lines().map(|line| line.trim_end().chars().count()).max().unwrap_or(0);
             text.push_str(&"-".repeat(width));
             text.push('\n');
         }
     }
     text
-}
-
-/// Cells narrower than this are not broken.
-const NARROWEST: usize = 20;
-
-/// Header and rows with line breaks, so that the table fits a terminal where it can.
-fn narrowed(header: &[&str], rows: &[Vec<String>]) -> (Vec<String>, Vec<Vec<String>>) {
-    let size = |text: &str| text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
-    let (mut header, mut rows): (Vec<String>, _) = (header.iter().map(|t| t.to_string()).collect(), rows.to_vec());
-    let body =
-        |rows: &[Vec<String>], k: usize| rows.iter().filter_map(|row| row.get(k)).map(|c| size(c)).max().unwrap_or(0);
-    let widths = |header: &[String], rows: &[Vec<String>]| -> Vec<usize> {
-        header.iter().enumerate().map(|(k, title)| size(title).max(body(rows, k))).collect()
-    };
-    let excess = |widths: &[usize]| (widths.iter().sum::<usize>() + 2 * widths.len()).saturating_sub(2 + WIDTH);
-    for _ in 0..header.len() {
-        let too_wide = excess(&widths(&header, &rows));
-        if too_wide == 0 {
-            break;
-        }
-        // the title that stands out most over what it must be as wide as
-        let least = |k: usize, title: &str| body(&rows, k).max(title.split_whitespace().map(size).max().unwrap_or(0));
-        let gains = header.iter().enumerate().map(|(k, title)| (size(title).saturating_sub(least(k, title)), k));
-        let Some((gain, k)) =
-            gains.max_by_key(|(gain, k)| (*gain, std::cmp::Reverse(*k))).filter(|(gain, _)| *gain > 0)
-        else {
-            break;
-        };
-        if let Some(title) = header.get_mut(k) {
-            *title = within(&title.replace('\n', " "), 0, size(title) - gain.min(too_wide));
-        }
-    }
-    for _ in 0..header.len() {
-        let now = widths(&header, &rows);
-        let too_wide = excess(&now);
-        let words = now.iter().enumerate().filter(|(k, width)| !is_numeric(&rows, *k) && **width > NARROWEST);
-        let Some((k, width)) = words.max_by_key(|(_, width)| **width).filter(|_| too_wide > 0) else { break };
-        let target = width.saturating_sub(too_wide).max(NARROWEST);
-        for cell in rows.iter_mut().filter_map(|row| row.get_mut(k)) {
-            *cell = within(&cell.replace('\n', " "), 0, target);
-        }
-        if widths(&header, &rows).get(k) == Some(width) {
-            break;
-        }
-    }
-    (header, rows)
-}
-
-/// Does every cell of a column hold a number, or stand for one?
-fn is_numeric(rows: &[Vec<String>], k: usize) -> bool {
-    !rows.is_empty() && rows.iter().filter_map(|row| row.get(k)).all(|cell| looks_numeric(cell))
 }
 
 fn looks_numeric(cell: &str) -> bool {

