@@ -66,9 +66,27 @@ pub(super) const SWEEPS: usize = 200;
 /// Exchanges between fresh factorisations.
 const REFACTOR: usize = 50;
 
+/// A list longer than this is counted before it is summed.
+const LONG: usize = 500;
+
 /// `M`, for a list of chosen candidates.
 pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Vec<f64> {
     let mut m = base.to_vec();
+    if chosen.len() > LONG {
+        // one sum for each candidate, however often it is chosen
+        let mut times = vec![0_u32; blocks.count()];
+        for j in chosen {
+            if let Some(count) = times.get_mut(*j) {
+                *count += 1;
+            }
+        }
+        for (j, times) in times.iter().enumerate().filter(|(_, times)| **times > 0) {
+            for r in 0..blocks.rows() {
+                add_outer(&mut m, f64::from(*times), &blocks.row(j, r));
+            }
+        }
+        return m;
+    }
     for j in chosen {
         for r in 0..blocks.rows() {
             add_outer(&mut m, 1.0, &blocks.row(*j, r));

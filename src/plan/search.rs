@@ -44,7 +44,7 @@ impl<'a> Limits<'a> {
     /// Limits of one search of a request.
     pub fn of(request: &'a Request, given: &'a [Vec<usize>]) -> Self {
         // who asks for more starts than usual is ready to wait for them
-        let patience = (request.starts as f64 / 100.0).clamp(1.0, 20.0);
+        let patience = (request.starts as f64 / 100.0).clamp(1.0, 5.0);
         let Request { starts, seed, progress, .. } = request;
         Limits { starts: *starts, seed: *seed, effort: EFFORT * patience, enough: None, given, progress }
     }
