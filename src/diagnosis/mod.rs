@@ -65,7 +65,7 @@ pub use separate::Separation;
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::{self, Fit, Stop};
+use crate::fit::{self, Estimator, Fit, Stop};
 use search::Levels;
 
 /// How to diagnose.
@@ -241,7 +241,11 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
 ///
 /// At a jump (`sign` of an input that a tilt makes positive or negative) it ends with no descent, next to the jump: as near as there is.
 fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
-    let exact = fit::fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() })?;
+    let exact = fit::fit(campaign, &fit::Settings::default())?;
     let usable = exact.convergence.as_ref().is_some_and(|record| record.converged || record.stop == Stop::NoDescent);
-    if usable { Ok(exact) } else { fit::fit(campaign, &fit::Settings::default()) }
+    if usable {
+        Ok(exact)
+    } else {
+        fit::fit(campaign, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() })
+    }
 }

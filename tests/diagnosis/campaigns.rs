@@ -119,7 +119,7 @@ fn draw<'a>(visible: &'a [(Candidate, f64)], generator: &mut Pcg64Mcg) -> &'a (C
 
 /// Sine of the angle between two effects outside the model.
 fn sine_between(campaign: &Campaign, a: &Candidate, b: &Candidate) -> f64 {
-    let fit = fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() }).unwrap();
+    let fit = fit(campaign, &fit::Settings::default()).unwrap();
     let columns = faer::Mat::from_fn(a.column.len(), 2, |i, j| if j == 0 { a.column[i] } else { b.column[i] });
     let pool = Pool::new(columns, fit.estimate.factor.thin_q(), &fit.estimate.residuals);
     (1.0 - pool.cosines(0)[1].powi(2)).max(0.0).sqrt()

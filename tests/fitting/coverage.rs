@@ -10,7 +10,7 @@ use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
 use tumble::campaign::{Campaign, Constraint, Role};
 use tumble::design::Model;
-use tumble::fit::{self, Remount, Settings};
+use tumble::fit::{self, Estimator, Remount, Settings};
 use tumble::wire;
 
 /// Campaigns for each schedule.
@@ -70,7 +70,7 @@ fn coverage(
     disturb: impl Fn(&mut Campaign, &mut Pcg64Mcg) + Sync,
 ) -> Vec<f64> {
     let values = truth_values(campaign);
-    let settings = Settings { exact: false, ..*settings };
+    let settings = Settings { estimator: Estimator::Linear, ..*settings };
     let hits: Vec<[bool; 6]> = (0..campaigns())
         .into_par_iter()
         .map(|k| {

@@ -1,10 +1,12 @@
 //! A campaign fitted: published tables, simulated truths, constraints, robust estimates, coverage.
 
+mod bilinear;
 mod closed_form;
 mod constraints;
 mod coverage;
 #[path = "../draws/mod.rs"]
 mod draws;
+mod edges;
 mod gum;
 mod known_inputs;
 mod monte_carlo;
