@@ -193,11 +193,26 @@ pub struct Sensor {
     pub model: Expression,
 }
 
+/// Most joints of a chain: positions that tell unknowns apart are sought over all of them.
+const MOST_JOINTS: usize = 64;
+/// Most joints and tilts together.
+const MOST_LINKS: usize = 512;
+
 impl Bench {
     /// Check what no single entry can know: repeated names, axes that clash, direction cosines that are none.
     ///
     /// Errors: `NameClash` for a joint, tilt, sensor or axis that repeats; `Value` for numbers out of range.
     pub fn checked(self) -> Result<Self> {
+        let joints = self.joints().count();
+        for (what, found, most) in [("joints", joints, MOST_JOINTS), ("joints and tilts", self.chain.len(), MOST_LINKS)]
+        {
+            if found > most {
+                return Err(Malformed::new(Fault::Value, format!("the chain has too many {what}"))
+                    .expected(format!("at most {most}"))
+                    .found(found.to_string())
+                    .at_path("chain"));
+            }
+        }
         for (k, link) in self.chain.iter().enumerate() {
             let path = format!("chain[{k}]");
             identifier(link.name()).map_err(|e| e.at_path(&path))?;

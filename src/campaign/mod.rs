@@ -135,6 +135,15 @@ impl Campaign {
         parameters.extend(inputs);
         for (name, kind) in &names {
             if !parameters.iter().any(|p| p.id == *name) {
+                if let Some(input) = input_meant(&bench, name) {
+                    let what = format!(
+                        "'{name}' in a model line is neither known nor estimated: is the input '{input}' meant?"
+                    );
+                    let expected = format!(
+                        "{input} in the model line, or '{name}' in known or estimate where it is a coefficient"
+                    );
+                    return Err(Malformed::new(Fault::UnknownName, what).expected(expected).at_path("bench"));
+                }
                 parameters.push(Parameter::assumed_zero(&bench, &units, name, *kind));
             }
         }
@@ -221,6 +230,16 @@ fn is_input(bench: &Bench, readings: &Readings, name: &str) -> bool {
 pub(crate) fn is_axis_input(bench: &Bench, name: &str) -> bool {
     let Some(axis) = name.strip_prefix("w_").or_else(|| name.strip_prefix("a_")) else { return false };
     matches!(axis, "x" | "y" | "z") || bench.sensors.iter().any(|sensor| sensor.axes.iter().any(|(own, _)| own == axis))
+}
+
+/// The input along an axis whose name differs from this one by case and underscores alone (`aI`, `W_I`).
+fn input_meant(bench: &Bench, name: &str) -> Option<String> {
+    let plain = |name: &str| name.replace('_', "").to_lowercase();
+    let own = bench.sensors.iter().flat_map(|sensor| sensor.axes.iter().map(|(axis, _)| axis.as_str()));
+    let frame = ["x", "y", "z"].into_iter().filter(|_| !bench.chain.is_empty());
+    own.chain(frame)
+        .flat_map(|axis| [format!("w_{axis}"), format!("a_{axis}")])
+        .find(|input| input != name && plain(input) == plain(name))
 }
 
 fn input_description(bench: &Bench, readings: &Readings, name: &str) -> String {

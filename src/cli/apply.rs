@@ -1,6 +1,7 @@
 //! `tumble apply CALIBRATION LOG`: a record corrected, row by row.
 
-use super::{Outcome, calibrations, files};
+use super::outputs::Outputs;
+use super::{Outcome, calibrations};
 use crate::correction::{Calibration, Corrector, InputRole, Quantity};
 use crate::error::{Fault, Malformed, Result};
 use clap::{Args, ValueEnum};
@@ -63,29 +64,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable record (CSV)")
         })?)
     };
+    let mut outputs = Outputs::plan([arguments.out.as_deref()])?;
     match &arguments.out {
         None => {
             let out = std::io::stdout().lock();
             correct(arguments, &calibration, &corrector, rotation.as_ref(), input, out)
         }
         Some(path) => {
-            let temporary = files::temporary(path);
-            let file = std::fs::File::create(&temporary).map_err(|error| unwritable(path, &error))?;
-            let done = correct(arguments, &calibration, &corrector, rotation.as_ref(), input, file);
-            let done = done.and_then(|outcome| {
-                std::fs::rename(&temporary, path).map_err(|error| unwritable(path, &error)).map(|()| outcome)
-            });
-            if done.is_err() {
-                drop(std::fs::remove_file(&temporary));
-            }
-            done
+            let mut stream = outputs.open(path)?;
+            let outcome = correct(arguments, &calibration, &corrector, rotation.as_ref(), input, &mut stream)?;
+            outputs.finish(stream);
+            outputs.write()?;
+            Ok(outcome)
         }
     }
-}
-
-fn unwritable(path: &Path, error: &dyn std::fmt::Display) -> Malformed {
-    Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
-        .expected("a folder that can be written to, with room")
 }
 
 /// Rotations of the solved rates and forces to the mounting face.
@@ -193,7 +185,7 @@ fn correct(
     }
     writer.flush().map_err(|e| unwritten(&e))?;
     let notes = notes(calibration, &plan, count, failed);
-    notes.iter().for_each(|note| eprintln!("note: {note}"));
+    notes.iter().for_each(|note| super::note(&format!("note: {note}")));
     Ok(if failed > 0 { Outcome::Rejected } else { Outcome::Done })
 }
 

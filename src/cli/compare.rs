@@ -1,5 +1,6 @@
 //! `tumble compare CAMPAIGN` (published closed forms), `tumble compare A B ...` (calibrations of one unit).
 
+use super::outputs::Outputs;
 use super::{Outcome, calibrations, files, pages};
 use crate::compare::{self, calibrations::changes, calibrations::trends};
 use crate::error::{Fault, Malformed, Result};
@@ -36,6 +37,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
 }
 
+/// The files that are asked for.
+fn outputs(arguments: &Arguments) -> Result<Outputs> {
+    let [html, md] = arguments.pages.paths();
+    Outputs::plan([html, md, arguments.json.as_deref()])
+}
+
+/// Write what is asked for, or print the table where nothing goes to stdout.
+fn finish(arguments: &Arguments, mut outputs: Outputs, page: &html::Page, json: String, table: &str) -> Result<()> {
+    outputs.extend(arguments.pages.page(page)?);
+    if let Some(path) = &arguments.json {
+        outputs.add(path, json);
+    }
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
+    if to_stdout { Ok(()) } else { super::print(table) }
+}
+
 fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {
     if calibrations::is_report(&files::read(path)?) {
         return Err(Malformed::new(Fault::Missing, "one calibration has nothing to be compared with")
@@ -43,20 +61,14 @@ fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {
             .in_file(path.display().to_string()));
     }
     let (campaign, source, inputs) = files::campaign_and_inputs(path)?;
+    let outputs = outputs(arguments)?;
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::compare_report(&comparison);
     report.inputs = inputs.clone();
-    let pages = arguments.pages.page(&html::compare_page(&report, &inputs))?;
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
-    pages.write()?;
-    if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
-    }
-    if !to_stdout {
-        super::print(&report::table::compare(&report));
-    }
+    let page = html::compare_page(&report, &inputs);
+    finish(arguments, outputs, &page, files::json(&report)?, &report::table::compare(&report))?;
     Ok(Outcome::Done)
 }
 
@@ -72,6 +84,7 @@ fn check_level(level: f64) -> Result<()> {
 fn two(arguments: &Arguments, before: &Path, after: &Path) -> Result<Outcome> {
     check_level(arguments.level)?;
     let (before, after) = (calibrations::read(before)?, calibrations::read(after)?);
+    let outputs = outputs(arguments)?;
     let found = changes(&before.determination(), &after.determination(), arguments.level, !arguments.independent);
     if found.changes.is_empty() {
         return Err(Malformed::new(Fault::Value, "the two calibrations have no quantity in common")
@@ -79,15 +92,8 @@ fn two(arguments: &Arguments, before: &Path, after: &Path) -> Result<Outcome> {
             .found(format!("benches {} and {}", before.report.bench, after.report.bench)));
     }
     let report = report::changes_report(&found, before.summary(), after.summary());
-    let pages = arguments.pages.page(&html::changes_page(&report)?)?;
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
-    pages.write()?;
-    if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
-    }
-    if !to_stdout {
-        super::print(&report::changes_table(&report));
-    }
+    let page = html::changes_page(&report)?;
+    finish(arguments, outputs, &page, files::json(&report)?, &report::changes_table(&report))?;
     Ok(if report.is_changed() { Outcome::Rejected } else { Outcome::Done })
 }
 
@@ -99,20 +105,14 @@ fn history(arguments: &Arguments, paths: &[PathBuf]) -> Result<Outcome> {
             .expected("\"date\": \"YYYY-MM-DD\" in each campaign")
             .found(format!("no date in {}", undated.summary().file)));
     }
+    let outputs = outputs(arguments)?;
     stored.sort_by(|a, b| a.day().unwrap_or_default().total_cmp(&b.day().unwrap_or_default()));
     let all: Vec<_> = stored.iter().map(|own| own.determination()).collect();
     let last = stored.last();
     let limits = |id: &str| last.and_then(|own| own.limits(id));
     let summaries = stored.iter().map(|own| own.summary()).collect();
     let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
-    let pages = arguments.pages.page(&html::history_page(&report)?)?;
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
-    pages.write()?;
-    if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
-    }
-    if !to_stdout {
-        super::print(&report::history_table(&report));
-    }
+    let page = html::history_page(&report)?;
+    finish(arguments, outputs, &page, files::json(&report)?, &report::history_table(&report))?;
     Ok(Outcome::Done)
 }

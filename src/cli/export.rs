@@ -1,5 +1,6 @@
 //! `tumble export CALIBRATION --to TARGET`.
 
+use super::outputs::Outputs;
 use super::{Outcome, calibrations, files};
 use crate::correction::export::{self, Origin, Target};
 use crate::error::Result;
@@ -38,6 +39,7 @@ enum Format {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let stored = calibrations::read(&arguments.calibration)?;
+    let outputs = Outputs::plan([arguments.out.as_deref()])?;
     let target = match arguments.to {
         Format::C => Target::C,
         Format::Python => Target::Python,
@@ -46,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Format::Ros => Target::Ros,
         Format::Json => {
             let text = files::json(&stored.correction()?)?;
-            return finish(arguments, &text);
+            return finish(outputs, arguments, text);
         }
     };
     let origin = Origin {
@@ -55,13 +57,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         unit: stored.identity(),
     };
     let text = export::export(&stored.calibration()?, target, &origin)?;
-    finish(arguments, &text)
+    finish(outputs, arguments, text)
 }
 
-fn finish(arguments: &Arguments, text: &str) -> Result<Outcome> {
+fn finish(outputs: Outputs, arguments: &Arguments, text: String) -> Result<Outcome> {
     match &arguments.out {
-        Some(path) => files::write_or_print(path, text)?,
-        None => super::print(text),
+        Some(path) => {
+            let mut outputs = outputs;
+            outputs.add(path, text);
+            outputs.write()?;
+        }
+        None => super::print(&text)?,
     }
     Ok(Outcome::Done)
 }

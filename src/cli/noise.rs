@@ -1,5 +1,6 @@
 //! `tumble noise LOG`.
 
+use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::noise::{Ladder, analyse};
@@ -88,23 +89,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         reports.push(report::noise_column_report(&column.name, &unit, &analyse(ladder, interval, arguments.level)));
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
-    let mut ready = pages::Ready::default();
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, arguments.json.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&arguments.log)?];
-        ready = arguments.pages.page(&html::noise_page(&report, &inputs)?)?;
+        outputs.extend(arguments.pages.page(&html::noise_page(&report, &inputs)?)?);
     }
     if let Some(path) = &arguments.kalibr {
-        ready.add(path, report::kalibr(&report)?);
+        outputs.add(path, report::kalibr(&report)?);
     }
     if let Some(path) = &arguments.json {
-        ready.add(path, files::json(&report)?);
+        outputs.add(path, files::json(&report)?);
     }
-    ready.write()?;
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
     for note in clock.notes() {
-        eprintln!("note: {note}");
+        super::note(&format!("note: {note}"));
     }
-    if !ready.to_stdout() {
-        super::print(&report::noise_table(&report, arguments.deviations));
+    if !to_stdout {
+        super::print(&report::noise_table(&report, arguments.deviations))?;
     }
     Ok(Outcome::Done)
 }

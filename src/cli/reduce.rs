@@ -1,5 +1,6 @@
 //! `tumble reduce LOG`.
 
+use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{self, As, Block, Record};
@@ -72,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let guard = arguments.guard.unwrap_or(if still { 0.5 } else { 0.0 });
     let least = arguments.least.unwrap_or(if still { 1.0 } else { 0.0 });
     let mut segmentation = reduce::segment(&trace, &by, guard, least);
-    notes.iter().for_each(|note| eprintln!("note: {note}"));
+    notes.iter().for_each(|note| super::note(&format!("note: {note}")));
     if segmentation.segments.is_empty() {
         return Ok(nothing(&segmentation, &by, least));
     }
@@ -84,7 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             Err(error) => {
                 segmentation.rejected.iter().for_each(|r| {
                     let (from, to) = (trace.time(r.samples.start), trace.time(r.samples.end));
-                    eprintln!("note: not used, {from:.2} s to {to:.2} s: {}", r.reason);
+                    super::note(&format!("note: not used, {from:.2} s to {to:.2} s: {}", r.reason));
                 });
                 return Err(error);
             }
@@ -98,10 +99,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let reduction = reduce::reduce(&trace, segmentation, &turns);
     let report = report::reduce_report(record.name(), &trace, &words, gaps, &reduction);
-    let mut ready = pages::Ready::default();
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, arguments.json.as_deref(), arguments.to.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&arguments.log)?];
-        ready = arguments.pages.page(&html::reduce_page(&report, &trace, &reduction.segments, &inputs)?)?;
+        outputs.extend(arguments.pages.page(&html::reduce_page(&report, &trace, &reduction.segments, &inputs)?)?);
     }
     if let Some(to) = &arguments.to {
         let readings = readings(&trace, &reduction);
@@ -109,14 +111,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             Some(schedule) if to_campaign => files::json(&schedule.with(&readings, &places))?,
             _ => table(&readings),
         };
-        ready.add(to, text);
+        outputs.add(to, text);
     }
     if let Some(path) = &arguments.json {
-        ready.add(path, files::json(&report)?);
+        outputs.add(path, files::json(&report)?);
     }
-    ready.write()?;
-    if !ready.to_stdout() {
-        super::print(&report::reduce_table(&report, arguments.sources));
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
+    if !to_stdout {
+        super::print(&report::reduce_table(&report, arguments.sources))?;
     }
     Ok(Outcome::Done)
 }
@@ -254,14 +257,14 @@ fn nothing(segmentation: &Segmentation, by: &By, least: f64) -> Outcome {
                 ),
                 None => format!("no threshold finds a stretch of {least} s"),
             };
-            eprintln!(
+            super::note(&format!(
                 "no static stretch of {least} s within {threshold} times the variance of the still sensor; {advice}"
-            );
+            ));
         }
-        _ => eprintln!("no segment is left"),
+        _ => super::note("no segment is left"),
     }
     for rejected in segmentation.rejected.iter().take(10) {
-        eprintln!("  not used: {}", rejected.reason);
+        super::note(&format!("  not used: {}", rejected.reason));
     }
     Outcome::Rejected
 }

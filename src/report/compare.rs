@@ -46,6 +46,16 @@ impl CompareReport {
     pub fn is_square_case(&self) -> bool {
         self.largest_relative_difference.is_some_and(|difference| difference < SQUARE)
     }
+
+    /// What stands in the rows: angles, coefficients, or both.
+    pub fn quantity(&self) -> &'static str {
+        let angles = self.all.quantities.iter().filter(|q| q.is_angle()).count();
+        match angles {
+            0 => "coefficient",
+            n if n == self.all.quantities.len() => "angle",
+            _ => "quantity",
+        }
+    }
 }
 
 /// One group of readings.
@@ -74,6 +84,13 @@ pub struct QuantityReport {
     pub least_squares: Option<f64>,
     /// As printed.
     pub printed: Option<f64>,
+}
+
+impl QuantityReport {
+    /// Is it an angle?
+    pub fn is_angle(&self) -> bool {
+        self.unit == "arcsec"
+    }
 }
 
 /// A disagreement between print and computation.

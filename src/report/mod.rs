@@ -62,14 +62,15 @@ pub mod series;
 mod site;
 pub mod table;
 pub mod wrap;
+mod xml;
 
 pub use changes::{
     CalibratedReport, ChangeOfReport, ChangesReport, HistoryReport, TogetherReport, TrendReport, changes_report,
     changes_table, date_of, determination, history_report, history_table,
 };
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
-pub use correction::{correction_lines, correction_table, given_sentence, validity_sentence};
 pub use conformity::{ConformityReport, LimitedReport, conformity, conformity_text};
+pub use correction::{correction_lines, correction_table, given_sentence, validity_sentence};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,

@@ -29,7 +29,7 @@ pub struct Foreseen<'a> {
 }
 
 /// The report of a plan.
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments, reason = "each part of the report has its source")]
 pub fn plan_report(
     campaign: &Campaign,
     noise: &Noise,

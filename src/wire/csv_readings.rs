@@ -1,7 +1,7 @@
 //! Readings from a CSV file: the first line names the columns, which are the keys of a JSON reading.
 
 use super::locate::{CsvRow, csv_place, csv_row};
-use super::readings_file::{Cell, from_cells};
+use super::readings_file::{Cell, MOST_READINGS, from_cells, too_many};
 use super::{Named, Source};
 use crate::bench::Bench;
 use crate::campaign::Readings;
@@ -55,6 +55,9 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
             })
             .collect();
         rows.push((place, Named(cells)));
+        if rows.len() as f64 > MOST_READINGS {
+            return Err(too_many(rows.len()).in_file(&source.name));
+        }
     }
     from_cells(bench, rows).map_err(|error| at_line(error, source))
 }

@@ -23,6 +23,7 @@ mod reduced;
 mod scatter_file;
 mod schema;
 mod site_file;
+mod strict;
 mod truth_file;
 mod write;
 
@@ -137,7 +138,7 @@ pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.
 pub fn parse<T: DeserializeOwned>(source: &Source) -> Result<T> {
     let mut json = serde_json::Deserializer::from_str(&source.text);
-    let parsed = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+    let parsed = serde_path_to_error::deserialize(strict::Strict(&mut json)).map_err(|error| {
         let path = error.path().to_string();
         let inner = error.into_inner();
         json_error(&inner, if path == "." { String::new() } else { path }, source)
@@ -176,6 +177,7 @@ fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
     }
     let fault = if is_data { Fault::Value } else { Fault::Syntax };
     if let Some((what, expected)) = message.split_once(", expected ") {
+        let expected = if expected.starts_with("struct ") { "an object { ... }" } else { expected };
         return Malformed::new(fault, what).expected(expected);
     }
     if let Some(expected) = message.strip_prefix("expected ") {

@@ -5,6 +5,8 @@ mod closed_form;
 mod conformity;
 mod constraints;
 mod coverage;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod edges;
 mod gum;
 mod known_inputs;

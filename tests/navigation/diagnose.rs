@@ -1,6 +1,7 @@
 //! Which calibration errors explain measured navigation errors: seeded experiments on the full simulation.
 //!
 //! The data are always flown by the full nonlinear navigator (`navigate::run`), never by the linear signatures that the search uses.
+use crate::draws::{draws, long};
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
@@ -78,16 +79,20 @@ fn names(found: &NavigationDiagnosis) -> Vec<String> {
     found.findings.iter().map(|f| f.source.id()).collect()
 }
 
-/// Every error of the catalogue alone, at t = 12, is named, or is an alias of what is named; at rest twice, with other noise.
+/// Every error of the catalogue alone, at t = 12, is named, or is an alias of what is named; in a long run at rest twice, with other noise,
+/// else every other one at rest and every fourth in the swing.
 #[test]
 fn one_error_is_named() {
-    for (name, motion, seeds) in [("static", at_rest(), 2), ("swing", swing(), 1)] {
+    let full = [("static", at_rest(), 2, 1), ("swing", swing(), 1, 1)];
+    let short = [("static", at_rest(), 1, 2), ("swing", swing(), 1, 4)];
+    for (name, motion, seeds, every) in if long() { full } else { short } {
         let mission = mission(motion);
         let times = times(&mission);
         println!("{name}: hidden, its size, how it came out, named, its t and aliases");
         let rows: Vec<(String, usize, usize)> = Source::catalogue()
             .into_par_iter()
             .enumerate()
+            .filter(|(j, _)| j % every == 0)
             .map(|(j, source)| {
                 let Some(size) = size(&mission, j, &times, 12.0) else {
                     return (format!("  {:32} cannot be seen", source.id()), 0, 0);
@@ -113,7 +118,7 @@ fn one_error_is_named() {
         rows.iter().for_each(|(text, _, _)| println!("{text}"));
         let (right, tried) = rows.iter().fold((0, 0), |sum, row| (sum.0 + row.1, sum.1 + row.2));
         println!("{name}: {right} of {tried}");
-        assert!(tried > 35 && right as f64 >= 0.97 * tried as f64, "{name}");
+        assert!(tried > if long() { 35 } else { 5 } && right as f64 >= 0.97 * tried as f64, "{name}");
     }
 }
 
@@ -144,7 +149,7 @@ fn two_errors_are_named() {
             .enumerate()
             .filter_map(|(j, source)| Some((j, source, size(&mission, j, &times, 15.0)?)))
             .collect();
-        let results: Vec<(String, &str)> = (0..24_u64)
+        let results: Vec<(String, &str)> = (0..draws(6, 24) as u64)
             .into_par_iter()
             .map(|seed| {
                 let mut generator = Pcg64Mcg::seed_from_u64(seed);
@@ -171,7 +176,7 @@ fn two_errors_are_named() {
         results.iter().for_each(|(text, _)| println!("{text}"));
         let right = results.iter().filter(|(_, way)| *way != "WRONG").count();
         println!("{name}: {right} of {}", results.len());
-        assert!(right as f64 >= 0.85 * results.len() as f64, "{name}");
+        assert!(right as f64 >= (0.85 * results.len() as f64).floor(), "{name}");
     }
 }
 
@@ -196,7 +201,7 @@ fn short() -> Mission {
 /// Nothing is hidden, and nothing is found: with stated noise, with noise from residuals, and with random walks that the mission states.
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
-    let count = 400_u64;
+    let count = draws(60, 400) as u64;
     for (name, stated, walk) in [("stated u", true, 0.0), ("u from residuals", false, 0.0), ("random walk", true, 1.0)]
     {
         let mut mission = short();

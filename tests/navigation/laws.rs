@@ -16,6 +16,9 @@ use tumble::navigate::motion::{Attitude, Motion, Oscillation};
 use tumble::navigate::run::Continue;
 use tumble::navigate::signatures;
 
+/// A kind of fault: its name, how a finding says it, and its size over the share of the run.
+type Kind = (&'static str, &'static str, fn(f64) -> f64);
+
 const HOUR: f64 = 3600.0;
 const ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 /// Standard uncertainties of the channels, SI: 2 arcsec, 0.01 m/s, 5 m.
@@ -232,7 +235,7 @@ fn laws_faults_of_the_reference() {
     let mission = mission(at_rest());
     let times = times(&mission);
     let columns = tumble::navigate::measured::CHANNEL_NAMES;
-    let kinds: [(&str, &str, fn(f64) -> f64); 3] = [
+    let kinds: [Kind; 3] = [
         ("drift", ":ramp", |share| share),
         ("offset", "", |_| 1.0),
         ("step", ":step", |share| f64::from(u8::from(share > 0.43))),
@@ -267,7 +270,7 @@ fn laws_faults_of_the_reference() {
 fn laws_errors_that_change_in_time() {
     let mission = mission(at_rest());
     let times = times(&mission);
-    let kinds: [(&str, &str, fn(f64) -> f64); 3] = [
+    let kinds: [Kind; 3] = [
         ("ramp", ":ramp", |share| share),
         ("step", ":step", |share| f64::from(u8::from(share > 0.37))),
         ("warm-up", ":warm-up", |share| (-share / 0.08).exp()),

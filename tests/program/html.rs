@@ -30,6 +30,7 @@ fn tree(page: &str) -> Element {
     element(
         &closed
             .replace("<meta charset=\"utf-8\">", "")
+            .replace("<meta name=\"color-scheme\" content=\"light dark\">", "")
             .replace("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">", ""),
     )
 }
@@ -134,7 +135,6 @@ fn hostile_names_stay_text() {
         serde_json::from_str(&fs::read_to_string("data/benches/gyro-turntable.bench.json").unwrap()).unwrap();
     bench["title"] = hostile.into();
     bench["source"] = hostile.into();
-    bench["sensors"]["V"]["unit"] = hostile.into();
     campaign["bench"] = bench;
     for reading in campaign["readings"].as_array_mut().unwrap() {
         reading["position"] = hostile.into();
@@ -183,4 +183,60 @@ fn a_page_that_cannot_be_written_leaves_nothing() {
     let (code, _, errors) = tumble(&["fit", TABLE_1, "--html", path.to_str().unwrap()]);
     assert!(code == 1 && errors.contains("cannot write"), "{errors}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Every figure says in words what it shows; the page has its colours for a dark screen, and none of them on paper.
+#[test]
+fn figures_have_words_and_screens_may_be_dark() {
+    let (_, plan, _) = tumble(&["plan", TABLE_1, "--noise", "V=9e-4", "--html", "-"]);
+    let (_, diagnosis, _) = tumble(&["diagnose", TABLE_1, "--html", "-"]);
+    for text in [page(TABLE_1), page(SIX_SENSORS), plan, diagnosis] {
+        let root = tree(&text);
+        let figures = root.all("figure");
+        assert!(!figures.is_empty());
+        for figure in figures {
+            let label = figure.all("div")[0].attribute("aria-label").map(str::to_string).unwrap_or_default();
+            assert!(label.len() > 20, "'{label}'");
+        }
+        assert!(text.contains("@media screen and (prefers-color-scheme: dark)"));
+    }
+}
+
+/// The first thing on the page of a plan is what the schedule reaches.
+#[test]
+fn the_page_of_a_plan_begins_with_the_answer() {
+    let (_, text, _) = tumble(&["plan", TABLE_1, "--noise", "V=9e-4", "--html", "-"]);
+    let root = tree(&text);
+    let first = &root.all("section")[0];
+    assert_eq!(first.all("h2")[0].text, "The given schedule");
+    assert!(first.all("svg").is_empty() && text.contains("the least certain angle is"));
+}
+
+/// Coefficients of a closed form are no angles: their column is not called so, and their digits are seen.
+#[test]
+fn closed_forms_of_coefficients_have_their_digits() {
+    let (code, text, errors) = tumble(&["compare", "examples/21-gyro-skew-triad/direct.campaign.json", "--html", "-"]);
+    assert!(code != 1, "{errors}");
+    let root = tree(&text);
+    let table = &root.all("table")[0];
+    assert!(table.all("th")[0].text != "angle");
+    assert!(!table.all("td").iter().any(|cell| cell.text == "0.000"));
+}
+
+/// A name with characters that XML does not allow breaks neither page nor picture, and steers no terminal.
+#[test]
+fn names_with_forbidden_characters_are_harmless() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("odd.campaign.json");
+    let text = fs::read_to_string(TABLE_1).unwrap();
+    let odd = text.replacen("\"position\": \"1\"", "\"position\": \"\\u001b[31m\u{ffff}\"", 1);
+    assert!(odd != text);
+    fs::write(&file, odd).unwrap();
+    let file = file.display().to_string();
+    let (code, text, errors) = tumble(&["fit", &file, "--html", "-"]);
+    assert!(code != 1, "{errors}");
+    assert!(!text.contains(['\u{ffff}', '\u{1b}']));
+    assert!(!tree(&text).all("svg").is_empty());
+    let (_, table, _) = tumble(&["fit", &file, "--readings"]);
+    assert!(!table.contains('\u{1b}'));
 }

@@ -5,6 +5,7 @@ mod cli;
 mod conformity;
 mod dcc;
 mod examples;
+mod files;
 mod html;
 #[path = "../markup/mod.rs"]
 mod markup;

@@ -45,6 +45,7 @@ pub use record::record;
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
 
+use super::xml;
 use crate::error::{Fault, Malformed, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -85,7 +86,8 @@ fn svg(width: u32, height: u32, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result
         draw(&area.margin(TOP, 0, 0, 0)).and_then(|()| Ok(area.present()?))
     };
     match drawn {
-        Ok(()) => Ok(text),
+        Ok(()) if text.chars().all(xml::is_allowed) => Ok(text),
+        Ok(()) => Ok(text.chars().map(|c| if xml::is_allowed(c) { c } else { '\u{fffd}' }).collect()),
         Err(error) => Err(Malformed::new(Fault::Value, format!("the chart cannot be drawn: {error}"))),
     }
 }
@@ -121,9 +123,9 @@ mod tests {
         let wild = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MAX, -f64::MAX, f64::MIN_POSITIVE, 1.0, 1.0 + 1e-15];
         for a in wild {
             for b in wild {
-                let row = |value, bar| Interval { label: "<&\"\u{0}x".into(), value, expanded: bar };
+                let row = |value, bar| Interval { label: "<&\"\u{0}\u{ffff}\u{1b}x".into(), value, expanded: bar };
                 let text = values(&[row(a, b), row(b, a)], "angle, arcsec").unwrap();
-                assert!(!text.contains("<&") && !text.contains('\u{0}'));
+                assert!(!text.contains("<&") && text.chars().all(xml::is_allowed));
                 assert!(values(&[row(a, a)], "angle").is_ok());
                 let part = |size| Part { source: "readings".into(), type_b: false, size };
                 let bar = |size| Bar { label: "x".into(), parts: vec![part(size), part(a)] };
