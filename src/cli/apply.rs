@@ -60,6 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Box::new(std::io::stdin().lock())
     } else {
         let name = arguments.log.display();
+        super::session::reads(&arguments.log);
         Box::new(std::fs::File::open(&arguments.log).map_err(|error| {
             Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable record (CSV)")
         })?)

@@ -29,6 +29,7 @@ pub(super) fn open(path: &Path) -> Result<Record> {
     let file = std::fs::File::open(path).map_err(|error| {
         Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
     })?;
+    super::session::reads(path);
     Record::open(&name, file)
 }
 
