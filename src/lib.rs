@@ -27,7 +27,8 @@
 //! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
-//! | [`mod@compare`] | the published closed forms beside least squares; misprints |
+//! | [`mod@compare`] | the published closed forms beside least squares; misprints; calibrations of one unit |
+//! | [`correction`] | readings of a calibrated unit turned back into rates and forces; the same as source code |
 //! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
 //! | [`plan`] | a schedule judged before anyone measures; the best positions |
 //! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |

@@ -198,11 +198,8 @@ fn judge(a: &Quantity, b: &Quantity, common: f64, level: f64) -> Option<Judged> 
         return None;
     }
     let u = square.sqrt();
-    // Welch and Satterthwaite over the parts that differ; the shared one has none left
-    let own = |u: f64, dof: f64| {
-        let rest = (u * u - common).max(0.0);
-        if dof.is_finite() && dof > 0.0 { rest * rest / dof } else { 0.0 }
-    };
+    // Welch and Satterthwaite: the sum of u_i^4/nu_i over the parts of a result is its u^4/nu, whatever is shared
+    let own = |u: f64, dof: f64| if dof.is_finite() && dof > 0.0 { u.powi(4) / dof } else { 0.0 };
     let below = own(ua, a.dof) + own(ub, b.dof);
     let dof = if below > 0.0 { square * square / below } else { f64::INFINITY };
     let expanded = coverage_factor(level, dof)? * u;

@@ -373,6 +373,18 @@ fn parts(inputs: &[Input]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
             continue;
         }
         let directions = DMatrix::from_fn(which.len(), 3, |i, j| inputs[which[i]].direction[j]);
+        let perpendicular = (0..which.len())
+            .all(|i| (0..i).all(|j| inputs[which[i]].direction.dot(&inputs[which[j]].direction).abs() < 1e-15));
+        if perpendicular {
+            // directions that are perpendicular are their own inverse, without rounding
+            for k in &which {
+                let v = inputs[*k].direction / inputs[*k].direction.norm_squared();
+                if let Some(part) = parts.get_mut(*k) {
+                    *(if quantity == Quantity::Rate { &mut part.0 } else { &mut part.1 }) = v;
+                }
+            }
+            continue;
+        }
         // the singular value decomposition of at most a few unit rows cannot fail on finite numbers; zeros would say so in the readings
         let Ok(inverse) = directions.pseudo_inverse(1e-9) else { continue };
         for (column, k) in which.iter().enumerate() {

@@ -27,8 +27,8 @@ const MOST: f64 = 100.0;
 ///
 /// ```
 /// use tumble::noise::{Kind, equivalent_dof};
-/// // 2/edf is the relative variance: 999 neighbouring differences of white noise have 3/4 of as many degrees less than two thirds
-/// assert!((equivalent_dof(Kind::Allan, 0, 1, 1001).unwrap() - 665.9).abs() < 0.2);
+/// // white noise, neighbouring differences of 1001 phases: autocorrelations -1/3 and -1/6 in the paper's model, M/(1 + 2 (1/9 + 1/36))
+/// assert!((equivalent_dof(Kind::Allan, 0, 1, 1001).unwrap() - 782.03).abs() < 0.01);
 /// ```
 pub fn equivalent_dof(kind: Kind, alpha: i32, m: u64, phases: u64) -> Option<f64> {
     let d = if kind == Kind::Hadamard { 3.0 } else { 2.0 };

@@ -248,7 +248,9 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
         .map(|(joint, [deg, deg_s, turns])| {
             JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
                 let error = match error.finding() {
-                    Some("neither") => error.found(format!("neither among {}", keys.join(", "))),
+                    Some("neither") if keys.iter().all(|key| is_plain(key)) => {
+                        error.found(format!("neither among {}", keys.join(", ")))
+                    }
                     _ => error,
                 };
                 error.under(&place)
@@ -280,4 +282,9 @@ fn not_a_number(place: &str, key: &str, found: &str) -> Malformed {
         .expected("a finite number; leave the value out where nothing was read")
         .found(found.to_string())
         .at_path(format!("{place}.{key}"))
+}
+
+/// Is this what a person would call a column? What is not may be a line of a file that is no table, and is not quoted.
+fn is_plain(key: &str) -> bool {
+    key.chars().all(|c| c.is_alphanumeric() || " _-.()[]/°%²".contains(c)) && key.chars().count() <= 60
 }

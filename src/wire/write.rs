@@ -103,8 +103,14 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
     }
     // a bench that stands elsewhere keeps the campaign's site, unless it is the campaign's own
     let named = !matches!(bench, BenchRef::Inline(_));
+    let own_site = match &bench {
+        BenchRef::Named(id) => crate::bench::built_in(id)
+            .and_then(|own| super::read_bench(&super::Source { name: id.clone(), text: own.text.into() }).ok())
+            .and_then(|own| own.site),
+        BenchRef::Inline(_) => None,
+    };
     CampaignFile {
-        site: campaign.bench.site.as_ref().filter(|_| named).map(SiteFile::of),
+        site: campaign.bench.site.as_ref().filter(|site| named && own_site.as_ref() != Some(*site)).map(SiteFile::of),
         rate_u_ppm: Named(
             campaign.bench.rate_u.iter().filter(|_| named).map(|(joint, u)| (joint.clone(), u * 1e6)).collect(),
         ),

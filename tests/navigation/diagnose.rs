@@ -276,19 +276,23 @@ fn what_is_not_in_the_catalogue_is_unexplained() {
     let cases: [(&str, Truth<'_>); 3] =
         [("an error that starts late", &late), ("a random walk that is not stated", &walk), ("one bad value", &bad)];
     for (name, truth) in cases {
-        let verdicts: Vec<(Verdict, String)> = (0..count)
+        let verdicts: Vec<(bool, String)> = (0..count)
             .into_par_iter()
             .map(|seed| {
                 let found =
                     diagnose(&mission, &measured(&times, &truth(seed), 31 * seed, true), &Settings::default()).unwrap();
                 let named = names(&found).join(" + ");
-                (found.verdict, found.unexplained.map_or(named, |u| u.pattern))
+                // an error that starts late is a step of its source: that name is right, any constant one is not
+                let source = ["gyro_bias_y", "accelerometer_bias_x", "gyro_bias_z"][seed as usize % 3];
+                let step = name == "an error that starts late" && named.starts_with(&format!("{source}:step("));
+                let right = found.verdict == Verdict::Unexplained || (step && found.findings.len() == 1);
+                (right, found.unexplained.map_or(named, |u| u.pattern))
             })
             .collect();
-        let unexplained = verdicts.iter().filter(|(verdict, _)| *verdict == Verdict::Unexplained).count();
-        println!("{name}: unexplained in {unexplained} of {count}; for example: {}", verdicts[0].1);
-        verdicts.iter().filter(|(v, _)| *v == Verdict::EffectsFound).for_each(|(_, text)| println!("  named: {text}"));
-        assert!(unexplained as f64 >= 0.95 * count as f64, "{name}");
+        let right = verdicts.iter().filter(|(right, _)| *right).count();
+        println!("{name}: unexplained, or the step that it is, in {right} of {count}; for example: {}", verdicts[0].1);
+        verdicts.iter().filter(|(right, _)| !right).for_each(|(_, text)| println!("  named: {text}"));
+        assert!(right as f64 >= 0.95 * count as f64, "{name}");
     }
 }
 
