@@ -78,27 +78,18 @@ pub(super) fn covariance(gram: &Gram, squares: [f64; 4]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::{Kind, equivalent_dof};
 
-    /// The variance of one Allan variance is 2/edf of Greenhall and Riley.
+    /// White noise: 2/edf with edf = (3 (N - 1)/(2 m) - 2 (N - 2)/N) 4 m^2/(4 m^2 + 5), N phases (NIST SP 1065, 5.4.1).
     #[test]
     fn on_the_diagonal_stand_the_degrees_of_freedom() {
-        for (part, alpha, tolerance) in [(1, 0, 0.01), (2, -1, 0.02), (3, -2, 0.02)] {
-            for m in [1_u64, 4, 16, 128] {
-                let samples = 20_000;
-                let positions = samples + 1 - 2 * m;
-                let mut squares = [0.0; 4];
-                squares[part] = 1.0;
-                let m_ = m as f64;
-                let level = [3.0 / (m_ * m_), 1.0 / m_, 2.0 * 2f64.ln() / PI, m_ / 3.0][part];
-                let variance = covariance(&gram((m, positions), (m, positions)).unwrap(), squares);
-                let edf = equivalent_dof(Kind::Allan, alpha, m, samples + 1).unwrap();
-                let ours = 2.0 * level * level / variance;
-                // noise sampled at its own steps (m = 1) is not the paper's, whose phases are averaged over a sample
-                if m > 1 {
-                    assert!((ours / edf - 1.0).abs() < tolerance + 0.03, "{alpha} {m}: {ours} {edf}");
-                }
-            }
+        let samples = 20_000_u64;
+        for m in [1_u64, 4, 16] {
+            let variance =
+                covariance(&gram((m, samples + 1 - 2 * m), (m, samples + 1 - 2 * m)).unwrap(), [0.0, 1.0, 0.0, 0.0]);
+            let (m, n) = (m as f64, samples as f64 + 1.0);
+            let edf = (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
+            let ours = 2.0 / (m * m * variance);
+            assert!((ours / edf - 1.0).abs() < 0.01, "{m}: {ours} {edf}");
         }
     }
 }
