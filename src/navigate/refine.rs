@@ -20,7 +20,7 @@ const MOST_CHANGING: usize = 3;
 /// Share of the rows that single wrong values may make up.
 const SINGLE: f64 = 0.05;
 /// Cost of rank: what decides among causes that fit alike, in variances of the noise.
-pub(super) const RANK: f64 = 0.4;
+pub(super) const RANK: f64 = 2.0;
 
 /// A set of causes, refined.
 #[derive(Clone)]
