@@ -95,7 +95,7 @@ def test_commands():
 
 
 def test_simulated_readings_come_back():
-    truth = {"values": {"a": 2.0, "b": -1.0}, "noise": {"y": {"sd": 0.0}}}
+    truth = {"values": {"a": {"value": 2.0}, "b": {"value": -1.0}}, "noise": {"y": {"sd": 0.0}}}
     campaign = tumble.simulate(LINE, truth, seed=3)
     fit = tumble.fit(campaign)
     assert fit["a"].value == pytest.approx(2, abs=1e-12) and fit["b"].value == pytest.approx(-1, abs=1e-12)

@@ -23,7 +23,8 @@ fn agrees(folder: &str, file: &str) {
         let (value, u) = match found.parameters.iter().find(|own| own.id == *name) {
             Some(own) => (own.value, own.uncertainty),
             None => {
-                let own = found.derived.iter().find(|own| own.id == *name).unwrap_or_else(|| panic!("{folder}: {name}"));
+                let own =
+                    found.derived.iter().find(|own| own.id == *name).unwrap_or_else(|| panic!("{folder}: {name}"));
                 let unit = found.campaign.derived.iter().find(|own| own.id == *name).map(|own| own.unit.clone());
                 println!("{folder}: {name} = {:?} {}", own.value, unit.unwrap_or_default());
                 (own.value, own.uncertainty)
@@ -31,7 +32,10 @@ fn agrees(folder: &str, file: &str) {
         };
         let (value, u) = (value.expect(name), u.expect(name).u);
         let scale = if found.derived.iter().any(|own| own.id == *name && own.is_angle) { ARCSEC } else { 1.0 };
-        assert!((value * scale - pair[0].as_f64().unwrap()).abs() < 1e-6 * u * scale, "{folder}: {name} {value} {pair}");
+        assert!(
+            (value * scale - pair[0].as_f64().unwrap()).abs() < 1e-6 * u * scale,
+            "{folder}: {name} {value} {pair}"
+        );
         if let Some(theirs) = pair[1].as_f64() {
             assert!((u * scale / theirs - 1.0).abs() < 1e-6, "{folder}: u of {name} {u} {pair}");
         }
