@@ -44,7 +44,9 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         let cells = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, level);
     }
-    for s in 0..campaign.bench.sensors.len() {
+    // readings that share a deviation lie on one side of the fit together: their order says nothing of drift
+    let independent = 0..if step.scattered.is_none() { campaign.bench.sensors.len() } else { 0 };
+    for s in independent {
         let own: Vec<f64> = design
             .rows
             .iter()
@@ -56,8 +58,12 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     }
     let studentized: Vec<f64> = (0..readings)
         .filter_map(|i| {
-            let (v, r) = (estimate.residuals.get(i)?, estimate.redundancy.get(i)?);
-            (*r > 1e-6).then(|| v / (u.get(i).copied().unwrap_or(1.0) * r.sqrt()))
+            // deviations that are shared are taken out of the residuals
+            let (v, r) = match &step.scattered {
+                Some(found) => (*found.standardized.get(i)?, found.redundancy.get(i)?),
+                None => (estimate.residuals.get(i)? / u.get(i).copied().unwrap_or(1.0), estimate.redundancy.get(i)?),
+            };
+            (*r > 1e-6).then(|| v / r.sqrt())
         })
         .collect();
     checks.normality = quality::normality(&studentized);

@@ -1,6 +1,7 @@
 //! Time series of a mission as CSV or Parquet, row by row: memory does not grow with the mission.
 
 use super::ARCSEC;
+use crate::navigate::measured::CHANNEL_NAMES;
 use crate::navigate::run::{NavigationError, Row, Scenario};
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
@@ -12,16 +13,10 @@ use std::io::Write;
 use std::sync::Arc;
 
 /// Names of the columns of numbers; `motion` and `scenario` stand before them.
-pub const COLUMNS: [&str; 8] = [
-    "time_s",
-    "phi_east_arcsec",
-    "phi_north_arcsec",
-    "phi_up_arcsec",
-    "velocity_east_m_s",
-    "velocity_north_m_s",
-    "position_east_m",
-    "position_north_m",
-];
+pub const COLUMNS: [&str; 8] = {
+    let [phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n] = CHANNEL_NAMES;
+    ["time_s", phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n]
+};
 
 /// Rows of a Parquet row group.
 const GROUP: usize = 1 << 16;
