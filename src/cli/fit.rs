@@ -80,11 +80,11 @@ const MOST_VALUES: usize = 1 << 29;
 /// Monte Carlo with a bar on stderr (only where that is a terminal).
 fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> {
     let outputs = fit.parameters.len() + fit.derived.len();
-    let values = |trials: usize| monte_carlo::values_kept(trials, outputs, fit.settings.level);
-    if values(trials) > MOST_VALUES {
-        let most = (0..60).map(|k| 1_usize << k).take_while(|trials| values(*trials) <= MOST_VALUES).last();
-        return Err(Malformed::new(Fault::Value, "what so many trials leave to be kept does not fit into memory")
-            .expected(format!("--monte-carlo of at most {} for this campaign", most.unwrap_or(1)))
+    let fits = |trials: usize| monte_carlo::values_kept(trials, outputs, fit.settings.level) <= MOST_VALUES;
+    if !fits(trials) {
+        let most = (0..60).map(|k| 1_usize << k).take_while(|trials| fits(*trials)).last().unwrap_or(1);
+        return Err(Malformed::new(Fault::Value, "so many trials do not fit into memory")
+            .expected(format!("--monte-carlo of at most {} for this campaign", most.min(fit::MOST_TRIALS)))
             .found(trials.to_string()));
     }
     let bar = super::bar(trials as u64);

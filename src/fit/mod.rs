@@ -31,7 +31,7 @@ pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
 pub use noise::{Noise, Source, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
-pub use propagate::{Drawn, Joint, draw};
+pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub use scatter::{own_noise, scatter_lines, stated_variances, whitening};
