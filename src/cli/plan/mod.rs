@@ -6,7 +6,7 @@ mod asked;
 pub(super) use arguments::Arguments;
 
 use super::outputs::Outputs;
-use super::{Outcome, files, simulate};
+use super::{Outcome, files};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::diagnosis;
 use crate::error::{Malformed, Result};
@@ -157,7 +157,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         // the file has the model of the one that was given
         let given = without.as_ref().unwrap_or(&asked);
         let schedule = given.with_readings(to_write(&asked.readings, run, kept, found.is_some()));
-        let file = wire::campaign_file(&schedule, simulate::bench_ref(&schedule));
+        let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
         outputs.add(path, files::json(&file)?);
     }
     if let Some(path) = &arguments.html {
