@@ -5,6 +5,7 @@
 
 mod bench_file;
 mod campaign_file;
+mod columns;
 mod correction_file;
 mod csv_readings;
 mod derived_file;
