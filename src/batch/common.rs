@@ -18,6 +18,8 @@ use std::collections::HashMap;
 
 /// Above this condition number one step of refinement is not enough.
 const ILL: f64 = 1e4;
+/// Rows whose uncertainties differ by more than this factor are not solved by products.
+const UNLIKE: f64 = 100.0;
 /// Share of a threshold within which the exact probability decides.
 const SLACK: f64 = 1e-6;
 
@@ -106,7 +108,7 @@ impl Common {
     /// What devices with these readings' schedule share; `None` where each needs a fit of its own.
     ///
     /// That is: a model that is not linear in its unknowns (unless the linear estimator is asked for), constraints, scatter, robust weights,
-    /// scales of several sensors to estimate, closed circles, unknowns that are not estimable, readings that cannot be fitted.
+    /// scales of several sensors to estimate, uncertainties that differ by more than a factor of 100, closed circles, unknowns that are not estimable, readings that cannot be fitted.
     /// `sensors` are those whose values a device's row has, in its order.
     pub fn new(campaign: &Campaign, settings: &Settings, sensors: &[usize]) -> Option<Common> {
         let plain = settings.robust.is_none()
@@ -129,6 +131,11 @@ impl Common {
         let scaled = system.group.iter().all(|group| *group == Group::Estimated(0));
         let stated = system.group.iter().all(|group| *group == Group::Known);
         if system.group.is_empty() || !(scaled || stated) {
+            return None;
+        }
+        // rows of very different weight want the refinement of a fit of their own
+        let (least, most) = system.u.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), u| (a.min(*u), b.max(*u)));
+        if most > UNLIKE * least {
             return None;
         }
         let estimate = adjust(&system, &settings.adjust).ok()?;
