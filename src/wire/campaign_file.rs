@@ -255,6 +255,20 @@ impl CampaignFile {
                 constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
             campaign.constraints.push(constraint);
         }
+        for quantity in campaign.bench.derived.clone() {
+            let role =
+                |name: &str| campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k)).map(|p| &p.role);
+            let given = |name: &str| matches!(role(name), Some(Role::Estimated { .. } | Role::Known(_)));
+            let asked = |name: &str| matches!(role(name), Some(Role::Estimated { .. }));
+            let names = quantity.line.names();
+            let replaced = self.derived.0.iter().any(|(id, _)| *id == quantity.id);
+            if !replaced && names.iter().all(|name| given(name)) && names.iter().any(|name| asked(name)) {
+                let path = format!("bench.derived.{}", quantity.id);
+                let derived = campaign::derived(&campaign, &quantity.id, quantity.line, quantity.unit.as_deref())
+                    .map_err(|e| e.under(&path))?;
+                campaign.derived.push(derived);
+            }
+        }
         for (id, own) in self.derived.0 {
             let (text, below, unit) = own.parts();
             let path = format!("derived.{id}{below}");

@@ -10,6 +10,7 @@ mod csv_readings;
 mod derived_file;
 mod device_readings;
 mod effects_file;
+mod front;
 mod imu_errors_file;
 mod kind;
 mod lab;
@@ -38,6 +39,7 @@ pub use correction_file::{
 pub use derived_file::{DerivedFile, DerivedLine};
 pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
+pub use front::bench_ref;
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
