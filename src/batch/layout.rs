@@ -31,11 +31,8 @@ impl Layout {
         let mut layout = Layout::default();
         let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
         for (place, column) in columns.iter().enumerate() {
-            // a key is the whole title; a table of other programs may have its unit behind the name
-            let key = [column.title.as_str(), column.name.as_str()]
-                .into_iter()
-                .find(|key| part(bench, &used, key).is_some())
-                .unwrap_or(column.title.as_str());
+            // a key is the whole title: a unit behind it would have to be converted
+            let key = column.title.as_str();
             let kind = match part(bench, &used, key) {
                 _ if Some(place) == by => continue,
                 Some(kind) => kind,

@@ -101,6 +101,7 @@ impl Question {
         };
         let bench = self.bench(&mut inputs)?;
         let readings = if is_parquet(path) {
+            self.refuse_columns()?;
             let others = |_: &str| true;
             let mut found = None;
             let name = path.display().to_string();
@@ -125,7 +126,7 @@ impl Question {
         } else {
             let (source, input) = files::read_input(path)?;
             inputs.push(input);
-            wire::read_readings(&bench, &source)?
+            wire::read_readings(&bench, &source, &self.file.columns)?
         };
         let campaign = self.file.clone().with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
         Ok((campaign, self.source.clone(), inputs))
@@ -141,8 +142,20 @@ impl Question {
         bench.map_err(|error| wire::locate(error, &self.source))
     }
 
+    /// Titles of their own are read from one CSV of one device only.
+    fn refuse_columns(&self) -> Result<()> {
+        if self.file.columns.is_empty() {
+            return Ok(());
+        }
+        Err(Malformed::new(Fault::Value, "\"columns\" is for a CSV of one device; here are many, or Parquet")
+            .expected("columns under the keys of a reading, and no \"columns\" in the campaign")
+            .at_path("columns"))
+        .map_err(|error| wire::locate(error, &self.source))
+    }
+
     /// The table of devices: files, or the campaign's own readings.
     pub(super) fn table<'a>(&'a self, others: Others<'a>, chart: Option<&'a str>) -> Result<Table<'a>> {
+        self.refuse_columns()?;
         let mut inputs = vec![self.input.clone()];
         let bench = self.bench(&mut inputs)?;
         let mut table = Table {

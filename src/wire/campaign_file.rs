@@ -78,6 +78,10 @@ pub struct CampaignFile {
     /// The column of the readings that tells devices apart: one fit for each of its values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
+    /// Columns of a CSV of readings that have names of their own, by the key that they stand for: `"theta_deg": "Winkel (deg)"`. A unit in
+    /// brackets is converted to the key's.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub columns: Named<String>,
     /// The readings, or the path of a CSV file with the same keys as columns.
     pub readings: ReadingsRef,
 }
@@ -223,8 +227,18 @@ impl CampaignFile {
     pub fn into_campaign(mut self, fetch: Fetch<'_>) -> Result<Campaign> {
         let bench = self.own_bench(fetch)?;
         let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {
+            ReadingsRef::Inline(_) if !self.columns.is_empty() => {
+                return Err(Malformed::new(
+                    Fault::Value,
+                    "\"columns\" names columns of a file, and the readings stand here",
+                )
+                .expected("the path of a CSV file as \"readings\", or no \"columns\"")
+                .at_path("columns"));
+            }
             ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
-            ReadingsRef::Path(path) => csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?)?,
+            ReadingsRef::Path(path) => {
+                csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?, &self.columns)?
+            }
         };
         self.with(bench, readings)
     }

@@ -5,6 +5,7 @@
 
 mod bench_file;
 mod campaign_file;
+mod columns;
 mod correction_file;
 mod csv_readings;
 mod derived_file;
@@ -148,9 +149,9 @@ pub fn campaign_from(file: CampaignFile, source: &Source, fetch: Fetch<'_>) -> R
     file.into_campaign(fetch).map_err(|error| in_source(error, source))
 }
 
-/// Readings of a CSV file.
-pub fn read_readings(bench: &Bench, source: &Source) -> Result<crate::campaign::Readings> {
-    csv_readings::read(bench, source)
+/// Readings of a CSV file, whose columns may have the names that `columns` gives them.
+pub fn read_readings(bench: &Bench, source: &Source, columns: &Named<String>) -> Result<crate::campaign::Readings> {
+    csv_readings::read(bench, source, columns)
 }
 
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.

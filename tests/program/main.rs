@@ -3,6 +3,7 @@
 mod bad_input;
 mod by;
 mod cli;
+mod columns;
 mod conformity;
 mod dcc;
 mod examples;
