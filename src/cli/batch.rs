@@ -8,7 +8,7 @@ use crate::batch::{self, Device, Ended, Fleet, Layout, Row, Summary, Use};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit;
+use crate::fit::Settings;
 use crate::record::{Column, Record};
 use crate::report::{self, Input};
 use crate::wire::{self, CampaignFile, ReadingFile, ReadingsRef, Source};
@@ -374,7 +374,7 @@ fn is_parquet(path: &Path) -> bool {
 pub(super) fn fit(
     question: &Question,
     many: &Many,
-    settings: &fit::Settings,
+    settings: &Settings,
     json: Option<&Path>,
     pages: &Pages,
 ) -> Result<Outcome> {

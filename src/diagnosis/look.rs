@@ -132,6 +132,13 @@ impl<'a> Pass<'a> {
         Ok((design, weighted, candidates, arena))
     }
 
+    /// How many directions are tested together, and for how many tests the probability of each candidate accounts.
+    pub fn tests(&mut self) -> Result<(usize, Vec<(String, Option<usize>, f64)>)> {
+        let (_, _, candidates, arena) = self.arena()?;
+        let tests = arena.tests;
+        Ok((tests, candidates.into_iter().map(|c| (c.regressor, c.sensor, tests as f64)).collect()))
+    }
+
     /// Look; in a long campaign again, as long as a bad reading, a position or a step without a column is significant beside what was found.
     pub fn look(&mut self) -> Result<Look> {
         let mut look = self.look_here()?;

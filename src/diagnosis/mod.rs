@@ -39,6 +39,7 @@ mod catalogue;
 mod finding;
 mod foresee;
 mod holdout;
+mod level;
 mod linear;
 mod look;
 mod noise;
