@@ -36,6 +36,7 @@
 //! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
+//! | [`batch`] | many devices through one schedule: what they share done once, one row for each |
 //! | [`mod@compare`] | the published closed forms beside least squares; misprints; calibrations of one unit |
 //! | [`correction`] | readings of a calibrated unit turned back into rates and forces; the same as source code |
 //! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
@@ -57,6 +58,7 @@
 //! * Nothing panics, whatever the input; the library neither prints nor reads files.
 
 pub mod algebra;
+pub mod batch;
 pub mod bench;
 pub mod campaign;
 pub mod cli;

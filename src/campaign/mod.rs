@@ -48,6 +48,8 @@ pub struct Campaign {
     pub limits: Vec<Limit>,
     /// The rule of that judgement.
     pub decision: Decision,
+    /// The column of the readings that tells devices apart, where they are many.
+    pub by: Option<String>,
 }
 
 /// What a campaign asks for, before it is matched with the bench's names.
@@ -158,6 +160,7 @@ impl Campaign {
             limits: Vec::new(),
             decision: Decision::default(),
             scatter: Vec::new(),
+            by: None,
         })
     }
 

@@ -2,7 +2,7 @@
 
 use super::outputs::Outputs;
 use super::pages;
-use super::{Outcome, files};
+use super::{Outcome, batch, batch_diagnose, files};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
 use crate::report::{self, html};
@@ -35,6 +35,11 @@ pub(super) struct Arguments {
     /// is largest.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: several without '--by' are a device each.
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "measured")]
+    readings: Vec<PathBuf>,
+    #[command(flatten)]
+    many: batch::Many,
     #[command(flatten)]
     pages: pages::Pages,
 }
@@ -55,7 +60,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
             .expected("--measured FILE with measured navigation errors"));
     }
-    let (campaign, source, mut inputs) = files::campaign_and_inputs(&arguments.campaign)?;
+    let question = batch::Question::read(&arguments.campaign, &arguments.many, &arguments.readings)?;
+    let many = question.is_of_many();
+    let (campaign, source, mut inputs) = match many {
+        true => (None, question.source().clone(), Vec::new()),
+        false => {
+            let (campaign, source, inputs) = question.single()?;
+            (Some(campaign), source, inputs)
+        }
+    };
     let own = match &arguments.effects {
         Some(path) => {
             let (effects, input) = files::read_input(path)?;
@@ -65,6 +78,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         None => None,
     };
     let catalogue = Catalogue::new(own)?;
+    let settings = diagnosis::Settings { significance: arguments.significance };
+    let Some(campaign) = campaign else {
+        let single = [
+            (arguments.write_model.is_some(), "--write-model"),
+            (arguments.svg.is_some(), "--svg"),
+            (arguments.pages.is_asked_for(), "--html or --md"),
+            (arguments.json.is_some(), "--json"),
+        ];
+        if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
+            return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
+                .expected("--to FILE for a row a device, or the readings of one device"));
+        }
+        return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings);
+    };
+    arguments.many.refuse_alone()?;
+    if let Some(note) = batch::repeated(&campaign) {
+        super::note(&note);
+    }
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
     let [html, md] = arguments.pages.paths();
     let [bench, repaired] = match &model_names {
@@ -73,7 +104,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let (svg, json) = (arguments.svg.as_deref(), arguments.json.as_deref());
     let mut outputs = Outputs::plan([html, md, svg, json, bench, repaired])?;
-    let settings = diagnosis::Settings { significance: arguments.significance };
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);

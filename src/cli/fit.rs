@@ -1,7 +1,7 @@
 //! `tumble fit CAMPAIGN`.
 
 use super::outputs::Outputs;
-use super::{Outcome, files, pages};
+use super::{Outcome, batch, files, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
 use crate::report;
@@ -48,9 +48,12 @@ pub(super) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Also list every reading with its residual, redundancy and minimal detectable bias.
-    #[arg(long)]
-    readings: bool,
+    /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: several without '--by' are a device each.
+    /// Without a FILE: also list every reading with its residual, redundancy and minimal detectable bias.
+    #[arg(long, value_name = "FILE", num_args = 0..)]
+    readings: Option<Vec<PathBuf>>,
+    #[command(flatten)]
+    many: batch::Many,
     #[command(flatten)]
     pages: pages::Pages,
     #[command(flatten)]
@@ -93,21 +96,51 @@ fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> 
     drawn
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
-    let [html, md] = arguments.pages.paths();
-    let mut outputs = Outputs::plan([html, md, arguments.certificate.path(), arguments.json.as_deref()])?;
+fn settings(arguments: &Arguments) -> fit::Settings {
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
-    let settings = fit::Settings {
+    fit::Settings {
         estimator: if arguments.linear { Estimator::Linear } else { Estimator::Exact },
         level: arguments.level,
         weighting,
         robust: arguments.robust,
         remount: arguments.remount.unwrap_or_default(),
         ..fit::Settings::default()
-    };
+    }
+}
+
+/// One fit for each device.
+fn many(arguments: &Arguments, question: batch::Question) -> Result<Outcome> {
+    let single = [
+        (arguments.monte_carlo.is_some(), "--monte-carlo"),
+        (arguments.budget, "--budget"),
+        (arguments.correction, "--correction"),
+        (arguments.certificate.path().is_some(), "--dcc"),
+        (arguments.readings.as_ref().is_some_and(Vec::is_empty), "--readings without a file"),
+    ];
+    if let Some((_, option)) = single.iter().find(|(asked, _)| *asked) {
+        return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
+            .expected("the readings of one device, for example --readings ONE.csv with a campaign without \"by\""));
+    }
+    batch::fit(&question, &arguments.many, &settings(arguments), arguments.json.as_deref(), &arguments.pages)
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    let own_files = arguments.readings.as_deref().unwrap_or_default();
+    let question = batch::Question::read(&arguments.campaign, &arguments.many, own_files)?;
+    if question.is_of_many() {
+        return many(arguments, question);
+    }
+    let (campaign, source, inputs) = question.single()?;
+    arguments.many.refuse_alone()?;
+    if let Some(note) = batch::repeated(&campaign) {
+        super::note(&note);
+    }
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, arguments.certificate.path(), arguments.json.as_deref()])?;
+    let settings = settings(arguments);
     let fit = fit::fit_owned(campaign, &settings).map_err(|error| wire::locate(error, &source))?;
-    let lists = arguments.readings || arguments.json.is_some() || arguments.pages.is_asked_for();
+    let listed = arguments.readings.is_some() && own_files.is_empty();
+    let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();
     let mut report = if lists { report::fit_report(&fit) } else { report::fit_summary(&fit) };
     report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
@@ -122,7 +155,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::table::fit(&report, arguments.readings))?;
+        super::print(&report::table::fit(&report, listed))?;
         if arguments.correction {
             super::print(&report::correction_table(&report))?;
         }

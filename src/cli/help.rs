@@ -20,8 +20,11 @@ pub(super) const FIT: &str = "Examples:
   tumble fit table1.campaign.json --budget --readings
   tumble fit table1.campaign.json --html report.html --json report.json
   tumble fit table1.campaign.json --json - | jq .parameters
+  tumble fit gyro.campaign.json --readings today.csv
+  tumble fit gyro.campaign.json --by serial --readings 'runs/*.parquet' --to devices.parquet --html line.html
 
-Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, or the global test failed.";
+Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, the global test failed, or with many devices
+some of them is rejected, malformed or outside its limits.";
 
 /// `compare`.
 pub(super) const COMPARE: &str = "Example:
@@ -34,6 +37,7 @@ pub(super) const DIAGNOSE: &str = "Examples:
   tumble diagnose table1.campaign.json
   tumble diagnose table1.campaign.json --effects mine.effects.json --html gap.html
   tumble diagnose table1.campaign.json --write-model repaired.bench.json
+  tumble diagnose gyro.campaign.json --by serial --to effects.csv
   tumble diagnose sea.mission.json --measured errors.csv
 
 Exit codes: 0 nothing is missing; 1 the question is malformed; 2 effects were found, or the gap is unexplained.";

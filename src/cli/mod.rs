@@ -5,6 +5,8 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)] // both panic where nobody listens
 
 mod apply;
+mod batch;
+mod batch_diagnose;
 mod bench;
 mod calibrations;
 mod check;
@@ -14,6 +16,7 @@ mod embedded;
 mod export;
 mod files;
 mod fit;
+mod globs;
 mod help;
 mod log;
 mod navigate;
@@ -23,6 +26,7 @@ mod outputs;
 mod pages;
 mod plan;
 mod reduce;
+mod rows;
 mod session;
 mod shell;
 mod show_error;

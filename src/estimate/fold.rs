@@ -75,15 +75,14 @@ impl Fold {
                 .expected((size - 1).to_string())
                 .found(n.to_string()));
         }
-        let group = vec![Group::Known; k];
-        let block = System { rows: rows.to_owned(), observed: observed.to_vec(), u: u.to_vec(), group };
-        block.check()?;
-        let work = Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
-            None => self.triangle[(i, j)],
-            Some(i) if j < n => block.rows[(i, j)] / u[i],
-            Some(i) => observed[i] / u[i],
-        });
-        let largest = (0..size).flat_map(|j| work.col_as_slice(j)).fold(0.0_f64, |most, a| most.max(a.abs()));
+        check(rows, observed, u)?;
+        let mut work: Vec<f64> = Vec::with_capacity(k * size);
+        for j in 0..n {
+            work.extend(u.iter().enumerate().map(|(i, u)| rows[(i, j)] / u));
+        }
+        work.extend(observed.iter().zip(u).map(|(y, u)| y / u));
+        let own = (0..size).flat_map(|j| self.triangle.col_as_slice(j));
+        let largest = work.iter().chain(own).fold(0.0_f64, |most, a| most.max(a.abs()));
         if largest > 1e150 {
             return Err(Malformed::new(
                 Fault::Value,
@@ -91,7 +90,18 @@ impl Fold {
             )
             .expected("units in which numbers stay below 1e150"));
         }
-        self.triangle = triangle(work);
+        // squares of such numbers are none; the general factorisation scales them
+        let tiny =
+            |column: &[f64]| (1e-300..1e-140).contains(&column.iter().fold(0.0_f64, |most, a| most.max(a.abs())));
+        if work.chunks_exact(k.max(1)).any(tiny) {
+            let below = |i: usize, j: usize| work.get(j * k + i).copied().unwrap_or_default();
+            self.triangle = triangle(Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
+                None => self.triangle[(i, j)],
+                Some(i) => below(i, j),
+            }));
+        } else {
+            update(&mut self.triangle, &mut work, k);
+        }
         self.rows += k;
         Ok(())
     }
@@ -142,6 +152,63 @@ impl Fold {
             estimable,
         })
     }
+}
+
+/// The question as [`System::check`] asks it, of a block whose rows are borrowed.
+fn check(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<()> {
+    let (k, n) = rows.shape();
+    let plain = observed.len() == k
+        && u.len() == k
+        && observed.iter().all(|y| y.is_finite())
+        && u.iter().all(|u| u.is_finite() && *u > 0.0)
+        && (0..n).all(|j| rows.col(j).iter().all(|a| a.is_finite()));
+    if plain {
+        return Ok(());
+    }
+    // said with the place and in the words of a system
+    let group = vec![Group::Known; k];
+    System { rows: rows.to_owned(), observed: observed.to_vec(), u: u.to_vec(), group }.check()
+}
+
+/// A triangle with `k` rows below it to a triangle again: a reflection for each column, in which the zeros of the triangle take no part
+/// (G. H. Golub, C. F. Van Loan, Matrix Computations, 6.5.3). `work` has the columns of the rows, one after the other.
+fn update(triangle: &mut Mat<f64>, work: &mut [f64], k: usize) {
+    let size = triangle.ncols();
+    if k == 0 {
+        return;
+    }
+    for j in 0..size {
+        let (before, after) = work.split_at_mut((j + 1) * k);
+        let Some(own) = before.get(j * k..) else { continue };
+        let squares = dot(own, own);
+        let alpha = triangle[(j, j)];
+        if squares == 0.0 {
+            continue;
+        }
+        let beta = -(alpha * alpha + squares).sqrt().copysign(alpha);
+        let first = alpha - beta;
+        let scale = 2.0 / (first * first + squares);
+        triangle[(j, j)] = beta;
+        for (l, column) in after.chunks_exact_mut(k).enumerate() {
+            let top = &mut triangle[(j, j + 1 + l)];
+            let along = scale * (first * *top + dot(own, column));
+            *top -= along * first;
+            column.iter_mut().zip(own).for_each(|(x, v)| *x -= along * v);
+        }
+    }
+}
+
+/// In four sums, which a processor adds side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (x, y) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in x.zip(y) {
+        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
+            *sum += x * y;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// From so many rows on a triangle is folded block by block: a factorisation of all rows at once would pack kilobytes for each.

@@ -105,7 +105,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
 }
 
 /// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.
-fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
+pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
     let used: Vec<Vec<usize>> = campaign
         .bench
         .sensors

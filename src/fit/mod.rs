@@ -8,6 +8,7 @@
 
 mod checks;
 mod conditional;
+mod conformity;
 mod gauss_newton;
 mod least_absolute;
 mod linear;
@@ -27,12 +28,15 @@ mod step;
 mod system;
 
 pub use checks::Checks;
+pub(crate) use checks::cells;
 pub use conditional::Conditional;
+pub use conformity::{Conformity, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
 pub use noise::{Noise, Source, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
+pub(crate) use ranges::{LEAST, MOST, check_rows};
 pub use questions::Angle;
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
@@ -295,25 +299,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
             .found(settings.level.to_string()));
     }
     check_combination(campaign, settings)?;
-    ranges::check(campaign)?;
-    if campaign.unknowns() == 0 {
-        return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
-            .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
-            .at_path("estimate"));
-    }
-    if !campaign.is_measured() {
-        let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
-        let what =
-            if campaign.readings.rows.is_empty() { "there are no readings" } else { "no reading has a sensor value" };
-        return Err(Malformed::new(Fault::Missing, what)
-            .expected(format!("readings with a value for {}", sensors.join(" or ")))
-            .found(if campaign.readings.rows.is_empty() {
-                "an empty list"
-            } else {
-                "a schedule (positions without values)"
-            })
-            .at_path("readings"));
-    }
+    askable(campaign)?;
     let spelled_out = match scatter::spelled_out(campaign, settings.remount)? {
         Cow::Owned(longer) => Some(longer),
         Cow::Borrowed(_) => None,
@@ -386,6 +372,30 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
         linearisation_error,
         nonlinearity,
     })
+}
+
+/// Refuse a campaign that asks nothing, or whose numbers no fit can square.
+pub(crate) fn askable(campaign: &Campaign) -> Result<()> {
+    ranges::check(campaign)?;
+    if campaign.unknowns() == 0 {
+        return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
+            .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
+            .at_path("estimate"));
+    }
+    if !campaign.is_measured() {
+        let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+        let what =
+            if campaign.readings.rows.is_empty() { "there are no readings" } else { "no reading has a sensor value" };
+        return Err(Malformed::new(Fault::Missing, what)
+            .expected(format!("readings with a value for {}", sensors.join(" or ")))
+            .found(if campaign.readings.rows.is_empty() {
+                "an empty list"
+            } else {
+                "a schedule (positions without values)"
+            })
+            .at_path("readings"));
+    }
+    Ok(())
 }
 
 /// Exact minus linear estimate of each parameter in units of its standard uncertainty. The linear estimator does not know the exact one: there

@@ -5,8 +5,8 @@ use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 
 /// Inputs, readings and uncertainties lie between these, so that squares of quotients of two of them are numbers.
-const LEAST: f64 = 1e-70;
-const MOST: f64 = 1e70;
+pub(crate) const LEAST: f64 = 1e-70;
+pub(crate) const MOST: f64 = 1e70;
 
 /// Refuse readings, stated uncertainties, columns and parameters beyond the range in which a fit can be computed.
 pub(super) fn check(campaign: &Campaign) -> Result<()> {
@@ -65,7 +65,7 @@ pub(super) fn check(campaign: &Campaign) -> Result<()> {
 }
 
 /// Refuse a model line that has no value, or no derivative, at the point where the fit begins: which reading, which term, of which inputs.
-pub(super) fn check_rows(campaign: &Campaign, model: &Model, design: &DesignMatrix) -> Result<()> {
+pub(crate) fn check_rows(campaign: &Campaign, model: &Model, design: &DesignMatrix) -> Result<()> {
     for (i, (origin, predicted)) in design.rows.iter().zip(&design.predicted).enumerate() {
         let bad = (0..campaign.parameters.len()).find(|k| !design.jacobian[(i, *k)].is_finite());
         if predicted.is_finite() && bad.is_none() {

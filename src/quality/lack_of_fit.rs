@@ -57,15 +57,26 @@ pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64)
         return None;
     }
     let between = sums.iter().map(|(_, weight, sum)| if *weight > 0.0 { sum * sum / weight } else { 0.0 }).sum::<f64>();
+    let (f, p) = lack_of_fit_p(pure_error, pure_error_dof, between, between_dof, total)?;
+    Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
+}
+
+/// The F statistic and its probability from sums of squares and their degrees of freedom; `total` is the whole sum. `None` where both are rounding.
+pub(crate) fn lack_of_fit_p(
+    pure_error: f64,
+    pure_error_dof: usize,
+    between: f64,
+    between_dof: usize,
+    total: f64,
+) -> Option<(f64, f64)> {
     // rounding of identical readings is no scatter
     let none = 64.0 * f64::EPSILON * f64::EPSILON * total;
-    let (f, p) = if pure_error > none {
+    if pure_error > none {
         let f = between / between_dof as f64 / (pure_error / pure_error_dof as f64);
-        (f, quantiles::fisher_f_survival(f, between_dof as f64, pure_error_dof as f64)?)
+        Some((f, quantiles::fisher_f_survival(f, between_dof as f64, pure_error_dof as f64)?))
     } else if between > none {
-        (f64::INFINITY, 0.0)
+        Some((f64::INFINITY, 0.0))
     } else {
-        return None;
-    };
-    Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
+        None
+    }
 }

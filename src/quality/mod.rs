@@ -15,8 +15,9 @@ mod residual_tests;
 mod rows;
 mod snooping;
 
+pub(crate) use lack_of_fit::lack_of_fit_p;
 pub use lack_of_fit::{LackOfFit, lack_of_fit};
-pub use residual_tests::{NormalityTest, RunsTest, normality, runs};
+pub use residual_tests::{NormalScores, NormalityTest, RunsTest, normality, runs, runs_of};
 pub(crate) use rows::UNCHECKED;
 pub use rows::{GlobalTest, RowQuality, baarda_delta, global_test, rows};
 pub use snooping::{Snooping, Suspect, Whitened, snoop};

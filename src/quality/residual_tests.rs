@@ -32,28 +32,34 @@ pub fn runs(residuals: &[f64]) -> Option<RunsTest> {
     let signs: Vec<bool> = residuals.iter().filter(|v| **v != 0.0 && v.is_finite()).map(|v| *v > 0.0).collect();
     let positive = signs.iter().filter(|s| **s).count();
     let negative = signs.len() - positive;
-    if signs.len() < FEWEST || positive == 0 || negative == 0 {
+    let runs = 1 + signs.windows(2).filter(|pair| pair.first() != pair.last()).count();
+    runs_of(positive, negative, runs)
+}
+
+/// The runs test of so many residuals of either sign in so many runs. `None` with fewer than eight residuals, or all of one sign.
+pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest> {
+    let all = positive + negative;
+    if all < FEWEST || positive == 0 || negative == 0 {
         return None;
     }
-    let runs = 1 + signs.windows(2).filter(|pair| pair.first() != pair.last()).count();
     let (a, b) = (positive as f64, negative as f64);
     let n = a + b;
     let expected = 1.0 + 2.0 * a * b / n;
-    let p = if signs.len() <= SUMMED {
+    let p = if all <= SUMMED {
         let probability = |r: usize| -> f64 {
             let (k, odd) = (r / 2, r % 2 == 1);
             let choose = |n: usize, k: usize| log_binomial(n, k);
-            let all = log_binomial(signs.len(), positive);
+            let ways = log_binomial(all, positive);
             let way = |i: usize, j: usize| match (i.checked_sub(1), j.checked_sub(1)) {
                 (Some(i), Some(j)) if i < positive && j < negative => {
-                    (choose(positive - 1, i) + choose(negative - 1, j) - all).exp()
+                    (choose(positive - 1, i) + choose(negative - 1, j) - ways).exp()
                 }
                 _ => 0.0,
             };
             if odd { way(k + 1, k) + way(k, k + 1) } else { 2.0 * way(k, k) }
         };
         let own = probability(runs);
-        (2..=signs.len()).map(probability).filter(|q| *q <= own * (1.0 + 1e-9)).sum::<f64>().min(1.0)
+        (2..=all).map(probability).filter(|q| *q <= own * (1.0 + 1e-9)).sum::<f64>().min(1.0)
     } else {
         let variance = (expected - 1.0) * (expected - 2.0) / (n - 1.0);
         2.0 * quantiles::normal_survival((runs as f64 - expected).abs() / variance.sqrt())?
@@ -80,26 +86,53 @@ pub struct NormalityTest {
 /// Shapiro-Francia `W'` of studentized residuals; its p-value by P. Royston, "A pocket-calculator algorithm for the Shapiro-Francia test for
 /// non-normality", Statistics in Medicine 12 (1993), for 5 to 5000 values. `None` with fewer than eight, or without any scatter.
 pub fn normality(studentized: &[f64]) -> Option<NormalityTest> {
-    let mut ordered: Vec<f64> = studentized.iter().copied().filter(|v| v.is_finite()).collect();
-    let n = ordered.len();
-    if !(FEWEST..=5000).contains(&n) {
-        return None;
+    let mut values: Vec<f64> = studentized.iter().copied().filter(|v| v.is_finite()).collect();
+    NormalScores::new(values.len())?.test(&mut values)
+}
+
+/// What tests of normality of equally many values share.
+#[derive(Debug, Clone)]
+pub struct NormalScores {
+    scores: Vec<f64>,
+    /// Sum of their squares.
+    squares: f64,
+    center: f64,
+    spread: f64,
+}
+
+impl NormalScores {
+    /// Normal scores (G. Blom 1958) of so many values; `None` for a number that is not tested.
+    pub fn new(n: usize) -> Option<Self> {
+        if !(FEWEST..=5000).contains(&n) {
+            return None;
+        }
+        let score = |i: usize| quantiles::normal_quantile((i as f64 - 0.375) / (n as f64 + 0.25));
+        let scores: Vec<f64> = (1..=n).map(score).collect::<Option<_>>()?;
+        let ln_n = (n as f64).ln();
+        let ln_ln_n = ln_n.ln();
+        Some(NormalScores {
+            squares: scores.iter().map(|m| m * m).sum(),
+            scores,
+            center: -1.2725 + 1.0521 * (ln_ln_n - ln_n),
+            spread: 1.0308 - 0.26758 * (ln_ln_n + 2.0 / ln_n),
+        })
     }
-    ordered.sort_by(f64::total_cmp);
-    let mean = ordered.iter().sum::<f64>() / n as f64;
-    let scores: Vec<f64> =
-        (1..=n).map(|i| quantiles::normal_quantile((i as f64 - 0.375) / (n as f64 + 0.25))).collect::<Option<_>>()?;
-    let product: f64 = scores.iter().zip(&ordered).map(|(m, x)| m * (x - mean)).sum();
-    let of_scores: f64 = scores.iter().map(|m| m * m).sum();
-    let of_values: f64 = ordered.iter().map(|x| (x - mean).powi(2)).sum();
-    if !(of_values > 0.0) {
-        return None;
+
+    /// The test of as many finite values, which it sorts.
+    pub fn test(&self, values: &mut [f64]) -> Option<NormalityTest> {
+        let n = values.len();
+        if n != self.scores.len() {
+            return None;
+        }
+        values.sort_unstable_by(f64::total_cmp);
+        let mean = values.iter().sum::<f64>() / n as f64;
+        let product: f64 = self.scores.iter().zip(values.iter()).map(|(m, x)| m * (x - mean)).sum();
+        let of_values: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+        if !(of_values > 0.0) {
+            return None;
+        }
+        let w = (product * product / (self.squares * of_values)).min(1.0);
+        let z = ((1.0 - w).max(f64::MIN_POSITIVE).ln() - self.center) / self.spread;
+        Some(NormalityTest { w, p: quantiles::normal_survival(z)? })
     }
-    let w = (product * product / (of_scores * of_values)).min(1.0);
-    let ln_n = (n as f64).ln();
-    let ln_ln_n = ln_n.ln();
-    let center = -1.2725 + 1.0521 * (ln_ln_n - ln_n);
-    let spread = 1.0308 - 0.26758 * (ln_ln_n + 2.0 / ln_n);
-    let z = ((1.0 - w).max(f64::MIN_POSITIVE).ln() - center) / spread;
-    Some(NormalityTest { w, p: quantiles::normal_survival(z)? })
 }

@@ -84,6 +84,11 @@ impl Columnar {
         &self.name
     }
 
+    /// How many rows it has.
+    pub fn rows(&self) -> u64 {
+        self.reader.metadata().file_metadata().num_rows().max(0) as u64
+    }
+
     /// The labels met so far.
     pub fn labels(&self) -> &[String] {
         &self.labels.texts
@@ -118,7 +123,7 @@ impl Columnar {
                 let factor = self.factors.get(*column).copied().unwrap_or(1.0);
                 let title = self.columns.get(*column).map_or("", |c| c.title.as_str());
                 match kind {
-                    As::Number => numbers(reader, &mut self.scratch, to, factor),
+                    As::Number | As::Cell => numbers(reader, &mut self.scratch, to, factor),
                     As::Label => labels(reader, &mut self.scratch, to, &mut self.labels),
                 }
                 .map_err(|error| fault(&self.name, &error).at_path(title))?;

@@ -2,7 +2,7 @@
 
 use super::dialect::{cells, is_blank, is_remark};
 use super::number::{leading, number};
-use super::{As, Block, Dialect, Labels, text};
+use super::{As, Block, Dialect, Labels, UNREADABLE, text};
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, Read};
 
@@ -39,6 +39,19 @@ impl Delimited {
     ///
     /// Errors as [`Dialect::of`].
     pub fn open(name: &str, from: impl Read + Send + 'static) -> Result<Self> {
+        Delimited::opened(name, from, Dialect::of)
+    }
+
+    /// Open a table whose first line is known to name the columns.
+    pub fn open_titled(name: &str, from: impl Read + Send + 'static) -> Result<Self> {
+        Delimited::opened(name, from, Dialect::titled)
+    }
+
+    fn opened(
+        name: &str,
+        from: impl Read + Send + 'static,
+        dialect: impl Fn(&[u8]) -> Result<Dialect>,
+    ) -> Result<Self> {
         let broken = |error: std::io::Error| text::broken(name, &error);
         let mut from = text::unpacked(from).map_err(broken)?;
         let mut buffer = Vec::with_capacity(HEAD);
@@ -49,7 +62,7 @@ impl Delimited {
                 .found("a zero byte")
                 .in_file(name));
         }
-        let dialect = Dialect::of(&buffer).map_err(|error| error.in_file(name))?;
+        let dialect = dialect(&buffer).map_err(|error| error.in_file(name))?;
         buffer.drain(..dialect.skip);
         let line = dialect.lines;
         let wanted = vec![None; dialect.columns.len()];
@@ -169,7 +182,7 @@ impl Delimited {
                 at += 1;
             }
             match wanted {
-                Some((place, As::Number)) => {
+                Some((place, As::Number | As::Cell)) => {
                     let (value, length) = leading(text.get(at..)?, mark)?;
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
@@ -243,6 +256,12 @@ impl Delimited {
             let value = match kind {
                 As::Label => self.labels.number(cell),
                 As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell))?,
+                As::Cell => match number(cell, mark) {
+                    // an empty cell says that nothing was read; a word for it is no number
+                    Some(value) if value.is_nan() && !cell.trim_ascii().is_empty() => UNREADABLE,
+                    Some(value) => value,
+                    None => UNREADABLE,
+                },
             };
             values.iter_mut().skip(*place).take(1).for_each(|slot| *slot = value);
         }

@@ -120,6 +120,40 @@ impl Dialect {
     }
 }
 
+impl Dialect {
+    /// The dialect of a table whose first line is known to name the columns: readings of a campaign.
+    ///
+    /// Cells are parted by what parts the names most often: a comma, a semicolon or a tab. Errors as [`Dialect::of`].
+    pub fn titled(head: &[u8]) -> Result<Dialect> {
+        let lines: Vec<&[u8]> = head.split(|b| *b == b'\n').collect();
+        let is_row = |line: &[u8]| !line.trim_ascii().is_empty() && !is_remark(line);
+        let Some(first) = lines.iter().position(|line| is_row(line)) else {
+            return Err(Malformed::new(Fault::Missing, "the table is empty")
+                .expected("a first line that names the columns, and rows of numbers"));
+        };
+        let title = lines.get(first).copied().unwrap_or_default();
+        let title = title.strip_suffix(b"\r").unwrap_or(title);
+        let times = |delimiter: &u8| title.iter().filter(|b| *b == delimiter).count();
+        // the last of several that are as frequent is taken
+        let delimiter = b"\t;,".iter().copied().max_by_key(times).unwrap_or(b',');
+        let columns: Vec<Column> =
+            cells(title, delimiter).into_iter().map(|cell| Column::titled(&decoded(cell))).collect();
+        for (k, column) in columns.iter().enumerate() {
+            if !column.title.is_empty() && columns.iter().take(k).any(|other| other.title == column.title) {
+                return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", column.title))
+                    .expected("each column once"));
+            }
+        }
+        let rows = || lines.iter().skip(first + 1).filter(|line| is_row(line)).flat_map(|line| cells(line, delimiter));
+        let comma = |cell: &[u8]| cell.contains(&b',') && number(cell, b',').is_some_and(f64::is_finite);
+        let point = |cell: &[u8]| cell.contains(&b'.') && number(cell, b'.').is_some_and(f64::is_finite);
+        let commas = delimiter != b',' && rows().any(comma) && !rows().any(point);
+        let skip = lines.iter().take(first + 1).map(|line| line.len() + 1).sum::<usize>().min(head.len());
+        let mark = if commas { b',' } else { b'.' };
+        Ok(Dialect { delimiter, mark, columns, named: true, skip, lines: first as u64 + 1 })
+    }
+}
+
 /// Are at least half of the filled cells of a line numbers?
 fn mostly_numbers(line: &[u8], delimiter: u8, mark: u8) -> bool {
     let cells = cells(line, delimiter);

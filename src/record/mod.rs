@@ -72,7 +72,12 @@ pub enum As {
     Number,
     /// Labels, numbered in the order in which they first stand in the file.
     Label,
+    /// Numbers; a cell that is none is [`UNREADABLE`] instead of a fault.
+    Cell,
 }
+
+/// A NaN that stands for a cell which is neither a number nor empty.
+pub const UNREADABLE: f64 = f64::from_bits(0x7FF8_0000_00C0_FFEE);
 
 /// An open record.
 #[derive(Debug)]
@@ -87,9 +92,22 @@ impl Record {
     /// Open a record by its first bytes, whatever its name says; `name` is for messages.
     ///
     /// Errors: an empty file, a format that is not read (named), a table without rows that are parted alike.
-    pub fn open(name: &str, mut file: std::fs::File) -> Result<Self> {
+    pub fn open(name: &str, file: std::fs::File) -> Result<Self> {
+        Record::opened(name, file, |name, stream| Delimited::open(name, stream))
+    }
+
+    /// The same where the first line of a table of text is known to name the columns.
+    pub fn open_titled(name: &str, file: std::fs::File) -> Result<Self> {
+        Record::opened(name, file, |name, stream| Delimited::open_titled(name, stream))
+    }
+
+    fn opened(
+        name: &str,
+        mut file: std::fs::File,
+        text: impl Fn(&str, Box<dyn Read + Send>) -> Result<Delimited>,
+    ) -> Result<Self> {
         let mut first = [0_u8; 8];
-        let read = file.read(&mut first).map_err(|error| text::broken(name, &error))?;
+        let read = file.read(&mut first).map_err(|error| self::text::broken(name, &error))?;
         let first = first.get(..read).unwrap_or_default();
         if first.starts_with(b"PAR1") {
             return Columnar::open(name, file).map(Record::Columnar);
@@ -104,7 +122,7 @@ impl Record {
             Ok(()) => Box::new(file),
             Err(_) => Box::new(std::io::Cursor::new(first.to_vec()).chain(file)),
         };
-        Delimited::open(name, stream).map(Record::Delimited)
+        text(name, stream).map(Record::Delimited)
     }
 
     /// Its columns.
@@ -150,6 +168,14 @@ impl Record {
         match self {
             Record::Delimited(table) => table.labels(),
             Record::Columnar(table) => table.labels(),
+        }
+    }
+
+    /// How many rows it has, where the file says so.
+    pub fn rows(&self) -> Option<u64> {
+        match self {
+            Record::Delimited(_) => None,
+            Record::Columnar(table) => Some(table.rows()),
         }
     }
 

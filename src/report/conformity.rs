@@ -3,9 +3,7 @@
 use super::ARCSEC;
 use super::table::{plain, rounded, significant};
 use crate::campaign::{Decision, Limited};
-use crate::fit::Fit;
-use crate::uncertainty::Combined;
-use crate::uncertainty::quantiles::student_t_cdf;
+use crate::fit::{Fit, judge};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -63,8 +61,7 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
             }
         };
         let scale = if is_angle { ARCSEC } else { 1.0 };
-        let probability = value.zip(uncertainty).and_then(|(v, c)| probability(v, &c, limit.lower, limit.upper));
-        let outcome = decide(campaign.decision, value, uncertainty.as_ref(), probability, fit.settings.level, limit);
+        let (outcome, probability) = judge(campaign.decision, limit, value, uncertainty.as_ref(), fit.settings.level);
         let bound = |v: f64| v.is_finite().then_some(v * scale);
         quantities.push(LimitedReport {
             id: id.clone(),
@@ -74,7 +71,7 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
             value: value.map(|v| v * scale),
             expanded: uncertainty.map(|c| c.expanded * scale),
             probability,
-            outcome: outcome.into(),
+            outcome: outcome.name().into(),
         });
     }
     let worst = ["fail", "undecided"].into_iter().find(|word| quantities.iter().any(|q| q.outcome == *word));
@@ -96,51 +93,6 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
         outcome: worst.unwrap_or("pass").into(),
         quantities,
     })
-}
-
-/// `P(lower <= Y <= upper)` for `Y = value + u t`, t with the effective degrees of freedom (JCGM 106, 7.3).
-fn probability(value: f64, combined: &Combined, lower: f64, upper: f64) -> Option<f64> {
-    if !(combined.u > 0.0) {
-        return Some(f64::from(u8::from(lower <= value && value <= upper)));
-    }
-    let below = |bound: f64| match bound {
-        f64::INFINITY => Some(1.0),
-        f64::NEG_INFINITY => Some(0.0),
-        bound => student_t_cdf((bound - value) / combined.u, combined.dof),
-    };
-    Some((below(upper)? - below(lower)?).clamp(0.0, 1.0))
-}
-
-fn decide(
-    decision: Decision,
-    value: Option<f64>,
-    uncertainty: Option<&Combined>,
-    probability: Option<f64>,
-    level: f64,
-    limit: &crate::campaign::Limit,
-) -> &'static str {
-    let Some(value) = value else { return "undecided" };
-    let inside = |by: f64| limit.lower + by <= value && value <= limit.upper - by;
-    match (decision, uncertainty, probability) {
-        (Decision::Simple, ..) => {
-            if inside(0.0) {
-                "pass"
-            } else {
-                "fail"
-            }
-        }
-        (Decision::GuardU, Some(combined), _) => match combined.expanded {
-            guard if inside(guard) => "pass",
-            guard if !inside(-guard) => "fail",
-            _ => "undecided",
-        },
-        (Decision::Risk, _, Some(probability)) => match probability {
-            p if p >= level => "pass",
-            p if p <= 1.0 - level => "fail",
-            _ => "undecided",
-        },
-        _ => "undecided",
-    }
 }
 
 /// Conformity as a table for a terminal.

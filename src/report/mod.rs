@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `fit.rs`, `fit_build.rs`, `fit_table.rs` | a fit: the keys of its report, the report from the fit, the table |
 //! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs`, `fit_checks_table.rs` | what that report says of the readings, the constraints and the Monte Carlo |
+//! | `batch.rs` | many devices: what they come to, a row for each |
 //! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |
 //! | `changes.rs` | two calibrations of one unit, the history of many |
 //! | `diagnose/` | a diagnosis: gap, effects, verdict |
@@ -25,6 +26,7 @@
 //!
 //! Deliberately absent: computing anything.
 
+mod batch;
 mod changes;
 mod compare;
 mod compare_table;
@@ -64,6 +66,10 @@ pub mod table;
 pub mod wrap;
 mod xml;
 
+pub use batch::{
+    BatchReport, BetweenReport, ConformityCounts, DeviceCounts, DistributionReport, LotReport, OutlyingReport,
+    batch_quantities, batch_report, batch_rows, batch_table,
+};
 pub use changes::{
     CalibratedReport, ChangeOfReport, ChangesReport, HistoryReport, TogetherReport, TrendReport, changes_report,
     changes_table, date_of, determination, history_report, history_table,
@@ -140,6 +146,7 @@ pub fn schemas() -> Vec<&'static str> {
         .copied()
         .chain([
             "fit-report",
+            "batch-report",
             "compare-report",
             "compare-calibrations-report",
             "compare-history-report",
@@ -160,6 +167,7 @@ pub fn schemas() -> Vec<&'static str> {
 /// ```
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
+        "batch-report" => Some(schemars::schema_for!(BatchReport).to_value()),
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
         "compare-calibrations-report" => Some(schemars::schema_for!(ChangesReport).to_value()),
         "compare-history-report" => Some(schemars::schema_for!(HistoryReport).to_value()),

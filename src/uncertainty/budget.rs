@@ -82,7 +82,7 @@ pub fn combine(contributions: &[Contribution], level: f64) -> Option<Combined> {
 }
 
 /// `u^4 / sum(u_i^4 / nu_i)`.
-fn effective_dof(u: f64, parts: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub(crate) fn effective_dof(u: f64, parts: impl Iterator<Item = (f64, f64)>) -> f64 {
     let spread: f64 =
         parts.filter(|(part, dof)| dof.is_finite() && *part > 0.0).map(|(p, dof)| (p / u).powi(4) / dof).sum();
     if u > 0.0 && spread > 0.0 { 1.0 / spread } else { f64::INFINITY }

@@ -12,4 +12,5 @@ pub mod monte_carlo;
 pub mod quantiles;
 mod tails;
 
+pub(crate) use budget::effective_dof;
 pub use budget::{Combined, Contribution, Evaluation, combine, combine_together};

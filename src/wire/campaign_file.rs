@@ -7,8 +7,8 @@ use super::{BenchFile, DerivedFile, Fetch, Named, ScatterFile, SiteFile, Source,
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{
-    self, Asked, Campaign, Condition, Constraint, Distribution, Given, Identity, Instrument, Known, Prior, Role,
-    UnitUnderTest,
+    self, Asked, Campaign, Condition, Constraint, Distribution, Given, Identity, Instrument, Known, Prior, Readings,
+    Role, UnitUnderTest,
 };
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
@@ -75,6 +75,9 @@ pub struct CampaignFile {
     /// What scatters beyond the readings' own noise, one line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<ScatterFile>,
+    /// The column of the readings that tells devices apart: one fit for each of its values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Columns of a CSV of readings that have names of their own, by the key that they stand for: `"theta_deg": "Winkel (deg)"`. A unit in
     /// brackets is converted to the key's.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
@@ -221,19 +224,9 @@ pub struct ConstraintFile {
 
 impl CampaignFile {
     /// Turn the file into a checked campaign, fetching the bench and the CSV that it refers to.
-    pub fn into_campaign(self, fetch: Fetch<'_>) -> Result<Campaign> {
-        let mut bench = match self.bench {
-            BenchRef::Inline(file) => file.into_bench().map_err(|e| e.under("bench"))?,
-            BenchRef::Named(name) => named_bench(&name, fetch)?,
-        };
-        if let Some(site) = self.site {
-            bench.site = Some(site.over(bench.site.as_ref()).into_site()?);
-        }
-        if !self.rate_u_ppm.is_empty() {
-            bench.rate_u = self.rate_u_ppm.0.into_iter().map(|(joint, ppm)| (joint, ppm * 1e-6)).collect();
-        }
-        let bench = bench.checked()?;
-        let readings = match self.readings {
+    pub fn into_campaign(mut self, fetch: Fetch<'_>) -> Result<Campaign> {
+        let bench = self.own_bench(fetch)?;
+        let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {
             ReadingsRef::Inline(_) if !self.columns.is_empty() => {
                 return Err(Malformed::new(
                     Fault::Value,
@@ -247,6 +240,26 @@ impl CampaignFile {
                 csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?, &self.columns)?
             }
         };
+        self.with(bench, readings)
+    }
+
+    /// The bench where it stands in this campaign, checked.
+    pub fn own_bench(&self, fetch: Fetch<'_>) -> Result<Bench> {
+        let mut bench = match &self.bench {
+            BenchRef::Inline(file) => file.clone().into_bench().map_err(|e| e.under("bench"))?,
+            BenchRef::Named(name) => named_bench(name, fetch)?,
+        };
+        if let Some(site) = &self.site {
+            bench.site = Some(site.clone().over(bench.site.as_ref()).into_site()?);
+        }
+        if !self.rate_u_ppm.is_empty() {
+            bench.rate_u = self.rate_u_ppm.0.iter().map(|(joint, ppm)| (joint.clone(), ppm * 1e-6)).collect();
+        }
+        bench.checked()
+    }
+
+    /// The campaign on its bench with these readings; its own are left aside.
+    pub fn with(self, bench: Bench, readings: Readings) -> Result<Campaign> {
         let estimate =
             self.estimate.0.into_iter().map(|(id, e)| Ok((id.clone(), e.into_asked(&id)?))).collect::<Result<_>>()?;
         let known = self.known.0.into_iter().map(|(id, known)| (id, known.into_given())).collect();
@@ -284,6 +297,7 @@ impl CampaignFile {
         }
         campaign.limits = limits_file::limits(&campaign, self.limits)?;
         campaign.decision = self.decision.unwrap_or_default().decision();
+        campaign.by = self.by;
         campaign.identity = Identity {
             unit: self.unit,
             date: self.date,

@@ -9,6 +9,7 @@ mod columns;
 mod correction_file;
 mod csv_readings;
 mod derived_file;
+mod device_readings;
 mod effects_file;
 mod front;
 mod imu_errors_file;
@@ -37,6 +38,7 @@ pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
 pub use derived_file::{DerivedFile, DerivedLine};
+pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use front::bench_ref;
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
@@ -134,8 +136,22 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    let file: CampaignFile = parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))?;
+    campaign_from(campaign_of(source)?, source, fetch)
+}
+
+/// Parse a campaign file without looking at the bench and the readings that it refers to.
+pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
+    parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))
+}
+
+/// The campaign of a file that was parsed, with the bench and the readings that it refers to.
+pub fn campaign_from(file: CampaignFile, source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
     file.into_campaign(fetch).map_err(|error| in_source(error, source))
+}
+
+/// Readings of a CSV file, whose columns may have the names that `columns` gives them.
+pub fn read_readings(bench: &Bench, source: &Source, columns: &Named<String>) -> Result<crate::campaign::Readings> {
+    csv_readings::read(bench, source, columns)
 }
 
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.

@@ -134,6 +134,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         environment: campaign.identity.environment.clone(),
         note: campaign.identity.note.clone(),
         scatter: campaign.scatter.iter().filter_map(|line| ScatterFile::of(campaign, line)).collect(),
+        by: campaign.by.clone(),
         readings: ReadingsRef::Inline(
             campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),
         ),

@@ -1,6 +1,7 @@
 //! The program as a user meets it: files, errors, examples, pages, certificates, schemas.
 
 mod bad_input;
+mod by;
 mod cli;
 mod columns;
 mod conformity;

@@ -23,6 +23,7 @@
 //! | `checks_page.rs` | what was checked: readings, constraints, Monte Carlo |
 //! | `fit_readings.rs` | what was assumed, and the readings one by one |
 //! | `fit_figures.rs` | its charts |
+//! | `batch_page.rs` | many devices |
 //! | `changes_page.rs` | two calibrations of one unit, the history of many |
 //! | `compare_page.rs` | published closed forms beside least squares |
 //! | `diagnose_page.rs`, `diagnose_figure.rs` | a diagnosis, and its gap as a chart |
@@ -34,6 +35,7 @@
 //! Deliberately absent: computation (a page shows what a report value says), colours (the template and `report::plot` have them), clocks
 //! (the same report always gives the same bytes).
 
+mod batch_page;
 mod cells;
 mod changes_page;
 mod checks_page;
@@ -56,6 +58,7 @@ mod plan_page;
 mod reduction_page;
 mod scatter_page;
 
+pub use batch_page::batch_page;
 pub use changes_page::{changes_page, history_page};
 pub use compare_page::compare_page;
 pub use diagnose_figure::diagnose_svg;

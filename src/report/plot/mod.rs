@@ -20,9 +20,11 @@
 //! Deliberately absent: computation; a chart gets the numbers that it shows.
 
 mod bars;
+mod control;
 mod correlation;
 mod curves;
 mod deviations;
+mod distribution;
 mod gap;
 mod history;
 mod normal;
@@ -34,9 +36,11 @@ mod scale;
 mod values;
 
 pub use bars::{Bar, Part, bars};
+pub use control::{Control, control};
 pub use correlation::correlation;
 pub use curves::{Curve, curves};
 pub use deviations::{DeviationPoint, deviations};
+pub use distribution::{Distribution, distribution};
 pub use gap::{GapPanel, GapPoint, gap};
 pub use history::{History, history};
 pub use normal::normal;

@@ -1,0 +1,262 @@
+//! Which device is fitted how: schedules that devices share are factorised once, everything else is a fit by itself.
+
+use super::common::Scratch;
+use super::device::Shape;
+use super::{Common, Device, Layout, Row, Solved};
+use crate::campaign::Campaign;
+use crate::error::Result;
+use crate::fit::{self, Settings};
+use pulp::Arch;
+use rayon::prelude::*;
+use std::collections::{HashMap, HashSet};
+
+/// Schedules that are kept; more differ in every device, and are not common.
+const MOST: usize = 256;
+/// Devices that are worked on together.
+const BLOCK: usize = 256;
+
+/// A question to many devices.
+pub struct Fleet<'a> {
+    /// The campaign of one device.
+    question: &'a (dyn Fn(&Device) -> Result<Campaign> + Sync),
+    settings: Settings,
+    /// Estimated parameters and derived quantities.
+    quantities: usize,
+    known: Schedules,
+}
+
+/// Schedules that were met.
+#[derive(Default)]
+pub struct Schedules {
+    list: Vec<Schedule>,
+    /// Schedules by the hash of their rows in order.
+    ordered: HashMap<u64, usize>,
+    /// Schedules that stood once.
+    seen: HashSet<u64>,
+    /// The schedule of the device before.
+    last: Place,
+}
+
+/// A schedule of several devices.
+struct Schedule {
+    /// A device that has it.
+    device: Device,
+    /// Its rows in order.
+    order: Vec<usize>,
+    /// What devices share; `None` where each needs a fit of its own.
+    common: Option<Box<Common>>,
+}
+
+/// A device's place: a schedule and, where its rows stand in another order, the rows of the schedule's.
+type Place = Option<(usize, Option<Vec<usize>>)>;
+
+impl<'a> Fleet<'a> {
+    /// No device yet. `question` makes the campaign of a device; what it refuses is that device's answer.
+    pub fn new(
+        question: &'a (dyn Fn(&Device) -> Result<Campaign> + Sync),
+        settings: Settings,
+        quantities: usize,
+    ) -> Self {
+        Fleet::with(question, settings, quantities, Schedules::default())
+    }
+
+    /// Devices of a table whose first devices have had these schedules.
+    pub fn with(
+        question: &'a (dyn Fn(&Device) -> Result<Campaign> + Sync),
+        settings: Settings,
+        quantities: usize,
+        known: Schedules,
+    ) -> Self {
+        Fleet { question, settings, quantities, known }
+    }
+
+    /// The schedules that were met.
+    pub fn into_schedules(self) -> Schedules {
+        self.known
+    }
+
+    /// A row for each device, in their order.
+    pub fn fit(&mut self, devices: &[Device], layout: &Layout) -> Vec<Row> {
+        let places = self.places(devices, layout);
+        let mut rows: Vec<Option<Row>> = vec![None; devices.len()];
+        let mut blocks: Vec<(usize, Vec<usize>)> = Vec::new();
+        let mut open: HashMap<usize, usize> = HashMap::new();
+        for (k, place) in places.iter().enumerate() {
+            let Some((schedule, _)) = place else { continue };
+            let block = *open.entry(*schedule).or_insert_with(|| {
+                blocks.push((*schedule, Vec::new()));
+                blocks.len() - 1
+            });
+            let Some((_, members)) = blocks.get_mut(block) else { continue };
+            members.push(k);
+            if members.len() == BLOCK {
+                open.remove(schedule);
+            }
+        }
+        let arch = Arch::new();
+        let solved: Vec<(Vec<usize>, Vec<Option<Row>>)> = blocks
+            .into_par_iter()
+            .filter_map(|(schedule, members)| {
+                let common = self.known.list.get(schedule)?.common.as_deref()?;
+                let own: Vec<(&Device, Option<&[usize]>)> = members
+                    .iter()
+                    .filter_map(|k| Some((devices.get(*k)?, places.get(*k)?.as_ref()?.1.as_deref())))
+                    .collect();
+                let rows = common.rows(arch, &own, &mut Scratch::default());
+                Some((members, rows))
+            })
+            .collect();
+        for (members, found) in solved {
+            for (k, row) in members.into_iter().zip(found) {
+                if let Some(slot) = rows.get_mut(k) {
+                    *slot = row;
+                }
+            }
+        }
+        rows.into_par_iter()
+            .zip(devices.par_iter())
+            .map(|(row, device)| {
+                let row = row.unwrap_or_else(|| self.alone(arch, device, layout));
+                Row { lot: device.lot.clone(), ..row }
+            })
+            .collect()
+    }
+
+    /// A fit by itself: a schedule of one device, or the ordinary fit.
+    fn alone(&self, arch: Arch, device: &Device, layout: &Layout) -> Row {
+        let fitted = (self.question)(device).and_then(|campaign| {
+            let sensors: Vec<usize> = layout.sensors().collect();
+            let own = Common::new(&campaign, &self.settings, &sensors).filter(|_| device.is_plain());
+            let row = own.and_then(|own| own.rows(arch, &[(device, None)], &mut Scratch::default()).pop().flatten());
+            match row {
+                Some(row) => Ok(Row { solved: Solved::Alone, ..row }),
+                None => fit::fit(&campaign, &self.settings).map(|fit| Row::of(&device.label, &fit)),
+            }
+        });
+        fitted.unwrap_or_else(|error| Row::without(&device.label, self.quantities, &error))
+    }
+
+    /// The schedule of each device; those that several devices share are factorised.
+    fn places(&mut self, devices: &[Device], layout: &Layout) -> Vec<Place> {
+        let shape = |device| Shape::of(device, layout);
+        let mut places: Vec<Place> = Vec::with_capacity(devices.len());
+        // schedules met for the first time: by the hash of their sorted rows, the devices and their orders
+        let mut new: HashMap<u64, Vec<(usize, Vec<usize>)>> = HashMap::new();
+        let mut begun: Vec<u64> = Vec::new();
+        for (k, device) in devices.iter().enumerate() {
+            let plain = device.is_plain() && device.rows > 0;
+            let mut place = if plain { self.find(&shape(device), layout) } else { None };
+            // a schedule that the next device has too, row by row, is common
+            if place.is_none()
+                && plain
+                && self.known.list.len() < MOST
+                && let Some(next) = devices.get(k + 1).filter(|next| next.rows == device.rows)
+                && shape(device).same(0..device.rows, &shape(next), 0..device.rows)
+            {
+                let order = shape(device).order();
+                let hash = shape(device).hash_of(order.iter().copied());
+                if !self.known.ordered.contains_key(&hash) && !new.contains_key(&hash) {
+                    self.begin(device, &order, hash, layout);
+                    place = self.find(&shape(device), layout);
+                }
+            }
+            if place.is_none() && plain {
+                let order = shape(device).order();
+                let hash = shape(device).hash_of(order.iter().copied());
+                let of_hash = new.entry(hash).or_default();
+                if of_hash.is_empty() {
+                    begun.push(hash);
+                }
+                of_hash.push((k, order));
+            }
+            places.push(place);
+        }
+        for hash in begun {
+            let Some(members) = new.remove(&hash) else { continue };
+            if members.len() < 2 && !self.known.seen.contains(&hash) {
+                if self.known.seen.len() < 1 << 20 {
+                    self.known.seen.insert(hash);
+                }
+                continue;
+            }
+            let Some((first, order)) = members.first() else { continue };
+            let Some(index) = devices.get(*first).and_then(|device| self.begin(device, order, hash, layout)) else {
+                continue;
+            };
+            for (k, order) in members {
+                let Some(device) = devices.get(k) else { continue };
+                if let (Some(slot), Some(found)) =
+                    (places.get_mut(k), self.matched(index, &shape(device), order, layout))
+                {
+                    *slot = Some((index, found));
+                }
+            }
+        }
+        for place in &mut places {
+            let common = place.as_ref().and_then(|(k, _)| self.known.list.get(*k)).is_some_and(|s| s.common.is_some());
+            if !common {
+                *place = None;
+            }
+        }
+        places
+    }
+
+    /// A schedule that is known already.
+    fn find(&mut self, shape: &Shape<'_>, layout: &Layout) -> Place {
+        if let Some((index, map)) = &self.known.last
+            && let Some(schedule) = self.known.list.get(*index)
+        {
+            // most devices follow the one before, row by row
+            let other = Shape::of(&schedule.device, layout);
+            let rows = 0..shape.device.rows;
+            let same = match map {
+                None => shape.same(rows.clone(), &other, rows),
+                Some(map) => shape.same(map.iter().copied(), &other, rows),
+            };
+            if same {
+                return self.known.last.clone();
+            }
+        }
+        let order = shape.order();
+        let hash = shape.hash_of(order.iter().copied());
+        let index = *self.known.ordered.get(&hash)?;
+        let map = self.matched(index, shape, order, layout)?;
+        self.known.last = Some((index, map));
+        self.known.last.clone()
+    }
+
+    /// The rows of a device in the order of a schedule's; inner `None` where that is its own, outer where it is another schedule.
+    fn matched(
+        &self,
+        index: usize,
+        shape: &Shape<'_>,
+        order: Vec<usize>,
+        layout: &Layout,
+    ) -> Option<Option<Vec<usize>>> {
+        let schedule = self.known.list.get(index)?;
+        let other = Shape::of(&schedule.device, layout);
+        if !shape.same(order.iter().copied(), &other, schedule.order.iter().copied()) {
+            return None;
+        }
+        let mut map = vec![0; order.len()];
+        for (own, others) in order.iter().zip(&schedule.order) {
+            map.get_mut(*others).into_iter().for_each(|slot| *slot = *own);
+        }
+        let in_order = map.iter().enumerate().all(|(k, own)| k == *own);
+        Some(if in_order { None } else { Some(map) })
+    }
+
+    /// Factorise a schedule; `None` where there are too many.
+    fn begin(&mut self, device: &Device, order: &[usize], hash: u64, layout: &Layout) -> Option<usize> {
+        if self.known.list.len() >= MOST {
+            return None;
+        }
+        let sensors: Vec<usize> = layout.sensors().collect();
+        let common = (self.question)(device).ok();
+        let common = common.and_then(|campaign| Common::new(&campaign, &self.settings, &sensors));
+        let index = self.known.list.len();
+        self.known.list.push(Schedule { device: device.clone(), order: order.to_vec(), common: common.map(Box::new) });
+        self.known.ordered.insert(hash, index);
+        Some(index)
+    }
+}

@@ -1,0 +1,79 @@
+//! Which columns of a table matter to a campaign.
+
+use crate::bench::Bench;
+use crate::record::{As, Column};
+
+/// What a column of a table of many devices is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Use {
+    /// A sensor's values, by its index in the bench.
+    Value(usize),
+    /// A number that the model or the weights depend on.
+    Input,
+    /// A text or a number that only the ordinary fit knows what to do with.
+    Other,
+}
+
+/// The columns of a table that are read, in the table's order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Layout {
+    /// Name of each, as a reading's key.
+    pub keys: Vec<String>,
+    /// Place of each in the table.
+    pub columns: Vec<usize>,
+    /// What each is.
+    pub uses: Vec<Use>,
+}
+
+impl Layout {
+    /// The columns that a bench needs; `others` are further ones that are carried along, or all.
+    pub fn of(bench: &Bench, columns: &[Column], by: Option<usize>, others: impl Fn(&str) -> bool) -> Self {
+        let mut layout = Layout::default();
+        let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+        for (place, column) in columns.iter().enumerate() {
+            // a key is the whole title: a unit behind it would have to be converted
+            let key = column.title.as_str();
+            let kind = match part(bench, &used, key) {
+                _ if Some(place) == by => continue,
+                Some(kind) => kind,
+                None if others(key) => Use::Other,
+                None => continue,
+            };
+            if layout.keys.iter().any(|other| other == key) {
+                continue;
+            }
+            layout.keys.push(key.to_string());
+            layout.columns.push(place);
+            layout.uses.push(kind);
+        }
+        layout
+    }
+
+    /// How each column is read; numbers of `Other` columns are labels.
+    pub fn selection(&self) -> Vec<(usize, As)> {
+        let read = |kind: &Use| if *kind == Use::Other { As::Label } else { As::Cell };
+        self.columns.iter().zip(&self.uses).map(|(place, kind)| (*place, read(kind))).collect()
+    }
+
+    /// The sensors whose values are read, in the order of a device's values.
+    pub fn sensors(&self) -> impl Iterator<Item = usize> {
+        self.uses.iter().filter_map(|kind| if let Use::Value(k) = kind { Some(*k) } else { None })
+    }
+
+    /// Names of the numeric columns: what a model line may use.
+    pub fn numeric(&self, bench: &Bench) -> Vec<String> {
+        let weights = |key: &str| key == "n" || bench.sensors.iter().any(|s| key.strip_suffix("_u") == Some(&s.id));
+        let columns = self.keys.iter().zip(&self.uses).filter(|(key, kind)| **kind == Use::Input && !weights(key));
+        columns.map(|(key, _)| key.clone()).collect()
+    }
+}
+
+/// What a key is to this bench.
+fn part(bench: &Bench, used: &[&str], key: &str) -> Option<Use> {
+    if let Some(k) = bench.sensors.iter().position(|sensor| sensor.id == key) {
+        return Some(Use::Value(k));
+    }
+    let of_sensor = bench.sensors.iter().any(|sensor| key.strip_suffix("_u") == Some(&sensor.id));
+    let of_joint = bench.joints().any(|joint| matches!(key.strip_prefix(joint), Some("_deg" | "_deg_s" | "_turns")));
+    (key == "n" || of_sensor || of_joint || used.contains(&key)).then_some(Use::Input)
+}

@@ -1,0 +1,40 @@
+//! Many devices through one schedule: the fit of [`crate::fit`] for each, with what they share done once.
+//!
+//! ```text
+//! columns of many devices -> devices -> { common schedule: P Y for a block of devices; by itself: fit } -> one row a device
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `layout.rs` | which columns of a table matter, and as what |
+//! | `device.rs` | the readings of one device, and when two devices have the same schedule |
+//! | `stream.rs` | a table of many devices, device by device; a serial number that comes back |
+//! | `common.rs` | a schedule factorised once |
+//! | `block.rs` | estimates and residuals of eight devices side by side |
+//! | `fleet.rs` | which device is fitted how |
+//! | `repeat.rs` | a column that seems to tell devices apart where nobody says so |
+//! | `row.rs` | what is said of one device |
+//! | `summary.rs` | what is said of all of them: distributions, outlying devices, does the line scatter more than it is measured |
+//!
+//! A device's row says what its own fit would say: where the model is linear in its unknowns, the schedule's factorisation serves all devices
+//! that have this schedule; everything else (exact iterations, constraints, scatter, several estimated scales) is the ordinary fit.
+//! A device that cannot be fitted is a row that says why, and stops no other.
+
+mod block;
+mod common;
+mod device;
+mod fleet;
+mod layout;
+mod repeat;
+mod row;
+mod stream;
+mod summary;
+
+pub use common::Common;
+pub use device::Device;
+pub use fleet::{Fleet, Schedules};
+pub use layout::{Layout, Use};
+pub use repeat::repeats;
+pub use row::{Row, Solved, Verdict};
+pub use stream::{Counts, Ended, count, stream};
+pub use summary::{Lot, OutlyingDevice, Quantity, Scattering, Summary};

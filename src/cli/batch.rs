@@ -1,0 +1,492 @@
+//! Many devices in one table, or in many files: `tumble fit CAMPAIGN --by COLUMN`, `--readings FILE...`.
+
+use super::outputs::Outputs;
+use super::pages::Pages;
+use super::rows::{Columns, Format, Rows};
+use super::{Outcome, files, globs};
+use crate::batch::{self, Device, Ended, Fleet, Layout, Row, Summary, Use};
+use crate::bench::Bench;
+use crate::campaign::{Campaign, Readings};
+use crate::error::{Fault, Malformed, Result};
+use crate::fit::Settings;
+use crate::record::{Column, Record};
+use crate::report::{self, Input};
+use crate::wire::{self, CampaignFile, ReadingFile, ReadingsRef, Source};
+use clap::Args;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// Most devices whose rows are shown on a terminal.
+const SHOWN: usize = 40;
+/// Names of columns that a control chart is drawn over, where none is asked for.
+const LOTS: [&str; 4] = ["lot", "batch", "date", "day"];
+
+/// Many devices.
+#[derive(Debug, Args)]
+pub(super) struct Many {
+    /// One fit for each value of this column of the readings: a serial number. It replaces the campaign's "by".
+    #[arg(long, value_name = "COLUMN")]
+    by: Option<String>,
+    /// With many devices: write one row a device to a file, as .csv, .jsonl or .parquet; without it CSV goes to stdout, on a terminal a table.
+    #[arg(long, value_name = "FILE")]
+    pub(super) to: Option<PathBuf>,
+    /// With many devices: the column of dates or lots for control charts; lot, batch, date or day unless given.
+    #[arg(long, value_name = "COLUMN")]
+    chart: Option<String>,
+}
+
+impl Many {
+    /// Errors: options that need many devices.
+    pub(super) fn refuse_alone(&self) -> Result<()> {
+        match (&self.to, &self.chart) {
+            (None, None) => Ok(()),
+            (to, _) => {
+                let option = if to.is_some() { "--to" } else { "--chart" };
+                Err(Malformed::new(Fault::Missing, format!("{option} is of many devices, and here is one"))
+                    .expected("--by COLUMN, \"by\" in the campaign, or several files of --readings"))
+            }
+        }
+    }
+}
+
+/// A campaign, and where its readings are.
+pub(super) struct Question {
+    path: PathBuf,
+    source: Source,
+    input: Input,
+    file: CampaignFile,
+    by: Option<String>,
+    /// Files of readings, where they are not in the campaign.
+    files: Vec<PathBuf>,
+    /// Are they in place of the campaign's?
+    replaced: bool,
+}
+
+impl Question {
+    /// Read a campaign file; its readings stay where they are.
+    pub(super) fn read(path: &Path, many: &Many, readings: &[PathBuf]) -> Result<Self> {
+        let (source, input) = files::read_input(path)?;
+        let file = wire::campaign_of(&source)?;
+        let by = many.by.clone().or_else(|| file.by.clone());
+        let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let files = match (&file.readings, readings) {
+            (_, [_, ..]) => globs::expand(readings)?,
+            (ReadingsRef::Path(own), _) => vec![folder.join(own)],
+            (ReadingsRef::Inline(_), _) => Vec::new(),
+        };
+        Ok(Question { path: path.to_path_buf(), source, input, file, by, files, replaced: !readings.is_empty() })
+    }
+
+    /// The campaign file, for errors that come later.
+    pub(super) fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// Are there several devices to be told apart?
+    pub(super) fn is_of_many(&self) -> bool {
+        self.by.is_some() || self.files.len() > 1
+    }
+
+    /// The campaign of one device.
+    pub(super) fn single(&self) -> Result<(Campaign, Source, Vec<Input>)> {
+        let mut inputs = vec![self.input.clone()];
+        let Some(path) = self.files.first().filter(|_| self.replaced) else {
+            let folder: PathBuf = self.path.parent().map(Path::to_path_buf).unwrap_or_default();
+            let campaign = wire::campaign_from(self.file.clone(), &self.source, &mut |name| {
+                let (source, input) = files::read_input(&folder.join(name))?;
+                inputs.push(input);
+                Ok(source)
+            })?;
+            return Ok((campaign, self.source.clone(), inputs));
+        };
+        let bench = self.bench(&mut inputs)?;
+        let readings = if is_parquet(path) {
+            self.refuse_columns()?;
+            let others = |_: &str| true;
+            let mut found = None;
+            let name = path.display().to_string();
+            let ended = batch::stream(
+                &[name],
+                &|_| open(path),
+                None,
+                None,
+                &|record, by| Layout::of(&bench, record.columns(), by, others),
+                None,
+                &mut |mut devices, layout| {
+                    found = devices.pop().map(|device| (device, layout.clone()));
+                    Ok(())
+                },
+            );
+            ended?;
+            inputs.push(files::input(path)?);
+            match found {
+                Some((device, layout)) => wire::device_readings(&bench, &layout, &device)?,
+                None => Readings::default(),
+            }
+        } else {
+            let (source, input) = files::read_input(path)?;
+            inputs.push(input);
+            wire::read_readings(&bench, &source, &self.file.columns)?
+        };
+        let campaign = self.file.clone().with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
+        Ok((campaign, self.source.clone(), inputs))
+    }
+
+    fn bench(&self, inputs: &mut Vec<Input>) -> Result<Bench> {
+        let folder: PathBuf = self.path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let bench = self.file.own_bench(&mut |name| {
+            let (source, input) = files::read_input(&folder.join(name))?;
+            inputs.push(input);
+            Ok(source)
+        });
+        bench.map_err(|error| wire::locate(error, &self.source))
+    }
+
+    /// Titles of their own are read from one CSV of one device only.
+    fn refuse_columns(&self) -> Result<()> {
+        if self.file.columns.is_empty() {
+            return Ok(());
+        }
+        Err(Malformed::new(Fault::Value, "\"columns\" is for a CSV of one device; here are many, or Parquet")
+            .expected("columns under the keys of a reading, and no \"columns\" in the campaign")
+            .at_path("columns"))
+        .map_err(|error| wire::locate(error, &self.source))
+    }
+
+    /// The table of devices: files, or the campaign's own readings.
+    pub(super) fn table<'a>(&'a self, others: Others<'a>, chart: Option<&'a str>) -> Result<Table<'a>> {
+        self.refuse_columns()?;
+        let mut inputs = vec![self.input.clone()];
+        let bench = self.bench(&mut inputs)?;
+        let mut table = Table {
+            question: self,
+            by: self.by.clone(),
+            lot: None,
+            others,
+            template: None,
+            inline: Vec::new(),
+            names: self.files.iter().map(|path| path.display().to_string()).collect(),
+            inputs,
+        };
+        let numeric = match (self.files.first(), &self.file.readings) {
+            (Some(first), _) => {
+                let record = open(first)?;
+                let by = self.by.as_deref().map(|by| record.find(by)).transpose()?;
+                table.lot = match chart {
+                    Some(column) => {
+                        Some(record.columns().get(record.find(column)?).map_or(column.into(), |c| c.title.clone()))
+                    }
+                    None => lot(record.columns()),
+                };
+                // a diagnosis has every column for itself
+                let all = matches!(others, Others::All);
+                table.lot = table.lot.take().filter(|lot| !all && Some(lot) != self.by.as_ref());
+                for path in &self.files {
+                    super::session::reads(path);
+                }
+                Layout::of(&bench, record.columns(), by, |key| table.wants(key)).numeric(&bench)
+            }
+            (None, ReadingsRef::Inline(rows)) => {
+                table.inline = rows.clone();
+                let by = self.by.as_deref().unwrap_or_default();
+                let (layout, _) = wire::inline_devices(&bench, table.inline.clone(), by, |key| table.wants(key))
+                    .map_err(|error| wire::locate(error.at_path("readings"), &self.source))?;
+                layout.numeric(&bench)
+            }
+            (None, ReadingsRef::Path(_)) => Vec::new(),
+        };
+        // the campaign of no device yet: everything but the readings is checked here
+        let readings = Readings { columns: numeric, rows: Vec::new() };
+        let file = CampaignFile { scatter: Vec::new(), ..self.file.clone() };
+        let template = file.with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
+        table.template = Some(template);
+        Ok(table)
+    }
+
+    /// The campaign of a device.
+    fn of_device(&self, template: &Campaign, layout: &Layout, device: &Device) -> Result<Campaign> {
+        let readings = wire::device_readings(&template.bench, layout, device)?;
+        let plain = self.file.scatter.is_empty() && layout.uses.iter().all(|kind| *kind != Use::Other);
+        let own_lines = readings.columns.iter().any(|column| column.ends_with("_u"));
+        match plain && !own_lines && readings.columns == template.readings.columns {
+            true => Ok(template.with_readings(readings)),
+            false => self.file.clone().with(template.bench.clone(), readings),
+        }
+    }
+}
+
+/// Which further columns a device's campaign has.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Others<'a> {
+    /// Those that the campaign's scatter names.
+    Named(&'a CampaignFile),
+    /// All: a diagnosis looks at every one.
+    All,
+}
+
+/// A table of devices that is about to be read.
+pub(super) struct Table<'a> {
+    question: &'a Question,
+    by: Option<String>,
+    lot: Option<String>,
+    others: Others<'a>,
+    template: Option<Campaign>,
+    inline: Vec<ReadingFile>,
+    names: Vec<String>,
+    inputs: Vec<Input>,
+}
+
+impl Table<'_> {
+    fn wants(&self, key: &str) -> bool {
+        match self.others {
+            Others::All => Some(key) != self.by.as_deref(),
+            Others::Named(file) => {
+                let named = file.scatter.iter().any(|line| {
+                    line.over.as_deref() == Some(key)
+                        || line.per.as_deref() == Some(key)
+                        || (key == "position" && line.per.as_deref() == Some("position"))
+                });
+                named || (key == "position" && !file.scatter.is_empty()) || key.ends_with("_u")
+            }
+        }
+    }
+
+    /// Every file that was read, with digests.
+    pub(super) fn inputs(&self) -> Result<Vec<Input>> {
+        let mut inputs = self.inputs.clone();
+        for path in &self.question.files {
+            inputs.push(files::input(path)?);
+        }
+        Ok(inputs)
+    }
+
+    /// The campaign without readings.
+    pub(super) fn template(&self) -> Result<&Campaign> {
+        self.template.as_ref().ok_or_else(|| Malformed::new(Fault::Missing, "there is no campaign"))
+    }
+
+    /// What tells devices apart.
+    pub(super) fn by(&self) -> &str {
+        self.by.as_deref().unwrap_or("file")
+    }
+
+    pub(super) fn lot(&self) -> Option<&str> {
+        self.lot.as_deref()
+    }
+
+    /// The campaign of a device.
+    pub(super) fn campaign(&self, layout: &Layout, device: &Device) -> Result<Campaign> {
+        self.question.of_device(self.template()?, layout, device)
+    }
+
+    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device do not stand together.
+    pub(super) fn read(
+        &self,
+        sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<()>,
+        restart: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<()> {
+        let template = self.template()?;
+        if self.names.is_empty() {
+            let rows = self.inline.clone();
+            let (layout, devices) = wire::inline_devices(&template.bench, rows, self.by(), |key| self.wants(key))
+                .map_err(|error| wire::locate(error.at_path("readings"), &self.question.source))?;
+            return sink(devices, &layout);
+        }
+        let open = |k: usize| self.question.files.get(k).map_or_else(|| Err(no_file()), |path| open(path));
+        let layout = |record: &Record, by: Option<usize>| {
+            Layout::of(&template.bench, record.columns(), by, |key| self.wants(key))
+        };
+        let mut pass = |counts: Option<&batch::Counts>| {
+            batch::stream(&self.names, &open, self.by.as_deref(), self.lot.as_deref(), &layout, counts, sink)
+        };
+        if let Ended::CameBack { label, row } = pass(None)? {
+            super::note(&format!(
+                "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
+                 kept until they are whole"
+            ));
+            restart()?;
+            let counts = batch::count(self.names.len(), &open, self.by())?;
+            pass(Some(&counts))?;
+        }
+        Ok(())
+    }
+
+    /// A bar of rows on stderr with rate and time left; for tables of text their number is guessed from the first lines.
+    pub(super) fn bar(&self) -> indicatif::ProgressBar {
+        let rows = |path: &PathBuf| match open(path).ok().and_then(|record| record.rows()) {
+            Some(rows) => rows,
+            None => guessed(path),
+        };
+        let shown = std::io::stderr().is_terminal();
+        let rows = if shown { self.question.files.iter().map(rows).sum() } else { self.inline.len() as u64 };
+        let bar = super::bar(rows);
+        let style = "{wide_bar} {human_pos} of about {human_len} rows, {per_sec}, {eta} left";
+        if let Ok(style) = indicatif::ProgressStyle::with_template(style) {
+            bar.set_style(style);
+        }
+        bar
+    }
+}
+
+/// Rows of a table of text, from its size and the length of its first lines.
+fn guessed(path: &Path) -> u64 {
+    use std::io::Read;
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(1 << 16).read_to_end(&mut head));
+    let (lines, size) =
+        (head.iter().filter(|b| **b == b'\n').count(), std::fs::metadata(path).map_or(0, |own| own.len()));
+    match read {
+        Ok(length) if lines > 0 => (size as f64 / length as f64 * lines as f64) as u64,
+        _ => 0,
+    }
+}
+
+fn no_file() -> Malformed {
+    Malformed::new(Fault::File, "there is no such file")
+}
+
+/// The column of dates or lots.
+fn lot(columns: &[Column]) -> Option<String> {
+    let named = |name: &&str| columns.iter().find(|own| own.name.eq_ignore_ascii_case(name));
+    LOTS.iter().find_map(|name| named(&name)).map(|column| column.title.clone())
+}
+
+fn open(path: &Path) -> Result<Record> {
+    let name = path.display().to_string();
+    if path.is_dir() {
+        return Err(Malformed::new(Fault::File, format!("'{name}' is a folder"))
+            .expected("files: FOLDER/*.csv")
+            .in_file(name));
+    }
+    let file = std::fs::File::open(path).map_err(|error| {
+        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable table of readings")
+    })?;
+    Record::open_titled(&name, file)
+}
+
+fn is_parquet(path: &Path) -> bool {
+    use std::io::Read;
+    let mut first = [0_u8; 4];
+    std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok() && first == *b"PAR1"
+}
+
+/// One fit for each device.
+pub(super) fn fit(
+    question: &Question,
+    many: &Many,
+    settings: &Settings,
+    json: Option<&Path>,
+    pages: &Pages,
+) -> Result<Outcome> {
+    let table = question.table(Others::Named(&question.file), many.chart.as_deref())?;
+    let template = table.template()?;
+    if !(settings.level > 0.0 && settings.level < 1.0) {
+        return Err(Malformed::new(Fault::Value, "the level is no probability")
+            .expected("a number between 0 and 1, for example 0.95")
+            .found(settings.level.to_string()));
+    }
+    let names = report::batch_quantities(template);
+    let [html, md] = pages.paths();
+    let mut outputs = Outputs::plan([many.to.as_deref(), html, md, json])?;
+    let terminal = std::io::stdout().is_terminal();
+    let stdout = PathBuf::from("-");
+    // rows go to the file, else to stdout unless a person sits there or a report goes there
+    let target = match &many.to {
+        Some(path) => Some(path.clone()),
+        None if terminal || outputs.to_stdout() => None,
+        None => Some(stdout.clone()),
+    };
+    if let Some(path) = &target {
+        Format::of(path)?;
+    }
+    let to_stdout = outputs.to_stdout() || target.as_ref() == Some(&stdout);
+    let columns = Columns {
+        by: table.by().to_string(),
+        lot: table.lot().map(str::to_string),
+        quantities: names.clone(),
+        limited: !template.limits.is_empty(),
+    };
+    let begin = || target.as_ref().map(|path| Rows::begin(path, outputs.open(path)?, columns.clone())).transpose();
+    let state =
+        std::cell::RefCell::new(State { rows: begin()?, summary: Summary::new(names.len()), shown: Vec::new() });
+    let buffered = target.as_ref() == Some(&stdout);
+    let held: std::cell::RefCell<Vec<Row>> = Default::default();
+    let bar = table.bar();
+    let question_of = std::cell::RefCell::new(None::<Layout>);
+    let schedules = std::cell::RefCell::new(None::<batch::Schedules>);
+    table.read(
+        &mut |devices, layout| {
+            let of = |device: &Device| table.campaign(layout, device);
+            let mut fleet = Fleet::with(&of, *settings, names.len(), schedules.borrow_mut().take().unwrap_or_default());
+            let rows = fleet.fit(&devices, layout);
+            *schedules.borrow_mut() = Some(fleet.into_schedules());
+            *question_of.borrow_mut() = Some(layout.clone());
+            let mut state = state.borrow_mut();
+            rows.iter().for_each(|row| state.summary.add(row));
+            let room = (SHOWN + 1).saturating_sub(state.shown.len());
+            state.shown.extend(rows.iter().take(room).cloned());
+            bar.inc(devices.iter().map(|device| device.rows as u64).sum());
+            if buffered {
+                // what is on stdout cannot be taken back
+                held.borrow_mut().extend(rows);
+                return Ok(());
+            }
+            state.rows.as_mut().map_or(Ok(()), |out| out.write(&rows))
+        },
+        &mut || {
+            // the file that was begun is gone before it is begun anew under the same name
+            state.borrow_mut().rows = None;
+            *state.borrow_mut() = State { rows: begin()?, summary: Summary::new(names.len()), shown: Vec::new() };
+            held.borrow_mut().clear();
+            bar.reset();
+            Ok(())
+        },
+    )?;
+    bar.finish_and_clear();
+    let State { rows, summary, shown } = state.into_inner();
+    if summary.devices == 0 {
+        return Err(Malformed::new(Fault::Missing, "there are no readings")
+            .expected(format!("a table with the columns {} and those of a reading", table.by()))
+            .at_path("readings"));
+    }
+    let mut found = report::batch_report(template, settings, table.by(), &summary);
+    if json.is_some() || pages.is_asked_for() {
+        found.inputs = table.inputs()?;
+    }
+    if pages.is_asked_for() {
+        outputs.extend(pages.page(&report::html::batch_page(template, &found, &summary)?)?);
+    }
+    if let Some(path) = json {
+        outputs.add(path, files::json(&found)?);
+    }
+    if let Some(mut out) = rows {
+        out.write(&held.into_inner())?;
+        outputs.finish(out.finish()?);
+    }
+    outputs.write()?;
+    if !to_stdout {
+        if many.to.is_none() && summary.devices <= SHOWN {
+            super::print(&(report::batch_rows(template, table.by(), &shown) + "\n"))?;
+        }
+        super::print(&report::batch_table(&found))?;
+    }
+    let failed = found.conformity.as_ref().is_some_and(|own| own.fail > 0);
+    let rejected = found.devices.rejected + found.devices.malformed > 0;
+    Ok(if failed || rejected { Outcome::Rejected } else { Outcome::Done })
+}
+
+/// What a pass over the devices has found.
+struct State {
+    rows: Option<Rows>,
+    summary: Summary,
+    shown: Vec<Row>,
+}
+
+/// A text column that repeats the schedule: several devices that are about to be fitted as one?
+pub(super) fn repeated(campaign: &Campaign) -> Option<String> {
+    let (column, devices) = batch::repeats(campaign)?;
+    Some(format!(
+        "note: the column '{column}' repeats the schedule for {devices} labels, and all their readings are fitted together as one device; \
+         --by {column} fits each by itself"
+    ))
+}

@@ -1,0 +1,121 @@
+//! `tumble diagnose CAMPAIGN --by COLUMN`: which device has which effect.
+
+use super::batch::{Many, Others, Question};
+use super::diagnose::Catalogue;
+use super::outputs::Outputs;
+use super::rows::{DiagnosedRow, EffectColumn, diagnosed};
+use super::{Outcome, rows::Format};
+use crate::batch::Device;
+use crate::diagnosis::{self, Settings, Verdict};
+use crate::error::{Fault, Malformed, Result};
+use crate::report;
+use crate::wire;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Diagnose every device by itself.
+pub(super) fn run(question: &Question, many: &Many, catalogue: &Catalogue, settings: &Settings) -> Result<Outcome> {
+    let table = question.table(Others::All, None)?;
+    table.template()?;
+    // what is wrong with the question itself (the significance, the catalogue) is no device's answer
+    if !(settings.significance > 0.0 && settings.significance < 1.0) {
+        return Err(Malformed::new(Fault::Value, "the significance is no probability")
+            .expected("a number between 0 and 1, for example 0.01")
+            .found(settings.significance.to_string()));
+    }
+    let mut outputs = Outputs::plan([many.to.as_deref()])?;
+    let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
+    let format = Format::of(&target)?;
+    if format == Format::Parquet {
+        return Err(Malformed::new(Fault::Value, "effects of devices are not written as Parquet")
+            .expected("a name that ends in .csv or .jsonl"));
+    }
+    let bar = table.bar();
+    let found = std::cell::RefCell::new(Vec::<DiagnosedRow>::new());
+    table.read(
+        &mut |devices, layout| {
+            let one = |device: &Device| {
+                let diagnosed = table
+                    .campaign(layout, device)
+                    .and_then(|campaign| diagnosis::diagnose(&campaign, &catalogue.effects, settings));
+                bar.inc(device.rows as u64);
+                match diagnosed {
+                    Ok(own) => DiagnosedRow {
+                        label: device.label.clone(),
+                        verdict: own.verdict.name().into(),
+                        effects: own
+                            .effects
+                            .iter()
+                            .map(|finding| EffectColumn {
+                                regressor: finding.effect.regressor.clone(),
+                                name: finding.effect.name.clone(),
+                                value: finding.value,
+                                u: finding.u,
+                                unit: finding.unit.clone(),
+                                p: finding.p,
+                                aliases: finding.aliases.iter().map(|alias| alias.regressor.clone()).collect(),
+                            })
+                            .collect(),
+                        why: String::new(),
+                    },
+                    Err(error) => {
+                        let error = wire::locate(error, question.source());
+                        let found = error.finding().map_or(String::new(), |found| format!("; found: {found}"));
+                        DiagnosedRow {
+                            label: device.label.clone(),
+                            verdict: "malformed".into(),
+                            effects: Vec::new(),
+                            why: format!("{} ({}){found}", error.what(), error.place().path),
+                        }
+                    }
+                }
+            };
+            let rows: Vec<DiagnosedRow> = devices.par_iter().map(one).collect();
+            found.borrow_mut().extend(rows);
+            Ok(())
+        },
+        &mut || {
+            found.borrow_mut().clear();
+            bar.reset();
+            Ok(())
+        },
+    )?;
+    bar.finish_and_clear();
+    let rows = found.into_inner();
+    let mut stream = outputs.open(&target)?;
+    let text = diagnosed(table.by(), &rows, format);
+    stream
+        .write_all(&text)
+        .or_else(super::outputs::reader_left)
+        .map_err(|error| super::outputs::fault(&target, &error))?;
+    outputs.finish(stream);
+    outputs.write()?;
+    let mut effects: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    let mut verdicts: BTreeMap<&str, usize> = BTreeMap::new();
+    for row in &rows {
+        *verdicts.entry(row.verdict.as_str()).or_default() += 1;
+        for effect in &row.effects {
+            *effects.entry((effect.regressor.as_str(), effect.name.as_str())).or_default() += 1;
+        }
+    }
+    let mut counts: Vec<((&str, &str), usize)> = effects.into_iter().collect();
+    counts.sort_by(|a, b| b.1.cmp(&a.1));
+    let said: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{n} {verdict}")).collect();
+    let mut text = format!("{} devices by {}: {}\n", rows.len(), table.by(), said.join(", "));
+    if !counts.is_empty() {
+        let cells: Vec<Vec<String>> = counts
+            .iter()
+            .map(|((regressor, name), n)| vec![n.to_string(), (*regressor).to_string(), (*name).to_string()])
+            .collect();
+        text += &format!("\n{}", report::table::plain(&["devices", "regressor", "effect"], &cells));
+    }
+    match &many.to {
+        Some(_) => super::print(&text)?,
+        // rows are on stdout
+        None => super::note(text.trim_end()),
+    }
+    let nothing = rows.iter().all(|row| row.verdict == Verdict::NothingMissing.name());
+    Ok(if nothing { Outcome::Done } else { Outcome::Rejected })
+}

@@ -1,0 +1,96 @@
+//! Names with `*` and `?`, where the shell has left them.
+
+use crate::error::{Fault, Malformed, Result};
+use std::path::{Path, PathBuf};
+
+/// The files that these names stand for, those of one pattern in the order of their names.
+///
+/// Errors: a pattern that no file has.
+pub(super) fn expand(names: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for name in names {
+        let text = name.to_string_lossy();
+        if name.exists() || !text.contains(['*', '?']) {
+            found.push(name.clone());
+            continue;
+        }
+        let mut matching = matching(name);
+        if matching.is_empty() {
+            return Err(Malformed::new(Fault::File, format!("no file is called '{text}'"))
+                .expected("a file, or a pattern with * and ? that some file matches"));
+        }
+        matching.sort();
+        found.append(&mut matching);
+    }
+    Ok(found)
+}
+
+fn matching(pattern: &Path) -> Vec<PathBuf> {
+    let mut folders = vec![PathBuf::new()];
+    for part in pattern.components() {
+        let text = part.as_os_str().to_string_lossy().to_string();
+        if !text.contains(['*', '?']) {
+            folders.iter_mut().for_each(|folder| folder.push(part));
+            continue;
+        }
+        let mut next = Vec::new();
+        for folder in folders {
+            let listed = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+            for entry in std::fs::read_dir(listed).into_iter().flatten().flatten() {
+                let name = entry.file_name();
+                let hidden = name.to_string_lossy().starts_with('.') && !text.starts_with('.');
+                if !hidden && fits(text.as_bytes(), name.to_string_lossy().as_bytes()) {
+                    next.push(folder.join(name));
+                }
+            }
+        }
+        folders = next;
+    }
+    folders.retain(|path| path.is_file());
+    folders
+}
+
+/// Does a name fit a pattern of `*` (any text) and `?` (one byte)?
+fn fits(pattern: &[u8], name: &[u8]) -> bool {
+    let (mut p, mut n, mut star) = (0, 0, None);
+    while n < name.len() {
+        match pattern.get(p) {
+            Some(b'*') => {
+                star = Some((p, n));
+                p += 1;
+            }
+            Some(byte) if *byte == b'?' || Some(byte) == name.get(n) => {
+                p += 1;
+                n += 1;
+            }
+            _ => match star {
+                Some((at, from)) => {
+                    p = at + 1;
+                    n = from + 1;
+                    star = Some((at, from + 1));
+                }
+                None => return false,
+            },
+        }
+    }
+    pattern.get(p..).unwrap_or_default().iter().all(|byte| *byte == b'*')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fits;
+
+    #[test]
+    fn patterns_fit_as_a_shell_has_them() {
+        for (pattern, name, expected) in [
+            ("*.csv", "a.csv", true),
+            ("*.csv", "a.csv.gz", false),
+            ("run?-*.csv", "run1-ab.csv", true),
+            ("a*b*c", "aXXbYYbZc", true),
+            ("a*b*c", "aXXbYYbZ", false),
+            ("*", "", true),
+        ] {
+            assert_eq!(fits(pattern.as_bytes(), name.as_bytes()), expected, "{pattern} {name}");
+        }
+    }
+}

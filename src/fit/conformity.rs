@@ -1,0 +1,92 @@
+//! Conformity of a value with its limits (JCGM 106:2012, ISO/IEC 17025 7.8.6).
+
+use crate::campaign::{Decision, Limit};
+use crate::uncertainty::Combined;
+use crate::uncertainty::quantiles::student_t_cdf;
+
+/// What a decision rule says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Conformity {
+    /// The limits are kept.
+    Pass,
+    /// The value's uncertainty leaves it open.
+    Undecided,
+    /// The limits are not kept.
+    Fail,
+}
+
+impl Conformity {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Conformity::Pass => "pass",
+            Conformity::Undecided => "undecided",
+            Conformity::Fail => "fail",
+        }
+    }
+}
+
+/// Judge a value by its limits: the decision, and the probability of conformity; `None` where no uncertainty is known.
+///
+/// ```
+/// use tumble::campaign::{Decision, Limit, Limited};
+/// use tumble::fit::{Conformity, judge};
+/// let limit = Limit { of: Limited::Parameter(0), lower: -1.0, upper: 1.0 };
+/// assert_eq!(judge(Decision::Simple, &limit, Some(0.9), None, 0.95), (Conformity::Pass, None));
+/// assert_eq!(judge(Decision::GuardU, &limit, Some(0.9), None, 0.95), (Conformity::Undecided, None));
+/// ```
+pub fn judge(
+    decision: Decision,
+    limit: &Limit,
+    value: Option<f64>,
+    uncertainty: Option<&Combined>,
+    level: f64,
+) -> (Conformity, Option<f64>) {
+    let probability = value.zip(uncertainty).and_then(|(v, c)| probability(v, c, limit.lower, limit.upper));
+    (decide(decision, value, uncertainty, probability, level, limit), probability)
+}
+
+/// `P(lower <= Y <= upper)` for `Y = value + u t`, t with the effective degrees of freedom (JCGM 106, 7.3).
+fn probability(value: f64, combined: &Combined, lower: f64, upper: f64) -> Option<f64> {
+    if !(combined.u > 0.0) {
+        return Some(f64::from(u8::from(lower <= value && value <= upper)));
+    }
+    let below = |bound: f64| match bound {
+        f64::INFINITY => Some(1.0),
+        f64::NEG_INFINITY => Some(0.0),
+        bound => student_t_cdf((bound - value) / combined.u, combined.dof),
+    };
+    Some((below(upper)? - below(lower)?).clamp(0.0, 1.0))
+}
+
+fn decide(
+    decision: Decision,
+    value: Option<f64>,
+    uncertainty: Option<&Combined>,
+    probability: Option<f64>,
+    level: f64,
+    limit: &Limit,
+) -> Conformity {
+    let Some(value) = value else { return Conformity::Undecided };
+    let inside = |by: f64| limit.lower + by <= value && value <= limit.upper - by;
+    match (decision, uncertainty, probability) {
+        (Decision::Simple, ..) => {
+            if inside(0.0) {
+                Conformity::Pass
+            } else {
+                Conformity::Fail
+            }
+        }
+        (Decision::GuardU, Some(combined), _) => match combined.expanded {
+            guard if inside(guard) => Conformity::Pass,
+            guard if !inside(-guard) => Conformity::Fail,
+            _ => Conformity::Undecided,
+        },
+        (Decision::Risk, _, Some(probability)) => match probability {
+            p if p >= level => Conformity::Pass,
+            p if p <= 1.0 - level => Conformity::Fail,
+            _ => Conformity::Undecided,
+        },
+        _ => Conformity::Undecided,
+    }
+}

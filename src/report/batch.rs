@@ -1,0 +1,327 @@
+//! Many devices: the summary as stable JSON and as a table.
+
+use super::table::{count, plain, rounded, significant};
+use super::{Input, wrap};
+use crate::batch::{Row, Summary};
+use crate::campaign::{Campaign, Limited};
+use crate::fit;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Outlying devices that a report lists.
+const MOST: usize = 50;
+
+/// What a table of many devices comes to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BatchReport {
+    /// Version of the program.
+    pub tumble: String,
+    /// `batch`.
+    pub report: String,
+    /// Files that it was made from, with digests.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Input>,
+    /// The bench.
+    pub bench: String,
+    /// Model line of each sensor.
+    pub model: BTreeMap<String, String>,
+    /// `exact` or `linear`.
+    pub estimator: String,
+    /// Coverage probability of expanded uncertainties.
+    pub level: f64,
+    /// The column that tells devices apart; `file` where each file is a device.
+    pub by: String,
+    /// Devices, and how many of them are what.
+    pub devices: DeviceCounts,
+    /// Conformity with the limits; null without limits.
+    pub conformity: Option<ConformityCounts>,
+    /// Every estimated parameter and derived quantity over the accepted devices.
+    pub quantities: Vec<DistributionReport>,
+    /// Devices that stand apart, the farthest first, at most 50.
+    pub outlying: Vec<OutlyingReport>,
+    /// Lots or dates in the order in which they were met; empty where no column has them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lots: Vec<LotReport>,
+}
+
+/// Devices by what became of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DeviceCounts {
+    /// All.
+    pub all: usize,
+    /// Determined, and the global test passed where there is one.
+    pub accepted: usize,
+    /// A rank defect, a failed global test, no convergence.
+    pub rejected: usize,
+    /// Readings that are no readings of this campaign.
+    pub malformed: usize,
+    /// With suspicious readings.
+    pub suspicious: usize,
+    /// Fitted by the factorisation of a common schedule.
+    pub common_schedule: usize,
+    /// Fitted by themselves.
+    pub own_fit: usize,
+}
+
+/// Devices by conformity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ConformityCounts {
+    /// `simple`, `guard-u` or `risk`.
+    pub decision: String,
+    /// Inside every limit.
+    pub pass: usize,
+    /// Left open by the uncertainty.
+    pub undecided: usize,
+    /// Outside some limit.
+    pub fail: usize,
+}
+
+/// A quantity over the accepted devices, in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DistributionReport {
+    /// Name.
+    pub id: String,
+    /// Unit (`rad` for tilts).
+    pub unit: String,
+    /// Devices that have a value.
+    pub devices: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation between devices.
+    pub sd: Option<f64>,
+    /// Least value.
+    pub least: f64,
+    /// Median.
+    pub median: f64,
+    /// Largest value.
+    pub most: f64,
+    /// Value below which 5 % of the devices are.
+    pub q05: f64,
+    /// Value below which 95 % of the devices are.
+    pub q95: f64,
+    /// Root mean square of the devices' standard uncertainties.
+    pub u: Option<f64>,
+    /// Do devices differ more than they are measured? Null without uncertainties.
+    pub scattering: Option<BetweenReport>,
+    /// Limits; null for none.
+    pub limits: Option<[Option<f64>; 2]>,
+}
+
+/// Between-device scatter against the uncertainty from each device's own readings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BetweenReport {
+    /// Root mean square of the Type A standard uncertainties.
+    pub u: f64,
+    /// Variance between devices over that of the readings.
+    pub f: f64,
+    /// Degrees of freedom of the numerator.
+    pub dof: f64,
+    /// Degrees of freedom of the denominator; null for infinite.
+    pub u_dof: Option<f64>,
+    /// Probability of a larger ratio if all devices were alike.
+    pub p: f64,
+    /// Standard deviation of the devices' true values that explains the rest.
+    pub sd_of_devices: f64,
+}
+
+/// A device that stands apart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OutlyingReport {
+    /// The device.
+    pub device: String,
+    /// The quantity.
+    pub id: String,
+    /// Its value, in the quantity's unit.
+    pub value: f64,
+    /// Distance from the median in robust standard deviations, `(x - median) / (1.4826 MAD)`.
+    pub z: f64,
+}
+
+/// A lot or a date.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LotReport {
+    /// Its name.
+    pub name: String,
+    /// Accepted devices, for each quantity that some device has.
+    pub devices: BTreeMap<String, usize>,
+    /// Mean of each quantity.
+    pub mean: BTreeMap<String, f64>,
+    /// Standard deviation of each quantity within the lot; null for one device.
+    pub sd: BTreeMap<String, Option<f64>>,
+}
+
+/// Names and units of what a row has: estimated parameters, then derived quantities.
+pub fn batch_quantities(campaign: &Campaign) -> Vec<(String, String)> {
+    let parameters = campaign.estimated().iter().map(|p| (p.id.clone(), p.unit.clone()));
+    parameters.chain(campaign.derived.iter().map(|d| (d.id.clone(), d.unit.clone()))).collect()
+}
+
+/// The summary of many devices.
+pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, summary: &Summary) -> BatchReport {
+    let names = batch_quantities(campaign);
+    let n = campaign.unknowns();
+    let limits = |k: usize| {
+        let own = campaign.limits.iter().find(|limit| match limit.of {
+            Limited::Parameter(own) => own == k,
+            Limited::Derived(own) => n + own == k,
+        })?;
+        Some([own.lower, own.upper].map(|bound| bound.is_finite().then_some(bound)))
+    };
+    let quantity = |(k, (id, unit)): (usize, &(String, String))| {
+        let own = summary.quantity(k)?;
+        let [least, q05, median, q95, most] = own.quantiles;
+        Some(DistributionReport {
+            id: id.clone(),
+            unit: unit.clone(),
+            devices: own.devices,
+            mean: own.mean,
+            sd: own.sd,
+            least,
+            median,
+            most,
+            q05,
+            q95,
+            u: own.u,
+            scattering: own.scattering.map(|s| BetweenReport {
+                u: s.u,
+                f: s.f,
+                dof: s.dof,
+                u_dof: s.u_dof.is_finite().then_some(s.u_dof),
+                p: s.p,
+                sd_of_devices: s.sd_of_devices,
+            }),
+            limits: limits(k),
+        })
+    };
+    let name = |k: usize| names.get(k).map_or(String::new(), |(id, _)| id.clone());
+    let lots = summary.lots.iter().map(|lot| {
+        let own = || lot.of.iter().enumerate().filter(|(_, (count, ..))| *count > 0);
+        LotReport {
+            name: lot.name.clone(),
+            devices: own().map(|(k, (count, ..))| (name(k), *count)).collect(),
+            mean: own().map(|(k, (_, mean, _))| (name(k), *mean)).collect(),
+            sd: own().map(|(k, (n, _, s))| (name(k), (*n > 1).then(|| (s / (*n - 1) as f64).sqrt()))).collect(),
+        }
+    });
+    let [accepted, rejected, malformed] = summary.verdicts;
+    let [pass, undecided, fail] = summary.conformity;
+    BatchReport {
+        tumble: env!("CARGO_PKG_VERSION").into(),
+        report: "batch".into(),
+        inputs: Vec::new(),
+        bench: campaign.bench.id.clone(),
+        model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
+        estimator: settings.estimator.name().into(),
+        level: settings.level,
+        by: by.into(),
+        devices: DeviceCounts {
+            all: summary.devices,
+            accepted,
+            rejected,
+            malformed,
+            suspicious: summary.suspicious,
+            common_schedule: summary.solved[0],
+            own_fit: summary.solved[1],
+        },
+        conformity: (!campaign.limits.is_empty()).then(|| ConformityCounts {
+            decision: campaign.decision.name().into(),
+            pass,
+            undecided,
+            fail,
+        }),
+        quantities: names.iter().enumerate().filter_map(quantity).collect(),
+        outlying: summary
+            .outlying(MOST)
+            .into_iter()
+            .map(|own| OutlyingReport { device: own.label, id: name(own.quantity), value: own.value, z: own.z })
+            .collect(),
+        lots: lots.collect(),
+    }
+}
+
+/// The summary as tables for a terminal.
+pub fn batch_table(report: &BatchReport) -> String {
+    let mut text = String::new();
+    let DeviceCounts { all, accepted, rejected, malformed, suspicious, common_schedule, own_fit } = report.devices;
+    text += &format!(
+        "{} by {}: {accepted} accepted, {rejected} rejected, {malformed} malformed\n",
+        count(all, "device"),
+        report.by
+    );
+    text += &format!("fitted: {common_schedule} by a common schedule, {own_fit} by themselves\n");
+    if suspicious > 0 {
+        text += &format!("{} with suspicious readings\n", count(suspicious, "device"));
+    }
+    if let Some(own) = &report.conformity {
+        text += &format!(
+            "conformity ({}): {} pass, {} undecided, {} fail\n",
+            own.decision, own.pass, own.undecided, own.fail
+        );
+    }
+    if report.quantities.is_empty() {
+        return text;
+    }
+    let rows: Vec<Vec<String>> = report
+        .quantities
+        .iter()
+        .map(|q| {
+            let dash = || "-".to_string();
+            let (excess, p) = q.scattering.as_ref().map_or((dash(), dash()), |s| {
+                (significant(s.sd_of_devices, 3), if s.p < 1e-4 { "<0.0001".into() } else { significant(s.p, 2) })
+            });
+            vec![
+                q.id.clone(),
+                rounded(q.mean, q.sd),
+                q.sd.map_or_else(dash, |sd| significant(sd, 3)),
+                q.u.map_or_else(dash, |u| significant(u, 3)),
+                excess,
+                p,
+                q.unit.clone(),
+            ]
+        })
+        .collect();
+    text.push('\n');
+    text += &plain(&["quantity", "mean", "sd", "u", "sd of devices", "p alike", "unit"], &rows);
+    text += "u: root mean square of the devices' standard uncertainties; sd of devices: what differs\nbeyond the scatter of their readings; p alike: probability of such an sd if none did\n";
+    if !report.outlying.is_empty() {
+        let list: Vec<String> =
+            report.outlying.iter().take(10).map(|own| format!("{} ({}, z {:.1})", own.device, own.id, own.z)).collect();
+        let more = if report.outlying.len() > 10 { ", ..." } else { "" };
+        text += &wrap::hanging(&format!("devices apart from the others: {}{more}", list.join(", ")), 2);
+        text.push('\n');
+    }
+    text
+}
+
+/// Rows as a table for a terminal.
+pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row]) -> String {
+    let names = batch_quantities(campaign);
+    let mut header: Vec<&str> = vec![by, "verdict"];
+    let limited = !campaign.limits.is_empty();
+    if limited {
+        header.push("limits");
+    }
+    header.extend(names.iter().map(|(id, _)| id.as_str()));
+    header.push("why");
+    let cells: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let mut cells = vec![row.label.clone(), row.verdict.name().to_string()];
+            if limited {
+                cells.push(row.conformity.map_or("-".into(), |own| own.name().to_string()));
+            }
+            cells.extend(row.value.iter().zip(&row.u).map(|(x, u)| match x.is_nan() {
+                true => "-".into(),
+                false => rounded(*x, Some(*u).filter(|u| u.is_finite())),
+            }));
+            let mut why: String = row.why.chars().take(60).collect();
+            if row.why.chars().count() > 60 {
+                why += "...";
+            }
+            cells.push(why);
+            cells
+        })
+        .collect();
+    plain(&header, &cells)
+}

@@ -1,0 +1,113 @@
+//! How a quantity is distributed over many devices: a histogram with the limits, and what the readings alone would make of it.
+
+use super::{Area, BLUE, Drawn, HALF, INK, RULE, SKY, SMALL, SOFT, VERMILLION, scale, style, svg};
+use crate::error::Result;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// What a histogram shows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Distribution {
+    /// Name of the quantity.
+    pub label: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// The values.
+    pub values: Vec<f64>,
+    /// Limits; infinite where there is none.
+    pub limits: Option<[f64; 2]>,
+    /// Mean and standard deviation of a normal curve to compare with: what the uncertainty of the devices' readings alone would leave.
+    pub alone: Option<[f64; 2]>,
+}
+
+const LEFT: i32 = 90;
+const TOP: i32 = 20;
+const BOTTOM: i32 = 320;
+/// Values farther than so many interquartile ranges from the quartiles are counted in the last bars.
+const FAR: f64 = 3.0;
+
+/// A histogram.
+///
+/// ```
+/// use tumble::report::plot::{Distribution, distribution};
+/// let values = (0..100).map(|k| (k as f64 * 0.37).sin()).collect();
+/// let svg = distribution(&Distribution { label: "V0".into(), unit: "V".into(), values, ..Distribution::default() })?;
+/// assert!(svg.contains("V0, V") && svg.contains("devices"));
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn distribution(distribution: &Distribution) -> Result<String> {
+    svg(HALF, (BOTTOM + 80) as u32, |area| draw(area, distribution))
+}
+
+fn draw(area: &Area<'_>, own: &Distribution) -> Drawn {
+    let mut sorted: Vec<f64> = own.values.iter().copied().filter(|x| x.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| sorted.get((share * (sorted.len().max(1) - 1) as f64).round() as usize).copied();
+    let (Some(least), Some(most), Some(q1), Some(q3)) = (at(0.0), at(1.0), at(0.25), at(0.75)) else { return Ok(()) };
+    let reach = FAR * (q3 - q1).max(1e-12 * (least.abs() + most.abs()));
+    let (mut low, mut high) = (least.max(q1 - reach), most.min(q3 + reach));
+    // limits that are near are seen, far ones are told in the text
+    for limit in own.limits.iter().flatten().filter(|x| x.is_finite()) {
+        if *limit > low - reach && *limit < high + reach {
+            (low, high) = (low.min(*limit), high.max(*limit));
+        }
+    }
+    let (low, high) = scale::range([low, high].into_iter(), 0.04);
+    let bins = ((sorted.len() as f64).sqrt().ceil() as usize).clamp(6, 60);
+    let mut counts = vec![0_usize; bins];
+    for x in &sorted {
+        let k = ((x - low) / (high - low) * bins as f64).floor().clamp(0.0, bins as f64 - 1.0) as usize;
+        counts.iter_mut().skip(k).take(1).for_each(|n| *n += 1);
+    }
+    let width = (high - low) / bins as f64;
+    let curve = |x: f64| {
+        let [mean, sd] = own.alone?;
+        let z = (x - mean) / sd;
+        Some(sorted.len() as f64 * width / sd / std::f64::consts::TAU.sqrt() * (-0.5 * z * z).exp())
+            .filter(|y| y.is_finite())
+    };
+    let highest = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
+    let exponent = scale::readable_exponent([low, high].into_iter());
+    let (left, right) = (LEFT, HALF as i32 - 20);
+    let x = |v: f64| left + ((v - low) / (high - low) * f64::from(right - left)).round() as i32;
+    let y = |n: f64| BOTTOM - (n / (1.05 * highest) * f64::from(BOTTOM - TOP)).round() as i32;
+    let (ticks, decimals) = scale::ticks(0.0, highest, 4);
+    for tick in ticks.into_iter().filter(|_| decimals == 0) {
+        area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
+        let place = (left - 10, y(tick));
+        area.draw(&Text::new(scale::label(tick, 0), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
+    }
+    for (k, n) in counts.iter().enumerate().filter(|(_, n)| **n > 0) {
+        let (from, to) = (x(low + width * k as f64) + 1, x(low + width * (k + 1) as f64) - 1);
+        area.draw(&Rectangle::new([(from, y(*n as f64)), (to.max(from + 1), BOTTOM)], SKY.filled()))?;
+    }
+    let points: Vec<(i32, i32)> = (0..=200)
+        .filter_map(|k| {
+            let v = low + (high - low) * f64::from(k) / 200.0;
+            // a curve that is much narrower than the histogram is cut at its top
+            curve(v).map(|n| (x(v), y(n.min(1.05 * highest))))
+        })
+        .collect();
+    if !points.is_empty() {
+        area.draw(&PathElement::new(points, BLUE.stroke_width(3)))?;
+    }
+    let (ticks, decimals) = scale::ticks(scale::scaled(low, exponent), scale::scaled(high, exponent), 4);
+    for tick in ticks {
+        let share =
+            (tick - scale::scaled(low, exponent)) / (scale::scaled(high, exponent) - scale::scaled(low, exponent));
+        let place = left + (share * f64::from(right - left)).round() as i32;
+        area.draw(&PathElement::new([(place, BOTTOM), (place, BOTTOM + 6)], SOFT.stroke_width(1)))?;
+        let text = scale::label(tick, decimals);
+        area.draw(&Text::new(text, (place, BOTTOM + 12), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    }
+    area.draw(&PathElement::new([(left, BOTTOM), (right, BOTTOM)], SOFT.stroke_width(1)))?;
+    for limit in own.limits.iter().flatten().filter(|v| v.is_finite() && **v >= low && **v <= high) {
+        let line = vec![(x(*limit), TOP), (x(*limit), BOTTOM)];
+        area.draw(&plotters::element::DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(3)))?;
+    }
+    area.draw(&Text::new("devices".to_string(), (left + 6, TOP), style(SMALL, &SOFT, HPos::Left, VPos::Top)))?;
+    let place = ((left + right) / 2, BOTTOM + 46);
+    let title = scale::title(&own.label, &own.unit, exponent);
+    area.draw(&Text::new(title, place, style(SMALL, &INK, HPos::Center, VPos::Top)))?;
+    Ok(())
+}

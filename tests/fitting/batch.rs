@@ -1,0 +1,291 @@
+//! Many devices in one table: every row is what the fit of that device alone says.
+
+use crate::support::*;
+use serde_json::{Map, Value, json};
+use tumble::batch::{Device, Fleet, Layout, Row, Solved, Summary, Verdict};
+use tumble::campaign::Campaign;
+use tumble::fit::{self, Settings};
+use tumble::wire::{self, CampaignFile, ReadingFile, Source};
+
+/// A multiplicative generator (D. Lehmer, 64 bits of a 128-bit state): seeded, and the same everywhere.
+struct Draws(u128);
+
+impl Draws {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(0xda94_2042_e4dd_58b5);
+        (self.0 >> 75) as f64 / (1_u64 << 53) as f64
+    }
+    fn below(&mut self, n: usize) -> usize {
+        ((self.uniform() * n as f64) as usize).min(n - 1)
+    }
+    fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+    fn chance(&mut self, p: f64) -> bool {
+        self.uniform() < p
+    }
+}
+
+/// A campaign of many devices, and its readings.
+struct Table {
+    file: Value,
+    rows: Vec<Map<String, Value>>,
+    /// Are the readings near 1e4, a million times their noise?
+    large: bool,
+}
+
+/// A random question: some sensors, a few linear terms, with or without stated u, a prior, an uncertain known input, replicates, limits; and
+/// devices of which some lack readings, are shuffled, repeat one input, or have cells that are no numbers.
+fn table(draws: &mut Draws) -> Table {
+    let terms = ["1", "x", "x^2", "z", "x*z", "sin(z)"];
+    let n = 2 + draws.below(4);
+    let two = draws.chance(0.3);
+    let stated = two || draws.chance(0.5);
+    let known = draws.chance(0.4);
+    let own_u = stated && draws.chance(0.3);
+    let line = |offset: usize| {
+        let own = (0..n).map(|k| format!("c{k}*{}", terms[(k + offset) % terms.len()]));
+        let line: Vec<String> = own.collect();
+        format!("{}{}", line.join(" + "), if known { " + g*x*c1 + h*z" } else { "" })
+    };
+    let mut sensors = json!({ "a": { "unit": "V", "model": line(0) } });
+    if two {
+        sensors["b"] = json!({ "unit": "V", "model": line(1) });
+    }
+    let mut estimate = Map::new();
+    for k in 0..n {
+        estimate.insert(format!("c{k}"), json!({}));
+    }
+    if stated && draws.chance(0.3) {
+        estimate["c0"] = json!({ "prior": 0.9, "prior_u": if draws.chance(0.5) { 0.5 } else { 0.05 } });
+    }
+    let mut file = json!({ "bench": { "id": "random", "sensors": sensors }, "estimate": estimate, "by": "serial", "readings": [] });
+    if known {
+        let dof = if draws.chance(0.5) { json!(7) } else { Value::Null };
+        file["known"] = json!({ "g": { "value": 0.3, "u": 0.01, "dof": dof }, "h": { "value": -1.2, "u": 1e-3 } });
+    }
+    if draws.chance(0.5) {
+        file["derived"] = json!({ "ratio": "c1/(2 + c0^2)", "sum": "c0 - c1" });
+        file["limits"] = json!({ "c0": [0.0, 2.0], "ratio": [null, 0.3] });
+        file["decision"] = json!(["simple", "guard-u", "risk"][draws.below(3)]);
+    }
+    let m = n + 2 + draws.below(20);
+    let inputs: Vec<(f64, f64)> = (0..m).map(|_| (draws.below(7) as f64 - 3.0, draws.below(5) as f64 * 0.5)).collect();
+    let u: Vec<f64> = (0..m).map(|_| 1e-3 * (1.0 + draws.uniform())).collect();
+    let offset = if draws.chance(0.2) { 1e4 } else { 0.0 };
+    let mut rows = Vec::new();
+    for device in 0..6 {
+        let c: Vec<f64> = (0..n).map(|_| 1.0 + draws.normal()).collect();
+        let mut order: Vec<usize> = (0..m).collect();
+        if draws.chance(0.3) {
+            (1..m).rev().for_each(|k| order.swap(k, draws.below(k + 1)));
+        }
+        let lacking = if draws.chance(0.3) { 1 + draws.below(3) } else { 0 };
+        let collinear = draws.chance(0.08);
+        let strange = draws.chance(0.08);
+        let gross = draws.chance(0.15);
+        for (place, i) in order.iter().enumerate() {
+            if place < lacking {
+                continue;
+            }
+            let (x, z) = if collinear { (1.0, 0.5) } else { inputs[*i] };
+            let at = |k: usize| match k % terms.len() {
+                0 => 1.0,
+                1 => x,
+                2 => x * x,
+                3 => z,
+                4 => x * z,
+                _ => z.sin(),
+            };
+            let mut row = Map::new();
+            row.insert("serial".into(), json!(format!("D{device}")));
+            row.insert("x".into(), json!(x));
+            row.insert("z".into(), json!(z));
+            for (name, shift) in [("a", 0), ("b", 1)].into_iter().take(if two { 2 } else { 1 }) {
+                let own: f64 = (0..n).map(|k| c[k] * at(k + shift)).sum();
+                let more = if known { 0.3 * x * c[1] - 1.2 * z } else { 0.0 };
+                let bad = if gross && place == lacking + 1 { 0.1 } else { 0.0 };
+                let value = offset + own + more + u[*i] * draws.normal() + bad;
+                if two && name == "b" && (i + 1) % 5 == 0 {
+                    continue;
+                }
+                row.insert(name.into(), json!(value));
+                if stated {
+                    let factor = if own_u { 1.0 + draws.uniform() } else { 1.0 };
+                    row.insert(format!("{name}_u"), json!(u[*i] * factor));
+                }
+            }
+            if strange && place == lacking {
+                row.insert("a".into(), json!("broken"));
+            }
+            rows.push(row);
+        }
+    }
+    Table { file, rows, large: offset > 0.0 }
+}
+
+/// The rows of a table, by the fleet.
+fn together(table: &Table) -> (Vec<Row>, Layout, Vec<Device>) {
+    let file: CampaignFile = serde_json::from_value(table.file.clone()).expect("a campaign");
+    let bench = file.own_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
+    let rows: Vec<ReadingFile> = serde_json::from_value(json!(table.rows)).expect("readings");
+    let (layout, devices) = wire::inline_devices(&bench, rows, "serial", |_| false).expect("devices");
+    let columns = layout.numeric(&bench);
+    let readings = tumble::campaign::Readings { columns, rows: Vec::new() };
+    let template = file.with(bench.clone(), readings).expect("a campaign");
+    let quantities = template.unknowns() + template.derived.len();
+    let question = |device: &Device| -> tumble::error::Result<Campaign> {
+        Ok(template.with_readings(wire::device_readings(&bench, &layout, device)?))
+    };
+    let rows = Fleet::new(&question, Settings::default(), quantities).fit(&devices, &layout);
+    (rows, layout, devices)
+}
+
+/// The row of one device from a campaign file that has no other.
+fn alone(table: &Table, label: &str) -> Option<Row> {
+    let mut file = table.file.clone();
+    let own: Vec<Map<String, Value>> = table
+        .rows
+        .iter()
+        .filter(|row| row["serial"] == *label)
+        .map(|row| row.iter().filter(|(key, _)| *key != "serial").map(|(k, v)| (k.clone(), v.clone())).collect())
+        .collect();
+    file["readings"] = json!(own);
+    file.as_object_mut().expect("an object").remove("by");
+    let source = Source { name: "one".into(), text: file.to_string() };
+    let campaign = wire::read_campaign(&source, &mut |name| panic!("refers to {name}")).ok()?;
+    fit::fit(&campaign, &Settings::default()).ok().map(|fit| Row::of(label, &fit))
+}
+
+/// Estimates, u, U and every test agree to 1e-12 with the fits of the devices one by one: 1000 random campaigns of 6 devices.
+///
+/// A value is compared relative to itself or its u, whichever is larger: an estimate that is zero to rounding has no relative error. Residuals,
+/// and with them u and probabilities, are known to the rounding of the readings only: where they are large against their residuals, that
+/// rounding counts. A reading that no other checks has a residual of rounding without a sign, so that runs are compared with more redundancy.
+#[test]
+fn rows_are_those_of_single_fits() {
+    let (mut worst, mut counts, mut checked) = ([0.0_f64; 2], [0_usize; 3], 0_usize);
+    let mut draws = Draws(0x1234_5678_9abc_def1_u128 << 1 | 1);
+    for case in 0..1000 {
+        let table = table(&mut draws);
+        let (rows, ..) = together(&table);
+        assert_eq!(rows.len(), 6);
+        for row in &rows {
+            let single = alone(&table, &row.label);
+            let Some(single) = single else {
+                assert_eq!(row.verdict, Verdict::Malformed, "case {case}: {row:?}");
+                counts[2] += 1;
+                continue;
+            };
+            counts[usize::from(row.solved == Solved::Alone)] += 1;
+            assert_eq!(
+                (row.verdict, row.conformity, row.rank, row.dof),
+                (single.verdict, single.conformity, single.rank, single.dof),
+                "case {case}: {row:?} {single:?}"
+            );
+            assert_eq!(row.readings, single.readings);
+            // with little redundancy two readings can be suspicious in the same measure, and rounding names one of them
+            assert_eq!(row.suspects.len(), single.suspects.len(), "case {case}: {row:?} {single:?}");
+            assert!(row.suspects == single.suspects || row.dof < 6, "case {case}: {row:?} {single:?}");
+            let largest = table
+                .rows
+                .iter()
+                .filter(|own| own["serial"] == *row.label)
+                .flat_map(|own| ["a", "b"].map(|name| own.get(name).and_then(Value::as_f64).unwrap_or(0.0).abs()))
+                .fold(0.0, f64::max);
+            let scatter = single.residual_sd * if single.chi_square_p.is_nan() { 1.0 } else { 1e-3 };
+            let near = (64.0 * f64::EPSILON * largest / scatter).max(1e-12);
+            let near = if near.is_nan() { 1e-12 } else { near };
+            for k in 0..row.value.len() {
+                let size = |x: f64| if x.is_nan() { 0.0 } else { x.abs() };
+                for (a, b, scale) in [
+                    (row.value[k], single.value[k], size(single.value[k]).max(size(single.u[k]))),
+                    (row.u[k], single.u[k], size(single.u[k])),
+                    (row.expanded[k], single.expanded[k], size(single.expanded[k])),
+                    (row.type_a[k], single.type_a[k], size(single.type_a[k])),
+                ] {
+                    assert_eq!(a.is_nan(), b.is_nan(), "case {case}: {row:?} {single:?}");
+                    if scale > 0.0 {
+                        let own = &mut worst[usize::from(table.large)];
+                        *own = own.max((a - b).abs() / scale);
+                        assert!(
+                            (a - b).abs() <= near * scale,
+                            "case {case}, quantity {k}: {a:e} for {b:e}; {row:?} {single:?}"
+                        );
+                        checked += 1;
+                    }
+                }
+            }
+            // probabilities follow sums of squares with a slope of some tens
+            let probable = 1e3 * near;
+            for (a, b) in [
+                (row.chi_square_p, single.chi_square_p),
+                (row.lack_of_fit_p, single.lack_of_fit_p),
+                if row.dof < 6 { (0.0, 0.0) } else { (row.runs_p, single.runs_p) },
+                (row.normality_p, single.normality_p),
+            ] {
+                assert!(
+                    a.is_nan() == b.is_nan() && (a.is_nan() || (a - b).abs() <= probable),
+                    "case {case}: {row:?} {single:?}"
+                );
+            }
+            assert!(
+                (row.residual_sd - single.residual_sd).abs() <= near * single.residual_sd || row.residual_sd.is_nan()
+            );
+        }
+    }
+    println!(
+        "1000 campaigns: {} devices by a common schedule, {} by themselves, {} malformed; {checked} numbers, the worst off by {:.1e} relative ({:.1e} where readings are ten million times their noise)",
+        counts[0], counts[1], counts[2], worst[0], worst[1]
+    );
+    assert!(counts[0] > 2000 && counts[1] > 500 && counts[2] > 50, "{counts:?}");
+}
+
+/// Two devices with readings in another order have the schedule of the others, and their suspicious readings are named by their own rows.
+#[test]
+fn another_order_is_the_same_schedule() {
+    let reading = |serial: &str, x: f64, y: f64| json!({ "serial": serial, "x": x, "y": y, "y_u": 0.01 });
+    let xs: Vec<f64> = (0..12).map(f64::from).collect();
+    let mut rows = Vec::new();
+    for x in &xs {
+        rows.push(reading("forward", *x, 1.0 + 2.0 * x + if *x == 3.0 { 0.2 } else { 0.0 }));
+    }
+    for x in xs.iter().rev() {
+        rows.push(reading("backward", *x, 1.0 + 2.0 * x + if *x == 3.0 { 0.2 } else { 0.0 }));
+    }
+    let file = json!({ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} }, "readings": [] });
+    let rows = rows.into_iter().map(|row| row.as_object().expect("an object").clone()).collect();
+    let (rows, ..) = together(&Table { file, rows, large: false });
+    assert!(rows.iter().all(|row| row.solved == Solved::Together));
+    assert_eq!((rows[0].suspects.as_slice(), rows[1].suspects.as_slice()), (&[4_usize][..], &[9_usize][..]));
+    assert!((rows[0].value[0] - rows[1].value[0]).abs() < 1e-14);
+}
+
+/// Analysis of variance by hand: values 1, 2, 3 with Type A u of 0.5 and 4 degrees of freedom each have F = 1/0.25 = 4 with 2 and 12.
+#[test]
+fn between_devices_against_u() {
+    let (rows, ..) = together(&Table {
+        file: json!({ "bench": { "id": "mean", "sensors": { "y": { "model": "m" } } }, "estimate": { "m": {} }, "readings": [] }),
+        rows: (0..3)
+            .flat_map(|device| {
+                // five readings whose variance is 1.25, so that u of the mean is 0.5
+                [-2.0_f64, -1.0, 0.0, 1.0, 2.0].map(|step| {
+                    let y = f64::from(device) + 1.0 + step * (1.25_f64 / 2.5).sqrt();
+                    json!({ "serial": device.to_string(), "y": y }).as_object().expect("an object").clone()
+                })
+            })
+            .collect(),
+        large: false,
+    });
+    let mut summary = Summary::new(1);
+    rows.iter().for_each(|row| summary.add(row));
+    let own = summary.quantity(0).expect("a quantity");
+    let between = own.scattering.expect("uncertainties");
+    assert_within(own.mean, 2.0, 1e-14, "mean");
+    assert_within(between.u, 0.5, 1e-14, "u");
+    assert_within(between.f, 4.0, 1e-13, "F");
+    assert_eq!((between.dof, between.u_dof), (2.0, 12.0));
+    // P(F(2, 12) > 4) = (1 + 2*4/12)^-6 in closed form for two degrees of freedom
+    assert_within(between.p, (1.0_f64 + 8.0 / 12.0).powi(-6), 1e-12, "p");
+    assert_within(between.sd_of_devices, 0.75_f64.sqrt(), 1e-13, "sd of devices");
+}
