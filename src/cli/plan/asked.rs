@@ -219,7 +219,7 @@ pub(super) fn costs(given: &[String]) -> Result<Costs> {
             "soak" => soak = cost,
             _ => {
                 return Err(Malformed::new(Fault::UnknownName, format!("'{what}' has no cost here"))
-                    .expected("one of mounting, soak, rate, reading")
+                    .expected("one of mounting, rate, reading, soak")
                     .found(format!("'{what}'")));
             }
         }
