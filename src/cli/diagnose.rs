@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let catalogue = Catalogue::new(own)?;
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
-    let settings = diagnosis::Settings { significance: arguments.significance };
+    let settings = diagnosis::Settings::at(arguments.significance);
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
     let report = report::diagnose_report(&campaign, &diagnosis, &settings);

@@ -23,7 +23,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let (file, source) = files::mission(question.mission)?;
     let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
     let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
-    let settings = Settings { significance: question.significance };
+    let settings = Settings::at(question.significance);
     let diagnosis = diagnose::diagnose(&mission, &measured, &settings).map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
     // every text is made before any is written

@@ -10,10 +10,9 @@
 //! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
 //! stands in the judgement of the schedule.
 
-use super::ahead::effects;
+use super::prospective::effects;
 use super::catalogue::Effect;
 use super::pool::Pool;
-use super::search::{INDISTINGUISHABLE, Levels};
 use super::{Candidate, Settings};
 use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
@@ -199,7 +198,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             .filter(|(other, _)| *other != g)
             .map(|(other, member)| {
                 let cosine = cosines[(own, *member)];
-                let apart_from = u * (INDISTINGUISHABLE / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE)).sqrt();
+                let apart_from = u * (Settings::default().indistinguishable / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE)).sqrt();
                 Near { group: other, cosine, apart_from }
             })
             .filter(|near| near.apart_from > rule.noncentrality * u)
@@ -216,7 +215,7 @@ fn rule(tests: usize, dof: usize) -> Rule {
     let significance = Settings::default().significance;
     let tests = tests.max(1);
     // alone: the level at which each of so many tests is made
-    let alone = -f64::exp_m1(f64::ln_1p(-Levels::of(significance).names) / tests as f64);
+    let alone = -f64::exp_m1(f64::ln_1p(-Settings::at(significance).names()) / tests as f64);
     let z = |p: f64| normal_quantile(p).unwrap_or(0.0);
     let nu = dof.saturating_sub(1) as f64;
     // the noncentral t by its normal approximation (M. Abramowitz, I. A. Stegun 1964, 26.7.10)

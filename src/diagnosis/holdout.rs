@@ -1,8 +1,12 @@
 //! Leave-one-position-out prediction: does the repaired model predict positions that it has not seen better than the given one?
 
-use super::linear::solve;
 use crate::campaign::Campaign;
 use crate::fit::Fit;
+use faer::Side;
+use faer::linalg::solvers::Llt;
+
+/// Least pivot of `1 - A'A` (its square root): below, the rest does not determine what the group needs.
+const LEAST_LEFT: f64 = 1e-4;
 
 /// Predictions of left-out positions.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,13 +85,24 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
             inner[(a, b)] = f64::from(u8::from(a == b)) - product;
         }
     }
-    let right: Vec<f64> = (0..r).map(|a| group.iter().zip(&v).map(|(i, v)| q[(*i, a)] * v).sum()).collect();
-    let solution = solve(inner, right)?;
-    let mut sum = 0.0;
-    for (i, v) in group.iter().zip(&v) {
-        let correction: f64 = solution.iter().enumerate().map(|(a, x)| q[(*i, a)] * x).sum();
-        let u = scale.get(*i).copied().filter(|u| *u > 0.0)? * weight(i);
-        sum += v * (v + correction) / (u * u);
+    // v'(1 - H)^-1 v = v'v + |L^-1 A'v|^2 with L L' = 1 - A'A: a sum of squares, which no rounding makes negative
+    let factor = Llt::new(inner.as_ref(), Side::Lower).ok()?;
+    let lower = factor.L();
+    if (0..r).any(|a| !(lower[(a, a)] > LEAST_LEFT)) {
+        return None;
     }
-    Some(sum)
+    // noise floor of each row against its weight; the part that the rest predicts has their mean
+    let relative = |i: &usize| Some(scale.get(*i).copied().filter(|u| *u > 0.0)? * weight(i));
+    let floors: Vec<f64> = group.iter().map(relative).collect::<Option<_>>()?;
+    let mean = floors.iter().map(|u| u * u).sum::<f64>() / floors.len() as f64;
+    let mut along: Vec<f64> = (0..r).map(|a| group.iter().zip(&v).map(|(i, v)| q[(*i, a)] * v).sum()).collect();
+    for a in 0..r {
+        let before: f64 = (0..a).map(|b| lower[(a, b)] * along.get(b).copied().unwrap_or_default()).sum();
+        if let Some(own) = along.get_mut(a) {
+            *own = (*own - before) / lower[(a, a)];
+        }
+    }
+    let own: f64 = v.iter().zip(&floors).map(|(v, u)| (v / u) * (v / u)).sum();
+    let sum = own + along.iter().map(|x| x * x).sum::<f64>() / mean;
+    sum.is_finite().then_some(sum)
 }

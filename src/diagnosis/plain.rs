@@ -3,9 +3,12 @@
 //! Columns and residuals are weighted already and nothing is estimated beside the candidates. An orthogonal transformation of both changes
 //! nothing (all that counts are inner products), so that many rows may come as the triangle of their QR; `rows` says how many there were.
 
-use super::arena::Arena;
+use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
-use super::search::{self, Found, Levels};
+use super::remainder::Remainders;
+use super::search::{self, Found};
+use super::sets::Rival;
+use super::settings::Settings;
 use super::support::Support;
 use crate::error::Result;
 use crate::estimate::{self, Group, System};
@@ -34,11 +37,11 @@ pub(crate) struct Answer {
     pub explained: f64,
     /// Distinct candidates: how many tests every probability accounts for.
     pub tests: usize,
-    /// Looks at the evidence: members, the strongest further candidate with its t and p, the global test.
-    pub steps: Vec<Look>,
+    /// The evidence step by step: members, the strongest further candidate with its t and p, the global test.
+    pub steps: Vec<Step>,
 }
 
-pub(crate) struct Look {
+pub(crate) struct Step {
     pub with: Vec<usize>,
     pub strongest: Option<(usize, f64, f64)>,
     pub global: Option<f64>,
@@ -47,6 +50,8 @@ pub(crate) struct Look {
 pub(crate) enum Verdict {
     Nothing,
     Found(Vec<Member>),
+    /// Members that stand beside something unexplained; the nearest further ones, and the share of the rest that they would take off.
+    Partly(Vec<Member>, Vec<usize>, f64),
     /// The nearest set, which was not accepted, and the share of the sum of squares that it would take off.
     Unexplained(Vec<usize>, f64),
 }
@@ -89,35 +94,65 @@ pub(crate) fn search(question: &Question<'_>) -> Result<Answer> {
     let rss = residual.iter().map(|v| v * v).sum();
     let weighted = Weighted { estimate, weight: vec![1.0; m], residual, rss, from: question.from, replicates: None };
     let columns: Vec<&Vec<f64>> = question.columns.iter().collect();
-    let mut arena = Arena::new(&weighted, &columns);
+    let remainders = Remainders::white(&weighted, question.rows.max(m));
+    let evidence = Evidence::new(&weighted, &columns, remainders);
     let support = Support { weighted: &weighted, columns: &columns, positions: &[] };
-    let mut steps = Vec::new();
-    let levels = Levels::of(question.significance);
-    let found = search::search(&mut arena, levels, question.handicap, &support, &mut steps);
+    let settings = Settings::at(question.significance);
+    let found = search::search(
+        &evidence,
+        &search::Question {
+            settings: &settings,
+            handicap: question.handicap,
+            support: &support,
+            is_pattern: &|_| false,
+            needs_all: &|_| false,
+            other_phase: &|_| None,
+        },
+    );
     let explained = match &found {
-        Found::Set { set, .. } if arena.rss > 0.0 => (1.0 - arena.rss_of(set) / arena.rss).max(0.0),
+        Found::Set { set, .. } if evidence.rss > 0.0 => (1.0 - evidence.rss_of(set) / evidence.rss).max(0.0),
         _ => 0.0,
     };
     let verdict = match found {
         Found::Nothing => Verdict::Nothing,
         Found::Unexplained { nearest, .. } => {
-            let left = if arena.rss > 0.0 { arena.rss_of(&nearest) / arena.rss } else { 1.0 };
+            let left = if evidence.rss > 0.0 { evidence.rss_of(&nearest) / evidence.rss } else { 1.0 };
             Verdict::Unexplained(nearest, (1.0 - left).max(0.0))
         }
-        Found::Set { set, rivals } => {
-            Verdict::Found((0..set.len()).filter_map(|place| member(&arena, &set, place, &rivals)).collect())
+        Found::Set { set, rivals, complete, nearest, .. } => {
+            let members = (0..set.len()).filter_map(|place| member(&evidence, &set, place, &rivals)).collect();
+            let all: Vec<usize> = set.iter().chain(&nearest).copied().collect();
+            let rest = evidence.rss_of(&set);
+            let share = if rest > 0.0 { (1.0 - evidence.rss_of(&all) / rest).max(0.0) } else { 0.0 };
+            if complete { Verdict::Found(members) } else { Verdict::Partly(members, nearest, share) }
         }
     };
-    let looks = steps.into_iter().map(|s| Look { with: s.set, strongest: s.strongest, global: s.global });
-    Ok(Answer { verdict, explained, tests: arena.tests, steps: looks.collect() })
+    let steps = steps(&evidence, &verdict);
+    Ok(Answer { verdict, explained, tests: evidence.tests, steps })
 }
 
-fn member(arena: &Arena, set: &[usize], place: usize, rivals: &[search::Rival]) -> Option<Member> {
+/// The evidence as given, after the first member, after the second, and so on.
+fn steps(evidence: &Evidence, verdict: &Verdict) -> Vec<Step> {
+    let set: Vec<usize> = match verdict {
+        Verdict::Found(members) | Verdict::Partly(members, ..) => members.iter().map(|m| m.index).collect(),
+        _ => Vec::new(),
+    };
+    let set = super::steps::order(evidence, &set);
+    let step = |count: usize| {
+        let with = set.get(..count)?.to_vec();
+        let given = evidence.given(&with)?;
+        let strongest = evidence.strongest(&given).map(|s| (s.index, s.t, s.p));
+        Some(Step { with, strongest, global: evidence.global(&given) })
+    };
+    (0..=set.len()).filter_map(step).collect()
+}
+
+fn member(evidence: &Evidence, set: &[usize], place: usize, rivals: &[Rival]) -> Option<Member> {
     let index = *set.get(place)?;
     let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, j)| *j).collect();
-    let without = arena.given(&others)?;
-    let (t, dof) = arena.t(&without, index);
-    let own = arena.cosines.col_as_slice(index);
+    let without = evidence.given(&others)?;
+    let (t, dof) = evidence.t(&without, index);
+    let own = evidence.cosines(index);
     let aliases = rivals.iter().filter(|rival| rival.place == place).map(|rival| Alias {
         index: rival.candidate,
         exact: own.get(rival.candidate).is_some_and(|cosine| 1.0 - cosine.abs() < 1e-6),
@@ -127,8 +162,8 @@ fn member(arena: &Arena, set: &[usize], place: usize, rivals: &[search::Rival]) 
     Some(Member {
         index,
         t,
-        p: arena.family_wise(t, dof),
-        explains: if arena.rss > 0.0 { (without.rss - arena.rss_of(set)) / arena.rss } else { 0.0 },
+        p: evidence.family_wise(t, dof, index),
+        explains: if evidence.rss > 0.0 { (without.rss - evidence.rss_of(set)) / evidence.rss } else { 0.0 },
         aliases: aliases.collect(),
     })
 }

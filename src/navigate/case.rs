@@ -192,6 +192,9 @@ impl Look {
         match &self.answer.verdict {
             plain::Verdict::Nothing => Vec::new(),
             plain::Verdict::Found(members) => members.iter().map(|member| member.index).collect(),
+            plain::Verdict::Partly(members, nearest, _) => {
+                members.iter().map(|member| member.index).chain(nearest.iter().copied()).collect()
+            }
             plain::Verdict::Unexplained(nearest, _) => nearest.clone(),
         }
     }

@@ -62,7 +62,7 @@ impl Case<'_> {
         let rest = Remainder { mission: self.mission, measured: self.measured, u, before: gap, after: left };
         let unexplained = (verdict == Verdict::Unexplained).then(|| {
             let share = match &look.answer.verdict {
-                plain::Verdict::Unexplained(_, share) => *share,
+                plain::Verdict::Unexplained(_, share) | plain::Verdict::Partly(_, _, share) => *share,
                 plain::Verdict::Found(_) => look.answer.explained,
                 plain::Verdict::Nothing => 0.0,
             };

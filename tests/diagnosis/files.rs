@@ -210,7 +210,7 @@ fn the_page_says_what_the_report_says() {
         "The model",
         "What it does to the estimates",
         "Where the gap is",
-        "How it was found",
+        "The gap shrinks step by step",
         "What was assumed",
     ] {
         assert!(headings.iter().any(|h| h == heading), "{heading} is not in {headings:?}");

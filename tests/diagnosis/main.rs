@@ -7,5 +7,7 @@ mod hidden;
 #[path = "../markup/mod.rs"]
 mod markup;
 mod questions;
+mod schedules;
+mod steps;
 #[path = "../support/mod.rs"]
 mod support;
