@@ -15,6 +15,7 @@
 //! | room | what is in it |
 //! |---|---|
 //! | [`error`] | the question is malformed: where, what was expected, what was found |
+//! | [`units`] | the field's units: parsed, converted, their dimensions |
 //! | [`algebra`] | a model line: parsed, printed, differentiated |
 //! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
 //! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
@@ -57,4 +58,5 @@ pub mod quality;
 pub mod report;
 pub mod simulate;
 pub mod uncertainty;
+pub mod units;
 pub mod wire;

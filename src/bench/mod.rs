@@ -12,18 +12,18 @@ mod builtin;
 mod modulation;
 mod rotation;
 
+pub use crate::units::STANDARD_GRAVITY_M_S2;
 pub use builtin::{BuiltIn, built_in, built_ins};
 pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
 use crate::algebra::{Expression, Function};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 use nalgebra::Vector3;
 
 /// Earth's rotation rate used where a site gives none (design convention), in degrees per hour.
 pub const EARTH_RATE_DEG_H: f64 = 15.041067;
-/// Standard gravity, in metres per second squared for each g (CGPM 1901).
-pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
 /// A bench: where it stands, in which units it speaks, its chain of rotations and its sensors.
 #[derive(Debug, Clone)]
@@ -216,6 +216,9 @@ impl Bench {
                     .found(format!("chain[{k}] and sensors.{}", sensor.id))
                     .at_path(format!("chain[{k}]")));
             }
+            Unit::parse_any(&sensor.unit).map(|_| ()).or_else(|e| {
+                if sensor.unit.trim().is_empty() { Ok(()) } else { Err(e.at_path(format!("{path}.unit"))) }
+            })?;
             for (axis, direction) in &sensor.axes {
                 let path = format!("sensors.{}.axes.{axis}", sensor.id);
                 let norm = direction.norm();

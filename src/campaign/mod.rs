@@ -4,25 +4,26 @@
 //! Tilts are in radians, joints in degrees (exact at quarter turns), rates in degrees per second. Deliberately absent: file formats
 //! (`wire`), rows (`design`).
 
-mod angle_unit;
 mod parameters;
 mod readings;
 mod units;
 
-pub use angle_unit::AngleUnit;
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
-pub use units::coefficient_unit;
+pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 
 /// A bench, its parameters and its readings: the whole question.
 #[derive(Debug, Clone)]
 pub struct Campaign {
     /// Where and with what was measured.
     pub bench: Bench,
+    /// Units of the coefficients, as the model lines tell them.
+    pub units: Inferred,
     /// Every coefficient and tilt: the estimated first (in the campaign's order), then the known, then those assumed zero.
     pub parameters: Vec<Parameter>,
     /// What must hold between estimated parameters.
@@ -49,7 +50,7 @@ pub struct Asked {
     pub start: Option<f64>,
     /// Prior value and its standard uncertainty.
     pub prior: Option<Prior>,
-    /// Unit of these numbers; tilts are converted to radians.
+    /// Unit of these numbers; converted to radians (tilts) or to the unit that the model line tells.
     pub unit: Option<String>,
 }
 
@@ -58,7 +59,7 @@ pub struct Asked {
 pub struct Given {
     /// Value, standard uncertainty, degrees of freedom, distribution.
     pub known: Known,
-    /// Unit of these numbers; tilts are converted to radians.
+    /// Unit of these numbers; converted to radians (tilts) or to the unit that the model line tells.
     pub unit: Option<String>,
 }
 
@@ -103,19 +104,20 @@ impl Campaign {
         }
         let kind_of =
             |name: &str| names.iter().find(|(other, _)| other == name).map_or(Kind::Coefficient, |(_, kind)| *kind);
+        let units = inferred(&bench, &request, &readings)?;
         let mut parameters = Vec::with_capacity(names.len());
         for (name, asked) in request.estimate {
-            parameters.push(Parameter::estimated(&bench, &name, kind_of(&name), asked)?);
+            parameters.push(Parameter::estimated(&bench, &units, &name, kind_of(&name), asked)?);
         }
         for (name, given) in request.known {
-            parameters.push(Parameter::known(&bench, &name, kind_of(&name), given)?);
+            parameters.push(Parameter::known(&bench, &units, &name, kind_of(&name), given)?);
         }
         for (name, kind) in &names {
             if !parameters.iter().any(|p| p.id == *name) {
-                parameters.push(Parameter::assumed_zero(&bench, name, *kind));
+                parameters.push(Parameter::assumed_zero(&bench, &units, name, *kind));
             }
         }
-        Ok(Campaign { bench, parameters, constraints: Vec::new(), derived: Vec::new(), readings })
+        Ok(Campaign { bench, units, parameters, constraints: Vec::new(), derived: Vec::new(), readings })
     }
 
     /// How many parameters are estimated; they are the first of [`Campaign::parameters`].
@@ -147,6 +149,20 @@ impl Campaign {
     pub fn is_measured(&self) -> bool {
         self.readings.rows.iter().any(|reading| !reading.observations.is_empty())
     }
+}
+
+/// Units as the lines tell them, with those that the request states where the lines leave one open.
+fn inferred(bench: &Bench, request: &Request, readings: &Readings) -> Result<Inferred> {
+    let plain = Inferred::new(bench, &readings.columns, &[]);
+    let estimated = request.estimate.iter().map(|(id, asked)| ("estimate", id, &asked.unit));
+    let known = request.known.iter().map(|(id, given)| ("known", id, &given.unit));
+    let mut stated = Vec::new();
+    for (section, id, unit) in known.chain(estimated) {
+        if let Some(text) = unit.as_deref().filter(|_| plain.unit(id).is_none() && !bench.tilts().any(|t| t == id)) {
+            stated.push((id.clone(), plain.parse(text).map_err(|e| e.at_path(format!("{section}.{id}.unit")))?));
+        }
+    }
+    Ok(if stated.is_empty() { plain } else { Inferred::new(bench, &readings.columns, &stated) })
 }
 
 /// Every parameter that the bench has with these readings: tilts in chain order, then coefficients in the order of the model lines.
@@ -185,8 +201,10 @@ fn input_description(bench: &Bench, readings: &Readings, name: &str) -> String {
     }
 }
 
-/// Check that a derived quantity uses only parameters.
-pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression) -> Result<Derived> {
+/// A derived quantity, in the unit asked for or else in the one that its line has.
+///
+/// Errors: names that are no parameters, the name of a parameter, a unit of another dimension than the line's.
+pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Option<&str>) -> Result<Derived> {
     for name in line.names() {
         if campaign.parameter_index(name).is_none() {
             let list: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
@@ -205,5 +223,31 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression) -> Result
         )
         .expected("a name of its own"));
     }
-    Ok(Derived { id: id.to_string(), line })
+    let own = campaign.unit_of(&line);
+    let symbol = |unit: &Unit| unit.symbol().to_string();
+    let Some(text) = unit else {
+        return Ok(Derived {
+            id: id.to_string(),
+            line,
+            unit: own.as_ref().map_or(String::new(), symbol),
+            written: None,
+        });
+    };
+    let wanted = campaign.units.parse(text).map_err(|e| e.at_path("unit"))?;
+    let to = match &own {
+        Some(own) => own.conversion(&wanted).ok_or_else(|| {
+            Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' has another dimension"))
+                .expected(format!("{}, or a unit that converts to it", own.symbol()))
+                .found(format!("'{text}'"))
+                .at_path("unit")
+        })?,
+        None => {
+            return Err(Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' is not known"))
+                .expected("a line of parameters that all have a unit, and whose terms agree; or no \"unit\" here")
+                .found(format!("'{text}'"))
+                .at_path("unit"));
+        }
+    };
+    let converted = if to.is_none() { line.clone() } else { line.times(&Expression::number(to.factor())?) };
+    Ok(Derived { id: id.to_string(), line: converted, unit: symbol(&wanted), written: Some(line) })
 }

@@ -1,9 +1,10 @@
 //! Parameters: every coefficient of a model line and every tilt of the chain, with what is claimed to be known of it.
 
-use super::{AngleUnit, Asked, Given, coefficient_unit};
+use super::{Asked, Given, Inferred};
 use crate::algebra::Expression;
 use crate::bench::{Bench, Link};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::{Conversion, Unit};
 
 /// Coefficient of a model line or tilt of the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +22,7 @@ pub struct Parameter {
     pub id: String,
     /// Tilt or coefficient.
     pub kind: Kind,
-    /// `rad` for tilts; for coefficients as given, else as the model line tells, else empty.
+    /// `rad` for tilts; for coefficients as the model line tells, else as given, else empty.
     pub unit: String,
     /// What it means, for a person; may be empty.
     pub meaning: String,
@@ -98,8 +99,12 @@ impl Distribution {
 pub struct Derived {
     /// Its name.
     pub id: String,
-    /// The line of algebra that gives it.
+    /// The line of algebra that gives it, in `unit`.
     pub line: Expression,
+    /// Its unit; empty where a parameter in it has none, or its terms differ.
+    pub unit: String,
+    /// The line as it was written, where `line` brings it to a unit that was asked for.
+    pub written: Option<Expression>,
 }
 
 /// Something that must hold between estimated parameters; parameters by index, numbers in internal units (radians for tilts).
@@ -124,12 +129,12 @@ pub enum Constraint {
 }
 
 impl Parameter {
-    pub(super) fn estimated(bench: &Bench, id: &str, kind: Kind, asked: Asked) -> Result<Self> {
+    pub(super) fn estimated(bench: &Bench, units: &Inferred, id: &str, kind: Kind, asked: Asked) -> Result<Self> {
         let path = format!("estimate.{id}");
-        let (scale, unit) = unit_scale(bench, id, kind, asked.unit.as_deref(), &path)?;
+        let (to, unit) = conversion(units, id, kind, asked.unit.as_deref(), &path)?;
         let finite = |value: Option<f64>, key: &str| match value {
             Some(v) if !v.is_finite() => Err(not_finite(&format!("{path}.{key}"), v)),
-            other => Ok(other.map(|v| v * scale)),
+            other => Ok(other.map(|v| to.apply(v))),
         };
         let start = finite(asked.start, "start")?;
         let prior = match asked.prior {
@@ -142,15 +147,15 @@ impl Parameter {
                         .at_path(format!("{path}.prior_u")));
                 }
                 let value = finite(Some(value), "prior")?.unwrap_or_default();
-                Some(Prior { value, u: u * scale })
+                Some(Prior { value, u: to.apply(u) })
             }
         };
         Ok(Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::Estimated { start, prior } })
     }
 
-    pub(super) fn known(bench: &Bench, id: &str, kind: Kind, given: Given) -> Result<Self> {
+    pub(super) fn known(bench: &Bench, units: &Inferred, id: &str, kind: Kind, given: Given) -> Result<Self> {
         let path = format!("known.{id}");
-        let (scale, unit) = unit_scale(bench, id, kind, given.unit.as_deref(), &path)?;
+        let (to, unit) = conversion(units, id, kind, given.unit.as_deref(), &path)?;
         let Known { value, u, dof, distribution } = given.known;
         if !value.is_finite() {
             return Err(not_finite(&format!("{path}.value"), value));
@@ -167,12 +172,12 @@ impl Parameter {
                 .found(dof.to_string())
                 .at_path(format!("{path}.dof")));
         }
-        let known = Known { value: value * scale, u: u * scale, dof, distribution };
+        let known = Known { value: to.apply(value), u: to.apply(u), dof, distribution };
         Ok(Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::Known(known) })
     }
 
-    pub(super) fn assumed_zero(bench: &Bench, id: &str, kind: Kind) -> Self {
-        let unit = if kind == Kind::Tilt { "rad".to_string() } else { coefficient_unit(bench, id).unwrap_or_default() };
+    pub(super) fn assumed_zero(bench: &Bench, units: &Inferred, id: &str, kind: Kind) -> Self {
+        let unit = internal_unit(units, id, kind).map_or(String::new(), |unit| unit.symbol().to_string());
         Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::AssumedZero }
     }
 
@@ -198,20 +203,32 @@ fn meaning(bench: &Bench, id: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Factor to internal units and the internal unit's name. Coefficients are carried in whatever unit the user names.
-fn unit_scale(bench: &Bench, id: &str, kind: Kind, unit: Option<&str>, path: &str) -> Result<(f64, String)> {
-    match (kind, unit) {
-        (Kind::Coefficient, Some(unit)) => Ok((1.0, unit.to_string())),
-        (Kind::Coefficient, None) => Ok((1.0, coefficient_unit(bench, id).unwrap_or_default())),
-        (Kind::Tilt, None) => Ok((1.0, "rad".into())),
-        (Kind::Tilt, Some(symbol)) => match AngleUnit::named(symbol) {
-            Some(unit) => Ok((unit.radians(), "rad".into())),
-            None => Err(Malformed::new(Fault::Value, "a tilt is an angle")
-                .expected(format!("one of {}", AngleUnit::NAMES))
-                .found(format!("'{symbol}'"))
-                .at_path(format!("{path}.unit"))),
-        },
+/// The unit in which a parameter is carried: radians, or what the model line tells; `None` where it leaves the unit open.
+pub(super) fn internal_unit(units: &Inferred, id: &str, kind: Kind) -> Option<Unit> {
+    match kind {
+        Kind::Tilt => Unit::parse("rad").ok(),
+        Kind::Coefficient => units.unit(id).cloned(),
     }
+}
+
+/// From the unit that a file names to the internal one, and the internal one's name.
+///
+/// Errors: no unit, or one of another dimension, with the unit that was expected.
+fn conversion(units: &Inferred, id: &str, kind: Kind, unit: Option<&str>, path: &str) -> Result<(Conversion, String)> {
+    let internal = internal_unit(units, id, kind);
+    let symbol = internal.as_ref().map_or(String::new(), |unit| unit.symbol().to_string());
+    let Some(text) = unit else { return Ok((Conversion::NONE, symbol)) };
+    let path = format!("{path}.unit");
+    let given = units.parse(text).map_err(|e| e.at_path(&path))?;
+    let Some(internal) = internal else { return Ok((Conversion::NONE, given.symbol().to_string())) };
+    let what = match kind {
+        Kind::Tilt => format!("'{id}' (a tilt is an angle)"),
+        Kind::Coefficient => format!("'{id}'"),
+    };
+    let to = given.conversion_for(&internal, &what).map_err(|e| e.at_path(&path))?;
+    // the same size: as the user writes it
+    let symbol = if to.is_none() && kind == Kind::Coefficient { given.symbol().to_string() } else { symbol };
+    Ok((if to.is_none() { Conversion::NONE } else { to }, symbol))
 }
 
 fn not_finite(path: &str, value: f64) -> Malformed {

@@ -22,6 +22,10 @@ pub struct Reading {
     pub columns: Vec<Option<f64>>,
     /// What was read, in the bench's sensor order.
     pub observations: Vec<Observation>,
+    /// Samples averaged into each value that is read here, or is to be; 1 unless stated.
+    pub samples: f64,
+    /// Standard uncertainties that a schedule states for values still to be read: sensor and `u`, in the bench's sensor order.
+    pub planned_u: Vec<(usize, f64)>,
     /// Texts that are no inputs (operator, remark), carried along.
     pub remarks: Vec<(String, String)>,
     /// Where the file has this reading, for messages: `readings[3]`, or the line of a CSV file.
@@ -91,6 +95,8 @@ impl Readings {
             joints,
             columns,
             observations: Vec::new(),
+            samples: like.samples,
+            planned_u: like.unread().planned_u,
             remarks: Vec::new(),
             place: String::new(),
         }
@@ -189,6 +195,22 @@ impl JointState {
 }
 
 impl Reading {
+    /// The same position without what was read there; uncertainties that were stated with values stay as those of values to be read.
+    pub fn unread(&self) -> Reading {
+        let mut planned_u = self.planned_u.clone();
+        planned_u.extend(self.observations.iter().filter_map(|o| Some((o.sensor, o.u?))));
+        Reading { observations: Vec::new(), planned_u, ..self.clone() }
+    }
+
+    /// The standard uncertainty that is stated for a sensor's value here, read or still to be read.
+    pub fn stated_u(&self, sensor: usize) -> Option<f64> {
+        let read = self.observations.iter().find(|o| o.sensor == sensor);
+        match read {
+            Some(observation) => observation.u,
+            None => self.planned_u.iter().find(|(own, _)| *own == sensor).map(|(_, u)| *u),
+        }
+    }
+
     /// Check that the means are well defined: at most one joint is averaged over, and none other turns meanwhile.
     pub(crate) fn check_turning(&self, joints: &[&str]) -> Result<()> {
         let turning: Vec<&str> = joints

@@ -1,74 +1,393 @@
-//! Units of coefficients, read off the model line: in `V0 + kI*w_I`, with V in volts and rates in deg/s, `kI` is in V/(deg/s).
+//! Units of coefficients, inferred from the model lines: in `V0 + kI*w_I`, with V in volts and rates in deg/s, `kI` is in V/(deg/s).
+//!
+//! Every line has its sensor's unit, sums have equal units, products add powers, functions take pure numbers or radians: linear
+//! equations in the powers of what is known, the units of sensors and inputs. What they leave open is left open.
 
-use crate::algebra::Term;
-use crate::bench::{Bench, Sensor};
+use crate::algebra::{Expression, Powers, Reason};
+use crate::bench::Bench;
+use crate::error::Result;
+use crate::units::{Conversion, Unit};
+use std::collections::{BTreeMap, HashMap};
 
-/// The unit of a coefficient: the sensor's unit over the units of what it multiplies; `None` where the line does not tell.
-///
-/// A term with a second coefficient tells nothing; a numeric column's unit is the end of its name (`time_s`, `temperature_c`).
+/// What the model lines of a bench tell about units.
+#[derive(Debug, Clone, Default)]
+pub struct Inferred {
+    /// Unit of each coefficient that the lines (or stated units) determine.
+    units: HashMap<String, Unit>,
+    /// Names of units that only this bench knows: those of its sensors.
+    own: Vec<String>,
+    /// Sensors whose lines add what has different dimensions, by index, with the two units.
+    conflicts: Vec<(usize, String)>,
+}
+
+impl Inferred {
+    /// Infer the units of the coefficients of a bench whose readings have these columns; `stated` units count where the lines leave one open.
+    ///
+    /// The unit of a numeric column is the end of its name (`time_s`, `temperature_c`); a sensor or column without a unit says nothing.
+    pub fn new(bench: &Bench, columns: &[String], stated: &[(String, Unit)]) -> Self {
+        let mut system = System::default();
+        let mut own = Vec::new();
+        let mut found: Vec<(usize, Stage, Row)> = Vec::new();
+        for (k, sensor) in bench.sensors.iter().enumerate() {
+            let line = sensor.model.homogeneity();
+            if let Some(mut row) = line.unit.and_then(|unit| system.row(bench, columns, &unit)) {
+                match Unit::parse_any(&sensor.unit) {
+                    Ok((unit, names)) if !sensor.unit.is_empty() => {
+                        row.add_known(system.known(unit), -1.0);
+                        own.extend(names);
+                    }
+                    _ => row.add_open(system.open(&format!("unit of {}", sensor.id), Open::Sensor), -1.0),
+                }
+                found.push((k, Stage::Line, row));
+            }
+            for relation in line.relations {
+                let Some(row) = system.row(bench, columns, &relation.powers) else { continue };
+                let stage = match relation.reason {
+                    Reason::Number if row.open.keys().all(|k| system.is(*k, Open::Column)) => Stage::Indicator,
+                    Reason::Number => Stage::Number,
+                    Reason::Terms => Stage::Terms,
+                    Reason::Argument => Stage::Argument,
+                };
+                found.push((k, stage, row));
+            }
+        }
+        // stated units come before what a number is added to, which need not be a pure number
+        for (name, unit) in stated {
+            let atom = system.known(unit.clone());
+            let mut row = Row::default();
+            row.add_open(system.open(name, Open::Coefficient), 1.0);
+            row.add_known(atom, -1.0);
+            found.push((0, Stage::Stated, row));
+        }
+        found.sort_by_key(|(_, stage, _)| *stage);
+        let mut conflicts = Vec::new();
+        for (sensor, stage, row) in found {
+            let left = system.require(row, stage == Stage::Number);
+            if let Some(left) = left.filter(|_| matches!(stage, Stage::Line | Stage::Terms))
+                && !left.dimension().is_angle_or_number()
+            {
+                conflicts.push((sensor, left.symbol().to_string()));
+            }
+        }
+        own.sort_unstable();
+        own.dedup();
+        let units = system.solution();
+        Inferred { units, own, conflicts }
+    }
+
+    /// The unit of a coefficient; `None` where it is left open.
+    pub fn unit(&self, coefficient: &str) -> Option<&Unit> {
+        self.units.get(coefficient)
+    }
+
+    /// Read a unit as this bench knows units: the table's, and those of its sensors.
+    ///
+    /// Errors: those of [`Unit::parse`].
+    pub fn parse(&self, text: &str) -> Result<Unit> {
+        Unit::parse_with(text, &self.own)
+    }
+
+    /// Units of sensors that the table does not have, so that they stand for themselves.
+    pub fn own(&self) -> &[String] {
+        &self.own
+    }
+
+    /// Sensors, by index, whose lines add terms of different dimensions, and the quotient of the two units.
+    pub fn conflicts(&self) -> &[(usize, String)] {
+        &self.conflicts
+    }
+}
+
+impl super::Campaign {
+    /// From a unit that a person wrote to another, both as this bench knows units; `what` names the value in messages.
+    ///
+    /// Errors: a unit that does not parse, or one of another dimension, with the unit that was expected.
+    pub fn conversion(&self, unit: &str, to: &str, what: &str) -> Result<Conversion> {
+        let given = self.units.parse(unit)?;
+        if to.is_empty() {
+            return Ok(Conversion::NONE);
+        }
+        given.conversion_for(&self.units.parse(to)?, what)
+    }
+
+    /// From a unit that a person wrote to the internal one of a parameter, by index: radians for a tilt, else what the model line tells.
+    ///
+    /// Errors: those of [`super::Campaign::conversion`].
+    pub fn parameter_conversion(&self, parameter: usize, unit: &str) -> Result<Conversion> {
+        let own = self.parameters.get(parameter);
+        let (to, what) = own.map_or(("", String::new()), |p| (p.unit.as_str(), format!("'{}'", p.id)));
+        self.conversion(unit, to, &what)
+    }
+
+    /// From a unit that a person wrote to that of a sensor, by index.
+    ///
+    /// Errors: those of [`super::Campaign::conversion`].
+    pub fn sensor_conversion(&self, sensor: usize, unit: &str) -> Result<Conversion> {
+        let own = self.bench.sensors.get(sensor);
+        let (to, what) = own.map_or(("", String::new()), |s| (s.unit.as_str(), format!("sensor '{}'", s.id)));
+        self.conversion(unit, to, &what)
+    }
+
+    /// Unit of a line of algebra in the parameters, for example of a derived quantity; `None` where one of them has none, or its terms differ.
+    pub fn unit_of(&self, line: &Expression) -> Option<Unit> {
+        let found = line.homogeneity();
+        let mut factors: Vec<(Unit, f64)> = Vec::new();
+        let radian = Unit::parse("rad").ok()?;
+        let mut add = |unit: Unit, power: f64| match factors.iter_mut().find(|(own, _)| own.is_same(&unit)) {
+            Some((_, own)) => *own += power,
+            None => factors.push((unit, power)),
+        };
+        let powers = found.unit.filter(|powers| powers.radian == 0.0 || !powers.pi)?;
+        for (name, power) in &powers.names {
+            let own = self.parameter_index(name).and_then(|k| self.parameters.get(k)).filter(|p| !p.unit.is_empty())?;
+            add(self.units.parse(&own.unit).ok()?, *power);
+        }
+        add(radian, powers.radian);
+        factors.retain(|(unit, power)| power.abs() > SMALL && !unit.dimension().is_number());
+        let homogeneous = found.relations.iter().all(|relation| {
+            let unit = relation.powers.names.iter().try_fold(Unit::one(), |unit, (name, power)| {
+                let own = self.parameter_index(name).and_then(|k| self.parameters.get(k))?;
+                Some(unit.times(&self.units.parse(&own.unit).ok()?, *power))
+            });
+            relation.reason == Reason::Argument || unit.is_some_and(|unit| unit.dimension().is_angle_or_number())
+        });
+        homogeneous.then(|| Unit::product(&factors))
+    }
+}
+
+/// The unit of a coefficient as the model lines tell it; `None` where they leave it open.
 ///
 /// ```
 /// use tumble::{bench, campaign, wire};
 /// let text = bench::built_in("gyro-turntable").unwrap().text;
 /// let bench = wire::read_bench(&wire::Source { name: String::new(), text: text.into() })?;
-/// assert_eq!(campaign::coefficient_unit(&bench, "kIO").as_deref(), Some("V/(deg/s)^2"));
+/// assert_eq!(campaign::coefficient_unit(&bench, &[], "kIO").as_deref(), Some("V/(deg/s)^2"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn coefficient_unit(bench: &Bench, coefficient: &str) -> Option<String> {
-    bench.sensors.iter().find_map(|sensor| {
-        let terms = sensor.model.terms()?;
-        let term =
-            terms.iter().find(|term| term.powers.iter().any(|(name, power)| name == coefficient && *power == 1.0))?;
-        unit_beside(bench, sensor, term, coefficient)
-    })
+pub fn coefficient_unit(bench: &Bench, columns: &[String], coefficient: &str) -> Option<String> {
+    Inferred::new(bench, columns, &[]).unit(coefficient).map(|unit| unit.symbol().to_string())
 }
 
-fn unit_beside(bench: &Bench, sensor: &Sensor, term: &Term, coefficient: &str) -> Option<String> {
-    let mut denominator: Vec<(String, f64)> = Vec::new();
-    for (name, power) in term.powers.iter().filter(|(name, _)| name != coefficient) {
-        let unit = input_unit(bench, name)?;
-        match denominator.iter_mut().find(|(own, _)| *own == unit) {
-            _ if unit.is_empty() => {}
-            Some((_, own)) => *own += power,
-            None => denominator.push((unit, *power)),
+/// Equations in the order in which they are taken: an earlier one decides where two disagree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Stage {
+    /// `1 - 2*face`: a column to which a number is added is a pure number.
+    Indicator,
+    /// The line has its sensor's unit.
+    Line,
+    /// Two terms of a sum.
+    Terms,
+    /// What a function takes.
+    Argument,
+    /// What a person says.
+    Stated,
+    /// What a number is added to is a pure number, where nothing else has decided.
+    Number,
+}
+
+/// What is not known to have a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Open {
+    Coefficient,
+    Column,
+    Sensor,
+}
+
+/// A product of powers of open and of known units.
+#[derive(Debug, Clone, Default)]
+struct Row {
+    open: BTreeMap<usize, f64>,
+    known: BTreeMap<usize, f64>,
+}
+
+const SMALL: f64 = 1e-9;
+
+impl Row {
+    fn add_open(&mut self, k: usize, power: f64) {
+        add(&mut self.open, k, power);
+    }
+
+    fn add_known(&mut self, k: usize, power: f64) {
+        add(&mut self.known, k, power);
+    }
+
+    fn add(&mut self, other: &Row, power: f64) {
+        other.open.iter().for_each(|(k, own)| self.add_open(*k, own * power));
+        other.known.iter().for_each(|(k, own)| self.add_known(*k, own * power));
+    }
+}
+
+fn add(powers: &mut BTreeMap<usize, f64>, k: usize, power: f64) {
+    let own = powers.entry(k).or_default();
+    *own += power;
+    if own.abs() < SMALL {
+        powers.remove(&k);
+    }
+}
+
+/// The equations so far, solved: each open unit that has one by the others.
+#[derive(Debug, Clone, Default)]
+struct System {
+    names: Vec<(String, Open)>,
+    index: HashMap<String, usize>,
+    units: Vec<Unit>,
+    solved: BTreeMap<usize, Row>,
+}
+
+impl System {
+    fn open(&mut self, name: &str, kind: Open) -> usize {
+        *self.index.entry(name.to_string()).or_insert_with(|| {
+            self.names.push((name.to_string(), kind));
+            self.names.len() - 1
+        })
+    }
+
+    fn is(&self, k: usize, kind: Open) -> bool {
+        self.names.get(k).is_some_and(|(_, own)| *own == kind)
+    }
+
+    fn known(&mut self, unit: Unit) -> usize {
+        let same = |own: &Unit| own.is_same(&unit);
+        self.units.iter().position(same).unwrap_or_else(|| {
+            self.units.push(unit);
+            self.units.len() - 1
+        })
+    }
+
+    /// A product as powers of open and known units; `None` where a number with `pi` converts an angle in a way that is not recognised.
+    fn row(&mut self, bench: &Bench, columns: &[String], powers: &Powers<'_>) -> Option<Row> {
+        let mut row = Row::default();
+        for (name, power) in &powers.names {
+            match meaning(bench, columns, name) {
+                Meaning::Known(unit) => {
+                    let k = self.known(unit);
+                    row.add_known(k, *power);
+                }
+                Meaning::Open(kind) => {
+                    let k = self.open(name, kind);
+                    row.add_open(k, *power);
+                }
+            }
         }
+        if powers.radian == 0.0 {
+            return (!powers.pi).then_some(row);
+        }
+        // value * factor is in radians (an argument), or radians * factor is the value (out of an inverse function)
+        let size = powers.factor.powf(-powers.radian);
+        let angle = ["deg", "arcmin", "arcsec", "turn", "gon"].iter().filter_map(|name| Unit::parse(name).ok());
+        let radian = Unit::parse("rad").ok()?;
+        let mut converted =
+            angle.filter(|unit| unit.conversion(&radian).is_some_and(|to| (to.factor() / size - 1.0).abs() < 1e-6));
+        let unit = match converted.next().filter(|_| powers.radian.abs() == 1.0) {
+            Some(unit) => unit,
+            None if powers.pi => return None,
+            None => radian,
+        };
+        let k = self.known(unit);
+        row.add_known(k, powers.radian);
+        Some(row)
     }
-    let below: Vec<String> =
-        denominator.iter().filter(|(_, power)| *power != 0.0).map(|(unit, power)| raised(unit, *power)).collect();
-    Some(match (sensor.unit.as_str(), below.as_slice()) {
-        (unit, []) => unit.to_string(),
-        ("", below) => format!("1/{}", grouped(below)),
-        (unit, below) => format!("{unit}/{}", grouped(below)),
-    })
+
+    /// Take a product that must be 1; what is left where nothing in it is open any more (nothing where it is 1 already).
+    fn require(&mut self, row: Row, unless_sensor: bool) -> Option<Unit> {
+        let mut reduced = Row { open: BTreeMap::new(), known: row.known };
+        for (k, power) in row.open {
+            match self.solved.get(&k) {
+                Some(own) => reduced.add(&own.clone(), power),
+                None => reduced.add_open(k, power),
+            }
+        }
+        if unless_sensor && reduced.open.keys().any(|k| self.is(*k, Open::Sensor)) {
+            return None;
+        }
+        let Some((pivot, power)) = reduced.open.pop_first() else {
+            return (!reduced.known.is_empty()).then(|| self.product(&reduced.known));
+        };
+        let mut own = Row::default();
+        own.add(&reduced, -1.0 / power);
+        for other in self.solved.values_mut() {
+            if let Some(power) = other.open.remove(&pivot) {
+                other.add(&own, power);
+            }
+        }
+        self.solved.insert(pivot, own);
+        None
+    }
+
+    fn product(&self, known: &BTreeMap<usize, f64>) -> Unit {
+        let factors: Vec<(Unit, f64)> =
+            known.iter().filter_map(|(k, power)| Some((self.units.get(*k)?.clone(), *power))).collect();
+        Unit::product(&factors)
+    }
+
+    fn solution(&self) -> HashMap<String, Unit> {
+        let closed = self.solved.iter().filter(|(_, row)| row.open.is_empty());
+        closed
+            .filter_map(|(k, row)| match self.names.get(*k)? {
+                (name, Open::Coefficient) => Some((name.clone(), self.product(&row.known))),
+                _ => None,
+            })
+            .collect()
+    }
 }
 
-fn raised(unit: &str, power: f64) -> String {
-    let base = if unit.contains(['/', '^']) { format!("({unit})") } else { unit.to_string() };
-    if power == 1.0 { base } else { format!("{base}^{power}") }
+enum Meaning {
+    Known(Unit),
+    Open(Open),
 }
 
-fn grouped(factors: &[String]) -> String {
-    if let [only] = factors { only.clone() } else { format!("({})", factors.join("*")) }
-}
-
-/// The unit of an input of a model line; empty for a pure number (a joint's angle), `None` for what is no input.
-fn input_unit(bench: &Bench, name: &str) -> Option<String> {
+/// What the name in a model line is: an input along an axis, a joint or tilt (rad), a column of the readings, else a coefficient.
+fn meaning(bench: &Bench, columns: &[String], name: &str) -> Meaning {
+    let known = |text: &str| Unit::parse(text).map_or(Meaning::Open(Open::Column), Meaning::Known);
     if super::is_axis_input(bench, name) {
-        let unit = if name.starts_with("w_") { bench.units.rate.symbol() } else { bench.units.force.symbol() };
-        return Some(unit.into());
+        return known(if name.starts_with("w_") { bench.units.rate.symbol() } else { bench.units.force.symbol() });
     }
-    if bench.joints().any(|joint| joint == name) {
-        return Some(String::new());
+    if bench.chain.iter().any(|link| link.name() == name) {
+        return known("rad");
     }
-    let suffixes = [
+    let is_joint_key =
+        || bench.joints().any(|joint| name.strip_prefix(joint).is_some_and(|rest| rest.starts_with('_')));
+    if columns.iter().any(|column| column == name) || is_joint_key() {
+        return column_unit(name).map_or(Meaning::Open(Open::Column), known);
+    }
+    Meaning::Open(Open::Coefficient)
+}
+
+/// The unit that the end of a column's name says.
+pub(crate) fn column_unit(name: &str) -> Option<&'static str> {
+    // the longest first: `gamma_deg_s` is no time
+    const ENDS: &[(&str, &str)] = &[
+        ("_arcsec_s", "arcsec/s"),
         ("_deg_s", "deg/s"),
         ("_deg_h", "deg/h"),
+        ("_rad_s", "rad/s"),
+        ("_m_s2", "m/s^2"),
+        ("_arcsec", "arcsec"),
+        ("_turns", "turn"),
+        ("_here", "1"),
+        ("_urad", "urad"),
+        ("_mrad", "mrad"),
+        ("_rad", "rad"),
         ("_deg", "deg"),
-        ("_s", "s"),
         ("_min", "min"),
+        ("_hpa", "hPa"),
+        ("_ppm", "ppm"),
+        ("_mg", "mg"),
+        ("_mv", "mV"),
+        ("_ma", "mA"),
+        ("_mm", "mm"),
+        ("_um", "um"),
+        ("_ms", "ms"),
+        ("_hz", "Hz"),
+        ("_pa", "Pa"),
+        ("_s", "s"),
         ("_h", "h"),
         ("_c", "degC"),
         ("_k", "K"),
+        ("_g", "g"),
+        ("_v", "V"),
+        ("_m", "m"),
     ];
-    suffixes.iter().find(|(suffix, _)| name.ends_with(suffix)).map(|(_, unit)| (*unit).to_string())
+    let lower = name.to_ascii_lowercase();
+    ENDS.iter().find(|(end, _)| lower.ends_with(end)).map(|(_, unit)| *unit)
 }

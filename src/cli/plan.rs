@@ -4,6 +4,7 @@ use super::{Outcome, files, simulate};
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::diagnosis;
 use crate::error::{Fault, Malformed, Result};
+use crate::fit::{self, Fit};
 use crate::plan::{self, Costs, Criterion, Goal, Method, Noise, Offer, Order, Request, Term, Unit, Zone};
 use crate::report::{self, Better, Foreseen};
 use crate::simulate::Regressor;
@@ -16,7 +17,8 @@ use std::path::PathBuf;
 pub(super) struct Arguments {
     /// The schedule, or a campaign whose values play no part (but tell the noise).
     schedule: PathBuf,
-    /// Standard deviation of one reading of a sensor, in its unit: V=9e-4. Repeat for each sensor.
+    /// Standard deviation of one sample of a sensor, in its unit: V=9e-4 (a reading with n samples has it over the root of n). Repeat for each
+    /// sensor.
     #[arg(long, value_name = "SENSOR=SD")]
     noise: Vec<String>,
     /// A tilt that every remounting scatters, with the standard deviation in arcsec: dtheta_y2=0.5.
@@ -25,6 +27,9 @@ pub(super) struct Arguments {
     /// Expected size of the tilts in arcsec: known scale factors act through them, and no reading tells their size yet.
     #[arg(long, value_name = "ARCSEC", allow_negative_numbers = true)]
     tilts: Option<f64>,
+    /// Judge at this value of an estimated parameter (arcsec for a tilt): K=1.3. Else at what the readings say, its start, its prior, or zero.
+    #[arg(long, value_name = "NAME=VALUE")]
+    at: Vec<String>,
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
@@ -135,7 +140,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         true => error,
         false => wire::locate(error, &source),
     };
-    let noise = noise(arguments, &campaign).map_err(located)?;
+    let asked = campaign;
+    let fitted = match asked.is_measured() {
+        true => fit::fit(&asked, &fit::Settings { exact: true, ..fit::Settings::default() }).ok(),
+        false => None,
+    };
+    let plan::Judged { campaign, from } = plan::judged_at(&asked, &point(&arguments.at, &asked)?, fitted.as_ref())?;
+    let noise = noise(arguments, &campaign, fitted.as_ref()).map_err(located)?;
     let costs = costs(&arguments.cost)?;
     let positions = plan::positions_only(&campaign.readings);
     let judgement = plan::judge(&campaign, &noise, &costs).map_err(located)?;
@@ -179,7 +190,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?;
     let foreseen = Foreseen { given: Some(&foresight), better: better_foresight.as_ref() };
-    let report = report::plan_report(&campaign, &noise, &judgement, better, foreseen, &request);
+    let report = report::plan_report(&campaign, &noise, &judgement, better, foreseen, &request, &from);
     if let Some(path) = &arguments.write {
         let schedule = match found {
             Some(improvement) => improvement.schedule.clone(),
@@ -188,6 +199,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
                 campaign.with_readings(plan::ordered(&unvalued, &noise, request.order, request.seed)?)
             }
         };
+        // the point of judging is no start of the user's
+        let schedule = Campaign { parameters: asked.parameters.clone(), ..schedule };
         let file = wire::campaign_file(&schedule, simulate::bench_ref(&schedule));
         files::write_or_print(path, &files::json(&file)?)?;
     }
@@ -204,7 +217,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
-        None => !judgement.not_estimable.is_empty(),
+        None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),
     };
     let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
     Ok(if defect || !apart || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
@@ -313,7 +326,17 @@ fn named_number(text: &str, option: &str, example: &str) -> Result<(String, f64)
     }
 }
 
-fn noise(arguments: &Arguments, campaign: &Campaign) -> Result<Noise> {
+/// `NAME=VALUE`, arcseconds for a tilt.
+fn point(given: &[String], campaign: &Campaign) -> Result<Vec<(String, f64)>> {
+    let one = |text: &String| {
+        let (id, value) = named_number(text, "--at", "K=1.3")?;
+        let tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
+        Ok((id, if tilt { value / report::ARCSEC } else { value }))
+    };
+    given.iter().map(one).collect()
+}
+
+fn noise(arguments: &Arguments, campaign: &Campaign, fitted: Option<&Fit>) -> Result<Noise> {
     let given: Vec<(String, f64)> =
         arguments.noise.iter().map(|text| named_number(text, "--noise", "V=9e-4")).collect::<Result<_>>()?;
     let mut remount = Vec::new();
@@ -328,7 +351,7 @@ fn noise(arguments: &Arguments, campaign: &Campaign) -> Result<Noise> {
             .expected("arcseconds, zero or more")
             .found(arcsec.to_string())),
     });
-    Ok(Noise { tilts: tilts.transpose()?, ..Noise::new(campaign, &given, &remount)? })
+    Ok(Noise { tilts: tilts.transpose()?, ..Noise::with_fit(campaign, &given, &remount, fitted)? })
 }
 
 fn costs(given: &[String]) -> Result<Costs> {

@@ -5,8 +5,9 @@
 //! sign (`"+"`, `"-"`), or asks that the key is not there (`"none"`).
 
 use crate::algebra::Expression;
-use crate::campaign::{AngleUnit, Campaign, Reading};
+use crate::campaign::{Campaign, Reading};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 use crate::wire::{self, Named, Source};
 use serde::Deserialize;
 
@@ -224,7 +225,8 @@ fn expressions(named: Named<String>) -> Result<Vec<(String, Expression)>> {
 }
 
 fn printed(file: PrintedFile) -> Result<Printed> {
-    let unit = AngleUnit::named(&file.unit).map_or(1.0, AngleUnit::radians);
+    let (own, radian) = (Unit::parse(&file.unit)?, Unit::parse("rad")?);
+    let unit = own.conversion(&radian).map_or(1.0, |to| to.factor());
     let scaled = |named: Named<f64>| named.0.into_iter().map(|(id, value)| (id, value * unit)).collect::<Vec<_>>();
     let mut values = Vec::new();
     if let Some((name, text)) = CAMPAIGNS.iter().find(|(name, _)| *name == file.of) {

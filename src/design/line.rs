@@ -119,7 +119,7 @@ pub struct Context<'a> {
     pub point: &'a [f64],
 }
 
-/// The smoothness of a line in a joint once the tilts that follow this joint take part (those assumed zero do not).
+/// The smoothness of a line in a joint once the tilts that follow this joint take part; of those assumed zero only the derivative does.
 fn modulated(campaign: &Campaign, joint: usize, own: Smoothness) -> Smoothness {
     /// Powers of such a tilt that count: a tilt of 1e-2 rad to this power is below rounding.
     const ORDERS: usize = 8;
@@ -128,13 +128,12 @@ fn modulated(campaign: &Campaign, joint: usize, own: Smoothness) -> Smoothness {
     for link in &campaign.bench.chain {
         let Link::Tilt { name, times: Some(times), .. } = link else { continue };
         let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
-        if parameter.is_none_or(|p| p.role == Role::AssumedZero) {
-            continue;
-        }
+        let Some(parameter) = parameter else { continue };
+        let orders = if parameter.role == Role::AssumedZero { 1 } else { ORDERS };
         let degree = |name: &str| if name == joint { NameDegree::Angle } else { NameDegree::Constant };
         smoothness = match (smoothness, times.line().trig_degree(&degree)) {
             (same, Some(0)) => same,
-            (Smoothness::Trigonometric(own), Some(degree)) => Smoothness::Trigonometric(own + ORDERS * degree),
+            (Smoothness::Trigonometric(own), Some(degree)) => Smoothness::Trigonometric(own + orders * degree),
             (Smoothness::Trigonometric(_), None) => Smoothness::Sawtooth,
             (same, _) => same,
         };

@@ -426,7 +426,7 @@ fn coefficient(
     let unit = if result.kind == Kind::Tilt {
         "rad".to_string()
     } else if result.unit.is_empty() {
-        let told = crate::campaign::coefficient_unit(&repaired.bench, &effect.coefficient);
+        let told = crate::campaign::coefficient_unit(&repaired.bench, &repaired.readings.columns, &effect.coefficient);
         told.unwrap_or_default()
     } else {
         result.unit.clone()

@@ -14,10 +14,12 @@ use super::prospective::effects;
 use super::catalogue::Effect;
 use super::pool::Pool;
 use super::{Candidate, Settings};
+use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
 use crate::error::Result;
 use crate::estimate;
+use crate::fit;
 use crate::plan::{self, Noise};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
@@ -140,7 +142,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let point = campaign.reference_point();
     let design = design::assemble(campaign, &model, &point)?;
     let system = plan::system(campaign, &design, noise);
-    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let estimate = fit::adjust_with_equations(campaign, &design, &system)?;
     let (effects, tests) = effects(campaign, catalogue, &model, &design, noise)?;
     let rows = system.u.len();
     let weighted = Mat::from_fn(rows, effects.len(), |i, j| {
@@ -272,12 +274,10 @@ fn unit(campaign: &Campaign, effect: &Candidate) -> String {
         (Regressor::Term(line), None) => {
             let mut bench = campaign.bench.clone();
             let coefficient = crate::algebra::Expression::parse(&effect.coefficient);
-            if let (Ok(coefficient), Some(k)) = (coefficient, effect.sensor)
-                && let Some(sensor) = bench.sensors.get_mut(k)
-            {
-                sensor.model = coefficient.times(line);
+            if let (Ok(coefficient), Some(sensor)) = (coefficient, sensor) {
+                bench.sensors = vec![Sensor { model: coefficient.times(line), ..sensor.clone() }];
             }
-            coefficient_unit(&bench, &effect.coefficient).unwrap_or_default()
+            coefficient_unit(&bench, &campaign.readings.columns, &effect.coefficient).unwrap_or_default()
         }
         _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
     }

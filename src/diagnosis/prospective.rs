@@ -68,8 +68,7 @@ fn columns(
     model: &Model,
     design: &DesignMatrix,
 ) -> Result<Vec<(Candidate, f64)>> {
-    let mut rows: Vec<Reading> =
-        campaign.readings.rows.iter().map(|r| Reading { observations: Vec::new(), ..r.clone() }).collect();
+    let mut rows: Vec<Reading> = campaign.readings.rows.iter().map(Reading::unread).collect();
     rows.extend(general(campaign));
     let sensors = campaign.bench.sensors.len();
     let wide = campaign.with_readings(crate::campaign::Readings { columns: campaign.readings.columns.clone(), rows });

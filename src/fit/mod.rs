@@ -30,7 +30,7 @@ pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
-pub(crate) use step::adjust_with_equations;
+pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
 pub use system::{Weighting, weigh};
 
 use crate::campaign::{Campaign, Known, Role};

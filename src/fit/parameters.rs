@@ -220,7 +220,8 @@ impl<'a> Grounds<'a> {
             Ok(DerivedResult {
                 id: quantity.id.clone(),
                 line: quantity.line.to_string(),
-                is_angle: quantity.line.angle_degree(&angle) == Some(1.0),
+                is_angle: matches!(quantity.unit.as_str(), "" | "rad")
+                    && quantity.line.angle_degree(&angle) == Some(1.0),
                 value: usable.then_some(value),
                 uncertainty,
                 budget,

@@ -120,10 +120,28 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.
 pub(crate) fn adjust_with_equations(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Result<Estimate> {
-    let settings = crate::estimate::Settings::default();
-    match eliminate(system, &Rules::at(campaign, &design.point), campaign.unknowns()).0 {
-        Some(elimination) => adjust_on(system, &elimination, &settings),
-        None => adjust(system, &settings),
+    adjust_meeting_equations(campaign, &design.point, system, &crate::estimate::Settings::default())
+}
+
+/// The same for any system whose first columns are the estimated parameters; further columns take part in no equation.
+pub(crate) fn adjust_meeting_equations(
+    campaign: &Campaign,
+    point: &[f64],
+    system: &System,
+    settings: &crate::estimate::Settings,
+) -> Result<Estimate> {
+    match eliminate(system, &Rules::at(campaign, point), system.rows.ncols()).0 {
+        Some(elimination) => adjust_on(system, &elimination, settings),
+        None => adjust(system, settings),
+    }
+}
+
+/// Equations of the campaign that contradict each other, by index of the constraint.
+pub(crate) fn contradicting_equations(campaign: &Campaign) -> Option<Vec<usize>> {
+    let rules = Rules::at(campaign, &campaign.reference_point());
+    match Equations::new(campaign.unknowns(), &vec![1.0; campaign.unknowns()], &rules.equations) {
+        Equations::Consistent(_) => None,
+        Equations::Contradictory(which) => Some(rules.equations_named(&which)),
     }
 }
 

@@ -19,16 +19,17 @@ pub enum Unit {
 /// A forbidden zone: joint keys (`alpha_deg`, `gamma_deg_s`) with the interval that is forbidden; a candidate in all of them is left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Zone {
-    /// Key, lower and upper end; an interval of angles may run through 360.
+    /// Key, lower and upper end; an interval of angles may run through 360 (300 to 60).
     pub limits: Vec<(String, f64, f64)>,
 }
 
 /// More candidates than this are refused: a coarser step, or a file of candidates, is the better question.
 const MOST_CANDIDATES: usize = 200_000;
 
-/// Every position of a full sweep: joints that the schedule holds still in steps of `step_deg`, joints that it turns in every state it has.
+/// Every position of a full sweep: joints that the schedule holds still in steps of `step_deg`, joints that it turns in every state it has; a
+/// joint that does both, both.
 ///
-/// Columns are those of the first reading; a bench without joints has the schedule's distinct readings as candidates.
+/// Columns, samples and stated uncertainties are those of the first reading that turns in the same way; a bench without joints has the schedule's distinct readings as candidates.
 /// Errors: a step that is not positive, or gives more than 200,000 positions.
 pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
     let rows = &campaign.readings.rows;
@@ -43,7 +44,7 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
         let mut distinct: Vec<Reading> = Vec::new();
         for row in rows {
             if !distinct.iter().any(|other| other.columns == row.columns) {
-                distinct.push(Reading { observations: Vec::new(), position: String::new(), ..row.clone() });
+                distinct.push(Reading { position: String::new(), ..row.unread() });
             }
         }
         return Ok(Readings { columns, rows: distinct });
@@ -57,11 +58,11 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
                 seen.push(*state);
             }
         }
-        if seen.iter().all(|state| matches!(state, JointState::Held { .. })) {
-            let count = (360.0 / step_deg - 1e-9).ceil() as usize;
-            seen = (0..count).map(|k| JointState::Held { angle_deg: k as f64 * step_deg }).collect();
-        }
-        total *= seen.len() as f64;
+        // a joint that both stands and turns keeps the states in which it turns
+        let stands = seen.iter().any(|state| matches!(state, JointState::Held { .. }));
+        let turning = seen.iter().filter(|state| !matches!(state, JointState::Held { .. })).count();
+        let steps = if stands { (360.0 / step_deg - 1e-9).ceil() } else { 0.0 };
+        total *= turning as f64 + steps;
         if total > MOST_CANDIDATES as f64 {
             return Err(Malformed::new(
                 Fault::Value,
@@ -69,6 +70,11 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
             )
             .expected(format!("at most {MOST_CANDIDATES}; a larger step, or a file of candidates"))
             .found(format!("more than {total:.0}")));
+        }
+        if stands {
+            let held = (0..steps as usize).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
+            seen.retain(|state| !matches!(state, JointState::Held { .. }));
+            seen = held.chain(seen).collect();
         }
         states.push(seen);
     }
@@ -80,10 +86,22 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
             .collect();
     }
     let names: Vec<&str> = campaign.bench.joints().collect();
+    let stated = |row: &Reading| (row.samples, row.unread().planned_u);
+    let uniform = rows.iter().all(|row| stated(row) == stated(first));
     // two joints that turn in one mean are no reading that the bench can take
     let rows = combinations
         .into_iter()
-        .map(|joints| campaign.readings.position(&names, first, joints))
+        .map(|joints| {
+            let turns_alike = |row: &&Reading| {
+                let pairs = row.joints.iter().zip(&joints);
+                pairs.filter(|(_, own)| !matches!(own, JointState::Held { .. })).all(|(other, own)| other == own)
+            };
+            let like = if uniform { first } else { rows.iter().find(turns_alike).unwrap_or(first) };
+            Reading {
+                columns: campaign.readings.position(&names, first, joints.clone()).columns,
+                ..campaign.readings.position(&names, like, joints)
+            }
+        })
         .filter(|reading| reading.check_turning(&names).is_ok())
         .collect();
     Ok(Readings { columns, rows })
@@ -126,8 +144,7 @@ pub fn from_schedule(campaign: &Campaign, candidates: &Campaign) -> Result<Readi
         .iter()
         .map(|row| Reading {
             columns: columns.iter().map(|name| at(name).and_then(|k| row.columns.get(k).copied().flatten())).collect(),
-            observations: Vec::new(),
-            ..row.clone()
+            ..row.unread()
         })
         .collect();
     Ok(Readings { columns, rows })
@@ -145,9 +162,10 @@ pub fn without(campaign: &Campaign, candidates: Readings, zones: &[Zone]) -> Res
             .expected(format!("one of {}", keys.join(", ")))
             .found(format!("'{key}'")));
         }
-        if !(low <= high) || !low.is_finite() || !high.is_finite() {
+        let ordered = low <= high || key.ends_with("_deg");
+        if !ordered || !low.is_finite() || !high.is_finite() {
             return Err(Malformed::new(Fault::Value, format!("the forbidden interval of {key} is none"))
-                .expected("lower:upper, for example alpha_deg=100:170")
+                .expected("lower:upper, for example alpha_deg=100:170; an interval of angles may run through 360, as alpha_deg=300:60")
                 .found(format!("{low}:{high}")));
         }
     }
@@ -164,7 +182,9 @@ pub fn without(campaign: &Campaign, candidates: Readings, zones: &[Zone]) -> Res
     };
     let inside = |reading: &Reading, (key, low, high): &(String, f64, f64)| {
         value(reading, key).is_some_and(|v| {
-            if key.ends_with("_deg") { (v - low).rem_euclid(360.0) <= high - low } else { (*low..=*high).contains(&v) }
+            // 300:60 is the interval from 300 through 360 to 60
+            let width = if high < low { (high - low).rem_euclid(360.0) } else { high - low };
+            if key.ends_with("_deg") { (v - low).rem_euclid(360.0) <= width } else { (*low..=*high).contains(&v) }
         })
     };
     let forbidden = |reading: &Reading| {

@@ -17,6 +17,7 @@ use super::exchange::{Objective, Problem, best_of_starts, information};
 use super::improve::{Improvement, Request, schedule_rows};
 use super::judge::{check_question, judge};
 use super::order::ordered;
+use super::point::check_point;
 use super::pool::Pool;
 use super::whitened::{Term, whitened};
 use crate::algebra::{Scratch, Tape};
@@ -51,6 +52,7 @@ pub fn discriminate(
 ) -> Result<Discrimination> {
     let Offer { kept, candidates, noise, .. } = offer;
     check_question(campaign)?;
+    check_point(campaign, kept, candidates, noise)?;
     let pool = Pool::new(campaign, kept, candidates, Unit::Reading, noise, &terms.map(Clone::clone))?;
     let n = campaign.unknowns();
     let coordinates = [n, n + 1].map(|k| {

@@ -29,7 +29,7 @@ impl NoiseSource {
 /// Noise of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorNoise {
-    /// Standard deviation of one reading, in the sensor's unit.
+    /// Standard deviation of one sample (of a reading with `n` = 1), in the sensor's unit.
     pub sd: f64,
     /// Where it comes from.
     pub from: NoiseSource,
@@ -53,6 +53,16 @@ impl Noise {
     /// `remount` names parameters (tilts in radians) that scatter from mounting to mounting. Errors: a sensor or parameter that the bench does
     /// not have, a standard deviation that is not positive, a schedule without noise.
     pub fn new(campaign: &Campaign, given: &[(String, f64)], remount: &[(String, f64)]) -> Result<Self> {
+        Noise::with_fit(campaign, given, remount, None)
+    }
+
+    /// The same with a fit of the campaign that is at hand.
+    pub fn with_fit(
+        campaign: &Campaign,
+        given: &[(String, f64)],
+        remount: &[(String, f64)],
+        fitted: Option<&fit::Fit>,
+    ) -> Result<Self> {
         let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
         for (id, sd) in given {
             if !ids.contains(&id.as_str()) {
@@ -72,35 +82,28 @@ impl Noise {
                 sensors.push(SensorNoise { sd: *sd, from: NoiseSource::Given });
                 continue;
             }
-            let stated: Vec<f64> = campaign
-                .readings
-                .rows
-                .iter()
-                .flat_map(|r| r.observations.iter().filter(|o| o.sensor == k).filter_map(|o| o.u))
-                .collect();
+            let stated: Vec<f64> =
+                campaign.readings.rows.iter().filter_map(|r| Some(r.stated_u(k)? * r.samples.sqrt())).collect();
             if !stated.is_empty() {
                 let sd = (stated.iter().map(|u| u * u).sum::<f64>() / stated.len() as f64).sqrt();
                 sensors.push(SensorNoise { sd, from: NoiseSource::Stated });
                 continue;
             }
-            if residuals.is_none() && campaign.is_measured() {
-                residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
+            if fitted.is_none() && residuals.is_none() && campaign.is_measured() {
+                residuals = Some(fit::fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() })?);
             }
-            let rows = residuals.iter().flat_map(|fit| {
-                fit.design
-                    .rows
-                    .iter()
-                    .zip(&fit.quality)
-                    .filter(|(origin, _)| origin.sensor == k)
-                    .filter_map(|(_, q)| q.u)
+            let rows = fitted.or(residuals.as_ref()).into_iter().flat_map(|fit| {
+                let own = fit.design.rows.iter().zip(&fit.quality).filter(|(origin, _)| origin.sensor == k);
+                own.filter_map(|(origin, q)| {
+                    let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |r| r.samples);
+                    q.u.map(|u| u * samples.sqrt())
+                })
             });
             let estimated: Vec<f64> = rows.filter(|u| *u > 0.0).collect();
             if estimated.is_empty() {
                 return Err(Malformed::new(Fault::Missing, format!("the noise of {id} is not known"))
-                    .expected(format!(
-                        "--noise {id}=SD (standard deviation of one reading), or readings of {id} with {id}_u"
-                    ))
-                    .found("a schedule without sensor values"));
+                    .expected(format!("--noise {id}=SD (standard deviation of one sample), or {id}_u in the schedule"))
+                    .found("a schedule that states none"));
             }
             let sd = (estimated.iter().map(|u| u * u).sum::<f64>() / estimated.len() as f64).sqrt();
             sensors.push(SensorNoise { sd, from: NoiseSource::Residuals });
@@ -123,13 +126,13 @@ impl Noise {
         Ok(Noise { sensors, remount: scatter, tilts: None })
     }
 
-    /// Standard uncertainty of one sensor's value at a reading: as the reading states it, unless noise was given.
+    /// Standard uncertainty of one sensor's value at a reading: as the reading states it, unless noise was given; a mean of `n` samples has the
+    /// standard deviation over the root of n.
     pub fn u(&self, reading: &Reading, sensor: usize) -> f64 {
         let Some(noise) = self.sensors.get(sensor) else { return 1.0 };
-        let stated = reading.observations.iter().find(|o| o.sensor == sensor).and_then(|o| o.u);
-        match (noise.from, stated) {
+        match (noise.from, reading.stated_u(sensor)) {
             (NoiseSource::Stated, Some(u)) => u,
-            _ => noise.sd,
+            _ => noise.sd / reading.samples.sqrt(),
         }
     }
 }
@@ -221,7 +224,7 @@ pub struct Offer {
 
 /// Positions without their values.
 pub fn positions_only(readings: &Readings) -> Readings {
-    let rows = readings.rows.iter().map(|r| Reading { observations: Vec::new(), ..r.clone() }).collect();
+    let rows = readings.rows.iter().map(Reading::unread).collect();
     Readings { columns: readings.columns.clone(), rows }
 }
 

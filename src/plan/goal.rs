@@ -10,6 +10,7 @@ use super::exchange::{Design, Objective, Problem, best_of_starts, information};
 use super::improve::{Improvement, Request, relabelled, schedule_rows};
 use super::judge::{Judgement, check_question, judge};
 use super::order::{Order, ordered};
+use super::point::check_point;
 use super::pool::Pool;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
@@ -59,6 +60,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     let kept = &positions_only(&offer.kept);
     check_question(campaign)?;
     costs.check()?;
+    check_point(campaign, kept, candidates, noise)?;
     let pool = Pool::new(campaign, kept, candidates, request.unit, noise, &[])?;
     let (limits, impossible) = limits(campaign, &pool, goals)?;
     let size = pool.portion_size();

@@ -8,6 +8,7 @@ use super::effort::{Costs, Noise, Offer, mounting, positions_only};
 use super::exchange::{Design, Objective, Problem, best_of_starts};
 use super::judge::{Judgement, check_question, judge};
 use super::order::{Order, ordered};
+use super::point::check_point;
 use super::pool::{Pool, log_det_of};
 use super::whitened::{adjusted, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
@@ -102,6 +103,7 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
     let kept = &positions_only(&offer.kept);
     check_question(campaign)?;
     costs.check()?;
+    check_point(campaign, kept, candidates, noise)?;
     let pool = Pool::new(campaign, kept, candidates, request.unit, noise, &[])?;
     let objective = objective(campaign, &pool, &request.criterion)?;
     let neighbours = if request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
@@ -257,7 +259,7 @@ fn efficiency(pool: &Pool, objective: &Objective, choose: usize, design: &Design
 
 /// Kept readings and chosen ones. New mountings are numbered on from the kept labels; where remounting scatters, a repeat is a new mounting.
 pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repeats_remount: bool) -> Vec<Reading> {
-    let mut rows: Vec<Reading> = kept.rows.iter().map(|r| Reading { observations: Vec::new(), ..r.clone() }).collect();
+    let mut rows: Vec<Reading> = kept.rows.iter().map(Reading::unread).collect();
     let mut next = 1 + kept.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0);
     let mut labels: Vec<(Vec<Option<f64>>, String)> = Vec::new();
     for portion in chosen.iter().filter_map(|j| pool.portions.get(*j)) {
@@ -299,7 +301,7 @@ fn check(
     design: &Design,
 ) -> Result<Option<f64>> {
     let n = schedule.unknowns();
-    let fresh = adjusted(&with_priors(schedule, &schedule.readings, noise, &[])?, n)?;
+    let fresh = adjusted(schedule, &with_priors(schedule, &schedule.readings, noise, &[])?, n)?;
     let basis = pool.estimate.factor.basis();
     if fresh.rank != pool.blocks.unknowns() || fresh.factor.basis().iter().any(|j| !basis.contains(j)) {
         return Ok(None);

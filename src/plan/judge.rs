@@ -6,7 +6,8 @@
 use super::derived::derived;
 use super::effort::{Costs, Noise, Work, mountings};
 use super::known::{ThroughTilts, contributions};
-use crate::campaign::{Campaign, Kind, Role};
+use super::point::{self, Lacking};
+use crate::campaign::{Campaign, Constraint, Kind, Role};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Group, System};
@@ -72,8 +73,12 @@ pub struct Judgement {
     pub covariance: Mat<f64>,
     /// Each value of the schedule.
     pub readings: Vec<PredictedReading>,
-    /// What only combinations determine, and the position that would separate it.
+    /// What only combinations determine, wherever the parameters lie, and the position that would separate it.
     pub not_estimable: Vec<Separation>,
+    /// What cannot be told at this point though it could nearby: a value is lacking.
+    pub lacking: Option<Lacking>,
+    /// Inequalities of the campaign: a bound lowers an uncertainty only where it is reached, so they are not counted.
+    pub bounds: usize,
     /// Independent columns among the estimated parameters.
     pub rank: usize,
     /// Values minus rank.
@@ -103,7 +108,7 @@ impl Judgement {
     }
 }
 
-/// Judge a schedule (or the positions of a campaign; its values play no part).
+/// Judge a schedule (or the positions of a campaign; its values play no part) at its reference point; [`super::judged_at`] sets that.
 ///
 /// `cov x = (A' V^-1 A)^-1`, `V = diag(u^2) + sum over mountings s^2 g g'` with `g = d reading / d scattering tilt`; known inputs add
 /// `u^2 E[c c']` with `c = -A^+ d f / d known` over tilts of the size that [`Noise::tilts`] states. Angles in radians. Errors: nothing to estimate, no readings, a column that a reading lacks.
@@ -124,7 +129,8 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     let model = Model::new(campaign)?;
     let design = design::assemble(campaign, &model, &campaign.reference_point())?;
     let system = system(campaign, &design, noise);
-    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let estimate = fit::adjust_with_equations(campaign, &design, &system)?;
+    let nearby = point::lacking(campaign, &model, &estimate, noise)?;
     let n = campaign.unknowns();
     let sensitivities = estimate.factor.sensitivities();
     let (known, through_tilts) = contributions(campaign, &model, &design, &estimate, noise)?;
@@ -166,7 +172,16 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     let rank = estimate.rank.saturating_sub(system.rows.ncols() - n);
     Ok(Judgement {
         derived: derived(campaign, &design, &covariance, &estimate)?,
-        not_estimable: fit::separations(campaign, &model, &design, &estimate),
+        not_estimable: match &nearby {
+            None => fit::separations(campaign, &model, &design, &estimate),
+            Some((_, design, estimate)) => fit::separations(campaign, &model, design, estimate),
+        },
+        lacking: nearby.map(|(lacking, ..)| lacking),
+        bounds: campaign
+            .constraints
+            .iter()
+            .filter(|c| !matches!(c, Constraint::Linear { lower, upper, .. } if lower == upper))
+            .count(),
         drift: drift(&design, &system, &sensitivities, &parameters.iter().map(|p| p.u).collect::<Vec<_>>()),
         parameters,
         covariance,
@@ -184,6 +199,15 @@ pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
         return Err(Malformed::new(Fault::Missing, "nothing is to be estimated, so there is nothing to plan for")
             .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
             .at_path("estimate"));
+    }
+    if let Some(which) = fit::contradicting_equations(campaign) {
+        let places: Vec<String> = which.iter().map(|k| (k + 1).to_string()).collect();
+        return Err(Malformed::new(
+            Fault::Value,
+            format!("the constraints {} contradict each other", places.join(", ")),
+        )
+        .expected("equations that some values satisfy")
+        .at_path("constraints"));
     }
     if campaign.readings.rows.is_empty() {
         return Err(Malformed::new(Fault::Missing, "the schedule has no positions")
@@ -240,7 +264,8 @@ pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
 pub(super) fn drift_of(campaign: &Campaign, noise: &Noise) -> Result<Option<f64>> {
     let design = design::assemble(campaign, &Model::new(campaign)?, &campaign.reference_point())?;
     let system = system(campaign, &design, noise);
-    let estimate = estimate::adjust(&system, &estimate::Settings { refinements: 0, ..estimate::Settings::default() })?;
+    let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
+    let estimate = fit::adjust_meeting_equations(campaign, &design.point, &system, &settings)?;
     let known = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
     let u: Vec<Option<f64>> =
         (0..campaign.unknowns()).map(|k| known(k).then(|| estimate.covariance[(k, k)].sqrt())).collect();

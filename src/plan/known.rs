@@ -13,7 +13,8 @@ use super::judge::system;
 use crate::campaign::{Campaign, Kind, Parameter, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
-use crate::estimate::{self, Estimate};
+use crate::estimate::Estimate;
+use crate::fit;
 
 /// Size for which the part that was left out is told: 100 arcsec.
 const FOR_EXAMPLE: f64 = 100.0 * std::f64::consts::PI / 648_000.0;
@@ -69,7 +70,7 @@ pub(super) fn contributions(
                 *value += sign * step;
             }
             let there = design::assemble(campaign, model, &point)?;
-            let adjusted = estimate::adjust(&system(campaign, &there, noise), &estimate::Settings::default())?;
+            let adjusted = fit::adjust_with_equations(campaign, &there, &system(campaign, &there, noise))?;
             Ok(sensitivities(campaign, &there, &adjusted, &known))
         };
         for ((plus, minus), squares) in at(1.0)?.into_iter().zip(at(-1.0)?).zip(&mut squares) {

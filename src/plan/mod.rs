@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
 //! | `judge.rs` | predicted uncertainties, what is not estimable, reliability, drift |
+//! | `point.rs` | where the rows are taken, and what vanishes there |
 //! | `known.rs` | known inputs, and the tilts through which they act |
 //! | `derived.rs` | derived quantities |
 //! | `candidates.rs` | sweeps, forbidden zones, portions |
@@ -30,7 +31,7 @@
 //! | `order.rs` | the order to run |
 //!
 //! Deliberately absent: readings (what was measured plays no part, except as a source of the noise), nonlinear design over unknown
-//! parameter values (rows are taken at the campaign's reference point).
+//! parameter values (rows are taken at one point: stated, fitted or zero).
 
 mod blocks;
 mod bound;
@@ -49,6 +50,7 @@ mod known;
 mod largest;
 mod order;
 mod partners;
+mod point;
 mod pool;
 mod state;
 mod telling;
@@ -67,5 +69,6 @@ pub(crate) use judge::system;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};
+pub use point::{Judged, Lacking, PointSource, judged_at};
 pub use telling::{Telling, telling};
 pub use whitened::Term;

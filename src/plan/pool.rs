@@ -1,7 +1,7 @@
 //! From candidate positions to blocks of whitened rows in coordinates in which the exchanges are well conditioned.
 //!
 //! One pivoted QR of all rows (what is kept, priors, candidates), `W A D^-1 = Q R`, gives coordinates `z = R D x`: there the rows of every
-//! block are rows of `Q`, and a linear function `c'x` has the coordinates `R^-T D^-1 c`.
+//! block are rows of `Q`, and a linear function `c'x` has the coordinates `T'c`, `T = D^-1 R^-1`; equations between unknowns are in `T`.
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
@@ -27,6 +27,8 @@ pub(super) struct Pool {
     pub base: Vec<f64>,
     /// The factorisation behind the coordinates.
     pub estimate: Estimate,
+    /// The unknowns from the coordinates: `x = T z`.
+    directions: Mat<f64>,
     /// What even all candidates together do not determine.
     pub not_estimable: Vec<Separation>,
 }
@@ -47,7 +49,7 @@ impl Pool {
         let fixed = rows.len();
         rows.extend(whitened(campaign, &mounted_apart(&portions, candidates), noise, terms, true)?);
         let total = rows.len();
-        let estimate = adjusted(&rows, n)?;
+        let estimate = adjusted(campaign, &rows, n)?;
         let rank = estimate.rank;
         if rank == 0 {
             return Err(Malformed::new(Fault::Value, "no candidate depends on what is to be estimated")
@@ -71,7 +73,8 @@ impl Pool {
         } else {
             Vec::new()
         };
-        Ok(Pool { portions, blocks: rows.compressed(), rows, base, estimate, not_estimable })
+        let directions = estimate.factor.whitened_directions();
+        Ok(Pool { portions, blocks: rows.compressed(), rows, base, estimate, directions, not_estimable })
     }
 
     /// Readings of each portion.
@@ -85,15 +88,12 @@ impl Pool {
         if c.iter().enumerate().any(|(k, c)| *c != 0.0 && !estimable(k)) {
             return None;
         }
-        let factor = &self.estimate.factor;
-        let (r, scale) = (factor.r(), factor.scale());
-        let mut z: Vec<f64> = Vec::with_capacity(factor.rank());
-        for (k, j) in factor.basis().iter().enumerate() {
-            let own = c.get(*j).copied().unwrap_or_default() / scale.get(*j).copied().unwrap_or(1.0);
-            let before: f64 = z.iter().enumerate().map(|(i, zi)| r[(i, k)] * zi).sum();
-            z.push((own - before) / r[(k, k)]);
-        }
-        Some(z)
+        let t = &self.directions;
+        Some(
+            (0..t.ncols())
+                .map(|k| (0..t.nrows()).map(|j| t[(j, k)] * c.get(j).copied().unwrap_or_default()).sum())
+                .collect(),
+        )
     }
 
     /// `log det` of an information matrix in the unknowns' own units, from its value in these coordinates.

@@ -41,14 +41,14 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
     let n = campaign.unknowns();
     let terms: Vec<Term> = [effect].into_iter().chain(rivals).cloned().collect();
     let mut rows = with_priors(campaign, kept, noise, &terms)?;
-    let mut estimate = adjusted(&rows, n)?;
+    let mut estimate = adjusted(campaign, &rows, n)?;
     if estimate.rank < n {
         for k in 0..n {
             let size = rows.iter().map(|row| row[k] * row[k]).sum::<f64>().sqrt();
             let weight = if size > 0.0 { LOOSE * size } else { LOOSE };
             rows.push(single(n + terms.len(), k, weight));
         }
-        estimate = adjusted(&rows, n)?;
+        estimate = adjusted(campaign, &rows, n)?;
     }
     let column = |t: usize| rows.iter().map(|row| row[n + t]).collect::<Vec<f64>>();
     let fitted: Vec<Vec<f64>> = (0..terms.len()).map(|t| estimate.factor.solve(&column(t))).collect::<Result<_>>()?;

@@ -6,6 +6,7 @@ use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::{self, Model};
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, System};
+use crate::fit;
 use crate::simulate::{self, Regressor};
 use faer::Mat;
 
@@ -41,15 +42,13 @@ pub(super) fn mounted_apart(portions: &[Vec<Reading>], columns: &Readings) -> Re
     let rows = portions
         .iter()
         .enumerate()
-        .flat_map(|(p, portion)| {
-            portion.iter().map(move |r| Reading { position: p.to_string(), observations: Vec::new(), ..r.clone() })
-        })
+        .flat_map(|(p, portion)| portion.iter().map(move |r| Reading { position: p.to_string(), ..r.unread() }))
         .collect();
     Readings { columns: columns.columns.clone(), rows }
 }
 
-/// The first `n` columns of whitened rows, adjusted: nothing is observed, all is in the covariance and the factor.
-pub(super) fn adjusted(rows: &[Vec<f64>], n: usize) -> Result<Estimate> {
+/// The first `n` columns of whitened rows, adjusted with the campaign's equations: nothing is observed, all is in the covariance and the factor.
+pub(super) fn adjusted(campaign: &Campaign, rows: &[Vec<f64>], n: usize) -> Result<Estimate> {
     let m = rows.len();
     let system = System {
         rows: Mat::from_fn(m, n, |i, j| rows[i][j]),
@@ -57,7 +56,8 @@ pub(super) fn adjusted(rows: &[Vec<f64>], n: usize) -> Result<Estimate> {
         u: vec![1.0; m],
         group: vec![Group::Known; m],
     };
-    estimate::adjust(&system, &estimate::Settings { refinements: 0, ..estimate::Settings::default() })
+    let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
+    fit::adjust_meeting_equations(campaign, &campaign.reference_point(), &system, &settings)
 }
 
 /// Rows divided by the Cholesky factor of their covariance, mounting by mounting, in the order of the mountings; then the columns of terms.

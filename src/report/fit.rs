@@ -155,7 +155,7 @@ pub struct DerivedReport {
     pub id: String,
     /// The line of algebra.
     pub line: String,
-    /// `rad` for angles, else empty.
+    /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
     pub unit: String,
     /// Value; null where it needs what is not estimable.
     pub value: Option<f64>,

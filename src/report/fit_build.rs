@@ -28,7 +28,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         estimator: if fit.settings.exact { "exact" } else { "linear" }.into(),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
-        derived: fit.derived.iter().map(derived).collect(),
+        derived: fit.derived.iter().zip(&campaign.derived).map(|(d, own)| derived(d, &own.unit)).collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
         correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
         covariance: CovarianceReport { order, matrix },
@@ -118,12 +118,12 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
     }
 }
 
-fn derived(result: &crate::fit::DerivedResult) -> DerivedReport {
+fn derived(result: &crate::fit::DerivedResult, unit: &str) -> DerivedReport {
     let uncertainty = result.uncertainty;
     DerivedReport {
         id: result.id.clone(),
         line: result.line.clone(),
-        unit: if result.is_angle { "rad" } else { "" }.into(),
+        unit: if result.is_angle { "rad" } else { unit }.into(),
         value: result.value,
         u: uncertainty.map(|c| c.u),
         dof: uncertainty.and_then(|c| finite(c.dof)),

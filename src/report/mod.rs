@@ -91,9 +91,9 @@ pub use navigate_diagnose::{
 pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use navigate_table::navigate_table;
 pub use plan::{
-    ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, PlanReport,
-    PlannedPositionReport, PlannedReadingReport, PredictedDerivedReport, PredictedReport, SensorNoiseReport,
-    ThroughTiltsReport, WorkReport,
+    ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport,
+    LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
+    PredictedReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
 };
 pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;

@@ -20,10 +20,37 @@ pub struct PlanReport {
     pub noise: BTreeMap<String, SensorNoiseReport>,
     /// Parameters that every remounting scatters, with the standard deviation (radians for tilts).
     pub remount: BTreeMap<String, f64>,
+    /// Where each estimated parameter stands at which the schedules are judged.
+    #[serde(default)]
+    pub judged_at: Vec<PointReport>,
     /// The schedule that was given.
     pub schedule: JudgementReport,
     /// The better schedule, if one was asked for.
     pub improved: Option<ImprovedReport>,
+}
+
+/// Value of one estimated parameter at which schedules are judged.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PointReport {
+    /// The parameter.
+    pub id: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// The same in arcseconds, for tilts.
+    pub arcsec: Option<f64>,
+    /// `given` (--at), `fitted` (from the campaign's readings), `start`, `prior`, or `zero` where nothing is stated.
+    pub from: String,
+}
+
+/// What cannot be told at the point of judging though it could nearby.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LackingReport {
+    /// Parameters whose uncertainty cannot be told.
+    pub untold: Vec<String>,
+    /// Parameters without a stated value on which these uncertainties depend.
+    pub needs: Vec<String>,
 }
 
 /// Noise of one sensor.
@@ -56,6 +83,12 @@ pub struct JudgementReport {
     pub correlation: CorrelationReport,
     /// What only combinations determine, with the position that would separate it.
     pub not_estimable: Vec<NotEstimableReport>,
+    /// What vanishes at the point of judging and needs a value; null where nothing does.
+    #[serde(default)]
+    pub lacking: Option<LackingReport>,
+    /// Bounds of the campaign, which are not counted: a bound lowers an uncertainty only where it is reached.
+    #[serde(default)]
+    pub bounds_not_counted: usize,
     /// Largest shift of a parameter, as a share of its uncertainty, when a reading drifts by one standard deviation over the run.
     pub drift: Option<f64>,
     /// What known inputs do through tilts whose size a plan does not know; null where they do nothing.

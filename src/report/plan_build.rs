@@ -6,7 +6,7 @@ use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, position_keys};
 use crate::campaign::{Campaign, Kind};
 use crate::diagnosis::Foresight;
-use crate::plan::{Goal, Improvement, Judgement, Noise, Reached, Request, Separated, Work};
+use crate::plan::{Goal, Improvement, Judgement, Noise, PointSource, Reached, Request, Separated, Work};
 
 /// What was found beside the judgement of the given schedule.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +36,7 @@ pub fn plan_report(
     better: Option<Better<'_>>,
     foreseen: Foreseen<'_>,
     request: &Request,
+    from: &[PointSource],
 ) -> PlanReport {
     let given = judgement_report(campaign, judgement, foreseen.given);
     let sensors = campaign.bench.sensors.iter();
@@ -98,9 +99,24 @@ pub fn plan_report(
             .iter()
             .filter_map(|(k, sd)| Some((campaign.parameters.get(*k)?.id.clone(), *sd)))
             .collect(),
+        judged_at: point(campaign, from),
         schedule: given,
         improved,
     }
+}
+
+/// The point at which schedules are judged: the campaign's reference point.
+fn point(campaign: &Campaign, from: &[PointSource]) -> Vec<PointReport> {
+    let values = campaign.estimated().iter().zip(from);
+    values
+        .map(|(p, from)| PointReport {
+            id: p.id.clone(),
+            value: p.reference(),
+            unit: p.unit.clone(),
+            arcsec: (p.kind == Kind::Tilt).then(|| p.reference() * ARCSEC),
+            from: from.name().into(),
+        })
+        .collect()
 }
 
 fn work(work: Work) -> WorkReport {
@@ -145,6 +161,11 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
             order: ids.clone(),
         },
         not_estimable: judgement.not_estimable.iter().map(|s| not_estimable(campaign, s)).collect(),
+        lacking: judgement.lacking.as_ref().map(|lacking| {
+            let names = |list: &[usize]| list.iter().filter_map(|k| ids.get(*k)).cloned().collect();
+            LackingReport { untold: names(&lacking.untold), needs: names(&lacking.needs) }
+        }),
+        bounds_not_counted: judgement.bounds,
         drift: judgement.drift,
         through_tilts: judgement.through_tilts.as_ref().map(|through| {
             let parameter = judgement.parameters.get(through.parameter);

@@ -3,8 +3,8 @@
 use super::foresight_table::foresight_table;
 use super::table::{count, plain, significant};
 use super::{
-    DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport,
-    PlannedPositionReport, PositionReport, ThroughTiltsReport,
+    DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, NotEstimableReport, PlanReport,
+    PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport,
 };
 use std::collections::BTreeMap;
 
@@ -25,6 +25,7 @@ pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
     for (id, sd) in &report.remount {
         text.push_str(&format!("  every remounting scatters {id}: sd {} (rad for a tilt)\n", significant(*sd, 3)));
     }
+    text.push_str(&format!("  judged at {}\n", judged_at(&report.judged_at)));
     text.push_str(&format!("\nThe schedule: {}\n\n", work(&report.schedule)));
     text.push_str(&judgement(&report.schedule));
     if with_readings {
@@ -44,6 +45,39 @@ pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
         }
     }
     text
+}
+
+/// The point at which schedules are judged, in words: values with their source, then what stands at zero.
+pub(super) fn judged_at(point: &[PointReport]) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    let mut zero: Vec<&str> = Vec::new();
+    for value in point {
+        let (number, unit) = match value.arcsec {
+            Some(arcsec) => (arcsec, "arcsec"),
+            None => (value.value, value.unit.as_str()),
+        };
+        match value.from.as_str() {
+            "zero" => zero.push(&value.id),
+            from => parts.push(format!("{} = {} {unit} ({from})", value.id, significant(number, 4)).replace("  ", " ")),
+        }
+    }
+    match (zero.len(), parts.is_empty()) {
+        (0, _) => {}
+        (_, true) => parts.push("zero (no parameter has a start, prior or --at)".into()),
+        (1..=6, _) => parts.push(format!("{} = 0", zero.join(", "))),
+        (count, _) => parts.push(format!("{count} others = 0")),
+    }
+    parts.join(", ")
+}
+
+/// What needs a value, in one sentence.
+pub(super) fn lacking(lacking: &LackingReport) -> String {
+    let needs = lacking.needs.join(", ");
+    let first = lacking.needs.first().map_or("", String::as_str);
+    format!(
+        "the uncertainty of {} depends on the value of {needs}, and none is stated: at zero the effect vanishes;\n  --at {first}=VALUE or a \"start\" tells it",
+        lacking.untold.join(", ")
+    )
 }
 
 fn work(judgement: &JudgementReport) -> String {
@@ -73,11 +107,18 @@ fn judgement(j: &JudgementReport) -> String {
         };
         j.readings.iter().filter_map(effect).map(f64::abs).reduce(f64::max)
     };
+    let needs_value = |id: &String| j.lacking.as_ref().is_some_and(|l| l.untold.contains(id));
     for (i, p) in j.parameters.iter().enumerate() {
         let angle = p.u_arcsec.is_some();
         rows.push(vec![
             p.id.clone(),
-            if p.u.is_none() { "not estimable".into() } else { number(if angle { p.u_arcsec } else { p.u }) },
+            if needs_value(&p.id) {
+                "needs a value".into()
+            } else if p.u.is_none() {
+                "not estimable".into()
+            } else {
+                number(if angle { p.u_arcsec } else { p.u })
+            },
             if angle { "arcsec".into() } else { p.unit.clone() },
             strongest(i).unwrap_or_default(),
             if p.u.is_some() { number(worst(&p.id, angle)) } else { "-".into() },
@@ -106,6 +147,19 @@ fn judgement(j: &JudgementReport) -> String {
     }
     if let Some(through) = &j.through_tilts {
         text.push_str(&format!("{}\n", through_tilts(through)));
+    }
+    if let Some(own) = &j.lacking {
+        text.push_str(&format!("{}\n", lacking(own)));
+    }
+    if j.bounds_not_counted > 0 {
+        text.push_str(&format!(
+            "{} not counted: a bound lowers an uncertainty only where it is reached\n",
+            if j.bounds_not_counted == 1 {
+                "1 bound is".into()
+            } else {
+                format!("{} bounds are", j.bounds_not_counted)
+            }
+        ));
     }
     text.push_str(&defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())));
     text

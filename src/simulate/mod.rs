@@ -1,7 +1,7 @@
 //! Readings from a truth: exact rotations, means over turns, hidden effects, seeded noise.
 //!
 //! ```text
-//! reading_i = f(inputs_i; true values) + sum_e c_e g_e,i + sd * z_i,   z_i ~ N(0, 1), seeded
+//! reading_i = f(inputs_i; true values) + sum_e c_e g_e,i + sd / sqrt(n_i) * z_i,   z_i ~ N(0, 1), seeded
 //! ```
 //!
 //! `f` is the bench's model line at the true tilts, `g_e` the regressor of a hidden effect at the same instants. The truth stays apart
@@ -14,7 +14,9 @@ pub(crate) use columns::indicator;
 pub use columns::{Table, columns};
 pub use regressor::Regressor;
 
-use crate::campaign::{Campaign, Kind, Observation};
+use crate::algebra::Expression;
+use crate::bench::Sensor;
+use crate::campaign::{Campaign, Kind, Observation, coefficient_unit};
 use crate::design::{self, Model};
 use crate::error::{Fault, Malformed, Result};
 use rand_distr::{Distribution, StandardNormal};
@@ -35,7 +37,7 @@ pub struct Truth {
 /// Noise of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Noise {
-    /// Standard deviation of a reading, in the sensor's unit.
+    /// Standard deviation of one sample, in the sensor's unit: a reading that averages `n` has `sd / sqrt(n)`.
     pub sd: f64,
     /// Is it written into the campaign as the readings' standard uncertainty?
     pub stated: bool,
@@ -60,6 +62,27 @@ impl Hidden {
     /// Errors: a term that does not parse, or a name that this bench and these readings do not have.
     pub fn new(campaign: &Campaign, regressor: &str, value: f64, sensor: Option<usize>) -> Result<Self> {
         Ok(Hidden { regressor: Regressor::parse(campaign, sensor, regressor)?, value, sensor })
+    }
+}
+
+impl Hidden {
+    /// The unit of its coefficient: radians for a tilt, else what the sensor's line with the term tells; `None` where that is open.
+    pub fn unit(&self, campaign: &Campaign) -> Option<String> {
+        let sensor = self.sensor.or((campaign.bench.sensors.len() == 1).then_some(0));
+        let sensor = sensor.and_then(|k| campaign.bench.sensors.get(k));
+        match &self.regressor {
+            Regressor::Tilt(k) | Regressor::Known(k) | Regressor::Prior(k) => {
+                campaign.parameters.get(*k).map(|p| p.unit.clone())
+            }
+            Regressor::Term(line) => {
+                let own = sensor.or(campaign.bench.sensors.first())?;
+                let coefficient = Expression::parse("its_coefficient").ok()?;
+                let mut bench = campaign.bench.clone();
+                bench.sensors = vec![Sensor { model: coefficient.times(line), ..own.clone() }];
+                coefficient_unit(&bench, &campaign.readings.columns, "its_coefficient")
+            }
+            _ => sensor.map(|s| s.unit.clone()),
+        }
     }
 }
 
@@ -90,7 +113,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
     }
     let mut campaign = schedule.clone();
     for reading in &mut campaign.readings.rows {
-        reading.observations.clear();
+        *reading = reading.unread();
     }
     let model = Model::new(&campaign)?;
     let rows = design::rows(&campaign);
@@ -110,7 +133,9 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         value += apart.iter().zip(&effects).map(|(h, column)| h.value * column.get(i).unwrap_or(&0.0)).sum::<f64>();
         let noise = truth.noise.get(origin.sensor).copied().unwrap_or_default();
         let z: f64 = StandardNormal.sample(&mut generator);
-        value += noise.sd * z;
+        let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |reading| reading.samples);
+        let sd = noise.sd / samples.sqrt();
+        value += sd * z;
         if let Some(decimals) = noise.decimals {
             let scale = 10f64.powi(decimals.min(300) as i32);
             let rounded = (value * scale).round() / scale;
@@ -122,8 +147,12 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
                 .expected("true values and effects within the range of a double")
                 .at_path(reading.place.clone()));
         }
-        let u = (noise.stated && noise.sd > 0.0).then_some(noise.sd);
-        reading.observations.push(Observation { sensor: origin.sensor, value, u, samples: 1.0 });
+        // a schedule's own statement stands where the truth states nothing
+        let u = if noise.stated && noise.sd > 0.0 { Some(sd) } else { reading.stated_u(origin.sensor) };
+        reading.observations.push(Observation { sensor: origin.sensor, value, u, samples });
+    }
+    for reading in &mut campaign.readings.rows {
+        reading.planned_u.clear();
     }
     Ok(campaign)
 }

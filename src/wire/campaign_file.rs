@@ -2,11 +2,12 @@
 
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, Fetch, Named, Source, csv_readings, read_bench};
+use super::{BenchFile, DerivedFile, Fetch, Named, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
-use crate::campaign::{self, AngleUnit, Asked, Campaign, Constraint, Distribution, Given, Kind, Known, Prior, Role};
+use crate::campaign::{self, Asked, Campaign, Constraint, Distribution, Given, Known, Prior, Role};
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Conversion;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
@@ -27,9 +28,9 @@ pub struct CampaignFile {
     /// What must hold between estimated parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub constraints: Vec<ConstraintFile>,
-    /// Quantities computed from parameters, each a line of algebra.
+    /// Quantities computed from parameters, each a line of algebra, or `{ "line", "unit" }`.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
-    pub derived: Named<String>,
+    pub derived: Named<DerivedFile>,
     /// The readings, or the path of a CSV file with the same keys as columns.
     pub readings: ReadingsRef,
 }
@@ -100,7 +101,7 @@ impl<'de> Deserialize<'de> for ReadingsRef {
 pub struct KnownFile {
     /// Value, in `unit`.
     pub value: f64,
-    /// Unit; a tilt without one is in radians.
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that the model line tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Type B standard uncertainty, in `unit`; 0 for an exact value.
@@ -141,7 +142,7 @@ pub struct EstimateFile {
     /// Standard uncertainty of the prior.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior_u: Option<f64>,
-    /// Unit of these numbers; a tilt without one is in radians.
+    /// Unit of these numbers; without one a tilt is in radians, a coefficient in the unit that the model line tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
@@ -165,7 +166,7 @@ pub struct ConstraintFile {
     /// The largest value of `norm_of`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_most: Option<f64>,
-    /// Unit of the bounds; angles without one are in radians.
+    /// Unit of the bounds; without one tilts are in radians, coefficients in the unit that the model line tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
@@ -190,10 +191,16 @@ impl CampaignFile {
                 constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
             campaign.constraints.push(constraint);
         }
-        for (id, text) in self.derived.0 {
-            let path = format!("derived.{id}");
+        for (id, own) in self.derived.0 {
+            let (text, below, unit) = own.parts();
+            let path = format!("derived.{id}{below}");
             let line = Expression::parse(&text).map_err(|e| e.at_path(&path))?;
-            let derived = campaign::derived(&campaign, &id, line).map_err(|e| e.at_path(&path))?;
+            let derived = campaign::derived(&campaign, &id, line, unit.as_deref()).map_err(|e| {
+                match e.place().path.as_str() {
+                    "" => e.at_path(&path),
+                    _ => e.under(&format!("derived.{id}")),
+                }
+            })?;
             campaign.derived.push(derived);
         }
         Ok(campaign)
@@ -271,24 +278,13 @@ impl ConstraintFile {
                 }
             }
         };
-        let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
-        let scale = |all_tilts: bool| match self.unit.as_deref() {
-            None => Ok(1.0),
-            Some(symbol) => match AngleUnit::named(symbol) {
-                Some(unit) if all_tilts => Ok(unit.radians()),
-                Some(_) => Err(Malformed::new(
-                    Fault::Value,
-                    "the bounds are in an angle unit, but not every parameter is a tilt",
-                )
-                .expected("no angle unit, and factors that bring every term to the unit of the bounds")
-                .found(format!("'{symbol}'"))
-                .at_path("unit")),
-                None if all_tilts => Err(Malformed::new(Fault::Value, "tilts are angles")
-                    .expected(format!("one of {}", AngleUnit::NAMES))
-                    .found(format!("'{symbol}'"))
-                    .at_path("unit")),
-                None => Ok(1.0),
-            },
+        // numbers of the constraint to internal ones: of a term, and of the bounds, which are carried in the first term's unit
+        let converted = |members: &[usize]| -> Result<(Conversion, Vec<f64>)> {
+            let Some(unit) = self.unit.as_deref() else { return Ok((Conversion::NONE, vec![1.0; members.len()])) };
+            let own = |k: &usize| campaign.parameter_conversion(*k, unit).map_err(|e| e.at_path("unit"));
+            let all: Vec<Conversion> = members.iter().map(own).collect::<Result<_>>()?;
+            let first = all.first().copied().unwrap_or(Conversion::NONE);
+            Ok((first, all.iter().map(|own| first.factor() / own.factor()).collect()))
         };
         let finite = |value: f64, key: &str| {
             if value.is_finite() {
@@ -309,11 +305,12 @@ impl ConstraintFile {
                     .expected("for example { \"dtheta_y2\": 1 }")
                     .at_path("of"));
                 }
-                let terms: Vec<(usize, f64)> =
+                let mut terms: Vec<(usize, f64)> =
                     of.0.iter()
                         .map(|(id, factor)| Ok((index(id).map_err(|e| e.at_path(format!("of.{id}")))?, *factor)))
                         .collect::<Result<_>>()?;
-                let scale = scale(terms.iter().all(|(k, _)| is_tilt(k)))?;
+                let (to, factors) = converted(&terms.iter().map(|(k, _)| *k).collect::<Vec<_>>())?;
+                terms.iter_mut().zip(&factors).for_each(|((_, factor), own)| *factor *= own);
                 let (lower, upper) = match (between, equals) {
                     (Some([lower, upper]), _) => (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)),
                     (None, value) => {
@@ -333,7 +330,7 @@ impl ConstraintFile {
                         .found(format!("[{lower}, {upper}]"))
                         .at_path("between"));
                 }
-                Ok(Constraint::Linear { terms, lower: lower * scale, upper: upper * scale })
+                Ok(Constraint::Linear { terms, lower: to.apply(lower), upper: to.apply(upper) })
             }
             (None, Some(names), None, None, Some(at_most)) => {
                 let of: Vec<usize> = names
@@ -350,8 +347,13 @@ impl ConstraintFile {
                     .found(format!("{} parameters, at_most {at_most}", of.len()))
                     .at_path("at_most"));
                 }
-                let scale = scale(of.iter().all(is_tilt))?;
-                Ok(Constraint::Norm { of, at_most: at_most * scale })
+                let (to, factors) = converted(&of)?;
+                if factors.iter().any(|own| (own - 1.0).abs() > 1e-12) {
+                    return Err(Malformed::new(Fault::Value, "a norm is of parameters in one unit")
+                        .expected("parameters that the model line carries in the same unit")
+                        .at_path("norm_of"));
+                }
+                Ok(Constraint::Norm { of, at_most: to.apply(at_most) })
             }
             _ => Err(Malformed::new(Fault::Value, "this is not a constraint")
                 .expected("\"of\" with either \"between\" or \"equals\", or \"norm_of\" with \"at_most\"")),

@@ -6,6 +6,7 @@
 mod bench_file;
 mod campaign_file;
 mod csv_readings;
+mod derived_file;
 mod effects_file;
 mod imu_errors_file;
 mod kind;
@@ -23,6 +24,7 @@ pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, S
 pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
+pub use derived_file::{DerivedFile, DerivedLine};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use imu_errors_file::{AxesFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{

@@ -25,9 +25,24 @@ pub enum Cell {
     Nothing(()),
 }
 
+/// More readings than this are refused before their lists are expanded: each takes about a kilobyte.
+const MOST_READINGS: f64 = 2e6;
+
 /// JSON readings to domain readings; lists of a schedule are expanded.
 pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Readings> {
     let mut expanded = Vec::with_capacity(rows.len());
+    let mut total = 0.0_f64;
+    for (k, row) in rows.iter().enumerate() {
+        let lists =
+            row.0.iter().filter_map(|(_, cell)| if let Cell::List(list) = cell { Some(list.len()) } else { None });
+        total += lists.map(|count| count as f64).product::<f64>();
+        if total > MOST_READINGS {
+            return Err(Malformed::new(Fault::Value, "the lists of this schedule stand for too many readings")
+                .expected(format!("at most {MOST_READINGS:.0} readings in all; a line with several lists stands for all their combinations"))
+                .found(format!("{total:.0} up to here"))
+                .at_path(format!("readings[{k}]")));
+        }
+    }
     for (k, row) in rows.into_iter().enumerate() {
         let place = format!("readings[{k}]");
         expand(bench, row, &place, &mut expanded)?;
@@ -128,8 +143,17 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
             .found(format!("'{column}', {clash}"))
             .at_path(format!("{place}.{column}")));
     }
-    let rows =
+    let rows: Vec<Reading> =
         rows.into_iter().map(|(place, row)| reading(bench, &joints, &columns, place, row)).collect::<Result<_>>()?;
+    // in a schedule an uncertainty stands for a value still to be read; among values, the value is missing
+    if rows.iter().any(|row| !row.observations.is_empty())
+        && let Some((row, (k, _))) = rows.iter().find_map(|row| Some((row, row.planned_u.first()?)))
+    {
+        let id = bench.sensors.get(*k).map_or("", |sensor| sensor.id.as_str());
+        return Err(Malformed::new(Fault::Missing, format!("{id}_u without {id}"))
+            .expected(format!("the value that this uncertainty belongs to, as \"{id}\""))
+            .at_path(format!("{}.{id}_u", row.place)));
+    }
     Ok(Readings { columns, rows })
 }
 
@@ -196,19 +220,16 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
             JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|e| e.under(&place))
         })
         .collect::<Result<_>>()?;
-    let mut observations = Vec::new();
-    for (k, (sensor, (value, u))) in bench.sensors.iter().zip(&values).enumerate() {
+    let (mut observations, mut planned_u) = (Vec::new(), Vec::new());
+    for (k, (value, u)) in values.iter().enumerate() {
         match (value, u) {
             (Some(value), u) => observations.push(Observation { sensor: k, value: *value, u: *u, samples }),
-            (None, Some(_)) => {
-                return Err(Malformed::new(Fault::Missing, format!("{}_u without {}", sensor.id, sensor.id))
-                    .expected(format!("the value that this uncertainty belongs to, as \"{}\"", sensor.id))
-                    .at_path(format!("{place}.{}_u", sensor.id)));
-            }
+            (None, Some(u)) => planned_u.push((k, *u)),
             (None, None) => {}
         }
     }
-    let reading = Reading { position, joints: joint_states, columns: numbers, observations, remarks, place };
+    let reading =
+        Reading { position, joints: joint_states, columns: numbers, observations, samples, planned_u, remarks, place };
     reading.check_turning(joints).map_err(|e| e.under(&reading.place))?;
     Ok(reading)
 }

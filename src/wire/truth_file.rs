@@ -2,9 +2,10 @@
 
 use super::locate::in_source;
 use super::{Named, Source, parse};
-use crate::campaign::{AngleUnit, Campaign, Kind};
+use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Hidden, Noise, Truth};
+use crate::units::Conversion;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +30,7 @@ pub struct TruthFile {
 pub struct TrueValueFile {
     /// The value, in `unit`.
     pub value: f64,
-    /// Unit; a tilt without one is in radians.
+    /// Unit; without one a tilt is in radians, a coefficient in the unit that the model line tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }
@@ -38,8 +39,11 @@ pub struct TrueValueFile {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseFile {
-    /// Standard deviation of a reading, in the sensor's unit.
+    /// Standard deviation of one sample, in `unit`; a reading with `n` samples averaged has it over the root of n.
     pub sd: f64,
+    /// Unit; that of the sensor unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// Write it into the campaign as the readings' standard uncertainty; true unless said otherwise.
     #[serde(default = "yes")]
     pub stated: bool,
@@ -58,8 +62,11 @@ fn yes() -> bool {
 pub struct HiddenFile {
     /// A term without its coefficient (`a_S`, `step(time_s-1200)`), or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N`, `approach:JOINT`.
     pub regressor: String,
-    /// Its coefficient, in the sensor's unit for each unit of the regressor (a tilt in radians).
+    /// Its coefficient, in `unit`.
     pub value: f64,
+    /// Unit; unless given the sensor's for each unit of the regressor (a tilt in radians).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// The sensor that has it; needed only where the bench has several and the effect is in one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensor: Option<String>,
@@ -90,21 +97,15 @@ impl TruthFile {
                     .found(format!("'{id}'"))
                     .at_path(path));
             };
-            let is_tilt = campaign.parameters.get(k).is_some_and(|p| p.kind == Kind::Tilt);
-            let scale = match own.unit.as_deref() {
-                Some(unit) if is_tilt => match AngleUnit::named(unit) {
-                    Some(unit) => unit.radians(),
-                    None => {
-                        return Err(Malformed::new(Fault::Value, "a tilt is an angle")
-                            .expected(format!("one of {}", AngleUnit::NAMES))
-                            .found(format!("'{unit}'"))
-                            .at_path(format!("{path}.unit")));
-                    }
-                },
-                _ => 1.0,
+            let value = match own.unit.as_deref() {
+                Some(unit) => {
+                    let to = campaign.parameter_conversion(k, unit).map_err(|e| e.at_path(format!("{path}.unit")))?;
+                    to.apply(own.value)
+                }
+                None => own.value,
             };
             if let Some(slot) = point.get_mut(k) {
-                *slot = own.value * scale;
+                *slot = value;
             }
         }
         let mut noise = vec![Noise::default(); campaign.bench.sensors.len()];
@@ -118,7 +119,13 @@ impl TruthFile {
                     .at_path(format!("{path}.sd")));
             }
             if let Some(noise) = noise.get_mut(slot) {
-                *noise = Noise { sd: own.sd, stated: own.stated, decimals: own.decimals };
+                let to = match own.unit.as_deref() {
+                    Some(unit) => {
+                        campaign.sensor_conversion(slot, unit).map_err(|e| e.at_path(format!("{path}.unit")))?
+                    }
+                    None => Conversion::NONE,
+                };
+                *noise = Noise { sd: to.apply(own.sd), stated: own.stated, decimals: own.decimals };
             }
         }
         let mut effects = Vec::with_capacity(self.effects.len());
@@ -131,8 +138,13 @@ impl TruthFile {
                 Some(id) => Some(sensor_index(campaign, id, &format!("{path}.sensor"))?),
                 None => None,
             };
-            let hidden = Hidden::new(campaign, &own.regressor, own.value, sensor)
+            let mut hidden = Hidden::new(campaign, &own.regressor, own.value, sensor)
                 .map_err(|error| error.at_path(format!("{path}.regressor")))?;
+            if let Some(unit) = &own.unit {
+                let to = hidden.unit(campaign).unwrap_or_default();
+                let to = campaign.conversion(unit, &to, &format!("the effect '{}'", own.regressor));
+                hidden.value = to.map_err(|error| error.at_path(format!("{path}.unit")))?.apply(own.value);
+            }
             effects.push(hidden);
         }
         Ok(Truth { point, noise, effects })

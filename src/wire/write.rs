@@ -6,9 +6,9 @@ use super::bench_file::{
 use super::campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
-use super::{Cell, Named, ReadingFile};
+use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile};
 use crate::bench::{Axis, Bench, ForceUnit, Link, RateUnit, Sensor};
-use crate::campaign::{Campaign, Constraint, Distribution, Reading, Role};
+use crate::campaign::{Campaign, Constraint, Derived, Distribution, Reading, Role};
 use nalgebra::Vector3;
 
 /// The file that describes this bench.
@@ -107,10 +107,17 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         known: Named(known),
         estimate: Named(estimate),
         constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
-        derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), d.line.to_string())).collect()),
+        derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), derived_file(d))).collect()),
         readings: ReadingsRef::Inline(
             campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),
         ),
+    }
+}
+
+fn derived_file(derived: &Derived) -> DerivedFile {
+    match &derived.written {
+        None => DerivedFile::Line(derived.line.to_string()),
+        Some(line) => DerivedFile::InUnit(DerivedLine { line: line.to_string(), unit: Some(derived.unit.clone()) }),
     }
 }
 
@@ -160,7 +167,14 @@ fn reading_file(campaign: &Campaign, reading: &Reading) -> ReadingFile {
             }
         }
     }
-    if let Some(samples) = reading.observations.first().map(|o| o.samples).filter(|n| *n != 1.0) {
+    for (k, u) in &reading.planned_u {
+        if let Some(sensor) = campaign.bench.sensors.get(*k) {
+            cells.push((format!("{}_u", sensor.id), Cell::Number(*u)));
+        }
+    }
+    if let Some(samples) =
+        Some(reading.observations.first().map_or(reading.samples, |o| o.samples)).filter(|n| *n != 1.0)
+    {
         cells.push(("n".into(), Cell::Number(samples)));
     }
     Named(cells)

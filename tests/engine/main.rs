@@ -10,4 +10,5 @@ mod reference_sets;
 mod small_angle_rows;
 #[path = "../support/mod.rs"]
 mod support;
+mod units;
 mod variance_components;

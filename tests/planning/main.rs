@@ -5,4 +5,5 @@ mod effects;
 mod enumeration;
 #[path = "../plan_support/mod.rs"]
 mod plan_support;
+mod questions;
 mod schedules;

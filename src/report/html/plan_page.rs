@@ -6,7 +6,8 @@ use crate::error::Result;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
 use crate::report::plan_table::{
-    apart, goal_notes, mountings, not_told_apart, nowhere, percent, shortfall, through_tilts,
+    apart, goal_notes, judged_at, lacking as lacking_value, mountings, not_told_apart, nowhere, percent, shortfall,
+    through_tilts,
 };
 use crate::report::plot::{Spot, positions};
 use crate::report::table::{count, significant};
@@ -23,6 +24,7 @@ pub fn plan_page(campaign: &Campaign, report: &PlanReport, candidates: Option<&R
     page.facts.extend(report.noise.iter().map(|(id, noise)| {
         (format!("Noise of {id}"), format!("{} {} ({})", significant(noise.sd, 4), noise.unit, noise.from))
     }));
+    page.facts.push(("Judged at".into(), judged_at(&report.judged_at)));
     page.colophon = vec![("made by".into(), format!("tumble {}; the same inputs give the same bytes", report.tumble))];
     if let Some(nothing) = report.improved.as_ref().and_then(not_told_apart) {
         page = page.section(Section::new("The two effects").verdict(Tone::Bad, nothing));
@@ -242,7 +244,9 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
     for p in &j.parameters {
         let u = p.u_arcsec.or(p.u);
         let unit = if p.kind == "tilt" { "arcsec".to_string() } else { p.unit.clone() };
-        table.row(vec![format!("`{}`", p.id), u.map_or("not estimable".into(), |u| significant(u, 3)), unit]);
+        let needs_value = j.lacking.as_ref().is_some_and(|own| own.untold.contains(&p.id));
+        let instead = if needs_value { "needs a value" } else { "not estimable" };
+        table.row(vec![format!("`{}`", p.id), u.map_or(instead.into(), |u| significant(u, 3)), unit]);
     }
     for d in &j.derived {
         let unit = if d.u_arcsec.is_some() { "arcsec" } else { "" };
@@ -279,6 +283,7 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
     Section::new(heading)
         .prose(work)
         .prose(through)
+        .prose(j.lacking.as_ref().map(|own| format!("{}.", capital(&lacking_value(own)))).unwrap_or_default())
         .list(defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())))
         .table(table)
         .table(readings)

@@ -1,0 +1,165 @@
+//! What the units of a line's names must satisfy: sums of equal units, products of powers, functions of pure numbers or radians.
+//!
+//! ```text
+//! V0 + kI*w_I   =>   the line has the unit of V0;   [kI] [w_I] / [V0] = 1
+//! ```
+//!
+//! In the logarithm these are linear equations, whatever the line; which names have a unit already is not known here.
+
+use super::expression::{Expression, Node};
+use super::function::{Function, Operator, number_of};
+use std::collections::BTreeMap;
+
+/// A product of powers of the units of names, and of the radian.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Powers<'a> {
+    /// Name and power.
+    pub names: BTreeMap<&'a str, f64>,
+    /// Power of the radian, which functions of angles take and give.
+    pub radian: f64,
+    /// The numbers that stand as factors: beside a radian they may convert an angle, as in `atan(x)*180/pi`.
+    pub factor: f64,
+    /// Is `pi` among those numbers?
+    pub pi: bool,
+}
+
+/// Why a product of powers is a pure number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reason {
+    /// Two terms of a sum.
+    Terms,
+    /// What a function or an exponent takes: a pure number, or radians.
+    Argument,
+    /// A number is added to it.
+    Number,
+}
+
+/// A product of powers that must be a pure number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Relation<'a> {
+    /// The product.
+    pub powers: Powers<'a>,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// The unit of a line, and what its names' units must satisfy.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Homogeneity<'a> {
+    /// Unit of the line; `None` where it is a number only.
+    pub unit: Option<Powers<'a>>,
+    /// What must hold inside the line.
+    pub relations: Vec<Relation<'a>>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct State<'a> {
+    powers: Powers<'a>,
+    number: Option<f64>,
+}
+
+impl Default for Powers<'_> {
+    fn default() -> Self {
+        Powers { names: BTreeMap::new(), radian: 0.0, factor: 1.0, pi: false }
+    }
+}
+
+impl<'a> Powers<'a> {
+    fn times(mut self, other: &Powers<'a>, power: f64) -> Powers<'a> {
+        for (name, theirs) in &other.names {
+            *self.names.entry(name).or_default() += power * theirs;
+        }
+        self.names.retain(|_, power| *power != 0.0);
+        self.radian += power * other.radian;
+        if other.factor != 1.0 {
+            self.factor *= other.factor.abs().powf(power);
+        }
+        self.pi |= other.pi;
+        self
+    }
+}
+
+impl Powers<'_> {
+    /// As the unit of a sum, where the factors of one term are no factors of the whole unless they convert an angle.
+    fn of_sum(self) -> Self {
+        if self.radian == 0.0 { Powers { factor: 1.0, pi: false, ..self } } else { self }
+    }
+}
+
+impl Expression {
+    /// The unit of the line in those of its names, and the relations between them.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let line = Expression::parse("V0 + kI*w_I")?;
+    /// let found = line.homogeneity();
+    /// assert_eq!(found.unit.unwrap().names[&"V0"], 1.0);
+    /// assert_eq!(found.relations[0].powers.names[&"kI"], -1.0);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn homogeneity(&self) -> Homogeneity<'_> {
+        let mut relations = Vec::new();
+        let state = self.fold(|node| rule(node, &mut relations));
+        Homogeneity { unit: state.number.is_none().then_some(state.powers), relations }
+    }
+}
+
+fn rule<'a>(node: Node<'a, State<'a>>, relations: &mut Vec<Relation<'a>>) -> State<'a> {
+    let number = number_of(&node.of(|x| x.number));
+    let mut require = |powers: Powers<'a>, reason: Reason| {
+        if !powers.names.is_empty() {
+            relations.push(Relation { powers, reason });
+        }
+    };
+    let radian = || Powers { radian: 1.0, ..Powers::default() };
+    let mut powers = match node {
+        Node::Number(_) => Powers::default(),
+        Node::Pi => Powers { pi: true, ..Powers::default() },
+        Node::Name(name) => Powers { names: BTreeMap::from([(name, 1.0)]), ..Powers::default() },
+        Node::Negate(x) => x.powers,
+        Node::Call(function, x) => match function {
+            Function::Abs => x.powers,
+            Function::Sqrt => Powers::default().times(&x.powers, 0.5),
+            Function::Sign | Function::Step => Powers::default(),
+            Function::Sin | Function::Cos | Function::Tan => {
+                require(x.powers.times(&radian(), -1.0), Reason::Argument);
+                Powers::default()
+            }
+            Function::Exp => {
+                require(x.powers, Reason::Argument);
+                Powers::default()
+            }
+            Function::Asin | Function::Acos | Function::Atan => {
+                require(x.powers, Reason::Argument);
+                radian()
+            }
+        },
+        Node::Binary(Operator::Add | Operator::Subtract, left, right) => match (left.number, right.number) {
+            (Some(_), Some(_)) => Powers::default(),
+            (Some(_), None) | (None, Some(_)) => {
+                let kept = if left.number.is_some() { right.powers } else { left.powers };
+                require(kept.clone(), Reason::Number);
+                kept.of_sum()
+            }
+            (None, None) => {
+                require(left.powers.clone().times(&right.powers, -1.0), Reason::Terms);
+                // a factor pi may convert an angle: the other term says more
+                if left.powers.pi { right.powers.of_sum() } else { left.powers.of_sum() }
+            }
+        },
+        Node::Binary(Operator::Multiply, left, right) => left.powers.times(&right.powers, 1.0),
+        Node::Binary(Operator::Divide, left, right) => left.powers.times(&right.powers, -1.0),
+        Node::Binary(Operator::Power, left, right) => match right.number {
+            Some(power) => Powers::default().times(&left.powers, power),
+            None => {
+                require(left.powers, Reason::Argument);
+                require(right.powers, Reason::Argument);
+                Powers::default()
+            }
+        },
+    };
+    if let Some(number) = number {
+        powers.factor = number.abs();
+    }
+    State { powers, number }
+}

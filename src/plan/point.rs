@@ -1,0 +1,194 @@
+//! The point at which a plan judges: rows are derivatives, and those of a bilinear model depend on where they are taken.
+//!
+//! A value that is given, else what the readings say (a fit of a measured campaign), else the start, the prior's value, zero. In
+//! `K*(w + tilt*g)` the tilt's column is `K g`: at `K = 0` it vanishes, although every other value of `K` shows the tilt. What is lost only at the
+//! point, and not nearby, is no defect of the schedule: it needs a value.
+
+use super::effort::Noise;
+use super::judge::system;
+use crate::campaign::{Campaign, Kind, Readings, Role};
+use crate::design::{self, DesignMatrix, Model};
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::Estimate;
+use crate::fit::{self, Fit};
+
+/// Where a value of the point comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PointSource {
+    /// The user gave it for this plan.
+    Given,
+    /// A fit of the campaign's readings.
+    Fitted,
+    /// The campaign's start.
+    Start,
+    /// The campaign's prior.
+    Prior,
+    /// Nothing is stated.
+    Zero,
+}
+
+impl PointSource {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            PointSource::Given => "given",
+            PointSource::Fitted => "fitted",
+            PointSource::Start => "start",
+            PointSource::Prior => "prior",
+            PointSource::Zero => "zero",
+        }
+    }
+}
+
+/// A campaign at the point at which it is judged: its reference point.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// The campaign, its starts replaced by the point.
+    pub campaign: Campaign,
+    /// Where each estimated parameter's value comes from.
+    pub from: Vec<PointSource>,
+}
+
+/// Put a campaign at the point at which it is to be judged: `given` values (parameter and value, radians for tilts) before those that a fit of its
+/// readings found, before starts, priors and zero.
+///
+/// Errors: a name that is not estimated, a value that is not finite.
+pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&Fit>) -> Result<Judged> {
+    let n = campaign.unknowns();
+    for (id, value) in given {
+        if campaign.parameter_index(id).is_none_or(|k| k >= n) {
+            let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+            return Err(Malformed::new(
+                Fault::UnknownName,
+                format!("'{id}' is not estimated, so no plan is judged at a value of it"),
+            )
+            .expected(format!("one of {}", names.join(", ")))
+            .found(format!("'{id}'")));
+        }
+        if !value.is_finite() {
+            return Err(Malformed::new(Fault::Value, format!("the value of '{id}' is not finite"))
+                .expected("a finite number")
+                .found(value.to_string()));
+        }
+    }
+    let fitted = fitted.filter(|fit| {
+        fit.not_estimable.is_empty()
+            && fit.convergence.as_ref().is_none_or(|c| c.converged)
+            && fit.point.iter().all(|v| v.is_finite())
+    });
+    let mut at = campaign.clone();
+    let mut from = Vec::with_capacity(n);
+    for (k, parameter) in at.parameters.iter_mut().enumerate().take(n) {
+        let Role::Estimated { start, prior } = &mut parameter.role else { continue };
+        let named = given.iter().rev().find(|(id, _)| *id == parameter.id).map(|(_, value)| *value);
+        let found = fitted.and_then(|fit| fit.point.get(k)).copied();
+        from.push(match (named, found, &start, &prior) {
+            (Some(value), ..) => {
+                *start = Some(value);
+                PointSource::Given
+            }
+            (None, Some(value), ..) => {
+                *start = Some(value);
+                PointSource::Fitted
+            }
+            (None, None, Some(_), _) => PointSource::Start,
+            (None, None, None, Some(_)) => PointSource::Prior,
+            (None, None, None, None) => PointSource::Zero,
+        });
+    }
+    Ok(Judged { campaign: at, from })
+}
+
+/// What vanishes at the point of judging and not nearby.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lacking {
+    /// Parameters (by index) whose uncertainty cannot be told at the point.
+    pub untold: Vec<usize>,
+    /// Parameters (by index) without a stated value, any of which would tell more.
+    pub needs: Vec<usize>,
+}
+
+/// Sizes to which unstated values are moved, of tilts (rad) and coefficients; which sizes does not matter, only that they are no special ones.
+const NEARBY: [(f64, f64); 2] = [(0.013, 0.71), (-0.0171, 1.37)];
+
+/// Rows at a general point beside the one at which a campaign is judged, if they determine more than those there; and what is lacking there.
+pub(super) fn lacking(
+    campaign: &Campaign,
+    model: &Model,
+    here: &Estimate,
+    noise: &Noise,
+) -> Result<Option<(Lacking, DesignMatrix, Estimate)>> {
+    let point = campaign.reference_point();
+    let free: Vec<usize> = (0..campaign.unknowns())
+        .filter(|k| {
+            matches!(campaign.parameters.get(*k).map(|p| &p.role), Some(Role::Estimated { start: None, prior: None }))
+        })
+        .collect();
+    if free.is_empty() || here.not_estimable.is_empty() {
+        return Ok(None);
+    }
+    let moved = |which: &[usize], sizes: (f64, f64)| -> Result<(DesignMatrix, Estimate)> {
+        let mut there = point.clone();
+        for (place, k) in which.iter().enumerate() {
+            let tilt = campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
+            let size = (if tilt { sizes.0 } else { sizes.1 }) * (1.0 + 0.37 * (place as f64 * 1.618).sin());
+            if let Some(slot) = there.get_mut(*k) {
+                *slot += size;
+            }
+        }
+        let design = design::assemble(campaign, model, &there)?;
+        let estimate = fit::adjust_with_equations(campaign, &design, &system(campaign, &design, noise))?;
+        Ok((design, estimate))
+    };
+    let mut best: Option<(DesignMatrix, Estimate)> = None;
+    for sizes in NEARBY {
+        let (design, estimate) = moved(&free, sizes)?;
+        if estimate.rank > best.as_ref().map_or(here.rank, |(_, before)| before.rank) {
+            best = Some((design, estimate));
+        }
+    }
+    let Some((design, estimate)) = best else { return Ok(None) };
+    let told = |estimate: &Estimate, k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
+    let untold = (0..campaign.unknowns()).filter(|k| told(&estimate, *k) && !told(here, *k)).collect();
+    let mut needs = Vec::new();
+    for k in &free {
+        if moved(&[*k], NEARBY[0])?.1.rank > here.rank {
+            needs.push(*k);
+        }
+    }
+    // a product of two may need both
+    let needs = if needs.is_empty() { free } else { needs };
+    Ok(Some((Lacking { untold, needs }, design, estimate)))
+}
+
+/// A search needs values for what vanishes at the point. Errors: `Missing`, with what to state.
+pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Readings, noise: &Noise) -> Result<()> {
+    /// So many candidates tell what vanishes as well as all of them.
+    const ENOUGH: usize = 2000;
+    let stride = candidates.rows.len().div_ceil(ENOUGH).max(1);
+    let mut rows: Vec<_> = kept.rows.iter().take(ENOUGH).cloned().collect();
+    rows.extend(candidates.rows.iter().step_by(stride).map(|r| r.unread()));
+    // mountings that scatter change no rank
+    let noise = &Noise { remount: Vec::new(), ..noise.clone() };
+    let all = campaign.with_readings(Readings { columns: candidates.columns.clone(), rows });
+    let model = Model::new(&all)?;
+    let design = design::assemble(&all, &model, &all.reference_point())?;
+    let here = fit::adjust_with_equations(&all, &design, &system(&all, &design, noise))?;
+    let Some((lacking, ..)) = lacking(&all, &model, &here, noise)? else { return Ok(()) };
+    let names = |list: &[usize]| {
+        list.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    let needs = names(&lacking.needs);
+    let first =
+        lacking.needs.first().and_then(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).unwrap_or_default();
+    Err(Malformed::new(
+        Fault::Missing,
+        format!(
+            "how well the candidates determine {} depends on the value of {needs}, and none is stated",
+            names(&lacking.untold)
+        ),
+    )
+    .expected(format!("--at {first}=VALUE, or a \"start\" in the campaign: an expected value will do"))
+    .found("zero, where these effects vanish")
+    .at_path("estimate"))
+}

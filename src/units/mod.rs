@@ -1,0 +1,20 @@
+//! Units of measurement: the field's names, products, quotients and powers of them, their dimensions, conversion.
+//!
+//! ```text
+//! "mV/(deg/s)" --parse--> Unit (factor to SI, dimension) --conversion--> Conversion (numerator, denominator)
+//! ```
+//!
+//! A plane angle is a dimension of its own, so that `V/(deg/s)` is not `V/Hz`; only what is an angle altogether, or a power of one, and a
+//! pure number stand for each other, the radian being 1 (`ppm` and `urad` of a misalignment). Deliberately absent: offsets of scales
+//! (0 degC is not 0 K: a value in `K` is refused where `degC` is wanted, not shifted), logarithmic units, numbers inside a unit.
+
+mod dimension;
+mod parse;
+mod scale;
+mod table;
+mod unit;
+
+pub use dimension::Dimension;
+pub use scale::{Conversion, STANDARD_GRAVITY_M_S2};
+pub use table::names;
+pub use unit::Unit;

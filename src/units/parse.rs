@@ -1,0 +1,199 @@
+//! From text to a unit.
+
+use super::unit::Unit;
+use crate::error::{Fault, Malformed, Result};
+
+/// Bytes in the longest unit that is read, and parentheses inside each other at most.
+const LONGEST: usize = 200;
+const DEEPEST: usize = 20;
+
+/// Names beside the table's.
+pub(super) enum Own<'a> {
+    /// These are units of their own; any other is refused.
+    These(&'a [String]),
+    /// Whatever the table does not have is a unit of its own.
+    Any,
+}
+
+/// Read a unit, with the names in it that the table does not have.
+pub(super) fn unit(text: &str, own: Own<'_>) -> Result<(Unit, Vec<String>)> {
+    if text.len() > LONGEST {
+        return Err(Malformed::new(Fault::Syntax, "the unit is too long")
+            .expected(format!("at most {LONGEST} bytes"))
+            .found(format!("{} bytes", text.len()))
+            .at_span(0, 1));
+    }
+    let mut reader = Reader { text, at: 0, own, named: Vec::new(), depth: 0 };
+    let unit = reader.product()?;
+    match reader.peek() {
+        None => Ok((unit.written(text.trim()), reader.named)),
+        Some(_) => Err(reader.refused("'*', '/', '^' or the end of the unit")),
+    }
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    at: usize,
+    own: Own<'a>,
+    named: Vec<String>,
+    depth: usize,
+}
+
+impl Reader<'_> {
+    fn rest(&self) -> &str {
+        self.text.get(self.at..).unwrap_or_default()
+    }
+
+    fn peek(&mut self) -> Option<char> {
+        let blank = self.rest().len() - self.rest().trim_start().len();
+        self.at += blank;
+        self.rest().chars().next()
+    }
+
+    fn take(&mut self, wanted: &[char]) -> Option<char> {
+        let c = self.peek().filter(|c| wanted.contains(c))?;
+        self.at += c.len_utf8();
+        Some(c)
+    }
+
+    fn refused(&self, expected: &str) -> Malformed {
+        let length = self.rest().chars().next().map_or(1, char::len_utf8);
+        let found = match self.rest().chars().next() {
+            Some(c) => format!("'{}'", c.escape_debug()),
+            None => "the end of the unit".into(),
+        };
+        Malformed::new(Fault::Syntax, "the unit does not parse")
+            .expected(expected)
+            .found(found)
+            .at_span(self.at, length)
+    }
+
+    fn product(&mut self) -> Result<Unit> {
+        let mut unit = self.power()?;
+        while let Some(sign) = self.take(&['*', '/', '\u{b7}', '\u{22c5}']) {
+            let factor = self.power()?;
+            unit = unit.times(&factor, if sign == '/' { -1.0 } else { 1.0 });
+        }
+        Ok(unit)
+    }
+
+    fn power(&mut self) -> Result<Unit> {
+        let base = self.base()?;
+        if let Some(power) = self.superscript() {
+            return Ok(Unit::one().times(&base, power));
+        }
+        if self.take(&['^']).is_none() {
+            return Ok(base);
+        }
+        let power = self.exponent()?;
+        Ok(Unit::one().times(&base, power))
+    }
+
+    fn superscript(&mut self) -> Option<f64> {
+        let power = match self.peek()? {
+            '\u{b2}' => 2.0,
+            '\u{b3}' => 3.0,
+            _ => return None,
+        };
+        self.at += 2;
+        Some(power)
+    }
+
+    fn exponent(&mut self) -> Result<f64> {
+        if self.take(&['(']).is_some() {
+            let mut power = self.number()?;
+            if self.take(&['/']).is_some() {
+                power /= self.number()?;
+            }
+            return match self.take(&[')']) {
+                Some(_) if power.is_finite() && power.abs() <= 20.0 => Ok(power),
+                Some(_) => Err(self.refused("an exponent between -20 and 20")),
+                None => Err(self.refused("')'")),
+            };
+        }
+        self.number()
+    }
+
+    fn number(&mut self) -> Result<f64> {
+        self.peek();
+        let rest = self.rest();
+        let signed = rest.strip_prefix(['-', '+']).unwrap_or(rest);
+        let digits = signed.len() - signed.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').len();
+        let length = rest.len() - signed.len() + digits;
+        match rest.get(..length).unwrap_or_default().parse::<f64>() {
+            Ok(power) if power.abs() <= 20.0 => {
+                self.at += length;
+                Ok(power)
+            }
+            _ => Err(self.refused("an exponent between -20 and 20")),
+        }
+    }
+
+    fn base(&mut self) -> Result<Unit> {
+        const OPERAND: &str = "the name of a unit, 1 or '('";
+        let start = self.at;
+        match self.peek() {
+            Some('(') => {
+                self.at += 1;
+                self.inside(start)
+            }
+            Some('1')
+                if !self
+                    .rest()
+                    .get(1..)
+                    .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.')) =>
+            {
+                self.at += 1;
+                Ok(Unit::one())
+            }
+            Some(c) if c.is_ascii_digit() => Err(self.refused("the name of a unit: a number belongs to the value")),
+            Some(c) if is_letter(c) => {
+                let name: String = self.rest().chars().take_while(|c| is_letter(*c) || c.is_ascii_digit()).collect();
+                let start = self.at;
+                self.at += name.len();
+                if name == "sqrt" && self.take(&['(']).is_some() {
+                    let inner = self.inside(start)?;
+                    return Ok(Unit::one().times(&inner, 0.5));
+                }
+                self.named(&name, start)
+            }
+            _ => Err(self.refused(OPERAND)),
+        }
+    }
+
+    fn inside(&mut self, start: usize) -> Result<Unit> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(Malformed::new(Fault::Syntax, "the unit is nested too deeply")
+                .expected(format!("at most {DEEPEST} parentheses inside each other"))
+                .at_span(start, 1));
+        }
+        let unit = self.product()?;
+        self.depth -= 1;
+        match self.take(&[')']) {
+            Some(_) => Ok(unit),
+            None => Err(self.refused("'*', '/', '^' or ')'")),
+        }
+    }
+
+    fn named(&mut self, name: &str, start: usize) -> Result<Unit> {
+        let own = match self.own {
+            Own::Any => true,
+            Own::These(names) => names.iter().any(|own| own == name),
+        };
+        let unit = Unit::of_name(name, own).ok_or_else(|| {
+            Malformed::new(Fault::UnknownName, format!("no unit is called '{name}'"))
+                .expected(super::names())
+                .found(format!("'{name}'"))
+                .at_span(start, name.len())
+        })?;
+        if super::table::find(name).is_none() && !self.named.iter().any(|own| own == name) {
+            self.named.push(name.into());
+        }
+        Ok(unit)
+    }
+}
+
+fn is_letter(c: char) -> bool {
+    c.is_alphabetic() || matches!(c, '%' | '_' | '\u{b0}' | '\u{2032}' | '\u{2033}' | '\u{b5}')
+}

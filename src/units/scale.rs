@@ -1,0 +1,87 @@
+//! The size of a unit, factor by factor, so that what cancels cancels exactly.
+
+/// Standard gravity, in metres per second squared for each g (CGPM 1901).
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+
+/// `10^ten * 60^sixty * (pi/180)^degree * 9.80665^gravity * other` of the SI unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scale {
+    pub ten: f64,
+    pub sixty: f64,
+    pub degree: f64,
+    pub gravity: f64,
+    pub other: f64,
+}
+
+pub(super) const ONE: Scale = Scale { ten: 0.0, sixty: 0.0, degree: 0.0, gravity: 0.0, other: 1.0 };
+
+impl Scale {
+    /// The scale of `self * other^power`.
+    pub(super) fn times(self, by: Scale, power: f64) -> Scale {
+        Scale {
+            ten: self.ten + power * by.ten,
+            sixty: self.sixty + power * by.sixty,
+            degree: self.degree + power * by.degree,
+            gravity: self.gravity + power * by.gravity,
+            other: self.other * if by.other == 1.0 { 1.0 } else { by.other.powf(power) },
+        }
+    }
+
+    /// One of this unit in the other's.
+    pub(super) fn over(self, unit: Scale) -> Conversion {
+        let ratio = self.times(unit, -1.0);
+        let mut conversion = Conversion { numerator: 1.0, denominator: 1.0 };
+        conversion.multiply(ratio.other, 1.0);
+        conversion.multiply(std::f64::consts::PI / 180.0, ratio.degree);
+        conversion.multiply(STANDARD_GRAVITY_M_S2, ratio.gravity);
+        conversion.multiply(60.0, ratio.sixty);
+        conversion.multiply(10.0, ratio.ten);
+        conversion
+    }
+}
+
+/// From one unit to another: `value * numerator / denominator`, each exact where the factors are whole.
+///
+/// ```
+/// use tumble::units::Unit;
+/// let to = Unit::parse("mV/g")?.conversion(&Unit::parse("V/g")?).unwrap();
+/// assert_eq!(to.apply(1299.0), 1.299);
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conversion {
+    numerator: f64,
+    denominator: f64,
+}
+
+impl Conversion {
+    /// The conversion that changes nothing.
+    pub const NONE: Conversion = Conversion { numerator: 1.0, denominator: 1.0 };
+
+    fn multiply(&mut self, factor: f64, power: f64) {
+        let raised = |power: f64| match power.round() {
+            whole if (power - whole).abs() < 1e-9 && whole.abs() < 300.0 => factor.powi(whole as i32),
+            _ => factor.powf(power),
+        };
+        if power > 0.0 {
+            self.numerator *= raised(power);
+        } else if power < 0.0 {
+            self.denominator *= raised(-power);
+        }
+    }
+
+    /// A value in the other unit.
+    pub fn apply(self, value: f64) -> f64 {
+        value * self.numerator / self.denominator
+    }
+
+    /// The factor.
+    pub fn factor(self) -> f64 {
+        self.numerator / self.denominator
+    }
+
+    /// Are both units of one size, but for rounding?
+    pub fn is_none(self) -> bool {
+        (self.factor() - 1.0).abs() < 1e-12
+    }
+}

@@ -1,0 +1,134 @@
+//! The table of units: names, dimensions and sizes. A new unit is a new line here.
+
+use super::dimension::{ANGLE, BASES, COUNT, CURRENT, LENGTH, MASS, TEMPERATURE, TIME};
+use super::scale::{ONE, Scale};
+
+/// What a name stands for.
+pub(super) struct Entry {
+    pub base: [f64; BASES],
+    pub scale: Scale,
+    /// Is it a number of events for each second, which a counter shows as well?
+    pub hertz: bool,
+}
+
+const fn is(powers: &[(usize, f64)]) -> [f64; BASES] {
+    let mut base = [0.0; BASES];
+    let mut k = 0;
+    while k < powers.len() {
+        base[powers[k].0] = powers[k].1;
+        k += 1;
+    }
+    base
+}
+
+const NUMBER: [f64; BASES] = [0.0; BASES];
+const IN_TIME: [f64; BASES] = is(&[(TIME, 1.0)]);
+const AN_ANGLE: [f64; BASES] = is(&[(ANGLE, 1.0)]);
+const A_COUNT: [f64; BASES] = is(&[(COUNT, 1.0)]);
+const ACCELERATION: [f64; BASES] = is(&[(LENGTH, 1.0), (TIME, -2.0)]);
+const PRESSURE: [f64; BASES] = is(&[(MASS, 1.0), (LENGTH, -1.0), (TIME, -2.0)]);
+const FLUX_DENSITY: [f64; BASES] = is(&[(MASS, 1.0), (TIME, -2.0), (CURRENT, -1.0)]);
+
+const fn ten(power: f64) -> Scale {
+    Scale { ten: power, ..ONE }
+}
+
+const fn sixty(power: f64, degree: f64) -> Scale {
+    Scale { sixty: power, degree, ..ONE }
+}
+
+const fn other(factor: f64, degree: f64) -> Scale {
+    Scale { other: factor, degree, ..ONE }
+}
+
+const GRAVITY: Scale = Scale { gravity: 1.0, ..ONE };
+
+/// Name, dimension, size, and whether SI prefixes (n u m k M) may stand before it.
+const TABLE: &[(&str, [f64; BASES], Scale, bool)] = &[
+    // electrical outputs, and what is counted
+    ("V", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0), (CURRENT, -1.0)]), ONE, true),
+    ("A", is(&[(CURRENT, 1.0)]), ONE, true),
+    ("ohm", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0), (CURRENT, -2.0)]), ONE, true),
+    ("LSB", A_COUNT, ONE, false),
+    ("count", A_COUNT, ONE, false),
+    ("counts", A_COUNT, ONE, false),
+    ("digit", A_COUNT, ONE, false),
+    ("digits", A_COUNT, ONE, false),
+    ("pulse", A_COUNT, ONE, false),
+    ("pulses", A_COUNT, ONE, false),
+    ("Hz", is(&[(TIME, -1.0)]), ONE, true),
+    // angles
+    ("rad", AN_ANGLE, ONE, true),
+    ("deg", AN_ANGLE, sixty(0.0, 1.0), false),
+    ("arcmin", AN_ANGLE, sixty(-1.0, 1.0), false),
+    ("arcsec", AN_ANGLE, sixty(-2.0, 1.0), false),
+    ("turn", AN_ANGLE, other(360.0, 1.0), false),
+    ("turns", AN_ANGLE, other(360.0, 1.0), false),
+    ("rev", AN_ANGLE, other(360.0, 1.0), false),
+    ("gon", AN_ANGLE, other(0.9, 1.0), false),
+    // time
+    ("s", IN_TIME, ONE, true),
+    ("min", IN_TIME, sixty(1.0, 0.0), false),
+    ("h", IN_TIME, sixty(2.0, 0.0), false),
+    ("day", IN_TIME, Scale { sixty: 2.0, other: 24.0, ..ONE }, false),
+    // acceleration: g is standard gravity, so mg and ug are thousandths and millionths of it
+    ("g", ACCELERATION, GRAVITY, true),
+    ("Gal", ACCELERATION, ten(-2.0), true),
+    // temperature: intervals
+    ("K", is(&[(TEMPERATURE, 1.0)]), ONE, true),
+    ("degC", is(&[(TEMPERATURE, 1.0)]), ONE, false),
+    // pure numbers
+    ("1", NUMBER, ONE, false),
+    ("%", NUMBER, ten(-2.0), false),
+    ("ppm", NUMBER, ten(-6.0), false),
+    ("ppb", NUMBER, ten(-9.0), false),
+    // lengths, and what else a test records beside the sensor
+    ("m", is(&[(LENGTH, 1.0)]), ONE, true),
+    ("cm", is(&[(LENGTH, 1.0)]), ten(-2.0), false),
+    ("kg", is(&[(MASS, 1.0)]), ONE, false),
+    ("N", is(&[(MASS, 1.0), (LENGTH, 1.0), (TIME, -2.0)]), ONE, true),
+    ("Pa", PRESSURE, ONE, true),
+    ("hPa", PRESSURE, ten(2.0), false),
+    ("bar", PRESSURE, ten(5.0), true),
+    ("W", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0)]), ONE, true),
+    ("T", FLUX_DENSITY, ONE, true),
+    ("gauss", FLUX_DENSITY, ten(-4.0), false),
+];
+
+const PLURALS: &[&str] = &["counts", "digits", "pulses", "turns"];
+
+const PREFIXES: &[(char, f64)] =
+    &[('n', -9.0), ('u', -6.0), ('\u{b5}', -6.0), ('\u{3bc}', -6.0), ('m', -3.0), ('k', 3.0), ('M', 6.0)];
+
+/// What a name stands for; `None` where the table does not have it.
+pub(super) fn find(name: &str) -> Option<Entry> {
+    let plain = match name {
+        "\u{b0}" => "deg",
+        "\u{2032}" => "arcmin",
+        "\u{2033}" => "arcsec",
+        "\u{b0}C" => "degC",
+        "\u{3a9}" | "\u{2126}" | "Ohm" => "ohm",
+        other => other,
+    };
+    let entry = |(own, base, scale, _): &(&str, [f64; BASES], Scale, bool), power: f64| Entry {
+        base: *base,
+        scale: scale.times(ten(power), 1.0),
+        hertz: *own == "Hz",
+    };
+    if let Some(own) = TABLE.iter().find(|(own, ..)| *own == plain) {
+        return Some(entry(own, 0.0));
+    }
+    let first = plain.chars().next()?;
+    let (_, power) = PREFIXES.iter().find(|(prefix, _)| *prefix == first)?;
+    let rest = plain.get(first.len_utf8()..)?;
+    TABLE.iter().find(|(own, _, _, prefixed)| *prefixed && *own == rest).map(|own| entry(own, *power))
+}
+
+/// The names of the table, as messages list them.
+pub fn names() -> String {
+    let all: Vec<&str> = TABLE.iter().map(|(name, ..)| *name).filter(|name| !PLURALS.contains(name)).collect();
+    format!(
+        "products, quotients and powers of {}, with n u m k M before V A ohm Hz rad s g Gal K m N Pa bar W T",
+        all.join(" ")
+    )
+}

@@ -1,0 +1,190 @@
+//! A unit: what a person writes, its dimension and its size.
+
+use super::dimension::{COUNT, Dimension, SAME};
+use super::parse::{self, Own};
+use super::scale::{Conversion, ONE, Scale};
+use super::table;
+use crate::error::{Fault, Malformed, Result};
+
+/// A unit of measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    symbol: String,
+    pub(super) dimension: Dimension,
+    pub(super) scale: Scale,
+    /// The power of Hz in it: a number of pulses each second is shown in Hz too.
+    pub(super) hertz: f64,
+}
+
+impl Unit {
+    /// The pure number 1.
+    pub fn one() -> Unit {
+        Unit { symbol: "1".into(), dimension: Dimension::default(), scale: ONE, hertz: 0.0 }
+    }
+
+    /// Read a unit: names of the table, `1`, `*`, `/` (from the left), `^`, `sqrt( )` and parentheses.
+    ///
+    /// Errors: `UnknownName` or `Syntax` with the span in bytes of `text`.
+    ///
+    /// ```
+    /// use tumble::units::Unit;
+    /// assert!(Unit::parse("deg/h/g")?.conversion(&Unit::parse("arcsec/(s*g)")?).unwrap().is_none());
+    /// assert_eq!(Unit::parse("V/furlong").unwrap_err().place().span, Some((2, 7)));
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Unit> {
+        Unit::parse_with(text, &[])
+    }
+
+    /// The same, with names that the table does not have and that stand for units of their own.
+    pub fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
+        parse::unit(text, Own::These(own)).map(|(unit, _)| unit)
+    }
+
+    /// A unit in which any name may stand: those that the table does not have come beside it, as units of their own.
+    pub fn parse_any(text: &str) -> Result<(Unit, Vec<String>)> {
+        parse::unit(text, Own::Any)
+    }
+
+    pub(super) fn of_name(name: &str, own: bool) -> Option<Unit> {
+        let mut unit = Unit { symbol: name.into(), ..Unit::one() };
+        if let Some(entry) = table::find(name) {
+            (unit.dimension.base, unit.scale) = (entry.base, entry.scale);
+            unit.hertz = if entry.hertz { 1.0 } else { 0.0 };
+        } else if own {
+            unit.dimension.own.insert(name.into(), 1.0);
+        } else {
+            return None;
+        }
+        Some(unit)
+    }
+
+    /// The same unit, written otherwise.
+    pub(crate) fn written(self, symbol: impl Into<String>) -> Unit {
+        Unit { symbol: symbol.into(), ..self }
+    }
+
+    /// `self * other^power`, without a symbol that a person would write.
+    pub(crate) fn times(&self, other: &Unit, power: f64) -> Unit {
+        Unit {
+            symbol: String::new(),
+            dimension: self.dimension.times(&other.dimension, power),
+            scale: self.scale.times(other.scale, power),
+            hertz: self.hertz + power * other.hertz,
+        }
+    }
+
+    /// The product of powers of units, written as people do: `V/(deg/s)^2`, `V/(g*degC)`, `deg/h/g`; `1` where all cancel.
+    ///
+    /// ```
+    /// use tumble::units::Unit;
+    /// let (volt, rate) = (Unit::parse("V")?, Unit::parse("deg/s")?);
+    /// assert_eq!(Unit::product(&[(volt, 1.0), (rate, -2.0)]).symbol(), "V/(deg/s)^2");
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn product(powers: &[(Unit, f64)]) -> Unit {
+        let unit = powers.iter().fold(Unit::one(), |unit, (factor, power)| unit.times(factor, *power));
+        let part = |above: bool| -> Vec<String> {
+            powers
+                .iter()
+                .filter(|(own, power)| own.symbol != "1" && (*power > SAME) == above && power.abs() > SAME)
+                .map(|(own, power)| raised(&own.symbol, power.abs()))
+                .collect()
+        };
+        let (above, below) = (part(true), part(false));
+        let above = match above.as_slice() {
+            [] => "1".to_string(),
+            [one] => one.clone(),
+            many => many.iter().map(|one| bracketed(one, &['/'])).collect::<Vec<_>>().join("*"),
+        };
+        let symbol = match below.as_slice() {
+            [] => above,
+            [one] => format!("{above}/{}", bracketed(one, &['/', '*'])),
+            many => {
+                format!("{above}/({})", many.iter().map(|one| bracketed(one, &['/'])).collect::<Vec<_>>().join("*"))
+            }
+        };
+        unit.written(symbol)
+    }
+
+    /// Are dimension and size the same, however it is written?
+    pub(crate) fn is_same(&self, other: &Unit) -> bool {
+        self.dimension.is(&other.dimension)
+            && (self.hertz - other.hertz).abs() <= SAME
+            && self.scale.over(other.scale).is_none()
+    }
+
+    /// As a person writes it.
+    pub fn symbol(&self) -> &str {
+        &self.symbol
+    }
+
+    /// Its dimension.
+    pub fn dimension(&self) -> &Dimension {
+        &self.dimension
+    }
+
+    /// From this unit to another; `None` where they differ in dimension.
+    ///
+    /// Pulses or counts each second are Hz; pure numbers and (powers of) angles stand for each other, the radian being 1.
+    ///
+    /// ```
+    /// use tumble::units::Unit;
+    /// let of = |from: &str, to: &str| Ok(Unit::parse(from)?.conversion(&Unit::parse(to)?).map(|c| c.apply(1.0)));
+    /// assert_eq!(of("V/(rad/s)", "V/g")?, None);
+    /// assert_eq!(of("g", "m/s^2")?, Some(9.80665));
+    /// assert_eq!(of("ppm", "urad")?, Some(1.0));
+    /// assert_eq!(of("V*s", "V/(deg/s)")?, None);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn conversion(&self, to: &Unit) -> Option<Conversion> {
+        let counted = |unit: &Unit| {
+            let mut dimension = unit.dimension.clone();
+            dimension.base.get_mut(COUNT).into_iter().for_each(|power| *power += unit.hertz);
+            dimension
+        };
+        let fits = self.dimension.is(&to.dimension)
+            || counted(self).is(&counted(to))
+            || (self.dimension.is_angle_or_number() && to.dimension.is_angle_or_number());
+        fits.then(|| self.scale.over(to.scale))
+    }
+
+    /// From this unit to the one that is wanted, or a sentence with the wanted unit.
+    ///
+    /// A value in `K` is no value in `degC`: between the two stands an offset which a difference does not have, and which of
+    /// both is meant cannot be told.
+    pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
+        let shifted =
+            |a: &str, b: &str| matches!((a, b), ("K" | "mK", "degC" | "\u{b0}C") | ("degC" | "\u{b0}C", "K" | "mK"));
+        if shifted(&self.symbol, &to.symbol) {
+            return Err(Malformed::new(Fault::Value, format!("{what} is a temperature in another scale"))
+                .expected(format!(
+                    "a value in {} (the scales differ by 273.15, temperature differences do not)",
+                    to.symbol
+                ))
+                .found(format!("'{}'", self.symbol)));
+        }
+        self.conversion(to).ok_or_else(|| {
+            Malformed::new(Fault::Value, format!("the unit of {what} has another dimension"))
+                .expected(format!("{}, or a unit that converts to it", to.symbol))
+                .found(format!("'{}'", self.symbol))
+        })
+    }
+}
+
+fn raised(symbol: &str, power: f64) -> String {
+    if (power - 1.0).abs() <= SAME {
+        return symbol.to_string();
+    }
+    let rounded = (power * 1e6).round() / 1e6;
+    format!("{}^{rounded}", bracketed(symbol, &['/', '^', '*']))
+}
+
+fn bracketed(symbol: &str, signs: &[char]) -> String {
+    let mut depth = 0_i32;
+    let outside = symbol.chars().any(|c| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        depth == 0 && signs.contains(&c)
+    });
+    if outside { format!("({symbol})") } else { symbol.to_string() }
+}

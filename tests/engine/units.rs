@@ -1,0 +1,321 @@
+//! Units: parsed, converted, inferred from model lines; conversions by an independent script, and what must hold for any of them.
+
+use crate::support::*;
+use proptest::prelude::*;
+use tumble::bench;
+use tumble::campaign::{Inferred, Role};
+use tumble::error::Fault;
+use tumble::units::Unit;
+use tumble::wire::{Source, read_bench, read_campaign, read_truth};
+
+fn unit(text: &str) -> Unit {
+    Unit::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+#[test]
+fn conversions_are_those_of_an_independent_table() {
+    let table = json("unit_conversions.json");
+    let rows = table.as_array().expect("rows");
+    assert!(rows.len() > 200);
+    for row in rows {
+        let (from, to) = (row["from"].as_str().expect("a unit"), row["to"].as_str().expect("a unit"));
+        let found = unit(from).conversion(&unit(to)).map(|c| c.factor());
+        match row["factor"].as_str() {
+            None => assert_eq!(found, None, "{from} is no {to}"),
+            Some(text) => {
+                let factor: f64 = text.parse().expect("a number");
+                let found = found.unwrap_or_else(|| panic!("{from} converts to {to}"));
+                assert!((found / factor - 1.0).abs() < 2e-15, "{from} in {to}: {found:e}, not {factor:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cancels_cancels_exactly() {
+    for (from, to, value, expected) in [
+        ("mV/g", "V/g", 1299.0, 1.299),
+        ("mV/(deg/s)", "V/(deg/s)", -2922.0, -2.922),
+        ("deg/h", "arcsec/s", 15.041067, 15.041067),
+        ("deg", "arcsec", 0.5, 1800.0),
+        ("ppm", "1", 35.0, 35e-6),
+        ("ug/g^2", "mg/g^2", 7.0, 7e-3),
+        ("g", "m/s^2", 1.0, 9.80665),
+    ] {
+        let found = unit(from).conversion(&unit(to)).expect("a conversion").apply(value);
+        assert_eq!(found, expected, "{value} {from} in {to}");
+    }
+}
+
+#[test]
+fn faults_have_their_place() {
+    for (text, fault, span) in [
+        ("furlong", Fault::UnknownName, (0, 7)),
+        ("V/(deg/sec)", Fault::UnknownName, (7, 3)),
+        ("V/(rad*/s)", Fault::Syntax, (7, 1)),
+        ("V/(deg/s", Fault::Syntax, (8, 1)),
+        ("V)", Fault::Syntax, (1, 1)),
+        ("", Fault::Syntax, (0, 1)),
+        ("2 V", Fault::Syntax, (0, 1)),
+        ("V^x", Fault::Syntax, (2, 1)),
+        ("deg s", Fault::Syntax, (4, 1)),
+        ("V^99", Fault::Syntax, (2, 1)),
+    ] {
+        let error = Unit::parse(text).expect_err(text);
+        assert_eq!((error.fault(), error.place().span), (fault, Some(span)), "{text}: {error}");
+    }
+    assert!(Unit::parse(&"(".repeat(150)).is_err());
+    assert!(Unit::parse(&"V*".repeat(500)).is_err());
+}
+
+/// Units of all coefficients of the built-in benches, read off the published model equations by hand.
+#[test]
+fn every_coefficient_of_a_built_in_bench_has_its_unit() {
+    let expected: &[(&str, &[(&str, &str)])] = &[
+        ("gyro-turntable", &[("V0", "V"), ("kI", "V/(deg/s)"), ("kII kIO kIS kOS", "V/(deg/s)^2")]),
+        ("accelerometer-plumb-plane", &[("V0", "V"), ("kI", "V/g")]),
+        ("accelerometer-dividing-head", &[("K0", "V"), ("K1 KP KO", "V/g"), ("K2 KIP KIO", "V/g^2"), ("K3", "V/g^3")]),
+        (
+            "imu-three-axis-table",
+            &[
+                ("Kgx Kgy Kgz", "pulse/s/(deg/s)"),
+                ("Egxy Egxz Egyx Egyz Egzx Egzy Eaxy Eaxz Eayx Eayz Eazx Eazy", "1"),
+                ("Dx0 Dy0 Dz0 Ax0 Ay0 Az0", "pulse/s"),
+                ("Kax Kay Kaz", "pulse/s/g"),
+                ("Kxx Kyy Kzz", "pulse/s/g^2"),
+            ],
+        ),
+        (
+            "gyro-skew-triad",
+            &[
+                ("D1 D2 D3", "deg/h"),
+                ("E1x E1y E1z E2x E2y E2z E3x E3y E3z", "1"),
+                ("G1x G1y G1z G2x G2y G2z G3x G3y G3z", "deg/h/g"),
+                ("P1x P1y P1z P2x P2y P2z P3x P3y P3z", "deg/h/g^2"),
+                ("DI1 DI2 DI3 DS1 DS2 DS3", "deg/h/g"),
+            ],
+        ),
+        (
+            "cube-mirror",
+            &[(
+                "oA mark cHA_mark colA base cHA_B heading cHA_M pitch cVA_M compA iA oB cHB_A colB cube roll cHB_N cVB_N compB iB \
+                 d_heading d_pitch d_roll",
+                "arcsec",
+            )],
+        ),
+    ];
+    for (id, groups) in expected {
+        let text = bench::built_in(id).expect("a bench").text;
+        let bench = read_bench(&Source { name: (*id).into(), text: text.into() }).expect("a bench");
+        let units = Inferred::new(&bench, &["face".to_string()], &[]);
+        assert!(units.conflicts().is_empty(), "{id}: {:?}", units.conflicts());
+        for (names, wanted) in *groups {
+            for name in names.split_whitespace() {
+                let found = units.unit(name).unwrap_or_else(|| panic!("{id}: no unit of {name}"));
+                assert!(
+                    found.conversion(&unit(wanted)).is_some_and(|c| c.is_none()),
+                    "{id}: {name} in {}",
+                    found.symbol()
+                );
+            }
+        }
+    }
+}
+
+/// The units of coefficients in lines of many kinds; `-` where the line leaves a unit open.
+#[test]
+fn units_follow_from_the_line() {
+    let cases = [
+        // line, sensor unit, rate unit, coefficients and their units
+        ("V0 + D_S*a_S + kIS*w_I*a_S", "mV", "rad/s", "V0 mV, D_S mV/g, kIS mV/(rad/s*g)"),
+        ("K*(w_I + E*w_S) + B", "LSB", "deg/s", "K LSB/(deg/s), E 1, B LSB"),
+        ("K*(1 + kT*(temperature_c - T0))*a_I", "V", "deg/s", "K V/g, kT 1/degC, T0 degC"),
+        (
+            "b + d*time_s + q*time_s^2 + r*exp(-time_s/tau)",
+            "deg/h",
+            "deg/s",
+            "b deg/h, d deg/h/s, q deg/h/s^2, r deg/h, tau s",
+        ),
+        ("s1*sin(2*gamma + phi) + n*gamma", "V", "deg/s", "s1 V, phi rad, n V/rad"),
+        ("A*sin(f*time_s)", "V", "deg/s", "A V, f rad/s"),
+        ("A*sin(2*pi*f*time_s)", "V", "deg/s", "A V, f turn/s"),
+        ("k*sqrt(abs(a_I)) + c", "V", "deg/s", "k V/g^0.5, c V"),
+        ("p*q*a_I", "V", "deg/s", "p -, q -"),
+        ("heading + atan(t)*180/pi", "deg", "deg/s", "heading deg, t 1"),
+        ("k*atan(t)*7/pi", "deg", "deg/s", "k -, t 1"),
+        ("a + b*x", "", "deg/s", "a -, b -"),
+        ("a + b*x", "mm", "deg/s", "a mm, b -"),
+        ("a + b*x", "Grad", "deg/s", "a Grad, b -"),
+        ("K*(w_I - gamma_deg_s)", "V", "deg/s", "K V/(deg/s)"),
+    ];
+    for (line, sensor, rate, expected) in cases {
+        let text = serde_json::json!({ "id": "b", "units": { "rate": rate },
+            "chain": [{ "joint": "gamma", "about": "z" }],
+            "sensors": { "Y": { "unit": sensor, "axes": { "I": "x", "S": "y" }, "model": line } } });
+        let bench = read_bench(&Source { name: "b".into(), text: text.to_string() }).expect("a bench");
+        let columns = ["time_s", "temperature_c", "x", "gamma_deg_s"].map(str::to_string);
+        let units = Inferred::new(&bench, &columns, &[]);
+        for pair in expected.split(", ") {
+            let (name, wanted) = pair.split_once(' ').expect("a name and a unit");
+            let found = units.unit(name);
+            match (wanted, found) {
+                ("-", None) => {}
+                (wanted, Some(found)) if wanted != "-" => {
+                    let wanted = units.parse(wanted).expect("a unit");
+                    let same = found.conversion(&wanted).is_some_and(|c| c.is_none());
+                    let dimension = found.dimension() == wanted.dimension();
+                    assert!(same && dimension, "{line}: {name} in {}, not {}", found.symbol(), wanted.symbol());
+                    assert_eq!(units.parse(found.symbol()).expect("its own symbol").dimension(), found.dimension());
+                }
+                (wanted, found) => panic!("{line}: {name} in {:?}, not {wanted}", found.map(Unit::symbol)),
+            }
+        }
+    }
+}
+
+fn campaign_text(section: &str) -> String {
+    format!(
+        r#"{{ "bench": "gyro-turntable", {section},
+            "readings": [ {{"alpha_deg": 0, "beta_deg": [0, 90], "gamma_deg_s": [20, -20]}} ] }}"#
+    )
+}
+
+#[test]
+fn numbers_of_a_campaign_are_converted() {
+    let campaign = parse(&campaign_text(
+        r#""known": { "kI": { "value": -167.4297, "u": 1.0, "unit": "V/(rad/s)" }, "dtheta_y1": { "value": 2, "unit": "arcmin" } },
+           "estimate": { "V0": { "prior": 12, "prior_u": 3, "unit": "mV" }, "dtheta_y2": {}, "kII": { "start": 5, "unit": "uV/(deg/s)^2" } },
+           "constraints": [ { "of": { "V0": 1 }, "between": [-20, 20], "unit": "mV" },
+                            { "of": { "dtheta_y2": 1 }, "between": [null, 100], "unit": "urad" } ],
+           "derived": { "ratio": "V0/kI", "twice": "2*dtheta_y2", "bias": { "line": "V0/kI", "unit": "deg/h" },
+                        "azimuth": { "line": "dtheta_y2/2", "unit": "arcsec" } }"#,
+    ));
+    let known = |id: &str| match &campaign.parameters[campaign.parameter_index(id).expect("a parameter")].role {
+        Role::Known(known) => (known.value, known.u),
+        other => panic!("{other:?}"),
+    };
+    // pi/180 of the value: 167.4297 V/(rad/s) is 2.92219953062635... V/(deg/s) (mpmath)
+    assert_within(known("kI").0, -2.922_199_530_626_35, 1e-13, "kI");
+    assert_within(known("kI").1, std::f64::consts::PI / 180.0, 1e-17, "u of kI");
+    assert_within(known("dtheta_y1").0, 120.0 * ARCSEC, 1e-18, "a tilt in arcmin");
+    let v0 = &campaign.parameters[campaign.parameter_index("V0").expect("V0")];
+    assert!(matches!(v0.role, Role::Estimated { prior: Some(p), .. } if p.value == 0.012 && p.u == 0.003));
+    assert_eq!(v0.unit, "V");
+    let k2 = &campaign.parameters[campaign.parameter_index("kII").expect("kII")];
+    assert!(matches!(k2.role, Role::Estimated { start: Some(start), .. } if start == 5e-6));
+    let bounds: Vec<(f64, f64)> = campaign
+        .constraints
+        .iter()
+        .map(|c| match c {
+            tumble::campaign::Constraint::Linear { lower, upper, .. } => (*lower, *upper),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(bounds, [(-0.02, 0.02), (f64::NEG_INFINITY, 1e-4)]);
+    let of = |id: &str| campaign.derived.iter().find(|d| d.id == id).and_then(|d| campaign.unit_of(&d.line));
+    assert!(of("ratio").expect("a unit").conversion(&unit("deg/s")).is_some_and(|c| c.is_none()));
+    assert!(of("twice").expect("a unit").dimension().is_angle());
+    let unit_of =
+        |id: &str| campaign.derived.iter().find(|d| d.id == id).map(|d| (d.unit.as_str(), d.line.to_string()));
+    assert_eq!(unit_of("bias"), Some(("deg/h", "V0/kI*3600".to_string())));
+    assert_eq!(unit_of("azimuth").map(|(unit, _)| unit), Some("arcsec"));
+    let truth = r#"{ "values": { "kI": { "value": -167.4297, "unit": "V/(rad/s)" } },
+        "noise": { "V": { "sd": 0.5, "unit": "mV" } },
+        "effects": [ { "regressor": "a_S", "value": 3, "unit": "mV/g" }, { "regressor": "tilt:dtheta_z2", "value": 10, "unit": "arcsec" } ] }"#;
+    let truth = read_truth(&Source { name: "t".into(), text: truth.into() }, &campaign).expect("a truth");
+    assert_within(truth.point[campaign.parameter_index("kI").expect("kI")], -2.922_199_530_626_35, 1e-13, "true kI");
+    assert_eq!((truth.noise[0].sd, truth.effects[0].value), (5e-4, 3e-3));
+    assert_within(truth.effects[1].value, 10.0 * ARCSEC, 1e-19, "a hidden tilt");
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_the_unit_that_would() {
+    let refused = |section: &str, path: &str, expected: &str| {
+        let text = campaign_text(section);
+        let error = read_campaign(&Source { name: "c".into(), text }, &mut |_| unreachable!()).expect_err(section);
+        assert_eq!(error.place().path, path, "{error}");
+        assert!(error.expectation().is_some_and(|e| e.contains(expected)), "{error}");
+        assert!(error.place().line > 0, "{error}");
+    };
+    let v0 = r#""estimate": { "V0": {} }"#;
+    refused(&format!(r#""known": {{ "kI": {{ "value": 1, "unit": "V/g" }} }}, {v0}"#), "known.kI.unit", "V/(deg/s)");
+    refused(&format!(r#""known": {{ "kI": {{ "value": 1, "unit": "furlongs" }} }}, {v0}"#), "known.kI.unit", "arcsec");
+    refused(
+        &format!(r#""known": {{ "dtheta_y1": {{ "value": 1, "unit": "V" }} }}, {v0}"#),
+        "known.dtheta_y1.unit",
+        "rad",
+    );
+    refused(r#""estimate": { "V0": { "prior": 1, "prior_u": 1, "unit": "mg" } }"#, "estimate.V0.unit", "V");
+    refused(&format!(r#"{v0}, "derived": {{ "x": {{ "line": "V0/kI", "unit": "g" }} }}"#), "derived.x.unit", "deg/s");
+    refused(
+        &format!(r#"{v0}, "constraints": [ {{ "of": {{ "V0": 1 }}, "equals": 1, "unit": "arcsec" }} ]"#),
+        "constraints[0].unit",
+        "V",
+    );
+    let campaign = parse(&campaign_text(v0));
+    for (text, path) in [
+        (r#"{ "values": { "kI": { "value": 1, "unit": "mV" } } }"#, "values.kI.unit"),
+        (r#"{ "noise": { "V": { "sd": 1, "unit": "g" } } }"#, "noise.V.unit"),
+        (r#"{ "effects": [ { "regressor": "a_S", "value": 1, "unit": "mV" } ] }"#, "effects[0].unit"),
+    ] {
+        let error = read_truth(&Source { name: "t".into(), text: text.into() }, &campaign).expect_err(text);
+        assert_eq!(error.place().path, path, "{error}");
+    }
+}
+
+#[test]
+fn a_temperature_in_kelvin_is_no_temperature_in_degrees_celsius() {
+    let text = |unit: &str| {
+        format!(
+            r#"{{ "bench": {{ "id": "t", "sensors": {{ "y": {{ "unit": "V", "model": "a + b*(temperature_c - T0)" }} }} }},
+                "known": {{ "T0": {{ "value": 293.15, "unit": "{unit}" }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
+                "readings": [ {{"temperature_c": 20, "y": 1}}, {{"temperature_c": 30, "y": 2}} ] }}"#
+        )
+    };
+    let error =
+        read_campaign(&Source { name: "c".into(), text: text("K") }, &mut |_| unreachable!()).expect_err("an offset");
+    assert!(error.to_string().contains("273.15"), "{error}");
+    assert_eq!(parse(&text("degC")).parameters.iter().find(|p| p.id == "b").expect("b").unit, "V/degC");
+}
+
+/// A unit that the line leaves open is carried as it is given, and tells the others.
+#[test]
+fn a_stated_unit_tells_what_the_line_leaves_open() {
+    let text = r#"{ "bench": { "id": "line", "sensors": { "y": { "unit": "mm", "model": "p*q*time_s" } } },
+        "known": { "p": { "value": 2, "unit": "mm/V" } }, "estimate": { "q": { "start": 1 } },
+        "readings": [ {"time_s": 1, "y": 1}, {"time_s": 2, "y": 2} ] }"#;
+    let campaign = parse(text);
+    let of = |id: &str| &campaign.parameters.iter().find(|p| p.id == id).expect("a parameter").unit;
+    assert_eq!(of("p"), "mm/V");
+    assert!(unit(of("q")).conversion(&unit("V/s")).is_some_and(|c| c.is_none()), "{}", of("q"));
+}
+
+fn factors() -> impl Strategy<Value = Vec<(&'static str, i32)>> {
+    let names = &[
+        "V", "mV", "LSB", "pulse", "deg", "arcsec", "urad", "turn", "s", "h", "min", "g", "mg", "ug", "K", "ppm", "%",
+        "Hz", "mm",
+    ][..];
+    prop::collection::vec((prop::sample::select(names), prop::sample::select(&[-3, -2, -1, 1, 2, 3][..])), 1..5)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, ..ProptestConfig::default() })]
+
+    /// There and back; the printed symbol of a product reads as the same unit.
+    #[test]
+    fn a_conversion_comes_back(list in factors(), prefix in prop::sample::select(&["mV", "arcsec", "h", "ug"][..]), value in -1e6..1e6_f64) {
+        let parts: Vec<(Unit, f64)> = list.iter().map(|(name, power)| (unit(name), f64::from(*power))).collect();
+        let product = Unit::product(&parts);
+        let read = unit(product.symbol());
+        prop_assert!(read.conversion(&product).is_some_and(|c| c.is_none()), "{}", product.symbol());
+        prop_assert_eq!(read.dimension(), product.dimension());
+        let text: Vec<String> = list.iter().map(|(name, power)| format!("{name}^{power}")).collect();
+        let written = unit(&text.join("*"));
+        let other = unit(&format!("({})/{prefix}*{prefix}", text.join("*")));
+        for (a, b) in [(&product, &written), (&written, &other)] {
+            let there = a.conversion(b).expect("one dimension").apply(value);
+            let back = b.conversion(a).expect("one dimension").apply(there);
+            prop_assert!((back - value).abs() <= 1e-14 * value.abs(), "{value} {back}");
+        }
+    }
+}
