@@ -161,5 +161,7 @@ fn mean(members: &[&Reading]) -> Option<Reading> {
         observations: (0..first.observations.len()).map(observation).collect::<Option<_>>()?,
         remarks: Vec::new(),
         place: first.place.clone(),
+        samples: members.iter().map(|row| row.samples).sum(),
+        planned_u: Vec::new(),
     })
 }

@@ -1,14 +1,13 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
 
-use super::settings::Settings;
 use super::catalogue::{Effect, Filling, column_values, fill};
 use super::screen::{Chosen, Scanned};
+use super::settings::Settings;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Regressor, Table, indicator};
-
 
 /// One effect that might be missing.
 #[derive(Debug, Clone)]
@@ -203,7 +202,7 @@ impl Maker<'_> {
                     None => match self.table.term(sensor, line, &self.design.rows)? {
                         Some(column) => {
                             let moves = |name: &&str| crate::campaign::is_axis_input(&campaign.bench, name);
-                            if !line.names().iter().any(|name| moves(name)) {
+                            if !line.names().iter().any(moves) {
                                 self.kept.insert(key, column.clone());
                             }
                             column
@@ -363,7 +362,8 @@ fn sizes(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate], ro
     let per_deg_s = campaign.bench.units.rate.per_deg_s();
     let joints = || campaign.readings.rows.iter().flat_map(|row| row.joints.iter());
     let rate = joints().map(|s| s.rate_deg_s().abs() * per_deg_s).fold(campaign.bench.earth_rate().norm(), f64::max);
-    let angle = joints().filter_map(|s| s.keys().0).map(|deg| deg.abs().to_radians()).fold(std::f64::consts::TAU, f64::max);
+    let angle =
+        joints().filter_map(|s| s.keys().0).map(|deg| deg.abs().to_radians()).fold(std::f64::consts::TAU, f64::max);
     let force = campaign.bench.specific_force().norm();
     let mut scratch = Scratch::default();
     let mut bounds = Vec::with_capacity(found.len());
@@ -390,7 +390,12 @@ fn sizes(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate], ro
                 let compiled = if candidate.harmonic > 0 { None } else { Tape::compile(line, &names).ok() };
                 match compiled {
                     Some(tape) => tape.value(&inputs, &mut scratch).abs(),
-                    None => names.iter().zip(&inputs).filter(|(n, _)| !campaign.bench.joints().any(|j| j == **n)).map(|(_, v)| *v).product(),
+                    None => names
+                        .iter()
+                        .zip(&inputs)
+                        .filter(|(n, _)| !campaign.bench.joints().any(|j| j == **n))
+                        .map(|(_, v)| *v)
+                        .product(),
                 }
             }
             _ => 0.0,

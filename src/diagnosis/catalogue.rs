@@ -106,7 +106,8 @@ impl Effect {
         each("{i}", axes.clone());
         each("{j}", axes.clone());
         // equal steps of n angles carry harmonics up to n / 2; those above are the same columns again
-        let most = campaign.bench.joints().enumerate().map(|(place, joint)| (joint.to_string(), carried(campaign, place)));
+        let most =
+            campaign.bench.joints().enumerate().map(|(place, joint)| (joint.to_string(), carried(campaign, place)));
         let most: Vec<(String, usize)> = most.collect();
         let highest = most.iter().map(|(_, n)| *n).max().unwrap_or(HARMONICS.0);
         each("{k}", (1..=highest).map(|k| k.to_string()).collect());
@@ -119,7 +120,9 @@ impl Effect {
             let text = filling.iter().find(|(own, _)| *own == key).map(|(_, text)| text.as_str());
             text.and_then(|text| axes.iter().position(|axis| axis == text))
         };
-        let order = |filling: &Filling| filling.iter().find(|(own, _)| *own == "{k}").and_then(|(_, k)| k.parse::<usize>().ok());
+        let order = |filling: &Filling| {
+            filling.iter().find(|(own, _)| *own == "{k}").and_then(|(_, k)| k.parse::<usize>().ok())
+        };
         fillings.retain(|filling| {
             let joint = filling.iter().find(|(own, _)| *own == "{joint}").map(|(_, joint)| joint);
             let own = joint.and_then(|joint| most.iter().find(|(name, _)| name == joint)).map(|(_, n)| *n);

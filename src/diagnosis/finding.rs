@@ -1,14 +1,14 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
 use super::evidence::Evidence;
-use super::pass::Seen;
 use super::noise::{NoiseFrom, Weighted};
+use super::pass::Seen;
 use super::posterior;
 use super::remainder::Remainder;
 use super::search::{Found, Question};
 use super::separate::Separation;
-use super::settings::Settings;
 use super::sets::Rival;
+use super::settings::Settings;
 use super::support::Support;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Unexplained, Verdict};
 use super::{ambiguity, holdout, places, separate, serial, steps};
@@ -90,7 +90,10 @@ pub struct InSensor {
 fn common(findings: Vec<Finding>) -> Vec<Finding> {
     let mut merged: Vec<Finding> = Vec::with_capacity(findings.len());
     for own in findings {
-        let is_term = matches!(own.effect.kind, Regressor::Term(_) | Regressor::Approach(_) | Regressor::Change { .. } | Regressor::Position(_));
+        let is_term = matches!(
+            own.effect.kind,
+            Regressor::Term(_) | Regressor::Approach(_) | Regressor::Change { .. } | Regressor::Position(_)
+        );
         let same = |other: &&mut Finding| {
             is_term && other.effect.regressor == own.effect.regressor && other.effect.sensor != own.effect.sensor
         };
@@ -228,7 +231,15 @@ pub(super) fn conclude(
     let shares = ambiguity::shares(&question, set, &rivals);
     let mut effects = Vec::new();
     if let Some((repaired, after)) = &repaired {
-        let own = Effects { campaign, candidates: &candidates, evidence: &evidence, design: &design, set, rivals: &rivals, complete: remainder.is_none() };
+        let own = Effects {
+            campaign,
+            candidates: &candidates,
+            evidence: &evidence,
+            design: &design,
+            set,
+            rivals: &rivals,
+            complete: remainder.is_none(),
+        };
         effects = own.findings(&question, &shares, repaired, after);
         if let Some(remainder) = &remainder {
             for finding in &mut effects {
@@ -250,7 +261,7 @@ pub(super) fn conclude(
         }
     }
     let after = repaired.as_ref().map(|(_, fit)| fit);
-    let steps = steps::steps(campaign, &before, after, &candidates, &evidence, set, &scale, settings)?;
+    let steps = steps::steps(campaign, (&before, after), &candidates, &evidence, set, &scale, settings)?;
     let holdout = holdout::holdout(campaign, &before, after, &scale);
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
@@ -280,7 +291,13 @@ pub(super) fn conclude(
 /// Standard uncertainty of an estimate from what is unexplained, beyond that of the noise: `l = W A C e_j`, `l'V l - l'l`.
 ///
 /// A remainder estimated from few degrees of freedom has the variance of Student's t, `nu / (nu - 2)` (JCGM 101, 6.4.9.4).
-fn beyond_noise(fit: &Fit, weighted: &Weighted, evidence: &Evidence, remainder: &Remainder, index: usize) -> Option<f64> {
+fn beyond_noise(
+    fit: &Fit,
+    weighted: &Weighted,
+    evidence: &Evidence,
+    remainder: &Remainder,
+    index: usize,
+) -> Option<f64> {
     let n = fit.covariance.nrows();
     if index >= n {
         return None;

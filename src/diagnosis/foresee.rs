@@ -10,9 +10,9 @@
 //! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
 //! stands in the judgement of the schedule.
 
-use super::prospective::effects;
 use super::catalogue::Effect;
 use super::pool::Pool;
+use super::prospective::effects;
 use super::{Candidate, Settings};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
@@ -200,7 +200,8 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             .filter(|(other, _)| *other != g)
             .map(|(other, member)| {
                 let cosine = cosines[(own, *member)];
-                let apart_from = u * (Settings::default().indistinguishable / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE)).sqrt();
+                let apart_from =
+                    u * (Settings::default().indistinguishable / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE)).sqrt();
                 Near { group: other, cosine, apart_from }
             })
             .filter(|near| near.apart_from > rule.noncentrality * u)

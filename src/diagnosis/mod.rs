@@ -40,25 +40,25 @@
 //! Honesty: probabilities count everything that was tried; what the schedule cannot tell apart is one finding with aliases; a set that only
 //! approximates the pattern is not named. Priors and constraints stand while the model is diagnosed, and may be found wrong themselves.
 
-mod prospective;
 mod ambiguity;
-mod evidence;
-mod families;
 mod assumptions;
 mod averaged;
 mod candidates;
 mod catalogue;
+mod evidence;
+mod families;
 mod finding;
 mod foresee;
 mod holdout;
 mod linear;
-mod pass;
 mod noise;
+mod pass;
 mod passes;
 mod places;
 pub(crate) mod plain;
 mod pool;
 mod posterior;
+mod prospective;
 mod remainder;
 mod repair;
 mod screen;
@@ -77,8 +77,8 @@ pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding, InSensor};
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
-pub use pass::candidates;
 pub use noise::NoiseFrom;
+pub use pass::candidates;
 pub use places::{Cell, Grouping, Level, Place};
 pub use pool::{Pool, VISIBLE};
 pub use separate::Separation;
@@ -227,7 +227,10 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
         }
     }
     if diagnosis.repaired.is_some() {
-        let all = diagnosis.effects.iter().flat_map(|own| [&own.effect].into_iter().chain(own.also.iter().map(|o| &o.effect)));
+        let all = diagnosis
+            .effects
+            .iter()
+            .flat_map(|own| [&own.effect].into_iter().chain(own.also.iter().map(|o| &o.effect)));
         let effects: Vec<&Candidate> = all.collect();
         diagnosis.repaired = Some(passes::repaired(campaign, &effects)?);
     }

@@ -1,7 +1,7 @@
 //! One pass: every candidate at one point of the model, and what the search finds among them.
 
-use super::evidence::Evidence;
 use super::candidates::{Kept, build};
+use super::evidence::Evidence;
 use super::noise::{self, Weighted};
 use super::remainder::Remainders;
 use super::screen::{self, Chosen, Scanned, Screen};
@@ -120,7 +120,8 @@ impl<'a> Pass<'a> {
         self.chosen.add(screen.strongest(&self.chosen).into_iter().map(|(member, _)| member));
         self.chosen.add(screen::exchanged(self.campaign, &design, &weighted));
         let rows = weighted.weight.len();
-        let mut candidates = build(self.campaign, self.catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
+        let mut candidates =
+            build(self.campaign, self.catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
         candidates.extend(assumptions::candidates(self.campaign, self.asked, &design)?);
         candidates.retain(|c| !self.banned.iter().any(|(name, sensor)| *name == c.regressor && *sensor == c.sensor));
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();

@@ -1,8 +1,8 @@
 //! Search and repair in turn, until the names settle: columns depend on the tilts, and the tilts on what is in the model.
 
 use super::evidence::Evidence;
-use super::pass::{Pass, Seen};
 use super::noise::NoiseFrom;
+use super::pass::{Pass, Seen};
 use super::search::Found;
 use super::settings::Settings;
 use super::{Candidate, assumptions, fit_exactly, repair};

@@ -97,7 +97,8 @@ pub(super) fn exchanged(campaign: &Campaign, design: &DesignMatrix, weighted: &W
         for (n, (i, first, y, r)) in rows.iter().enumerate() {
             for (j, second, other, s) in rows.iter().skip(n + 1) {
                 let difference = other - y;
-                let (w, v) = (weighted.weight.get(*i).copied().unwrap_or(0.0), weighted.weight.get(*j).copied().unwrap_or(0.0));
+                let (w, v) =
+                    (weighted.weight.get(*i).copied().unwrap_or(0.0), weighted.weight.get(*j).copied().unwrap_or(0.0));
                 let square = |x: f64, w: f64| (x * w) * (x * w);
                 let after = square(r + difference, w) + square(s - difference, v);
                 let fall = square(*r, w) + square(*s, v) - after;

@@ -35,7 +35,8 @@ pub(super) fn serial(campaign: &Campaign, design: &DesignMatrix, residual: &[f64
             format!("{what}{own}")
         };
         if let Some(test) = runs(&values).filter(|test| (test.runs as f64) < test.expected) {
-            let what = format!("the residuals{} keep their sign: {} runs, {:.0} expected", of(""), test.runs, test.expected);
+            let what =
+                format!("the residuals{} keep their sign: {} runs, {:.0} expected", of(""), test.runs, test.expected);
             tests.push((test.p, what));
         }
         let lag = values.windows(2).map(|pair| pair.iter().product::<f64>()).sum::<f64>() / square;

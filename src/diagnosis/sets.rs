@@ -25,7 +25,8 @@ pub(super) struct Rival {
 
 /// Every candidate by itself, best first.
 pub(super) fn singles(evidence: &Evidence) -> Vec<(f64, Vec<usize>)> {
-    let visible = evidence.pool.visible().iter().zip(evidence.pool.scores()).enumerate().filter(|(_, (v, _))| **v > 0.0);
+    let visible =
+        evidence.pool.visible().iter().zip(evidence.pool.scores()).enumerate().filter(|(_, (v, _))| **v > 0.0);
     let mut sets: Vec<(f64, Vec<usize>)> = visible.map(|(j, (_, s))| (evidence.rss - s * s, vec![j])).collect();
     sets.sort_by(|a, b| a.0.total_cmp(&b.0));
     sets

@@ -40,8 +40,7 @@ pub struct GapStep {
 /// One step for each effect in this order, and one before them.
 pub(super) fn steps(
     campaign: &Campaign,
-    before: &Fit,
-    after: Option<&Fit>,
+    (before, after): (&Fit, Option<&Fit>),
     candidates: &[Candidate],
     evidence: &Evidence,
     set: &[usize],
@@ -75,7 +74,12 @@ pub(super) fn steps(
             (Some(next), _) => format!("{} is added", name(*next)),
             (None, Some(own)) if own.p > level && global_p.is_none_or(|p| p > settings.whole()) => {
                 let reason = if count == 0 { "" } else { " (the simpler explanation has the first claim)" };
-                format!("nothing further: {} has p = {}, and a name needs p below {}{reason}", name(own.index), short(own.p), short(level))
+                format!(
+                    "nothing further: {} has p = {}, and a name needs p below {}{reason}",
+                    name(own.index),
+                    short(own.p),
+                    short(level)
+                )
             }
             (None, Some(own)) if own.p <= level => format!(
                 "{} is significant, but no candidate stands above what is left, clearly ahead of the others",

@@ -57,7 +57,8 @@ fn further(evidence: &Evidence, set: &[usize], count: usize, question: &Question
             longer = extended(evidence, &longer)?;
         }
         for place in (set.len()..longer.len()).rev().filter(|_| count > 1) {
-            let better = extended(evidence, &without(&longer, place)).filter(|b| evidence.rss_of(b) < evidence.rss_of(&longer));
+            let better =
+                extended(evidence, &without(&longer, place)).filter(|b| evidence.rss_of(b) < evidence.rss_of(&longer));
             longer = better.unwrap_or(longer);
         }
         let mut sorted = longer.clone();
@@ -88,7 +89,9 @@ fn most_plausible(evidence: &Evidence, set: &[usize], question: &Question<'_>) -
         let variance = scale(evidence, rss, plain.len());
         let best = (0..evidence.pool.len()).map(square).fold(0.0, f64::max);
         let near = (0..evidence.pool.len()).filter(|j| {
-            !others.contains(j) && square(*j) > 0.0 && (best - square(*j)) / variance <= question.settings.indistinguishable
+            !others.contains(j)
+                && square(*j) > 0.0
+                && (best - square(*j)) / variance <= question.settings.indistinguishable
         });
         let order = |j: usize| (best - square(j)) / variance + question.burden(&[j]);
         let own = near.min_by(|a, b| order(*a).total_cmp(&order(*b)));
@@ -112,7 +115,8 @@ fn exchange(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> Vec<
         let before = evidence.rss_of(&best);
         for place in 0..best.len() {
             let others = without(&best, place);
-            let better = extended(evidence, &others).filter(|b| evidence.rss_of(b) < evidence.rss_of(&best) * (1.0 - 1e-9));
+            let better =
+                extended(evidence, &others).filter(|b| evidence.rss_of(b) < evidence.rss_of(&best) * (1.0 - 1e-9));
             best = better.unwrap_or(best);
         }
         if evidence.rss_of(&best) >= before * (1.0 - 1e-9) {
@@ -125,7 +129,9 @@ fn exchange(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> Vec<
 /// Does every member stand beside the others?
 fn all_stand(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> bool {
     let complete = evidence.given(set).is_some_and(|given| leaves_noise(evidence, &given, question.settings));
-    if (question.is_pattern)(set) || (set.iter().any(|j| (question.needs_all)(*j)) && !leaves_nothing(evidence, set, question)) {
+    if (question.is_pattern)(set)
+        || (set.iter().any(|j| (question.needs_all)(*j)) && !leaves_nothing(evidence, set, question))
+    {
         return false;
     }
     (0..set.len()).all(|place| stands(evidence, set, place, complete, question))

@@ -105,7 +105,9 @@ impl Regressor {
                 None => Err(unknown("joint", joint, campaign.bench.joints().collect())),
             },
             Some((kind, _)) => Err(Malformed::new(Fault::Value, format!("'{kind}:' is no kind of effect"))
-                .expected("a term of inputs, or tilt:, known:, position:, reading:, exchange:, approach:, rate:, sense:")
+                .expected(
+                    "a term of inputs, or tilt:, known:, position:, reading:, exchange:, approach:, rate:, sense:",
+                )
                 .found(format!("'{text}'"))),
         }
     }

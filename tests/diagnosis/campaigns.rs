@@ -87,7 +87,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     }
     if mode == "tilts" {
         let from = if through.is_empty() { &inside } else { &through };
-        chosen.push(draw(from, &mut generator).clone());
+        chosen.push(from[random(&mut generator, 0.0, from.len() as f64) as usize % from.len()].clone());
     }
     let named = chosen.len();
     if mode == "mixed" || mode == "outside" {
@@ -114,7 +114,8 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     let deserved = |k: usize| {
         let finding = &found.effects[k];
         let mut columns = vec![&finding.effect.column];
-        columns.extend(hidden.iter().filter_map(|h| all.iter().find(|(c, _)| c.regressor == *h)).map(|(c, _)| &c.column));
+        columns
+            .extend(hidden.iter().filter_map(|h| all.iter().find(|(c, _)| c.regressor == *h)).map(|(c, _)| &c.column));
         let gram = cosines(&model, &columns);
         (1..columns.len()).any(|j| gram[(0, j)].abs() >= DESERVED) || hidden.iter().any(|h| names(k, h))
     };
@@ -155,8 +156,9 @@ fn seeded_campaigns() {
     let number = |key: &str, otherwise: u64| std::env::var(key).ok().and_then(|n| n.parse().ok()).unwrap_or(otherwise);
     let (count, seed) = (number("TUMBLE_CAMPAIGNS", 112) as usize, number("TUMBLE_SEED", 0));
     let each = count.div_ceil(2 * MODES.len());
-    let jobs: Vec<(usize, bool, usize)> =
-        (0..MODES.len()).flat_map(|m| [true, false].into_iter().flat_map(move |s| (0..each).map(move |k| (m, s, k)))).collect();
+    let jobs: Vec<(usize, bool, usize)> = (0..MODES.len())
+        .flat_map(|m| [true, false].into_iter().flat_map(move |s| (0..each).map(move |k| (m, s, k))))
+        .collect();
     let trials: Vec<Trial> = jobs
         .par_iter()
         .map(|(m, stated, k)| {
@@ -164,17 +166,24 @@ fn seeded_campaigns() {
             trial(MODES[*m], *stated, SCHEDULES[k % 4], own, &catalogue)
         })
         .collect();
-    println!("{:8} {:9} {:>9} {:>7} {:>7} {:>7} {:>11}", "hidden", "noise", "campaigns", "right", "wrong", "quiet", "intervals %");
+    println!(
+        "{:8} {:9} {:>9} {:>7} {:>7} {:>7} {:>11}",
+        "hidden", "noise", "campaigns", "right", "wrong", "quiet", "intervals %"
+    );
     let share = |n: usize, of: usize| if of == 0 { 1.0 } else { n as f64 / of as f64 };
     let mut table = Vec::new();
     for (mode, stated) in MODES.iter().flat_map(|m| [(*m, true), (*m, false)]) {
         for schedule in SCHEDULES.iter().map(|s| Some(*s)).chain([None]) {
             let own = || {
-                trials.iter().filter(|t| t.mode == mode && t.stated == stated && t.stands && schedule.is_none_or(|s| s == t.schedule))
+                trials.iter().filter(|t| {
+                    t.mode == mode && t.stated == stated && t.stands && schedule.is_none_or(|s| s == t.schedule)
+                })
             };
             // names and intervals count where nothing stands too
             let all = || {
-                trials.iter().filter(|t| t.mode == mode && t.stated == stated && schedule.is_none_or(|s| s == t.schedule))
+                trials
+                    .iter()
+                    .filter(|t| t.mode == mode && t.stated == stated && schedule.is_none_or(|s| s == t.schedule))
             };
             let (n, right) = (own().count(), own().filter(|t| is_right(t)).count());
             let wrong = all().filter(|t| !t.wrong.is_empty()).count();
@@ -190,7 +199,10 @@ fn seeded_campaigns() {
                 table.push((mode, stated, share(right, n), share(wrong, all().count()), share(held.0, held.1)));
             }
         }
-        for t in trials.iter().filter(|t| t.mode == mode && t.stated == stated && (!t.wrong.is_empty() || (t.stands && !is_right(t)))) {
+        for t in trials
+            .iter()
+            .filter(|t| t.mode == mode && t.stated == stated && (!t.wrong.is_empty() || (t.stands && !is_right(t))))
+        {
             println!("    {} {:?} -> {} right {} wrong {:?}", t.schedule, t.hidden, t.verdict.name(), t.right, t.wrong);
         }
     }

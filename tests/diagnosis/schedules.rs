@@ -75,7 +75,9 @@ pub fn schedule(name: &str, without: Option<&str>, generator: &mut Pcg64Mcg) -> 
             )
         }
     };
-    let text = without.map_or(text.clone(), |tilt| text.replace(&format!("\"{tilt}\": {{}}, "), "").replace(&format!(", \"{tilt}\": {{}}"), ""));
+    let text = without.map_or(text.clone(), |tilt| {
+        text.replace(&format!("\"{tilt}\": {{}}, "), "").replace(&format!(", \"{tilt}\": {{}}"), "")
+    });
     let source = Source { name: name.into(), text };
     let campaign = wire::read_campaign(&source, &mut |_| unreachable!("built-in benches need no file")).unwrap();
     (campaign, if name == "A24" { 3e-6 } else { 1e-4 })

@@ -36,7 +36,8 @@ fn head(stated: bool) -> (Value, Value) {
 fn an_effect_beside_an_unknown_pattern_is_named_and_the_rest_described() {
     let (schedule, mut truth) = head(true);
     // t = 31 and 33 against the base model: 8 above noise and pattern together
-    truth["effects"] = json!([{ "regressor": "abs(a_P)", "value": 3.5e-5 }, { "regressor": "sign(sin(5*beta+0.4))", "value": 6e-6 }]);
+    truth["effects"] =
+        json!([{ "regressor": "abs(a_P)", "value": 3.5e-5 }, { "regressor": "sign(sin(5*beta+0.4))", "value": 6e-6 }]);
     for seed in 0..6 {
         let found = diagnosed(&simulated(&schedule, &truth, seed));
         assert_eq!((found.verdict, names(&found)), (Verdict::PartlyExplained, vec!["abs(a_P)"]), "seed {seed}");
@@ -61,7 +62,9 @@ fn a_column_of_rounding_is_no_candidate() {
         .iter()
         .enumerate()
         .flat_map(|(k, (alpha, beta))| {
-            [20, -20, 30, -30, 40, -40].map(|rate| json!({ "position": k.to_string(), "alpha_deg": alpha, "beta_deg": beta, "gamma_deg_s": rate }))
+            [20, -20, 30, -30, 40, -40].map(
+                |rate| json!({ "position": k.to_string(), "alpha_deg": alpha, "beta_deg": beta, "gamma_deg_s": rate }),
+            )
         })
         .collect();
     let schedule = json!({ "bench": "gyro-turntable", "known": { "kI": { "value": -2.9222 } },
@@ -74,7 +77,10 @@ fn a_column_of_rounding_is_no_candidate() {
         for (candidate, _) in &all {
             let text = &candidate.regressor;
             assert!(!text.contains("(gamma)") && !text.contains("*gamma)"), "{text} is zero over whole turns");
-            assert!(!text.starts_with("gamma_deg_s*sin(2*") && text != "sin(2*alpha)", "{text} is zero at quarter turns");
+            assert!(
+                !text.starts_with("gamma_deg_s*sin(2*") && text != "sin(2*alpha)",
+                "{text} is zero at quarter turns"
+            );
         }
         let found = diagnosed(&campaign);
         assert_eq!(names(&found), ["gamma_deg_s^3"]);

@@ -183,8 +183,13 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
         why: own.why.clone(),
         confirm: own.confirm.clone(),
         probability: finding.probability,
-        probability_as_named: (finding.probability - finding.aliases.iter().map(|a| a.probability).sum::<f64>()).max(0.0),
-        gap_after: diagnosis.steps.iter().find(|step| step.evidence.with.last() == Some(&own.regressor)).map(super::gap::of_step),
+        probability_as_named: (finding.probability - finding.aliases.iter().map(|a| a.probability).sum::<f64>())
+            .max(0.0),
+        gap_after: diagnosis
+            .steps
+            .iter()
+            .find(|step| step.evidence.with.last() == Some(&own.regressor))
+            .map(super::gap::of_step),
         visible: own.visible,
         aliases: finding
             .aliases
@@ -212,7 +217,9 @@ fn in_sensors(campaign: &Campaign, finding: &Finding) -> Vec<SensorSizeReport> {
     if finding.also.is_empty() {
         return Vec::new();
     }
-    let id = |sensor: Option<usize>| sensor.and_then(|k| campaign.bench.sensors.get(k)).map_or(String::new(), |s| s.id.clone());
+    let id = |sensor: Option<usize>| {
+        sensor.and_then(|k| campaign.bench.sensors.get(k)).map_or(String::new(), |s| s.id.clone())
+    };
     let mut sizes = vec![SensorSizeReport {
         sensor: id(finding.effect.sensor),
         coefficient: finding.effect.coefficient.clone(),

@@ -89,7 +89,10 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
     for own in &effect.in_sensors {
         let u = own.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
         let value = own.value.map_or("not determined".into(), |v| rounded(v, own.u));
-        text.push_str(&format!("  in {}: {} = {value} {}{u}, t = {:.1}\n", own.sensor, own.coefficient, own.unit, own.t));
+        text.push_str(&format!(
+            "  in {}: {} = {value} {}{u}, t = {:.1}\n",
+            own.sensor, own.coefficient, own.unit, own.t
+        ));
     }
     let stated = words::against_stated(effect);
     if !stated.is_empty() {

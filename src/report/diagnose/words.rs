@@ -243,7 +243,9 @@ pub fn remainder(report: &DiagnoseReport) -> String {
     };
     let unit = report.gap.sensors.values().next().map_or("", |s| s.unit.as_str());
     match own.sd.filter(|sd| *sd > 0.0) {
-        Some(sd) if report.gap.sensors.len() == 1 => format!("{follows}, with a standard deviation of {} {unit}", significant(sd, 2)),
+        Some(sd) if report.gap.sensors.len() == 1 => {
+            format!("{follows}, with a standard deviation of {} {unit}", significant(sd, 2))
+        }
         _ => follows,
     }
 }
@@ -254,7 +256,11 @@ pub fn probability(effect: &EffectReport) -> String {
     if effect.aliases.is_empty() {
         return format!("probability {}", percent(effect.probability));
     }
-    format!("probability {} that it or an alias is present, {} as named", percent(effect.probability), percent(effect.probability_as_named))
+    format!(
+        "probability {} that it or an alias is present, {} as named",
+        percent(effect.probability),
+        percent(effect.probability_as_named)
+    )
 }
 
 /// What a fit of the repaired model leaves out: that the effect could be one of its aliases; `None` where that moves nothing.
