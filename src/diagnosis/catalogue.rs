@@ -142,7 +142,7 @@ pub(super) fn fill(text: &str, filling: &Filling) -> String {
 }
 
 /// The highest harmonic of a joint that its angles can tell: half of their number.
-fn carried(campaign: &Campaign, place: usize) -> usize {
+pub(super) fn carried(campaign: &Campaign, place: usize) -> usize {
     let angles: std::collections::HashSet<u64> = campaign
         .readings
         .rows

@@ -91,9 +91,19 @@ fn columns(
     // one bad reading has its detectable bias; a wrong prior or constraint is no effect of a position
     let other = |c: &Candidate| {
         let of_readings = matches!(c.kind, Regressor::Reading(_) | Regressor::Exchange(..));
-        !of_readings && !matches!(c.kind, Regressor::Prior(_) | Regressor::Constraint(_))
+        let assumed = matches!(c.kind, Regressor::Prior(_) | Regressor::Constraint(_));
+        !of_readings && !assumed && is_carried(campaign, c)
     };
     Ok(found.into_iter().filter(other).map(keep).collect())
+}
+
+/// Is this a harmonic that the schedule's own angles can tell, or none at all?
+fn is_carried(campaign: &Campaign, candidate: &Candidate) -> bool {
+    candidate.harmonic == 0
+        || campaign.bench.joints().enumerate().any(|(place, joint)| {
+            candidate.regressor.contains(&format!("{joint})"))
+                && candidate.harmonic <= super::catalogue::carried(campaign, place)
+        })
 }
 
 /// Positions at no special angles, with the rates of the schedule: a term that is zero there too is zero everywhere.

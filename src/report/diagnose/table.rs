@@ -54,7 +54,7 @@ fn verdict(report: &DiagnoseReport) -> String {
         let help = words::would_help(report);
         return if help.is_empty() { sentence } else { format!("{sentence};\n{help}") };
     }
-    format!("{sentence}\n({})", words::tried(report))
+    format!("{sentence}\n{}", hanging(&format!("({})", words::tried(report)), 2))
 }
 
 fn constraints(report: &DiagnoseReport) -> String {
