@@ -22,6 +22,7 @@ const BUILT_INS: &[BuiltIn] = &[
     BuiltIn { id: "imu-three-axis-table", text: include_str!("../../data/benches/imu-three-axis-table.bench.json") },
     BuiltIn { id: "gyro-skew-triad", text: include_str!("../../data/benches/gyro-skew-triad.bench.json") },
     BuiltIn { id: "cube-mirror", text: include_str!("../../data/benches/cube-mirror.bench.json") },
+    BuiltIn { id: "cube-mirror-right", text: include_str!("../../data/benches/cube-mirror-right.bench.json") },
 ];
 
 /// All built-in benches, in the order of the papers.

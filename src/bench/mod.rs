@@ -34,6 +34,8 @@ pub struct Bench {
     pub title: String,
     /// The paper and its equations, or whatever the description was taken from.
     pub source: String,
+    /// What a user of this bench should know: names in words, conventions.
+    pub notes: Vec<String>,
     /// Latitude, Earth rate and gravity; `None` means no Earth rate and 1 g.
     pub site: Option<Site>,
     /// Units of rates and specific forces in the model lines.
@@ -175,6 +177,8 @@ pub struct Sensor {
     pub unit: String,
     /// Named axes as direction cosines in the last frame; inputs are `w_<name>` and `a_<name>`.
     pub axes: Vec<(String, Vector3<f64>)>,
+    /// Full turn of a closed circle, in the sensor's unit: readings that differ by whole turns are the same. `None` for any other sensor.
+    pub turn: Option<f64>,
     /// reading = this line.
     pub model: Expression,
 }

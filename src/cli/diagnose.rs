@@ -15,7 +15,7 @@ pub(super) struct Arguments {
     /// The campaign file (JSON), or a mission file with '--measured'.
     campaign: PathBuf,
     /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv` and `_u` beside them).
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["effects", "svg"])]
+    #[arg(long, value_name = "FILE", conflicts_with = "effects")]
     measured: Option<PathBuf>,
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
@@ -30,7 +30,8 @@ pub(super) struct Arguments {
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write the residuals before and after as a picture (SVG), or to stdout with '-'.
+    /// Write the residuals before and after as a picture (SVG), or to stdout with '-'; with '--measured' the gap in time, in the channel where it
+    /// is largest.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     #[command(flatten)]
@@ -45,6 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             significance: arguments.significance,
             write_model: arguments.write_model.as_deref(),
             json: arguments.json.as_deref(),
+            svg: arguments.svg.as_deref(),
             pages: &arguments.pages,
         });
     }

@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             let found = wire::read_covariance(&files::read(&path)?)?;
             let factors = calibration.factors();
             let covariance = carry::combine(&found.order, &found.matrix, &factors);
-            Some((covariance.map_err(|error| wire::locate(error, &source))?, calibration.monte_carlo))
+            Some((covariance.map_err(|error| wire::locate(error, &source))?, calibration.monte_carlo as usize))
         }
         None => None,
     };

@@ -7,7 +7,9 @@ use crate::error::Result;
 use crate::navigate::diagnose::{self, NavigationDiagnosis};
 use crate::report;
 use crate::wire::{self, MissionFile};
+use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
+use std::time::Duration;
 
 /// What to diagnose and what to write.
 pub(super) struct Question<'a> {
@@ -16,6 +18,7 @@ pub(super) struct Question<'a> {
     pub significance: f64,
     pub write_model: Option<&'a Path>,
     pub json: Option<&'a Path>,
+    pub svg: Option<&'a Path>,
     pub pages: &'a Pages,
 }
 
@@ -24,13 +27,26 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
     let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
     let settings = Settings::at(question.significance);
-    let diagnosis = diagnose::diagnose(&mission, &measured, &settings).map_err(|error| wire::locate(error, &source))?;
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar.set_message("flying the mission");
+    let found = diagnose::diagnose_with(&mission, &measured, &settings, &mut |trying| {
+        bar.set_message(format!("trying {trying}"));
+    });
+    bar.finish_and_clear();
+    let diagnosis = found.map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
     // every text is made before any is written
     let mut ready = match question.pages.is_asked_for() {
         true => question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?,
         false => Ready::default(),
     };
+    if let Some(path) = question.svg {
+        ready.add(path, report::html::navigate_diagnose_svg(&report, &diagnosis)?);
+    }
     if let Some(path) = question.json {
         ready.add(path, files::json(&report)?);
     }
@@ -50,11 +66,11 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
 }
 
-/// The mission as it was written, with the errors added.
+/// The mission as it was written, with the constant errors added; what changes in time or is the reference's has no place in it.
 fn repaired(file: &MissionFile, diagnosis: &NavigationDiagnosis) -> MissionFile {
     let mut file = file.clone();
-    for finding in &diagnosis.findings {
-        file.errors.add(&finding.source, finding.value / finding.source.si_per_unit());
+    for (source, value) in diagnosis.findings.iter().filter_map(|own| Some((own.source.constant()?, own.value))) {
+        file.errors.add(&source, value / source.si_per_unit());
     }
     file
 }

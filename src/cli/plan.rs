@@ -1,15 +1,18 @@
 //! `tumble plan SCHEDULE`.
 
 use super::{Outcome, files, simulate};
-use crate::campaign::{Campaign, Kind, Readings};
+use crate::campaign::{Campaign, Kind, Reading, Readings};
 use crate::diagnosis;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Fit};
-use crate::plan::{self, Costs, Criterion, Goal, Method, Noise, Offer, Order, Request, Term, Unit, Zone};
+use crate::plan::{
+    self, Costs, Criterion, Goal, Judgement, Method, Noise, Offer, Order, Progress, Request, Term, Unit, Zone,
+};
 use crate::report::{self, Better, Foreseen};
 use crate::simulate::Regressor;
 use crate::wire;
 use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
 use std::path::PathBuf;
 
 /// What to judge, what to look for and what to write.
@@ -33,9 +36,12 @@ pub(super) struct Arguments {
     /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
-    /// Find the best schedule of so many readings.
+    /// Find the best schedule of so many readings that costs no more than the given one does for as many (--budget: another limit).
     #[arg(long, value_name = "N", conflicts_with_all = ["add", "goal"])]
     choose: Option<usize>,
+    /// With --choose: whatever it costs.
+    #[arg(long, requires = "choose", conflicts_with = "budget")]
+    any_cost: bool,
     /// Keep the schedule and find the best so many readings to add.
     #[arg(long, value_name = "N", conflicts_with = "goal")]
     add: Option<usize>,
@@ -45,12 +51,12 @@ pub(super) struct Arguments {
     /// With --separate: the sensor that may have the effects, where the bench has several.
     #[arg(long, value_name = "SENSOR", requires = "separate")]
     sensor: Option<String>,
-    /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every estimated angle; derived ones do not count), or dtheta_y2=0.5
+    /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every estimated angle), dtheta_y2=0.5 or gamma=1 for a derived angle
     /// (arcsec; its unit for a coefficient).
     #[arg(long, value_name = "[NAME=]U", group = "searched")]
     goal: Vec<String>,
     /// Find the best schedule that costs no more than this, with the costs of --cost.
-    #[arg(long, value_name = "COST", group = "searched", conflicts_with_all = ["choose", "add"], allow_negative_numbers = true)]
+    #[arg(long, value_name = "COST", group = "searched", conflicts_with = "add", allow_negative_numbers = true)]
     budget: Option<f64>,
     /// With --goal or --budget: keep the schedule and add to it.
     #[arg(long, requires = "searched")]
@@ -61,8 +67,9 @@ pub(super) struct Arguments {
     /// With --goal: the most readings that may be chosen.
     #[arg(long, value_name = "N", default_value_t = 600)]
     most: usize,
-    /// D (volume of the confidence ellipsoid), A (sum of the angles' variances), G (largest predicted reading), or a quantity: dtheta_z2.
-    #[arg(long, value_name = "D|A|G|NAME", default_value = "D")]
+    /// D (volume of the confidence ellipsoid), A (sum of the angles' variances), G (largest predicted reading), I (mean of the predicted
+    /// readings), or a quantity: dtheta_z2, gamma.
+    #[arg(long, value_name = "D|A|G|I|NAME", default_value = "D")]
     criterion: String,
     /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
     #[arg(long, value_enum, default_value_t = UnitArgument::Reading)]
@@ -130,8 +137,12 @@ enum OrderArgument {
 
 /// Positions that are added to tell two effects apart.
 const ADDED: usize = 2;
-/// More starts than this are a slip of the keyboard.
+/// More starts than this are a slip of the keyboard; the effort that they may take is limited besides.
 const MOST_STARTS: usize = 1_000_000;
+/// With more values than this, what a diagnosis could find is not foreseen.
+const MOST_FORESEEN: usize = 100_000;
+/// More readings than this are not chosen.
+const MOST_READINGS: usize = 100_000;
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
@@ -149,11 +160,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let noise = noise(arguments, &campaign, fitted.as_ref()).map_err(located)?;
     let costs = costs(&arguments.cost)?;
     let positions = plan::positions_only(&campaign.readings);
+    let campaign = campaign.with_readings(plan::planned(&campaign, &campaign.readings));
     let judgement = plan::judge(&campaign, &noise, &costs).map_err(located)?;
-    let request = request(arguments)?;
+    let bar = ProgressBar::new_spinner();
+    let request = request(arguments, &judgement, &bar)?;
     let catalogue = super::diagnose::catalogue(arguments.effects.as_deref())?;
     let foresee = |schedule: &Campaign| {
-        diagnosis::foresee(schedule, &catalogue.effects, &noise).map_err(|error| catalogue.locate(error, &source))
+        // a column of every effect for every value: beyond this, gigabytes
+        if schedule.readings.rows.len().saturating_mul(schedule.bench.sensors.len()) > MOST_FORESEEN {
+            return Ok(None);
+        }
+        let foreseen = diagnosis::foresee(schedule, &catalogue.effects, &noise);
+        foreseen.map(Some).map_err(|error| catalogue.locate(error, &source))
     };
     let foresight = foresee(&campaign)?;
     let separates: Option<[String; 2]> = arguments.separate.clone().try_into().ok();
@@ -175,6 +193,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         }
         candidates = Some(offer.candidates);
     }
+    bar.finish_and_clear();
     let criterion = criterion_name(&request.criterion);
     let better = match (&best, &reached, separated.as_ref().zip(separates.as_ref())) {
         (Some(improvement), ..) => Some(Better::Best(improvement, &criterion)),
@@ -188,19 +207,47 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Some(Better::Apart(separated, _)) => Some(&separated.improvement),
         None => None,
     };
-    let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?;
-    let foreseen = Foreseen { given: Some(&foresight), better: better_foresight.as_ref() };
-    let report = report::plan_report(&campaign, &noise, &judgement, better, foreseen, &request, &from);
+    let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?.flatten();
+    let foreseen = Foreseen { given: foresight.as_ref(), better: better_foresight.as_ref() };
+    let report = report::plan_report(
+        &asked_at(&campaign, &asked),
+        &noise,
+        &judgement,
+        better,
+        foreseen,
+        &request,
+        &costs,
+        &from,
+    );
     if let Some(path) = &arguments.write {
-        let schedule = match found {
-            Some(improvement) => improvement.schedule.clone(),
+        let (run, kept) = match found {
+            Some(improvement) => (improvement.schedule.readings.clone(), improvement.kept),
             None => {
-                let unvalued = campaign.with_readings(plan::positions_only(&campaign.readings));
-                campaign.with_readings(plan::ordered(&unvalued, &noise, request.order, request.seed)?)
+                // what is measured stays in front as it is
+                let (done, rest): (Vec<Reading>, Vec<Reading>) =
+                    asked.readings.rows.iter().cloned().partition(|row| !row.observations.is_empty());
+                let fixed = if rest.is_empty() { 0 } else { done.len() };
+                let rows = done.into_iter().chain(rest).collect();
+                let half = campaign.with_readings(Readings { rows, ..asked.readings.clone() });
+                let whole = campaign.with_readings(plan::planned(&half, &half.readings));
+                let run = plan::ordered(&whole, &noise, &costs, request.order, request.seed, fixed)?;
+                (
+                    Readings {
+                        rows: half
+                            .readings
+                            .rows
+                            .iter()
+                            .take(fixed)
+                            .chain(run.rows.iter().skip(fixed))
+                            .cloned()
+                            .collect(),
+                        ..run
+                    },
+                    fixed,
+                )
             }
         };
-        // the point of judging is no start of the user's
-        let schedule = Campaign { parameters: asked.parameters.clone(), ..schedule };
+        let schedule = asked.with_readings(to_write(&asked.readings, run, kept, found.is_some()));
         let file = wire::campaign_file(&schedule, simulate::bench_ref(&schedule));
         files::write_or_print(path, &files::json(&file)?)?;
     }
@@ -221,6 +268,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
     Ok(if defect || !apart || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
+}
+
+/// The campaign at the point of judging with the values that it has.
+fn asked_at(judged: &Campaign, asked: &Campaign) -> Campaign {
+    judged.with_readings(asked.readings.clone())
+}
+
+/// What a written schedule has: the first `kept` rows as they were, values and all, the others without values. Beside values an uncertainty alone
+/// would be read as one without its value, so it is left out there.
+fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool) -> Readings {
+    let measured = asked.rows.iter().any(|row| !row.observations.is_empty()) && kept > 0;
+    let row = |(k, row): (usize, &Reading)| match asked.rows.get(k).filter(|_| k < kept && in_order) {
+        Some(own) => own.clone(),
+        None if k < kept => row.clone(),
+        None if measured => Reading { planned_u: Vec::new(), ..row.unread() },
+        None => row.unread(),
+    };
+    Readings { rows: run.rows.iter().enumerate().map(row).collect(), columns: run.columns.clone() }
 }
 
 /// The two effects to be told apart.
@@ -268,22 +333,45 @@ fn find_candidates(arguments: &Arguments, campaign: &Campaign) -> Result<Reading
     plan::without(campaign, candidates, &zones)
 }
 
-fn request(arguments: &Arguments) -> Result<Request> {
+fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBar) -> Result<Request> {
     if arguments.starts == 0 || arguments.starts > MOST_STARTS {
         return Err(Malformed::new(Fault::Value, "the number of starts is not possible")
             .expected(format!("1 to {MOST_STARTS}"))
             .found(arguments.starts.to_string()));
     }
+    let wanted = arguments.choose.or(arguments.add);
+    let counts = |k: usize| {
+        if k == 0 || k > MOST_READINGS {
+            return Err(Malformed::new(Fault::Value, "so many readings cannot be planned")
+                .expected(format!("a positive number, at most {MOST_READINGS}"))
+                .found(k.to_string()));
+        }
+        Ok(k)
+    };
+    let readings = match wanted {
+        Some(k) => counts(k)?,
+        None if arguments.budget.is_some() => 0,
+        None if arguments.separate.is_empty() => counts(arguments.most)?,
+        None => ADDED,
+    };
+    // costs count: as many readings as the given schedule has cost no more than it does
+    let work = given.work;
+    let own = work.cost * (readings as f64 / work.readings.max(1) as f64).max(1.0);
+    let limit = arguments.choose.filter(|_| !arguments.any_cost && own > 0.0).map(|_| own);
+    let spinner = bar.clone();
     Ok(Request {
-        readings: arguments.choose.or(arguments.add).unwrap_or(match arguments.separate.is_empty() {
-            true => arguments.most,
-            false => ADDED,
+        readings,
+        budget: arguments.budget.or(limit),
+        may_cost_more: arguments.budget.is_none(),
+        progress: Progress::new(move |what, done, of| {
+            spinner.set_message(format!("searching: {done} of {of} {what}"));
+            spinner.tick();
         }),
-        budget: arguments.budget,
         criterion: match arguments.criterion.as_str() {
             "D" | "d" => Criterion::D,
             "A" | "a" => Criterion::A,
             "G" | "g" => Criterion::G,
+            "I" | "i" => Criterion::I,
             name => Criterion::C(name.to_string()),
         },
         unit: match arguments.unit {
@@ -311,6 +399,7 @@ fn criterion_name(criterion: &Criterion) -> String {
         Criterion::D => "D".into(),
         Criterion::A => "A".into(),
         Criterion::G => "G".into(),
+        Criterion::I => "I".into(),
         Criterion::C(id) => format!("c:{id}"),
     }
 }
@@ -384,8 +473,7 @@ fn parse_goals(given: &[String], campaign: &Campaign) -> Result<Vec<Goal>> {
             }
             Err(_) => {
                 let (id, u) = named_number(text, "--goal", "1 (arcsec, every angle) or dtheta_y2=0.5")?;
-                let is_tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
-                vec![Goal { u: if is_tilt { u / report::ARCSEC } else { u }, id }]
+                vec![Goal { u: if plan::is_angle(campaign, &id) { u / report::ARCSEC } else { u }, id }]
             }
         };
         // a later goal for one parameter replaces the general one

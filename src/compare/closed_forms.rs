@@ -151,6 +151,7 @@ const FILES: &[(&str, &str)] = &[
     ("imu-three-axis-table", include_str!("../../data/closed_forms/imu-three-axis-table.json")),
     ("gyro-skew-triad", include_str!("../../data/closed_forms/gyro-skew-triad.json")),
     ("cube-mirror", include_str!("../../data/closed_forms/cube-mirror.json")),
+    ("cube-mirror-right", include_str!("../../data/closed_forms/cube-mirror-right.json")),
 ];
 
 /// The published campaigns that printed tables belong to.

@@ -71,7 +71,7 @@ pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kin
     force_by_tilt.clear();
     turns.resize(bench.chain.len(), Turn::NONE);
     angles.clear();
-    angles.extend(instant.angle_deg.iter().map(|angle| angle.to_radians()));
+    angles.extend(instant.angle_deg.iter().map(|angle| shown(*angle).to_radians()));
     let per_deg_s = bench.units.rate.per_deg_s();
     let mut joint = 0;
     // from the ground to the sensor: the vectors, and what a tilt does to them in its own frame
@@ -114,6 +114,13 @@ pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kin
             turn_back(&mut later, *about, turn.sin_cos);
         }
     }
+}
+
+/// What the encoder of a joint shows, degrees: from 0 to below 360.
+fn shown(angle_deg: f64) -> f64 {
+    let shown = angle_deg.rem_euclid(360.0);
+    // a hair below zero is rounded up to a whole turn
+    if shown < 360.0 { shown } else { 0.0 }
 }
 
 /// `S v` for a `v` that has no component along the axis.

@@ -59,6 +59,15 @@ pub fn rows(campaign: &Campaign) -> Vec<RowOrigin> {
     rows
 }
 
+/// Of all predictions of a closed circle that differ by whole turns, the one nearest to what was read.
+fn nearest_turn(campaign: &Campaign, origin: Option<&RowOrigin>, value: f64) -> f64 {
+    let turn = origin.and_then(|o| campaign.bench.sensors.get(o.sensor)?.turn);
+    let Some((turn, origin)) = turn.zip(origin) else { return value };
+    let reading = campaign.readings.rows.get(origin.reading);
+    let read = reading.and_then(|row| row.observations.iter().find(|o| o.sensor == origin.sensor));
+    read.map_or(value, |read| value + turn * ((read.value - value) / turn).round())
+}
+
 /// Predict every reading at `point` and differentiate it there.
 ///
 /// Errors: `Missing` for a column that a model line uses and a reading lacks, with the reading's place.
@@ -76,7 +85,7 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
         model.predict_all(campaign, reading, &sensors, point, &mut work, |place, value, gradient| {
             let i = start + place;
             if let Some(slot) = predicted.get_mut(i) {
-                *slot = value;
+                *slot = nearest_turn(campaign, of_reading.get(place), value);
             }
             for (j, derivative) in gradient.iter().enumerate() {
                 jacobian[(i, j)] = *derivative;

@@ -25,7 +25,6 @@
 //! | `posterior.rs` | probabilities of effects and aliases |
 //! | `serial.rs` | patterns in the order of time |
 //! | `steps.rs` | the gap after each effect |
-//! | `plain.rs` | the search on columns that come from no campaign |
 //! | `finding.rs` | from a search to the answer |
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
@@ -55,7 +54,6 @@ mod noise;
 mod pass;
 mod passes;
 mod places;
-pub(crate) mod plain;
 mod pool;
 mod posterior;
 mod prospective;

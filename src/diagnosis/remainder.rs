@@ -91,13 +91,6 @@ impl Remainders {
         remainders
     }
 
-    /// None but each reading by itself; `rows` of data, where the system may have been folded.
-    pub fn white(weighted: &Weighted, rows: usize) -> Self {
-        let basis = weighted.estimate.factor.thin_q().to_owned();
-        let rank = basis.ncols();
-        Remainders { groupings: Vec::new(), basis, known: weighted.from == NoiseFrom::Stated, rows, rank }
-    }
-
     fn add(&mut self, name: String, in_time: bool, labels: Vec<Option<usize>>, z: &[f64]) {
         let count = labels.iter().flatten().max().map_or(0, |g| g + 1);
         let grouped = labels.iter().flatten().count();

@@ -189,7 +189,8 @@ impl Walk<'_> {
                 *value += share * dx;
             }
             within_half_a_turn(self.campaign, &mut point);
-            let mut next = design::assemble(self.campaign, self.model, &point)?;
+            let next = design::assemble(self.campaign, self.model, &point)?;
+            let mut next = circles_within_half_a_turn(self.campaign, self.model, next)?;
             let after = step.merit(&weigh(self.campaign, &next, self.settings.weighting)?.observed);
             // rounding of a sum of squares near its minimum must not halve a good step
             let better = after <= before * (1.0 + 1e-10) + (NEGLIGIBLE * size).powi(2);
@@ -232,6 +233,33 @@ fn within_half_a_turn(campaign: &Campaign, point: &mut [f64]) {
             *value -= TAU * (*value / TAU).round();
         }
     }
+}
+
+/// Of all values of a closed circle's unknown that predict the same (a turn away, or mirrored at a right angle), the smallest; one by one.
+fn circles_within_half_a_turn(campaign: &Campaign, model: &Model, mut design: DesignMatrix) -> Result<DesignMatrix> {
+    /// Share of a turn by which rounding moves a prediction that is the same.
+    const SAME: f64 = 1e-9;
+    let Some(turn) = campaign.bench.sensors.iter().find_map(|sensor| sensor.turn) else { return Ok(design) };
+    for (k, parameter) in campaign.parameters.iter().enumerate() {
+        let free = matches!(parameter.role, Role::Estimated { prior: None, .. }) && parameter.kind == Kind::Coefficient;
+        let value = design.point.get(k).copied().unwrap_or_default();
+        let within = value - turn * (value / turn).round();
+        for other in [(0.5 * turn).copysign(within) - within, within] {
+            let smaller = other.abs() < value.abs().min(0.5 * turn * (1.0 + SAME)) && other != value;
+            if !free || value.abs() <= 0.25 * turn || !smaller {
+                continue;
+            }
+            let mut point = design.point.clone();
+            point.get_mut(k).into_iter().for_each(|slot| *slot = other);
+            let moved = design::assemble(campaign, model, &point)?;
+            let mut pairs = moved.predicted.iter().zip(&design.predicted);
+            if pairs.all(|(a, b)| (a - b).abs() <= SAME * turn) {
+                design = moved;
+                break;
+            }
+        }
+    }
+    Ok(design)
 }
 
 /// Readings (not differences), and priors, in row order: the scale against which a step is negligible.

@@ -138,7 +138,27 @@ impl Fit {
             || self.global_test.is_some_and(|test| test.rejected)
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
             || !self.settled
+            || !self.inconsistent_circles().is_empty()
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
+    }
+
+    /// Readings of closed circles that no attitude makes agree with the others: each sensor with the mean of what is left of it, the worst
+    /// first. A target on another side, a point sighted wrongly or a start too far away leaves degrees, not noise.
+    pub fn inconsistent_circles(&self) -> Vec<(&str, f64)> {
+        /// Share of a turn that no noise reaches.
+        const FAR: f64 = 1.0 / 360.0;
+        let mut found: Vec<(&str, f64, f64)> = Vec::new();
+        for (s, sensor) in self.campaign.bench.sensors.iter().enumerate() {
+            let Some(turn) = sensor.turn else { continue };
+            let rows = self.design.rows.iter().zip(&self.estimate.residuals).filter(|(origin, _)| origin.sensor == s);
+            let (count, sum, size) =
+                rows.fold((0.0, 0.0, 0.0), |(n, sum, size), (_, v)| (n + 1.0, sum + v, size + v.abs()));
+            if count > 0.0 && size / count > FAR * turn {
+                found.push((&sensor.id, sum / count, size / count));
+            }
+        }
+        found.sort_by(|a, b| b.2.total_cmp(&a.2));
+        found.into_iter().map(|(id, mean, _)| (id, mean)).collect()
     }
 
     /// Sensors whose estimated scatter is no more than the rounding of their readings: a campaign without noise.

@@ -48,6 +48,7 @@ pub fn combine(
             .expected(format!("{n} rows of {n} numbers"))
             .found(format!("{} rows", matrix.len())));
     }
+    check_covariance(order, matrix)?;
     let mut sources = Vec::new();
     let mut factors: DMatrix<f64> = DMatrix::zeros(carry.len(), n);
     for (i, (id, parameters)) in carry.iter().enumerate() {
@@ -83,6 +84,59 @@ pub fn combine(
     let sigma: DMatrix<f64> =
         DMatrix::from_fn(n, n, |i, j| matrix.get(i).and_then(|row| row.get(j).copied().flatten()).unwrap_or_default());
     Ok(SourceCovariance { sources, matrix: &factors * sigma * factors.transpose() })
+}
+
+/// Is the matrix a covariance: no negative variance, symmetric, no correlation beyond 1, and none of any combination?
+fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()> {
+    /// What the rounding of a report's numbers may do.
+    const ROUNDING: f64 = 1e-6;
+    let name = |i: usize| order.get(i).map_or("?", String::as_str);
+    let at = |i: usize, j: usize| matrix.get(i).and_then(|row| row.get(j).copied().flatten());
+    let wrong = |what: String, i: usize, j: usize, expected: &str, found: String| {
+        Err(Malformed::new(Fault::Value, what)
+            .at_path(format!("calibration.report.covariance.matrix[{i}][{j}]"))
+            .expected(expected)
+            .found(found))
+    };
+    let defined: Vec<usize> = (0..order.len()).filter(|i| at(*i, *i).is_some()).collect();
+    for &i in &defined {
+        let variance = at(i, i).unwrap_or_default();
+        if !(variance >= 0.0 && variance.is_finite()) {
+            let what = format!("the report's covariance is none: the variance of '{}' is negative", name(i));
+            return wrong(what, i, i, "a finite variance, zero or positive", variance.to_string());
+        }
+    }
+    let mut correlation = DMatrix::identity(defined.len(), defined.len());
+    for (k, &i) in defined.iter().enumerate() {
+        for (l, &j) in defined.iter().enumerate() {
+            let (a, b) = (at(i, j).unwrap_or_default(), at(j, i).unwrap_or_default());
+            let size = (at(i, i).unwrap_or_default() * at(j, j).unwrap_or_default()).sqrt();
+            if !((a - b).abs() <= ROUNDING * size.max(a.abs())) {
+                let what =
+                    format!("the report's covariance is none: it is not symmetric in '{}' and '{}'", name(i), name(j));
+                return wrong(what, i, j, &format!("the same number in both places, {b}"), a.to_string());
+            }
+            if !(a.abs() <= size * (1.0 + ROUNDING)) {
+                let what =
+                    format!("the report's covariance is none: '{}' and '{}' correlate beyond 1", name(i), name(j));
+                return wrong(what, i, j, &format!("at most {size:.6e} by size"), a.to_string());
+            }
+            if k != l && size > 0.0 {
+                correlation[(k, l)] = a / size;
+            }
+        }
+    }
+    let smallest = correlation.symmetric_eigenvalues().iter().copied().fold(0.0, f64::min);
+    if smallest < -ROUNDING * defined.len() as f64 {
+        return Err(Malformed::new(
+            Fault::Value,
+            "the report's covariance is none: some combination would have a negative variance",
+        )
+        .at_path("calibration.report.covariance")
+        .expected("a positive semidefinite matrix")
+        .found(format!("an eigenvalue {smallest:.3e} of the correlations")));
+    }
+    Ok(())
 }
 
 impl SourceCovariance {

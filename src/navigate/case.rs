@@ -1,31 +1,45 @@
-//! One question about measured navigation errors: its linear system, its noise, and one search of it.
+//! One question about measured navigation errors: its causes and their columns, its noise, and the full simulation of some causes.
 
+use super::cause::{self, Cause};
+use super::changing::Columns;
 use super::diagnose::Gap;
-use super::errors::{ImuErrors, Kind, Source};
+use super::errors::ImuErrors;
 use super::measured::{CHANNELS, Measured};
 use super::mission::Mission;
-use super::signatures::System;
+use super::search::dot;
+use super::signatures;
 use super::whiten::whiten;
-use crate::diagnosis::plain::{self, Answer, Question};
 use crate::diagnosis::{NoiseFrom, Settings};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Fold, Group};
 use crate::uncertainty::quantiles::chi_square_survival;
-use faer::Mat;
 
 /// An error that even at its largest admissible size stays below so many standard deviations cannot be seen.
 const UNSEEN: f64 = 5.0;
+/// A cell that is left out has so many times its standard uncertainty.
+const LEFT_OUT: f64 = 1e7;
+/// Size of a finite difference, in standard deviations of all values together.
+const DIFFERENCE: f64 = 30.0;
 
 /// One question, and what is common to all passes.
 pub(super) struct Case<'a> {
     pub mission: &'a Mission,
     pub measured: &'a Measured,
-    pub sources: Vec<Source>,
-    pub system: System,
+    pub causes: Vec<Cause>,
+    pub columns: Columns,
+    /// The columns of all causes.
+    pub raw: Vec<Vec<f64>>,
     pub values: Vec<f64>,
     pub channel: Vec<usize>,
     pub from: NoiseFrom,
     pub settings: Settings,
+}
+
+/// The full simulation at some values of some causes.
+#[derive(Clone)]
+pub(super) struct Flown {
+    pub predicted: Vec<f64>,
+    /// Derivatives by each cause.
+    pub jacobian: Vec<Vec<f64>>,
 }
 
 impl<'a> Case<'a> {
@@ -40,11 +54,20 @@ impl<'a> Case<'a> {
             return Err(Malformed::new(Fault::Missing, "random walks and unknown noise cannot be told apart")
                 .expected("a standard uncertainty (a column with _u) of everything measured, or a mission without random walks"));
         }
+        let columns = Columns::new(mission, measured);
+        let mut present = [false; CHANNELS];
+        measured.cells().for_each(|cell| present.get_mut(cell.channel).into_iter().for_each(|slot| *slot = true));
+        let last = measured.cells().fold(0.0_f64, |last, cell| last.max(cell.time));
+        // fewer times of a step where they would fill the memory
+        let steps = if measured.count() > 20_000 { 8 } else { 24 };
+        let causes = cause::catalogue(&present, last, steps);
+        let raw = causes.iter().map(|cause| columns.of(cause)).collect();
         Ok(Case {
             mission,
             measured,
-            sources: Source::catalogue(),
-            system: System::new(mission, measured),
+            causes,
+            columns,
+            raw,
             values: measured.cells().map(|cell| cell.value).collect(),
             channel: measured.cells().map(|cell| cell.channel).collect(),
             from: if stated { NoiseFrom::Stated } else { NoiseFrom::Residuals },
@@ -78,168 +101,95 @@ impl<'a> Case<'a> {
         sums.map(|(sum, count): (f64, f64)| if sum > 0.0 { (sum / (count * kept)).sqrt() } else { 1.0 })
     }
 
-    /// The mission's errors with a change.
-    pub fn with(&self, change: &[f64]) -> ImuErrors {
+    /// The mission's errors with a change of some causes; those that no mission holds are left out.
+    pub fn with(&self, causes: &[Cause], values: &[f64]) -> ImuErrors {
         let mut errors = self.mission.errors;
-        for (source, value) in self.sources.iter().zip(change).filter(|(_, value)| **value != 0.0) {
+        for (source, value) in causes.iter().zip(values).filter_map(|(cause, value)| Some((cause.constant()?, value))) {
             source.set(&mut errors, source.of(&self.mission.errors) + value);
         }
         errors
     }
 
-    /// `measured - predicted + J change`: the gap as a linear model through the point that was simulated.
-    pub fn laid(&self, predicted: &[f64], change: &[f64]) -> Vec<f64> {
-        let mut laid: Vec<f64> = self.values.iter().zip(predicted).map(|(y, p)| y - p).collect();
-        for (column, value) in self.system.columns.iter().zip(change).filter(|(_, value)| **value != 0.0) {
-            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
+    pub fn is_absurd(&self, cause: &Cause, value: f64) -> bool {
+        let before = cause.constant().map_or(0.0, |source| source.of(&self.mission.errors));
+        !((before + value).abs() <= cause.limit())
+    }
+
+    /// Fly some causes; `None` where the navigator runs over a pole or a cause is absurd.
+    pub fn fly(&self, causes: &[Cause], values: &[f64], u: &[f64]) -> Option<Flown> {
+        if causes.iter().zip(values).any(|(cause, value)| self.is_absurd(cause, *value)) {
+            return None;
         }
-        laid
-    }
-
-    pub fn as_change(&self, set: &[usize], fit: &[(f64, f64)]) -> Vec<f64> {
-        let mut change = vec![0.0; self.sources.len()];
-        for (j, (value, _)) in set.iter().zip(fit) {
-            change.get_mut(*j).into_iter().for_each(|slot| *slot = *value);
-        }
-        change
-    }
-
-    /// Would the mission still be one?
-    pub fn is_possible(&self, set: &[usize], fit: &[(f64, f64)]) -> bool {
-        set.iter().zip(fit).all(|(j, (value, _))| !self.is_absurd(*j, *value))
-    }
-
-    pub fn is_absurd(&self, index: usize, value: f64) -> bool {
-        self.sources
-            .get(index)
-            .is_none_or(|source| !((source.of(&self.mission.errors) + value).abs() <= source.limit()))
-    }
-
-    /// One search with the noise and the linear model as they are.
-    pub fn look(&self, u: &[f64], laid: &[f64]) -> Result<Look> {
-        let mut columns = self.system.columns.clone();
-        columns.push(laid.to_vec());
-        whiten(self.measured, &self.system.walks, u, &mut columns);
-        let mut invisible = Vec::new();
-        let mut scale = Vec::with_capacity(columns.len());
-        for (j, column) in columns.iter_mut().enumerate() {
-            let norm = column.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if let Some(source) = self.sources.get(j)
-                && !(norm * source.limit() > UNSEEN)
-            {
-                invisible.push(*source);
-                column.fill(0.0);
+        // constants by differences of the full simulation, side by side; the others are linear
+        let mut flights = vec![self.with(causes, values)];
+        let mut steps = Vec::new();
+        for (k, cause) in causes.iter().enumerate() {
+            if cause.constant().is_none() {
+                steps.push(0.0);
+                continue;
             }
-            let size = if norm > 0.0 && j < self.sources.len() { norm } else { 1.0 };
-            column.iter_mut().for_each(|v| *v /= size);
-            scale.push(size);
+            let norm = self.raw_of(cause).iter().zip(u).map(|(c, u)| (c / u) * (c / u)).sum::<f64>().sqrt();
+            let step = (DIFFERENCE / norm.max(1e-300)).min(1e-3 * cause.limit());
+            let mut moved = values.to_vec();
+            moved.get_mut(k).into_iter().for_each(|value| *value += step);
+            flights.push(self.with(causes, &moved));
+            steps.push(step);
         }
-        let triangle = fold(&columns)?;
-        let k = self.sources.len();
-        let column = |j: usize| (0..=k).map(|i| triangle[(i, j)]).collect::<Vec<f64>>();
-        let folded: Vec<Vec<f64>> = (0..k).map(column).collect();
-        let residual = column(k);
-        let handicap: Vec<f64> = self
-            .sources
-            .iter()
-            .enumerate()
-            .map(|(j, source)| {
-                let own = folded.get(j).map(Vec::as_slice).unwrap_or_default();
-                let square: f64 = own.iter().map(|v| v * v).sum();
-                let along: f64 = own.iter().zip(&residual).map(|(a, b)| a * b).sum();
-                let alone = if square > 0.0 { along / square / scale.get(j).copied().unwrap_or(1.0) } else { 0.0 };
-                0.4 * rank(source) + if self.is_absurd(j, alone) { 5.0 } else { 0.0 }
-            })
-            .collect();
-        let answer = plain::search(&Question {
-            columns: &folded,
-            residual: &residual,
-            rows: self.values.len(),
-            from: self.from,
-            handicap: &handicap,
-            significance: self.settings.significance,
-        })?;
-        Ok(Look { answer, folded, residual, scale, invisible })
+        let flown = signatures::predictions(self.mission, self.measured, &flights);
+        let (base, others) = flown.split_first()?;
+        let mut others = others.iter();
+        let mut jacobian = Vec::with_capacity(causes.len());
+        let mut predicted = base.clone();
+        for ((cause, value), step) in causes.iter().zip(values).zip(steps) {
+            if step > 0.0 {
+                let moved = others.next()?;
+                jacobian.push(moved.iter().zip(base).map(|(a, b)| (a - b) / step).collect::<Vec<f64>>());
+            } else {
+                let column = self.raw_of(cause);
+                predicted.iter_mut().zip(&column).for_each(|(slot, c)| *slot += value * c);
+                jacobian.push(column);
+            }
+        }
+        let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+        (finite(&predicted) && jacobian.iter().all(|column| finite(column))).then_some(Flown { predicted, jacobian })
     }
 
-    pub fn gap(&self, left: &[f64], u: &[f64], fitted: usize) -> Gap {
+    /// The column of a cause: of those that are kept, or made.
+    pub fn raw_of(&self, cause: &Cause) -> Vec<f64> {
+        let kept = self.causes.iter().position(|own| own == cause).and_then(|j| self.raw.get(j));
+        kept.cloned().unwrap_or_else(|| self.columns.of(cause))
+    }
+
+    /// Weigh columns: divided by `u`, random walks taken out; cells that are left out weigh nothing.
+    pub fn weigh(&self, u: &[f64], out: &[usize], columns: &mut [Vec<f64>]) {
+        if out.is_empty() {
+            return whiten(self.measured, &self.columns.walks, u, columns);
+        }
+        let mut u = u.to_vec();
+        out.iter().for_each(|at| u.get_mut(*at).into_iter().for_each(|u| *u *= LEFT_OUT));
+        whiten(self.measured, &self.columns.walks, &u, columns);
+    }
+
+    /// `measured - predicted`.
+    pub fn left(&self, predicted: &[f64]) -> Vec<f64> {
+        self.values.iter().zip(predicted).map(|(y, p)| y - p).collect()
+    }
+
+    /// Causes that these data cannot show at any size that a navigator's unit has: norms of their weighted columns.
+    pub fn is_invisible(&self, cause: &Cause, norm: f64) -> bool {
+        !(norm * cause.limit() > UNSEEN)
+    }
+
+    /// A gap; cells that are left out count neither in it nor in its degrees of freedom.
+    pub fn gap(&self, left: &[f64], u: &[f64], out: &[usize], fitted: usize) -> Gap {
         let mut columns = [left.to_vec()];
-        whiten(self.measured, &self.system.walks, u, &mut columns);
+        self.weigh(u, out, &mut columns);
         let [white] = columns;
-        let chi_square: f64 = white.iter().map(|v| v * v).sum();
-        let dof = white.len().saturating_sub(fitted);
+        let chi_square = dot(&white, &white);
+        let dof = white.len().saturating_sub(fitted + out.len());
         let max = white.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
         let stated = self.from == NoiseFrom::Stated && dof > 0;
         let p = if stated { chi_square_survival(chi_square, dof as f64) } else { None };
         Gap { rms: (chi_square / dof.max(1) as f64).sqrt(), max, chi_square, dof, p }
     }
-}
-
-/// One search: its answer, and the folded system that it looked at.
-pub(super) struct Look {
-    pub answer: Answer,
-    /// Weighted columns of all sources, folded and scaled; zero where nothing can be seen.
-    pub folded: Vec<Vec<f64>>,
-    pub residual: Vec<f64>,
-    /// What each column was divided by.
-    pub scale: Vec<f64>,
-    pub invisible: Vec<Source>,
-}
-
-impl Look {
-    /// What was found, or what came nearest.
-    pub fn set(&self) -> Vec<usize> {
-        match &self.answer.verdict {
-            plain::Verdict::Nothing => Vec::new(),
-            plain::Verdict::Found(members) => members.iter().map(|member| member.index).collect(),
-            plain::Verdict::Partly(members, nearest, _) => {
-                members.iter().map(|member| member.index).chain(nearest.iter().copied()).collect()
-            }
-            plain::Verdict::Unexplained(nearest, _) => nearest.clone(),
-        }
-    }
-
-    /// Least squares of some sources alone: value and standard uncertainty of each, SI; `None` where they are not independent.
-    pub fn fit(&self, set: &[usize]) -> Option<Vec<(f64, f64)>> {
-        let columns: Option<Vec<&Vec<f64>>> = set.iter().map(|j| self.folded.get(*j)).collect();
-        let columns = columns?;
-        let m = self.residual.len();
-        let rows = Mat::from_fn(m, columns.len(), |i, j| columns.get(j).and_then(|c| c.get(i)).copied().unwrap_or(0.0));
-        let system =
-            estimate::System { rows, observed: self.residual.clone(), u: vec![1.0; m], group: vec![Group::Known; m] };
-        let estimate = estimate::adjust(&system, &estimate::Settings::default()).ok()?;
-        if estimate.rank < set.len() {
-            return None;
-        }
-        let scale = |k: usize| set.get(k).and_then(|j| self.scale.get(*j)).copied().unwrap_or(1.0);
-        let pairs = estimate.solution.iter().zip(&estimate.standard_uncertainty).enumerate();
-        Some(pairs.map(|(k, (value, u))| (value / scale(k), u.unwrap_or(f64::INFINITY) / scale(k))).collect())
-    }
-}
-
-/// Order among errors that the data cannot tell apart: the most common first.
-pub(super) fn rank(source: &Source) -> f64 {
-    match source.kind {
-        Kind::Bias => 0.0,
-        Kind::ScaleFactor | Kind::Installation => 1.0,
-        Kind::Attitude => 2.0,
-        Kind::Velocity | Kind::Position => 3.0,
-        Kind::SecondOrder => 4.0,
-    }
-}
-
-/// The triangle that has the inner products of all columns.
-fn fold(columns: &[Vec<f64>]) -> Result<Mat<f64>> {
-    let (observed, unknowns) = match columns.split_last() {
-        Some((last, others)) => (last.as_slice(), others),
-        None => (&[][..], &[][..]),
-    };
-    let mut fold = Fold::new(unknowns.len());
-    let block = 4 * columns.len().max(1);
-    for (at, part) in observed.chunks(block).enumerate() {
-        let value = |i: usize, j: usize| unknowns.get(j).and_then(|c| c.get(at * block + i)).copied().unwrap_or(0.0);
-        let rows = Mat::from_fn(part.len(), unknowns.len(), value);
-        fold.push(rows.as_ref(), part, &vec![1.0; part.len()])?;
-    }
-    Ok(fold.triangle().to_owned())
 }

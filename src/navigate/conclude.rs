@@ -1,153 +1,183 @@
-//! From a search that has settled to a diagnosis.
+//! From a walk that has ended to a diagnosis.
 
-use super::case::{Case, Look, rank};
+use super::cause::{Cause, Change};
 use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
-use super::errors::Source;
 use super::measured::CHANNEL_NAMES;
+use super::refine::{State, Walk};
 use super::remainder::Remainder;
+use super::search::dot;
 use super::separate;
-use super::whiten::whiten;
-use crate::diagnosis::plain;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::Result;
 use crate::uncertainty::quantiles::normal_survival;
 
-impl Case<'_> {
-    pub fn conclude(
-        &self,
-        look: Look,
-        gap: &[f64],
-        predicted: &[f64],
-        change: &[f64],
-        u: &[f64],
-        refits: (usize, bool),
-    ) -> Result<NavigationDiagnosis> {
-        let left: Vec<f64> = self.values.iter().zip(predicted).map(|(y, p)| y - p).collect();
-        let name = |j: &usize| self.sources.get(*j).map_or(String::new(), Source::id);
-        let steps: Vec<Step> = look
-            .answer
-            .steps
-            .iter()
-            .map(|step| Step {
-                with: step.with.iter().map(name).collect(),
-                strongest: step.strongest.map(|(j, t, p)| (name(&j), t, p)),
-                global_p: step.global,
-            })
-            .collect();
-        let set = look.set();
-        let before = self.gap(gap, u, 0);
-        let after = self.gap(&left, u, set.len());
-        // what the linear model accepts must hold in the full simulation
-        let holds = after.p.is_none_or(|p| p > 0.2 * self.settings.significance) && refits.1;
-        let fit = look.fit(&set).filter(|fit| self.is_possible(&set, fit) && holds);
-        let (verdict, findings) = match (&look.answer.verdict, &fit) {
-            _ if self.values.len() < 3 => (Verdict::NotDiagnosable, Vec::new()),
-            (plain::Verdict::Nothing, _) => (Verdict::NothingMissing, Vec::new()),
-            (plain::Verdict::Found(members), Some(fit)) => {
-                let mut findings = self.findings(&look, members, fit);
-                separate::separate(self.mission, self.measured, u, &look, &set, &mut findings)?;
-                findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));
-                (Verdict::EffectsFound, findings)
-            }
-            _ => (Verdict::Unexplained, Vec::new()),
+/// Another cause that fits worse by no more than this, in variances of the noise, cannot be told here.
+const ALIKE: f64 = 9.0;
+
+impl Walk<'_> {
+    pub fn conclude(self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
+        let case = self.case;
+        let u = self.u;
+        let complete = self.is_complete(state);
+        let left = case.left(&state.flown.predicted);
+        let before = case.gap(gap, u, &[], 0);
+        let after = case.gap(&left, u, &state.out, state.set.len());
+        let nothing = state.set.is_empty() && state.out.is_empty();
+        let verdict = match (complete, nothing) {
+            _ if case.values.len() < 3 => Verdict::NotDiagnosable,
+            (true, true) => Verdict::NothingMissing,
+            (true, false) => Verdict::EffectsFound,
+            (false, _) => Verdict::Unexplained,
         };
         let found = verdict == Verdict::EffectsFound;
-        let (change, left, after) = if found { (change.to_vec(), &left[..], after) } else { (Vec::new(), gap, before) };
-        let suspects = if verdict == Verdict::Unexplained { Vec::new() } else { self.suspects(left, u) };
-        // what no name explains is not nothing
-        let verdict = match verdict {
-            Verdict::NothingMissing if !suspects.is_empty() => Verdict::Unexplained,
-            other => other,
-        };
-        let rest = Remainder { mission: self.mission, measured: self.measured, u, before: gap, after: left };
-        let unexplained = (verdict == Verdict::Unexplained).then(|| {
-            let share = match &look.answer.verdict {
-                plain::Verdict::Unexplained(_, share) | plain::Verdict::Partly(_, _, share) => *share,
-                plain::Verdict::Found(_) => look.answer.explained,
-                plain::Verdict::Nothing => 0.0,
+        let mut findings = if found { self.findings(state, gap) } else { Vec::new() };
+        if found {
+            let present = |cause: &Cause| {
+                let member = state.set.iter().position(|own| own == cause);
+                let own = member.and_then(|k| state.flown.jacobian.get(k)).cloned();
+                let mut column = [own.unwrap_or_else(|| case.raw_of(cause))];
+                case.weigh(u, &state.out, &mut column);
+                let [column] = column;
+                column
             };
-            let (cells, mut pattern) = rest.pattern();
-            if let Some(worst) = suspects.first() {
-                let name = CHANNEL_NAMES.get(worst.cell.channel).copied().unwrap_or_default();
-                let more = suspects.len() - 1;
-                let more = if more > 0 { format!(" (and {more} more)") } else { String::new() };
-                pattern = format!(
-                    "the gap is noise but for single values: {name} at {} s is {:.1} u off{more}",
-                    worst.cell.time, worst.z
-                );
-            }
-            let nearest = set.iter().filter_map(|j| self.sources.get(*j).copied()).collect();
-            Unexplained { pattern, cells, nearest, nearest_explains: share }
+            separate::separate(case.mission, case.measured, u, &present, &state.set, &mut findings)?;
+            findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));
+        }
+        let mut explained = left.clone();
+        state.out.iter().for_each(|at| explained.get_mut(*at).into_iter().for_each(|slot| *slot = 0.0));
+        let rest_of = if found { &explained[..] } else { gap };
+        let rest = Remainder { mission: case.mission, measured: case.measured, u, before: gap, after: rest_of };
+        let suspects = if verdict == Verdict::EffectsFound { self.suspects(state, &left) } else { Vec::new() };
+        let unexplained = (verdict == Verdict::Unexplained).then(|| {
+            let (cells, pattern) = rest.pattern();
+            let nearest = if state.set.len() <= 8 { state.set.clone() } else { Vec::new() };
+            let share = if before.chi_square > 0.0 { 1.0 - after.chi_square / before.chi_square } else { 0.0 };
+            Unexplained { pattern, cells, nearest, nearest_explains: share.max(0.0) }
+        });
+        let invisible = case.causes.iter().filter_map(Cause::constant).filter(|source| {
+            let mut column = [case.raw_of(&Cause::Constant(*source))];
+            case.weigh(u, &[], &mut column);
+            case.is_invisible(&Cause::Constant(*source), dot(&column[0], &column[0]).sqrt())
+        });
+        let invisible = invisible.collect();
+        let family = |t: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * self.distinct as f64).min(1.0);
+        let steps = self.seen.iter().map(|seen| Step {
+            with: seen.set.iter().map(Cause::id).collect(),
+            strongest: seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, family(*t))),
+            global_p: seen.p,
         });
         Ok(NavigationDiagnosis {
             verdict,
-            findings,
-            before: self.mission.errors,
-            after: self.with(&change),
-            noise: self.from,
-            gap: [before, after],
+            before: case.mission.errors,
+            after: if found { case.with(&state.set, &state.values) } else { case.mission.errors },
+            noise: case.from,
+            gap: [before, if found { after } else { before }],
             channels: rest.channels(),
             courses: rest.courses(),
             unexplained,
             suspects,
-            steps,
-            candidates: (self.sources.len(), look.answer.tests),
-            invisible: look.invisible,
-            refits,
+            steps: steps.collect(),
+            candidates: (case.causes.len(), self.distinct),
+            invisible,
+            refits: (self.flights, state.settled),
+            findings,
         })
     }
 
-    /// Single values further off than noise goes among so many, with what the significance leaves for them.
-    fn suspects(&self, left: &[f64], u: &[f64]) -> Vec<Suspect> {
-        if self.from != NoiseFrom::Stated {
-            return Vec::new();
-        }
-        let mut columns = [left.to_vec()];
-        whiten(self.measured, &self.system.walks, u, &mut columns);
-        let [white] = columns;
-        let level = 0.1 * self.settings.significance / white.len().max(1) as f64;
-        let far = |z: f64| normal_survival(z.abs()).is_some_and(|p| 2.0 * p < level);
-        let pairs = self.measured.cells().zip(white).filter(|(_, z)| far(*z));
-        let mut suspects: Vec<Suspect> = pairs.map(|(cell, z)| Suspect { cell, z }).collect();
+    fn suspects(&self, state: &State, left: &[f64]) -> Vec<Suspect> {
+        let mut white = [left.to_vec()];
+        self.case.weigh(self.u, &[], &mut white);
+        let cells: Vec<_> = self.case.measured.cells().collect();
+        let one = |at: &usize| Some(Suspect { cell: *cells.get(*at)?, z: *white[0].get(*at)? });
+        let mut suspects: Vec<Suspect> = state.out.iter().filter_map(one).collect();
         suspects.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         suspects
     }
 
-    fn findings(&self, look: &Look, members: &[plain::Member], fit: &[(f64, f64)]) -> Vec<Finding> {
-        let set: Vec<usize> = members.iter().map(|member| member.index).collect();
-        let source = |j: usize| self.sources.get(j).copied();
-        let finding = |place: usize, member: &plain::Member, (value, u): (f64, f64)| -> Option<Finding> {
-            let alias = |own: &plain::Alias| -> Option<Alias> {
-                let mut other = set.clone();
-                other.iter_mut().enumerate().for_each(|(k, slot)| match own.together {
-                    _ if k == place => *slot = own.index,
-                    Some(second) => *slot = second,
-                    None => {}
-                });
-                let value = look.fit(&other).and_then(|fit| fit.get(place).map(|(value, _)| *value));
-                Some(Alias {
-                    source: source(own.index)?,
-                    value,
-                    exact: own.exact,
-                    excess: own.excess,
-                    absurd: value.is_some_and(|value| self.is_absurd(own.index, value)),
-                    together_with: own.together.and_then(source),
-                })
-            };
-            let mut aliases: Vec<Alias> = member.aliases.iter().filter_map(alias).collect();
-            let order = |a: &Alias| (a.absurd, !a.exact, a.together_with.is_some(), rank(&a.source) as u8);
-            aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(a.excess.total_cmp(&b.excess)));
-            Some(Finding {
-                source: source(member.index)?,
+    fn findings(&self, state: &State, gap: &[f64]) -> Vec<Finding> {
+        let case = self.case;
+        let linear = self.linear(state);
+        let set: Vec<usize> =
+            state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
+        let mut white = [gap.to_vec()];
+        case.weigh(self.u, &state.out, &mut white);
+        let whole = dot(&white[0], &white[0]).max(f64::MIN_POSITIVE);
+        let rss = linear.products.solve(&set).map_or(state.rss, |solved| solved.rss);
+        // where the noise is what is left, its own size counts
+        let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
+        let scale = if case.from == NoiseFrom::Residuals { (rss / dof).sqrt() } else { 1.0 };
+        let tests = self.distinct as f64;
+        let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);
+        let mut findings = Vec::new();
+        for (place, cause) in state.set.iter().enumerate() {
+            let (value, u) = (state.values[place], scale * state.u[place]);
+            let mut others = set.clone();
+            others.remove(place);
+            let without = linear.products.solve(&others).map_or(rss, |solved| solved.rss);
+            let t = if u > 0.0 { value / u } else { f64::INFINITY };
+            findings.push(Finding {
+                source: *cause,
                 value,
                 u: Some(u).filter(|u| u.is_finite()),
-                t: member.t,
-                p: member.p,
-                explains: member.explains,
-                aliases,
+                t,
+                p: p_of(t, tests),
+                explains: ((without - rss) / whole).clamp(0.0, 1.0),
+                aliases: self.aliases(&linear, &set, place, scale),
                 separate_by: Vec::new(),
-            })
+            });
+        }
+        let cells: Vec<_> = case.measured.cells().collect();
+        let left = case.left(&state.flown.predicted);
+        for at in &state.out {
+            let (Some(cell), Some(value)) = (cells.get(*at), left.get(*at)) else { continue };
+            let u = self.u.get(*at).copied().unwrap_or(1.0);
+            let before: usize = case.measured.runs.iter().take(cell.run).map(|run| run.rows.len()).sum();
+            findings.push(Finding {
+                source: Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at },
+                value: *value,
+                u: Some(u),
+                t: value / u,
+                p: p_of(value / u, case.values.len() as f64),
+                explains: (white[0].get(*at).map_or(0.0, |_| (gap[*at] / u).powi(2)) / whole).clamp(0.0, 1.0),
+                aliases: Vec::new(),
+                separate_by: Vec::new(),
+            });
+        }
+        findings
+    }
+
+    fn aliases(&self, linear: &super::refine::Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
+        let own = set.get(place).and_then(|j| linear.causes.get(*j));
+        let rivals = linear.products.rivals(set, place, ALIKE * scale * scale);
+        let one = |(j, excess, exact): (usize, f64, bool)| -> Option<Alias> {
+            let source = *linear.causes.get(j)?;
+            let mut other = set.to_vec();
+            *other.get_mut(place)? = j;
+            let value = linear.products.solve(&other).map(|solved| solved.values[place] / linear.norms[j]);
+            let absurd = value.is_some_and(|value| self.case.is_absurd(&source, value));
+            let excess = (excess / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
+            Some(Alias { source, value, exact, excess, absurd, together_with: None })
         };
-        members.iter().zip(fit).enumerate().filter_map(|(k, (member, fit))| finding(k, member, *fit)).collect()
+        let mut aliases: Vec<Alias> = rivals.into_iter().filter_map(one).collect();
+        // of the many times of one step the best speaks for all, and none beside the time that was found
+        let step = |cause: &Cause| match cause {
+            Cause::Changing(source, Change::Step(_)) => Some(source.id()),
+            Cause::Changing(source, Change::WarmUp(_)) => Some(format!("{} warm-up", source.id())),
+            Cause::Reference(channel, Some(Change::Step(_))) => CHANNEL_NAMES.get(*channel).map(|s| (*s).to_string()),
+            _ => None,
+        };
+        aliases.sort_by(|a, b| a.excess.total_cmp(&b.excess));
+        let mut seen: Vec<String> = own.and_then(step).into_iter().collect();
+        aliases.retain(|alias| match step(&alias.source) {
+            Some(name) if seen.contains(&name) => false,
+            Some(name) => {
+                seen.push(name);
+                true
+            }
+            None => true,
+        });
+        let order = |a: &Alias| (a.absurd, !a.exact, a.source.rank() as u8);
+        aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(a.excess.total_cmp(&b.excess)));
+        aliases
     }
 }

@@ -6,7 +6,7 @@
 
 use super::earth::{self, Curvature};
 use super::mission::{Mission, Site};
-use super::motion::{Attitude, Leg, Motion, Oscillation, Path};
+use super::motion::{Attitude, Motion, Oscillation, Path, Stage};
 use super::quadrature::{MAX_STEPS, NODES, Quadrature};
 use std::f64::consts::TAU;
 
@@ -54,9 +54,14 @@ pub struct Course {
     site: Site,
     step: f64,
     attitude: Attitude,
-    schedule: Vec<(f64, f64, Leg)>,
-    heading: (f64, f64),
+    schedule: Vec<Stage>,
+    /// Heading at the start, rad.
+    heading: f64,
     longest: usize,
+    /// Parts of a step that are integrated one by one, for a motion faster than the steps.
+    parts: usize,
+    /// A second part of a block, on its way.
+    rest: Block,
     done: u64,
     steps: u64,
     latitude: f64,
@@ -78,14 +83,22 @@ impl Course {
         // are linear over a block).
         let span = (0.1 * motion.shortest_period()).min(0.64);
         let longest = 2 * ((0.5 * span / mission.step).round() as usize).clamp(1, MAX_STEPS / 2);
+        // Chebyshev nodes hold half a period to rounding
+        let parts = if 2.0 * mission.step > 0.5 * motion.shortest_period() {
+            (4.0 * mission.step / motion.shortest_period()).ceil() as usize
+        } else {
+            0
+        };
         let constant = schedule.is_empty() && motion.shortest_period() == f64::INFINITY;
         Course {
             site: mission.site,
             step: mission.step,
             attitude: motion.attitude,
             schedule,
-            heading: heading.sin_cos(),
+            heading,
             longest,
+            parts,
+            rest: Block::default(),
             done: 0,
             steps: mission.steps,
             latitude: mission.site.latitude,
@@ -104,9 +117,10 @@ impl Course {
     /// The true state after the steps done.
     pub fn truth(&self) -> Truth {
         let time = self.done as f64 * self.step;
-        let half = |angle: Oscillation| (0.5 * angle.at(time)).sin_cos();
-        let ((st, ct), (sg, cg), (sp, cp)) =
-            (half(self.attitude.pitch), half(self.attitude.roll), half(self.attitude.yaw));
+        let (speed, _, turned, _) = self.stage(time);
+        let half = |angle: f64| (0.5 * angle).sin_cos();
+        let Attitude { pitch, roll, yaw } = self.attitude;
+        let ((st, ct), (sg, cg), (sp, cp)) = (half(pitch.at(time)), half(roll.at(time)), half(yaw.at(time) - turned));
         // Rot(z, yaw) Rot(x, pitch) Rot(y, roll)
         let quaternion = [
             cp * ct * cg - sp * st * sg,
@@ -114,8 +128,7 @@ impl Course {
             cp * ct * sg + sp * st * cg,
             sp * ct * cg + cp * st * sg,
         ];
-        let (speed, _) = self.speed(time);
-        let (east, north) = self.heading;
+        let (east, north) = (self.heading + turned).sin_cos();
         Truth {
             time,
             quaternion,
@@ -135,15 +148,32 @@ impl Course {
         block.increments.each_ref().map(|row| row[0])
     }
 
-    /// Advance by one block of at most `limit` steps (an even number) and fill `block` with its increments.
+    /// Advance by one block of at most `limit` steps (an even number) and fill `block` with its increments; a leg that ends between two
+    /// samples of a pair parts the block, not the pair.
     ///
     /// Inlined into its caller, so that it is compiled for the vector instructions that were found at run time.
     #[inline(always)]
     pub fn advance(&mut self, limit: u64, block: &mut Block) {
+        self.advance_smooth(limit, block);
+        while block.steps % 2 == 1 && block.steps < MAX_STEPS && self.done < self.steps {
+            let room = (MAX_STEPS - block.steps) as u64;
+            let mut rest = std::mem::take(&mut self.rest);
+            self.advance_smooth(limit.saturating_sub(block.steps as u64).clamp(1, room), &mut rest);
+            for (row, own) in block.increments.iter_mut().zip(rest.increments.iter()) {
+                row[block.steps..].iter_mut().zip(&own[..rest.steps]).for_each(|(slot, value)| *slot = *value);
+            }
+            block.steps += rest.steps;
+            self.rest = rest;
+        }
+    }
+
+    /// The same without pairs: a block that ends where the motion is not smooth.
+    #[inline(always)]
+    pub fn advance_smooth(&mut self, limit: u64, block: &mut Block) {
         let start = self.done as f64 * self.step;
         let mut steps = (self.longest as u64).min(limit.max(1)).min((self.steps - self.done).max(1));
-        for (begin, _, _) in &self.schedule {
-            let edge = (begin / self.step).round() as u64;
+        for stage in &self.schedule {
+            let edge = (stage.start / self.step).round() as u64;
             if edge > self.done {
                 steps = steps.min(edge - self.done);
             }
@@ -157,15 +187,42 @@ impl Course {
             return;
         }
         block.steps = steps;
-        let index = self.rules.iter().position(|rule| rule.steps == steps).unwrap_or_else(|| {
-            self.rules.push(Quadrature::new(steps));
-            self.rules.len() - 1
-        });
-        let rules = std::mem::take(&mut self.rules);
-        if let Some(rule) = rules.get(index) {
+        if self.parts > 0 {
+            return self.fill_by_parts(start, block);
+        }
+        let rules = self.rules_for(steps);
+        if let Some(rule) = rules.iter().find(|rule| rule.steps == steps) {
             let span = steps as f64 * self.step;
             self.evaluate(rule, start, span);
             integrate(rule, &self.values, span, block);
+        }
+        self.rules = rules;
+    }
+
+    /// The rules, with that for so many steps among them; they must be given back.
+    fn rules_for(&mut self, steps: usize) -> Vec<Quadrature> {
+        let mut rules = std::mem::take(&mut self.rules);
+        if !rules.iter().any(|rule| rule.steps == steps) {
+            rules.push(Quadrature::new(steps));
+        }
+        rules
+    }
+
+    /// Increments of a motion that is faster than the steps: each step as the sum of parts that are short against it.
+    fn fill_by_parts(&mut self, start: f64, block: &mut Block) {
+        let rules = self.rules_for(1);
+        if let Some(rule) = rules.iter().find(|rule| rule.steps == 1) {
+            let span = self.step / self.parts as f64;
+            let mut part = Block::default();
+            for step in 0..block.steps {
+                let mut sums = [0.0; 6];
+                for k in 0..self.parts {
+                    self.evaluate(rule, start + self.step * step as f64 + span * k as f64, span);
+                    integrate(rule, &self.values, span, &mut part);
+                    sums.iter_mut().zip(part.increments.iter()).for_each(|(sum, row)| *sum += row[0]);
+                }
+                block.increments.iter_mut().zip(sums).for_each(|(row, sum)| row[step] = sum);
+            }
         }
         self.rules = rules;
     }
@@ -175,11 +232,16 @@ impl Course {
         &self.values
     }
 
-    /// Speed and acceleration along the heading.
-    fn speed(&self, time: f64) -> (f64, f64) {
-        let leg = self.schedule.iter().rev().find(|(start, _, _)| *start <= time + 1e-6 * self.step);
-        leg.or(self.schedule.first()).map_or((0.0, 0.0), |(start, speed, leg)| {
-            if time < *start { (*speed, 0.0) } else { (speed + leg.acceleration * (time - start), leg.acceleration) }
+    /// Speed and acceleration along the heading, how far it has turned, and its rate.
+    fn stage(&self, time: f64) -> (f64, f64, f64, f64) {
+        let stage = self.schedule.iter().rev().find(|stage| stage.start <= time + 1e-6 * self.step);
+        stage.or(self.schedule.first()).map_or((0.0, 0.0, 0.0, 0.0), |stage| {
+            if time < stage.start {
+                // before the start it neither speeds up nor turns
+                return (stage.speed, 0.0, stage.turned, 0.0);
+            }
+            let (speed, turned) = stage.at(time);
+            (speed, stage.leg.acceleration, turned, stage.leg.turn)
         })
     }
 
@@ -197,7 +259,10 @@ impl Course {
         } else {
             self.travel(rule, start, span, &times, &mut frame, &mut force);
         }
-        rotate_to_body(&self.attitude, rule, start, span, &frame, &force, &mut self.values);
+        let (_, _, turned, turning) = self.stage(start + 0.5 * span);
+        // the heading at the block's start, and its rate: clockwise, against the yaw
+        let turn = (turning * 0.5 * span - turned, -turning);
+        rotate_to_body(&self.attitude, turn, rule, start, span, &frame, &force, &mut self.values);
     }
 
     /// Along the heading: latitude at the nodes by Picard iteration on its own integral, then rates and forces.
@@ -211,14 +276,15 @@ impl Course {
         force: &mut [AtNodes; 3],
     ) {
         let altitude = self.site.altitude;
-        let (east, north) = self.heading;
-        let middle = self.speed(start + 0.5 * span);
-        let speeds: AtNodes = times.map(|time| middle.0 + middle.1 * (time - start - 0.5 * span));
+        let (speed, acceleration, turned, turning) = self.stage(start + 0.5 * span);
+        let since = times.map(|time| time - start - 0.5 * span);
+        let speeds: AtNodes = since.map(|since| speed + acceleration * since);
+        let headings: [(f64, f64); NODES] = since.map(|since| (self.heading + turned + turning * since).sin_cos());
         let mut latitudes = [self.latitude; NODES];
         let mut rates = [0.0; NODES];
         for _ in 0..4 {
-            for ((rate, speed), latitude) in rates.iter_mut().zip(&speeds).zip(&latitudes) {
-                *rate = speed * north / Curvature::at(*latitude, altitude).meridian;
+            for (j, rate) in rates.iter_mut().enumerate() {
+                *rate = speeds[j] * headings[j].1 / Curvature::at(latitudes[j], altitude).meridian;
             }
             for (latitude, weights) in latitudes.iter_mut().zip(&rule.running) {
                 *latitude = self.latitude + span * dot(weights, &rates);
@@ -226,6 +292,7 @@ impl Course {
         }
         let mut turns = [0.0; NODES];
         for (j, (latitude, speed)) in latitudes.iter().zip(&speeds).enumerate() {
+            let (east, north) = headings[j];
             let velocity = [speed * east, speed * north];
             let transport = earth::transport_rate(*latitude, altitude, velocity);
             let earth = earth::earth_rate(*latitude);
@@ -233,9 +300,9 @@ impl Course {
             frame[0][j] = transport[0];
             frame[1][j] = earth[1] + transport[1];
             frame[2][j] = earth[2] + transport[2];
-            // f = dv/dt + (2 w_ie + w_en) x v + g up
-            force[0][j] = middle.1 * east - coriolis[2] * velocity[1];
-            force[1][j] = middle.1 * north + coriolis[2] * velocity[0];
+            // f = dv/dt + (2 w_ie + w_en) x v + g up; a turn adds the centripetal acceleration
+            force[0][j] = acceleration * east + speed * turning * north - coriolis[2] * velocity[1];
+            force[1][j] = acceleration * north - speed * turning * east + coriolis[2] * velocity[0];
             force[2][j] =
                 coriolis[0] * velocity[1] - coriolis[1] * velocity[0] + earth::normal_gravity(*latitude, altitude);
             turns[j] = velocity[0] / (Curvature::at(*latitude, altitude).prime_vertical * latitude.cos());
@@ -312,10 +379,13 @@ fn oscillate(angle: &Oscillation, rule: &Quadrature, start: f64, span: f64) -> (
     (sine, cosine, rate)
 }
 
-/// Rates and forces in the body: `omega_ib^b = C_n^b omega_in^n + omega_nb^b`, `f^b = C_n^b f^n`.
+/// Rates and forces in the body: `omega_ib^b = C_n^b omega_in^n + omega_nb^b`, `f^b = C_n^b f^n`; `turn` adds an angle at the start and a
+/// rate to the yaw.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn rotate_to_body(
     attitude: &Attitude,
+    turn: (f64, f64),
     rule: &Quadrature,
     start: f64,
     span: f64,
@@ -325,7 +395,14 @@ fn rotate_to_body(
 ) {
     let (st, ct, pitch_rate) = oscillate(&attitude.pitch, rule, start, span);
     let (sg, cg, roll_rate) = oscillate(&attitude.roll, rule, start, span);
-    let (sp, cp, yaw_rate) = oscillate(&attitude.yaw, rule, start, span);
+    let (mut sp, mut cp, mut yaw_rate) = oscillate(&attitude.yaw, rule, start, span);
+    if turn != (0.0, 0.0) {
+        for j in 0..NODES {
+            let (s, c) = (turn.0 + turn.1 * span * rule.nodes[j]).sin_cos();
+            (sp[j], cp[j]) = (sp[j] * c + cp[j] * s, cp[j] * c - sp[j] * s);
+            yaw_rate[j] += turn.1;
+        }
+    }
     let NodeValues { inertial, rotation } = values;
     for j in 0..NODES {
         let (st, ct, sg, cg, sp, cp) = (st[j], ct[j], sg[j], cg[j], sp[j], cp[j]);

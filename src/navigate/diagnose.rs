@@ -4,17 +4,22 @@
 //! gap = measured - predicted(mission),     gap = J x + noise,     J: one signature for each error source (signatures.rs)
 //! ```
 //!
-//! The search is that of `tumble diagnose` ([`crate::diagnosis`]): the smallest complete set, family-wise probabilities, aliases,
-//! nothing forced. Errors enter a navigator not quite linearly: what was found is put into the full simulation, the signatures are laid
-//! through that point (`gap + J x`, Gauss-Newton), and the search is repeated until it settles. Random walks that the mission states are
-//! whitened away (`whiten.rs`). Known errors of the mission are the current model: what is found is a change of them.
+//! Causes ([`super::cause`]) are constant errors of the unit and the start, biases that change in time (ramp, step, warm-up), faults of the
+//! reference (offset, drift, step) and single values. The smallest set that leaves noise is looked for (`search.rs`): each cause must be beyond
+//! chance among all that were tried, the others given. Errors enter a navigator not quite linearly: every set is refined by Gauss-Newton on
+//! the full simulation, with derivatives by differences of it (`refine.rs`), and looked at again from there. The walk begins from nothing and,
+//! where that does not end simply and completely, from the biases that every unit has. Random walks that the mission states are whitened
+//! away (`whiten.rs`). Known errors of the mission are the current model: what is found is a change of them.
 //!
-//! Deliberately absent: errors that change in time. They come out as unexplained.
+//! The search is one of its own, beside that of `tumble diagnose` for campaigns. Deliberately absent: random walks that the mission does not
+//! state. They come out as unexplained.
 
 use super::case::Case;
+use super::cause::Cause;
 use super::errors::{ImuErrors, Source};
 use super::measured::{Cell, Measured};
 use super::mission::Mission;
+use super::refine::{self, Walk};
 use super::remainder::{self, ChannelGap, Course};
 use super::separate::Separation;
 use super::signatures;
@@ -24,8 +29,8 @@ use crate::error::{Fault, Malformed, Result};
 /// Another error that explains the same.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alias {
-    /// The error.
-    pub source: Source,
+    /// The cause.
+    pub source: Cause,
     /// The change that it would need, SI; `None` where it is not estimable.
     pub value: Option<f64>,
     /// The same column exactly, or only a fit that is not significantly worse?
@@ -35,15 +40,15 @@ pub struct Alias {
     /// Would it need a size that no navigator's unit has?
     pub absurd: bool,
     /// A second error that must then stand in the place of another finding.
-    pub together_with: Option<Source>,
+    pub together_with: Option<Cause>,
 }
 
 /// An error that the mission misses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// The error.
-    pub source: Source,
-    /// What the mission has to be changed by, SI.
+    /// The cause.
+    pub source: Cause,
+    /// What the mission (or the reference, or the value) has to be changed by, SI.
     pub value: f64,
     /// Its standard uncertainty, SI.
     pub u: Option<f64>,
@@ -82,7 +87,7 @@ pub struct Unexplained {
     /// Mean gap by channel and part of the run, the most significant first.
     pub cells: Vec<remainder::Cell>,
     /// The errors that come nearest together; they are not accepted.
-    pub nearest: Vec<Source>,
+    pub nearest: Vec<Cause>,
     /// The share of the gap's sum of squares that they would take off.
     pub nearest_explains: f64,
 }
@@ -129,12 +134,11 @@ pub struct NavigationDiagnosis {
     pub refits: (usize, bool),
 }
 
-/// Most rounds of search, refit and full simulation.
-const PASSES: usize = 8;
-/// A refit has settled when no error moves by more than this share of its standard uncertainty.
-const SETTLED: f64 = 0.02;
-/// Scales of the noise have settled when none moves by more than this share.
+/// Where the noise is what is left: most rounds of its estimate,
+const ROUNDS: usize = 8;
+/// and it has settled when no scale moves by more than this share.
 const STEADY: f64 = 0.02;
+
 /// Diagnose measured navigation errors of a mission.
 ///
 /// Errors: a significance outside (0, 1); random walks in the mission, but measured values without `u`; a navigator that the mission's own
@@ -157,51 +161,40 @@ const STEADY: f64 = 0.02;
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn diagnose(mission: &Mission, measured: &Measured, settings: &Settings) -> Result<NavigationDiagnosis> {
-    let case = Case::new(mission, measured, settings)?;
-    let mut predicted = signatures::prediction(mission, measured, &mission.errors);
-    let gap: Vec<f64> = case.values.iter().zip(&predicted).map(|(y, p)| y - p).collect();
-    if gap.iter().any(|v| !v.is_finite()) {
-        return Err(Malformed::new(Fault::Value, "the mission's own errors carry its navigator over a pole")
+    diagnose_with(mission, measured, settings, &mut |_| {})
+}
+
+/// The same; `progress` is told what is being tried.
+pub fn diagnose_with(
+    mission: &Mission,
+    measured: &Measured,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&str),
+) -> Result<NavigationDiagnosis> {
+    let over_a_pole = || {
+        Malformed::new(Fault::Value, "the mission's own errors carry its navigator over a pole")
             .at_path("errors")
-            .expected("errors with which the mission can be flown"));
+            .expected("errors with which the mission can be flown")
+    };
+    let case = Case::new(mission, measured, settings)?;
+    let gap = case.left(&signatures::prediction(mission, measured, &mission.errors));
+    if gap.iter().any(|v| !v.is_finite()) {
+        return Err(over_a_pole());
     }
     let mut u = case.first_u(&gap);
-    let mut change = vec![0.0; case.sources.len()];
-    let mut named: Option<Vec<usize>> = None;
-    let (mut refits, mut settled) = (0, false);
-    let mut look = case.look(&u, &case.laid(&predicted, &change))?;
-    for _ in 0..PASSES {
-        let set = look.set();
-        let Some(fit) = look.fit(&set).filter(|fit| !set.is_empty() && case.is_possible(&set, fit)) else {
-            settled = set.is_empty();
-            break;
-        };
-        let moved = set.iter().zip(&fit).any(|(j, (value, u))| {
-            let before = change.get(*j).copied().unwrap_or_default();
-            (value - before).abs() > SETTLED * u
-        });
-        let same = named.as_ref() == Some(&set);
-        if same && !moved {
-            settled = true;
-            break;
-        }
-        change = case.as_change(&set, &fit);
-        let flown = signatures::prediction(mission, measured, &case.with(&change));
-        if flown.iter().any(|v| !v.is_finite()) {
-            break;
-        }
-        predicted = flown;
-        refits += 1;
-        if case.from == NoiseFrom::Residuals {
-            let left: Vec<f64> = case.values.iter().zip(&predicted).map(|(y, p)| y - p).collect();
-            let better = case.u_of(&left, set.len(), &gap);
-            let steady = better.iter().zip(&u).all(|(a, b)| (a - b).abs() <= STEADY * b);
-            if !steady {
+    for round in 0..ROUNDS {
+        let (penalty, distinct) = refine::penalty(&case, &u);
+        let (seen, flights) = (Vec::new(), 0);
+        let mut walk = Walk { case: &case, u: &u, penalty, distinct, seen, flights, progress: &mut *progress };
+        let state = walk.run().ok_or_else(over_a_pole)?;
+        if case.from == NoiseFrom::Residuals && round + 1 < ROUNDS {
+            let better = case.u_of(&case.left(&state.flown.predicted), state.set.len(), &gap);
+            if !better.iter().zip(&u).all(|(a, b)| (a - b).abs() <= STEADY * b) {
                 u = better;
+                continue;
             }
         }
-        named = Some(set);
-        look = case.look(&u, &case.laid(&predicted, &change))?;
+        return walk.conclude(&state, &gap);
     }
-    case.conclude(look, &gap, &predicted, &change, &u, (refits, settled))
+    Err(over_a_pole())
 }

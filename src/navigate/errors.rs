@@ -1,6 +1,6 @@
 //! What is wrong with an inertial measurement unit and with the navigator's start: errors and their names.
 //!
-//! Each triad reads `measured = (1 + K) true + b + k2 true^2 + noise` in the body frame: the diagonal of `K` holds the
+//! Each triad reads `measured = (1 + K) true + b + k2 true^2 + noise` (gyros `+ D f`, their acceleration-sensitive drift) in the body frame: the diagonal of `K` holds the
 //! scale factor errors, the rest the installation errors (`xy`: what of the y input the x sensor sees), `b` the bias,
 //! `k2` the second-order coefficient of each sensor on its own input, noise a white one (random walk of its integral).
 
@@ -44,6 +44,8 @@ pub struct StartErrors {
 pub struct ImuErrors {
     /// Gyros.
     pub gyro: TriadErrors,
+    /// Acceleration-sensitive drift of the gyros, rad/s for each m/s^2. Row: the gyro; column: the specific force.
+    pub drift: [[f64; 3]; 3],
     /// Accelerometers.
     pub accelerometer: TriadErrors,
     /// The start.
@@ -61,6 +63,8 @@ pub enum Kind {
     Installation,
     /// Second-order coefficient.
     SecondOrder,
+    /// Acceleration-sensitive drift of a gyro (IEEE 528), by the axis of the specific force.
+    AccelerationSensitive,
     /// Attitude at the start (tilts and azimuth).
     Attitude,
     /// Velocity at the start.
@@ -78,7 +82,7 @@ pub struct Source {
     pub kind: Kind,
     /// The sensor's axis, 0 to 2; at the start east, north, up.
     pub axis: usize,
-    /// The input's axis, 0 to 2; equal to `axis` unless the kind is an installation error.
+    /// The input's axis, 0 to 2; equal to `axis` unless the kind is an installation error or an acceleration-sensitive drift.
     pub input: usize,
 }
 
@@ -86,11 +90,12 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const DIRECTIONS: [&str; 3] = ["east", "north", "up"];
 
 impl Source {
-    /// The deterministic sources: 24 of bias, scale factor and installation, and 6 second-order ones after them.
+    /// The deterministic sources: 24 of bias, scale factor and installation, then 6 second-order ones, then 9 acceleration-sensitive drifts.
     ///
     /// ```
     /// use tumble::navigate::errors::Source;
-    /// assert_eq!(Source::all().len(), 30);
+    /// assert_eq!(Source::all().len(), 39);
+    /// assert_eq!(Source::all()[32].id(), "gyro_acceleration_sensitive_xz");
     /// assert_eq!(Source::first_order().len(), 24);
     /// assert_eq!(Source::all()[7].id(), "gyro_installation_xz");
     /// ```
@@ -98,6 +103,10 @@ impl Source {
         let mut sources = Source::first_order();
         for instrument in [Instrument::Gyro, Instrument::Accelerometer] {
             sources.extend((0..3).map(|axis| Source { instrument, kind: Kind::SecondOrder, axis, input: axis }));
+        }
+        for axis in 0..3 {
+            let (instrument, kind) = (Instrument::Gyro, Kind::AccelerationSensitive);
+            sources.extend((0..3).map(|input| Source { instrument, kind, axis, input }));
         }
         sources
     }
@@ -124,12 +133,12 @@ impl Source {
         kinds.into_iter().flat_map(|(kind, axes)| (0..axes).map(move |axis| source(kind, axis))).collect()
     }
 
-    /// Everything that a mission can have wrong: the 30 sources of the unit, then the 7 of the start.
+    /// Everything that a mission can have wrong: the 39 sources of the unit, then the 7 of the start.
     ///
     /// ```
     /// use tumble::navigate::errors::Source;
-    /// assert_eq!(Source::catalogue().len(), 37);
-    /// assert_eq!(Source::catalogue()[32].id(), "start_attitude_up");
+    /// assert_eq!(Source::catalogue().len(), 46);
+    /// assert_eq!(Source::catalogue()[41].id(), "start_attitude_up");
     /// ```
     pub fn catalogue() -> Vec<Source> {
         Source::all().into_iter().chain(Source::start()).collect()
@@ -152,6 +161,7 @@ impl Source {
             Kind::ScaleFactor => "scale_factor",
             Kind::Installation => "installation",
             Kind::SecondOrder => "second_order",
+            Kind::AccelerationSensitive => "acceleration_sensitive",
             Kind::Attitude => "attitude",
             Kind::Velocity => "velocity",
             Kind::Position => "position",
@@ -164,7 +174,9 @@ impl Source {
         let names = if self.instrument == Instrument::Start { DIRECTIONS } else { AXES };
         let axis = |i: usize| names.get(i).copied().unwrap_or("?");
         match self.kind {
-            Kind::Installation => format!("{}_{}{}", self.group(), axis(self.axis), axis(self.input)),
+            Kind::Installation | Kind::AccelerationSensitive => {
+                format!("{}_{}{}", self.group(), axis(self.axis), axis(self.input))
+            }
             _ => format!("{}_{}", self.group(), axis(self.axis)),
         }
     }
@@ -178,12 +190,13 @@ impl Source {
             (_, Kind::Installation | Kind::Attitude) => "arcsec",
             (Instrument::Gyro, Kind::SecondOrder) => "(deg/h)/(deg/s)^2",
             (_, Kind::SecondOrder) => "g/g^2",
+            (_, Kind::AccelerationSensitive) => "(deg/h)/g",
             (_, Kind::Velocity) => "m/s",
             (_, Kind::Position) => "m",
         }
     }
 
-    /// SI value (rad/s, m/s^2, 1, rad, s/rad, s^2/m, m/s, m) of one of [`Source::unit`].
+    /// SI value (rad/s, m/s^2, 1, rad, s/rad, s^2/m, rad s/m, m/s, m) of one of [`Source::unit`].
     pub fn si_per_unit(&self) -> f64 {
         let degree = 1f64.to_radians();
         match (self.instrument, self.kind) {
@@ -193,6 +206,7 @@ impl Source {
             (_, Kind::Installation | Kind::Attitude) => degree / 3600.0,
             (Instrument::Gyro, Kind::SecondOrder) => 1.0 / (3600.0 * degree),
             (_, Kind::SecondOrder) => 1.0 / super::earth::STANDARD_GRAVITY,
+            (_, Kind::AccelerationSensitive) => degree / 3600.0 / super::earth::STANDARD_GRAVITY,
         }
     }
 
@@ -202,6 +216,7 @@ impl Source {
             (Instrument::Accelerometer, Kind::Bias) => 10.0,
             (_, Kind::Velocity) => 100.0,
             (_, Kind::Position) => 1e5,
+            (_, Kind::AccelerationSensitive) => 1e-2,
             _ => 0.1,
         }
     }
@@ -220,6 +235,9 @@ impl Source {
     }
 
     fn slot<'a>(&self, errors: &'a mut ImuErrors) -> Option<&'a mut f64> {
+        if self.kind == Kind::AccelerationSensitive {
+            return errors.drift.get_mut(self.axis).and_then(|row| row.get_mut(self.input));
+        }
         let triad = match self.instrument {
             Instrument::Gyro => &mut errors.gyro,
             Instrument::Accelerometer => &mut errors.accelerometer,
@@ -238,7 +256,7 @@ impl Source {
             Kind::ScaleFactor | Kind::Installation => {
                 triad.matrix.get_mut(self.axis).and_then(|row| row.get_mut(self.input))
             }
-            Kind::Attitude | Kind::Velocity | Kind::Position => None,
+            Kind::Attitude | Kind::Velocity | Kind::Position | Kind::AccelerationSensitive => None,
         }
     }
 }

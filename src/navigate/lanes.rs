@@ -138,7 +138,9 @@ impl Group {
         for lane in 0..GROUP {
             let errors = chunk.get(lane).copied().unwrap_or_default();
             let own = believed(truth, &errors.start, altitude);
-            let columns = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
+            let triads = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
+            // an increment of velocity times the drift is an increment of angle
+            let columns = triads.into_iter().chain(errors.drift.iter().flatten().copied());
             for (slot, value) in group.memory.errors.iter_mut().zip(columns) {
                 slot[lane] = value;
             }
@@ -225,6 +227,7 @@ pub fn measured(errors: &ImuErrors, increments: &[f64; 6], step: f64) -> [f64; 6
         })
     };
     let [a, b, c, d, e, f] = *increments;
+    let drift = errors.drift.map(|row| row[0] * d + row[1] * e + row[2] * f);
     let ([a, b, c], [d, e, f]) = (triad(&errors.gyro, [a, b, c]), triad(&errors.accelerometer, [d, e, f]));
-    [a, b, c, d, e, f]
+    [a + drift[0], b + drift[1], c + drift[2], d, e, f]
 }

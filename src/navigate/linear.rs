@@ -10,7 +10,7 @@
 //! ```
 //!
 //! (Titterton and Weston, *Strapdown Inertial Navigation Technology*, 2nd ed., section 12.3; Benson 1975 for the name.)
-//! `dw` and `df` are linear in the sources, so that 30 signatures and 7 of the start, integrated once, hold every small error.
+//! `dw` and `df` are linear in the sources, so that 39 signatures and 7 of the start, integrated once, hold every small error.
 
 use super::course::{Block, Course, NodeValues};
 use super::earth::{self, Curvature, EARTH_RATE};
@@ -182,7 +182,7 @@ pub fn propagate_to(
         }
         let before = course.truth();
         let ahead = next - course.done();
-        course.advance(ahead, &mut block);
+        course.advance_smooth(ahead, &mut block);
         let span = block.steps as f64 * mission.step;
         let after = course.truth();
         let drive = Drive::over(course.nodes(), &mean, span);
@@ -227,19 +227,29 @@ struct Drive {
     bias: [[f64; 3]; 3],
     matrix: [[[[f64; 3]; 3]; 3]; 2],
     square: [[[f64; 3]; 3]; 2],
+    /// By row, gyro and specific force.
+    drift: [[[f64; 3]; 3]; 3],
     force: [f64; 3],
 }
 
 impl Drive {
     fn over(values: &NodeValues, weights: &[f64; NODES], span: f64) -> Drive {
-        let mut drive =
-            Drive { bias: [[0.0; 3]; 3], matrix: [[[[0.0; 3]; 3]; 3]; 2], square: [[[0.0; 3]; 3]; 2], force: [0.0; 3] };
+        let mut drive = Drive {
+            bias: [[0.0; 3]; 3],
+            matrix: [[[[0.0; 3]; 3]; 3]; 2],
+            square: [[[0.0; 3]; 3]; 2],
+            drift: [[[0.0; 3]; 3]; 3],
+            force: [0.0; 3],
+        };
         for (j, weight) in weights.iter().enumerate() {
             for row in 0..3 {
                 for axis in 0..3 {
                     let c = values.rotation[3 * row + axis][j] * weight * span;
                     drive.bias[row][axis] += c;
                     drive.force[row] += c / span * values.inertial[3 + axis][j];
+                    for input in 0..3 {
+                        drive.drift[row][axis][input] += c * values.inertial[3 + input][j];
+                    }
                     for triad in 0..2 {
                         for input in 0..3 {
                             drive.matrix[triad][row][axis][input] += c * values.inertial[3 * triad + input][j];
@@ -266,6 +276,7 @@ impl Drive {
                     Kind::Bias => self.bias[row][source.axis],
                     Kind::ScaleFactor | Kind::Installation => self.matrix[triad][row][source.axis][source.input],
                     Kind::SecondOrder => self.square[triad][row][source.axis],
+                    Kind::AccelerationSensitive => self.drift[row][source.axis][source.input],
                     Kind::Attitude | Kind::Velocity | Kind::Position => 0.0,
                 };
         }

@@ -33,8 +33,8 @@ use pulp::Simd;
 /// Numbers that a navigator keeps: quaternion 4, velocity 2, latitude and longitude, sine and cosine of latitude,
 /// velocity with half of the last step's Coriolis terms 2.
 pub const STATES: usize = 12;
-/// Numbers that the errors of a unit come to: bias, matrix and square of two triads.
-pub const ERRORS: usize = 30;
+/// Numbers that the errors of a unit come to: bias, matrix and square of two triads, acceleration-sensitive drift of the gyros.
+pub const ERRORS: usize = 39;
 
 /// What is common to all lanes and steps.
 #[derive(Debug, Clone, Copy)]
@@ -157,12 +157,22 @@ fn measure<S: Simd, const K: usize>(
     reported: &mut [[[f64; 8]; 6]],
 ) {
     let gyro = Triad::<S, K>::load(simd, &errors[..15], lane);
-    let accelerometer = Triad::<S, K>::load(simd, &errors[15..], lane);
+    let accelerometer = Triad::<S, K>::load(simd, &errors[15..30], lane);
+    let drifts = errors[30..].iter().flatten().any(|value| *value != 0.0);
+    let drift = [30, 33, 36].map(|i| triple::<S, K>(simd, errors, i, lane));
     let columns: &[[f64; MAX_STEPS]; 6] = &block.increments;
     for (i, slot) in reported.iter_mut().enumerate() {
         let seen = |axis: usize| Real::<S, K>::splat(simd, columns[axis][(done + i) % MAX_STEPS]);
-        keep(gyro.measure(Triple { x: seen(0), y: seen(1), z: seen(2) }), slot, 0, lane);
-        keep(accelerometer.measure(Triple { x: seen(3), y: seen(4), z: seen(5) }), slot, 3, lane);
+        let force = Triple { x: seen(3), y: seen(4), z: seen(5) };
+        let mut turn = gyro.measure(Triple { x: seen(0), y: seen(1), z: seen(2) });
+        if drifts {
+            let along = |row: Triple<S, K>, own: Real<S, K>| {
+                row.x.times_plus(force.x, row.y.times_plus(force.y, row.z.times_plus(force.z, own)))
+            };
+            turn = Triple { x: along(drift[0], turn.x), y: along(drift[1], turn.y), z: along(drift[2], turn.z) };
+        }
+        keep(turn, slot, 0, lane);
+        keep(accelerometer.measure(force), slot, 3, lane);
     }
     for (slot, noise) in reported.iter_mut().zip(noise) {
         for (value, noise) in slot.iter_mut().zip(noise) {

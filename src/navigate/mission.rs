@@ -46,7 +46,7 @@ pub struct Mission {
 impl Mission {
     /// Check a mission: a regular latitude, a step, a duration, and motions that fit into both.
     ///
-    /// `duration` and `row_interval` in s; both are held to an even number of steps, as the navigator takes samples in
+    /// `duration` and `row_interval` in s; both are rounded to an even number of steps, as the navigator takes samples in
     /// pairs. Errors: [`Malformed`] with the path of the
     /// key in a mission file.
     pub fn new(site: Site, step: f64, duration: f64, row_interval: f64, motion: Motion) -> Result<Mission> {
@@ -116,6 +116,12 @@ impl Mission {
             return Err(Malformed::new(Fault::Value, what)
                 .expected(format!("at most {FASTEST_STEP} rad of rotation in a step"))
                 .found(format!("{:.3} rad", motion.fastest_rate() * self.step)));
+        }
+        if motion.shortest_period() < self.step / 100.0 {
+            let what = "the motion is too fast for the step";
+            return Err(Malformed::new(Fault::Value, what)
+                .expected("periods of at least a hundredth of a step")
+                .found(format!("{} s at a step of {} s", motion.shortest_period(), self.step)));
         }
         if let Path::Legs(legs) = &motion.path {
             return legs.check(self.site, self.step, self.duration());

@@ -11,7 +11,9 @@
 //! | [`mechanise`], [`vector`], [`lanes`] | the navigator: one step in all lanes of a register, groups of eight scenarios |
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
-//! | [`diagnose`] (`case`, `conclude`), [`separate`], [`remainder`] | which errors explain them, motions that would tell aliases apart, what is left |
+//! | [`cause`], `changing` | what can be behind a gap, and what it does |
+//! | `search`, `refine` | a few of many columns by inner products; sets of causes refined on the full simulation |
+//! | [`diagnose`] (`case`, `conclude`), [`separate`], [`remainder`] | the diagnosis, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
@@ -19,6 +21,8 @@
 
 pub mod carry;
 mod case;
+pub mod cause;
+mod changing;
 mod conclude;
 pub mod course;
 pub mod diagnose;
@@ -31,8 +35,10 @@ pub mod mechanise;
 pub mod mission;
 pub mod motion;
 pub mod quadrature;
+mod refine;
 pub mod remainder;
 pub mod run;
+mod search;
 pub mod separate;
 pub mod signatures;
 pub mod study;

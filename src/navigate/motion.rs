@@ -1,4 +1,4 @@
-//! The motion of the vehicle: at rest, swinging about a fixed place, or in legs along a constant heading.
+//! The motion of the vehicle: at rest, swinging about a fixed place, or in legs along a heading, with turns, and swinging if it likes.
 //!
 //! Attitude `C_b^n = Rot(z, yaw) Rot(x, pitch) Rot(y, roll)` takes body components (x right, y forward, z up) to east,
 //! north, up; yaw is counted counter-clockwise from north, so a heading is minus a yaw.
@@ -51,12 +51,35 @@ pub struct Leg {
     pub duration: f64,
     /// Acceleration along the heading, m/s^2.
     pub acceleration: f64,
+    /// Rate of the heading, rad/s clockwise; 0 keeps it (a rhumb line). Turns are flat: the vehicle does not bank.
+    pub turn: f64,
 }
 
-/// Legs along a constant heading (a rhumb line) from rest.
+/// A leg at its place in the mission.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// When it starts, s.
+    pub start: f64,
+    /// Velocity along the heading there, m/s.
+    pub speed: f64,
+    /// How far the heading has turned until there, rad clockwise.
+    pub turned: f64,
+    /// The leg, ended where the mission ends.
+    pub leg: Leg,
+}
+
+impl Stage {
+    /// Velocity along the heading and how far it has turned, at a time, s.
+    pub fn at(&self, time: f64) -> (f64, f64) {
+        let since = time - self.start;
+        (self.speed + self.leg.acceleration * since, self.turned + self.leg.turn * since)
+    }
+}
+
+/// Legs along a heading that turns only where a leg says so.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Legs {
-    /// Heading, rad clockwise from north.
+    /// Heading at the start, rad clockwise from north.
     pub heading: f64,
     /// Velocity along the heading at the start, m/s.
     pub speed: f64,
@@ -106,6 +129,18 @@ impl Motion {
     ///
     /// Errors: a period that is not positive, an amplitude of a right angle or more, a pitch that passes the vertical.
     pub fn swing(attitude: Attitude) -> Result<Self> {
+        Motion::check_swing(attitude)?;
+        Ok(Motion { name: "swing".into(), attitude, path: Path::Stays })
+    }
+
+    /// Legs with a swing about the heading (its yaw counts from minus the heading). Errors: as [`Motion::swing`].
+    pub fn swinging_legs(legs: Legs, mut attitude: Attitude) -> Result<Self> {
+        Motion::check_swing(attitude)?;
+        attitude.yaw.mean -= legs.heading;
+        Ok(Motion { name: "legs".into(), attitude, path: Path::Legs(legs) })
+    }
+
+    fn check_swing(attitude: Attitude) -> Result<()> {
         for (name, angle) in [("pitch", attitude.pitch), ("roll", attitude.roll), ("yaw", attitude.yaw)] {
             let wrong = |key: &str, expected: &str, found: f64| {
                 Malformed::new(Fault::Value, format!("the swing in {name} is not possible"))
@@ -127,7 +162,7 @@ impl Motion {
                 return Err(wrong("amplitude_deg", "a pitch that stays below 90 degrees", found));
             }
         }
-        Ok(Motion { name: "swing".into(), attitude, path: Path::Stays })
+        Ok(())
     }
 
     /// Level along a constant heading.
@@ -139,7 +174,11 @@ impl Motion {
     /// Upper bound of the body's rate of rotation, rad/s, without the Earth's.
     pub fn fastest_rate(&self) -> f64 {
         let Attitude { pitch, roll, yaw } = self.attitude;
-        [pitch, roll, yaw].iter().map(|angle| angle.amplitude.abs() * TAU / angle.period).sum()
+        let turning = match &self.path {
+            Path::Stays => 0.0,
+            Path::Legs(legs) => legs.legs.iter().fold(0.0_f64, |most, leg| most.max(leg.turn.abs())),
+        };
+        turning + [pitch, roll, yaw].iter().map(|angle| angle.amplitude.abs() * TAU / angle.period).sum::<f64>()
     }
 
     /// The shortest period of the motion, s; infinite for one without oscillation.
@@ -151,15 +190,16 @@ impl Motion {
 }
 
 impl Legs {
-    /// Each leg with its start (s) and the speed there, until the mission's end.
-    pub fn schedule(&self, end: f64) -> Vec<(f64, f64, Leg)> {
-        let (mut time, mut speed) = (0.0, self.speed);
+    /// Each leg at its place, until the mission's end.
+    pub fn schedule(&self, end: f64) -> Vec<Stage> {
+        let (mut start, mut speed, mut turned) = (0.0, self.speed, 0.0);
         let mut schedule = Vec::with_capacity(self.legs.len());
         for leg in &self.legs {
-            let duration = leg.duration.min((end - time).max(0.0));
-            schedule.push((time, speed, Leg { duration, ..*leg }));
-            time += duration;
-            speed += leg.acceleration * duration;
+            let duration = leg.duration.min((end - start).max(0.0));
+            let stage = Stage { start, speed, turned, leg: Leg { duration, ..*leg } };
+            schedule.push(stage);
+            start += duration;
+            (speed, turned) = stage.at(start);
         }
         schedule
     }
@@ -172,7 +212,7 @@ impl Legs {
         if !(self.heading.is_finite() && self.speed.is_finite()) {
             return wrong("not a heading and speed", "legs".into(), "finite numbers", format!("{}", self.speed));
         }
-        let (mut time, mut speed, mut distance, mut furthest) = (0.0, self.speed, 0.0_f64, 0.0_f64);
+        let (mut time, mut speed) = (0.0, self.speed);
         for (i, leg) in self.legs.iter().enumerate() {
             let path = |key: &str| format!("legs.legs[{i}].{key}");
             let open = leg.duration == f64::INFINITY;
@@ -180,28 +220,22 @@ impl Legs {
                 let expected = "a duration for every leg but the last";
                 return wrong("a leg without end has others after it", path("duration_s"), expected, "none".into());
             }
-            if !(leg.duration > 0.0) || !leg.acceleration.is_finite() {
+            if !(leg.duration > 0.0) || !leg.acceleration.is_finite() || !leg.turn.is_finite() {
                 let found = format!("{} s at {} m/s^2", leg.duration, leg.acceleration);
-                return wrong("not a leg", path("duration_s"), "a duration above 0 s", found);
+                return wrong("not a leg", path("duration_s"), "a duration above 0 s and finite numbers", found);
             }
             let duration = if open { end - time } else { leg.duration };
-            if !(duration > step) || time + duration > end + step {
+            if !(duration > 0.5 * step) || time + duration > end + step {
                 let found = format!("the leg starts at {time} s of {end} s and needs {} s", leg.duration);
                 return wrong("the legs leave no time", path("duration_s"), "legs that end with the mission", found);
             }
-            let pairs = 0.5 * duration / step;
-            if (pairs - pairs.round()).abs() > 1e-6 {
-                let found = format!("{} steps", 2.0 * pairs);
-                return wrong("a leg ends within a step", path("duration_s"), "an even number of steps", found);
+            let steps = duration / step;
+            if (steps - steps.round()).abs() > 1e-6 * steps.max(1.0) {
+                let (found, expected) = (format!("{steps} steps of {step} s"), "a whole number of steps");
+                return wrong("a leg ends within a step", path("duration_s"), expected, found);
             }
-            let turning = if leg.acceleration == 0.0 { 0.0 } else { -speed / leg.acceleration };
-            if turning > 0.0 && turning < duration {
-                furthest = furthest.max((distance + 0.5 * speed * turning).abs());
-            }
-            distance += duration * (speed + 0.5 * leg.acceleration * duration);
-            speed += leg.acceleration * duration;
             time += duration;
-            furthest = furthest.max(distance.abs());
+            speed += leg.acceleration * duration;
             if !(speed.abs() <= 3000.0) {
                 let found = format!("{speed} m/s after this leg");
                 return wrong("the legs reach an impossible speed", path("acceleration_m_s2"), "below 3 km/s", found);
@@ -211,11 +245,29 @@ impl Legs {
             let found = format!("{time} s of legs in {end} s");
             return wrong("the legs end before the mission", "legs.legs".into(), "a last leg without duration", found);
         }
-        let climb = furthest * self.heading.cos().abs() / Curvature::at(site.latitude, 0.0).meridian;
-        if site.latitude.abs() + climb > 85f64.to_radians() && climb > 0.0 {
-            let found = format!("{:.1} degrees", (site.latitude.abs() + climb).to_degrees());
-            return wrong("the legs run towards a pole", "legs".into(), "latitudes below 85 degrees", found);
+        let highest = self.highest_latitude(site, end).to_degrees();
+        if !(highest <= 89.0 + 1e-9) {
+            let found = format!("{highest:.2} degrees");
+            return wrong("the legs run towards a pole", "legs".into(), "latitudes from -89 to 89 degrees", found);
         }
         Ok(())
+    }
+
+    /// The largest latitude by size that the legs reach, rad: northing over the smallest radius of curvature, in small parts.
+    fn highest_latitude(&self, site: Site, end: f64) -> f64 {
+        const PARTS: usize = 1000;
+        let radius = Curvature::at(0.0, site.altitude).meridian;
+        let (mut latitude, mut highest) = (site.latitude, site.latitude.abs());
+        for stage in self.schedule(end) {
+            let span = stage.leg.duration / PARTS as f64;
+            for part in 0..PARTS {
+                let (speed, turned) = stage.at(stage.start + (part as f64 + 0.5) * span);
+                let north = (self.heading + turned).cos();
+                // due east and west stay on their parallel: a cosine of rounding is none
+                latitude += if north.abs() < 1e-12 { 0.0 } else { speed * north * span / radius };
+                highest = highest.max(latitude.abs());
+            }
+        }
+        highest
     }
 }

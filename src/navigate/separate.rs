@@ -8,7 +8,7 @@
 //!
 //! standard deviations long. A motion tells where `D` is five or more.
 
-use super::case::Look;
+use super::cause::Cause;
 use super::diagnose::Finding;
 use super::errors::Source;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
@@ -52,8 +52,8 @@ pub(super) fn separate(
     mission: &Mission,
     measured: &Measured,
     u: &[f64],
-    look: &Look,
-    set: &[usize],
+    present: &dyn Fn(&Cause) -> Vec<f64>,
+    set: &[Cause],
     findings: &mut [Finding],
 ) -> Result<()> {
     if findings.iter().all(|finding| finding.aliases.is_empty()) {
@@ -63,25 +63,28 @@ pub(super) fn separate(
     let index = |source: &Source| sources.iter().position(|other| other == source);
     let alternatives = alternatives(mission, measured, u)?;
     for finding in findings {
-        let Some(own) = index(&finding.source) else { continue };
-        let others: Vec<usize> = set.iter().copied().filter(|j| *j != own).collect();
-        let aliases: Vec<(Source, usize)> = finding
+        let Some(own) = finding.source.constant() else { continue };
+        let others: Vec<Cause> = set.iter().copied().filter(|cause| *cause != own).collect();
+        let aliases: Vec<Source> = finding
             .aliases
             .iter()
             .filter(|alias| !alias.absurd && alias.together_with.is_none())
-            .filter_map(|alias| Some((alias.source, index(&alias.source)?)))
+            .filter_map(|alias| alias.source.constant())
             .collect();
         for alternative in &alternatives {
-            let column = |j: usize| -> Vec<f64> {
-                let scale = look.scale.get(j).copied().unwrap_or(1.0);
-                let present = look.folded.get(j).into_iter().flatten().map(|v| v * scale);
-                present.chain(alternative.columns.get(j).into_iter().flatten().copied()).collect()
+            // what changes in time or is the reference's need not come again in a further run
+            let column = |cause: &Cause| -> Vec<f64> {
+                let rows = alternative.columns.first().map_or(0, Vec::len);
+                let further = cause.constant().and_then(|source| index(&source));
+                let further = further.and_then(|j| alternative.columns.get(j)).cloned();
+                present(cause).into_iter().chain(further.unwrap_or_else(|| vec![0.0; rows])).collect()
             };
             let told: Vec<(Source, f64)> = aliases
                 .iter()
-                .map(|(source, j)| {
-                    let basis: Vec<Vec<f64>> = others.iter().chain([j]).map(|j| column(*j)).collect();
-                    (*source, finding.value.abs() * left(column(own), basis))
+                .map(|source| {
+                    let alias = Cause::Constant(*source);
+                    let basis: Vec<Vec<f64>> = others.iter().chain([&alias]).map(column).collect();
+                    (*source, finding.value.abs() * left(column(&Cause::Constant(own)), basis))
                 })
                 .filter(|(_, sigmas)| *sigmas >= TELLS)
                 .collect();
@@ -179,9 +182,9 @@ fn motions(mission: &Mission, measured: &Measured) -> Vec<Motion> {
         heading: -yaw,
         speed: 0.0,
         legs: vec![
-            Leg { duration: whole(0.2 * mission.duration()), acceleration: 0.0 },
-            Leg { duration: whole(200f64.min(0.1 * mission.duration())), acceleration: 0.05 },
-            Leg { duration: f64::INFINITY, acceleration: 0.0 },
+            Leg { duration: whole(0.2 * mission.duration()), acceleration: 0.0, turn: 0.0 },
+            Leg { duration: whole(200f64.min(0.1 * mission.duration())), acceleration: 0.05, turn: 0.0 },
+            Leg { duration: f64::INFINITY, acceleration: 0.0, turn: 0.0 },
         ],
     };
     let turned = |quarters: f64| Motion::at_rest(0.0, 0.0, wrapped(yaw - quarters * FRAC_PI_2));

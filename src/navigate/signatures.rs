@@ -1,7 +1,7 @@
 //! The design matrix of measured navigation errors: one row for each value, one column for each error source; and the full
 //! simulation at the same instants.
 //!
-//! Columns come from [`linear`], which integrates all 37 signatures in one pass. One simulation for each source would differ by what
+//! Columns come from [`linear`], which integrates all 46 signatures in one pass. One simulation for each source would differ by what
 //! is of second order in the errors, and costs six times as much; predictions, which must be right to second order, are simulated
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
@@ -121,21 +121,34 @@ fn walk(noise: &Square, metres: [f64; 2]) -> [Channels; CHANNELS] {
 
 /// The full simulation of one motion without noise, at some times in rising order, s.
 pub fn predicted(mission: &Mission, motion: &Motion, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
+    let mut all = predicted_together(mission, motion, std::slice::from_ref(errors), times);
+    all.pop().unwrap_or_default()
+}
+
+/// The same of several sets of errors, flown side by side.
+pub fn predicted_together(
+    mission: &Mission,
+    motion: &Motion,
+    errors: &[ImuErrors],
+    times: &[f64],
+) -> Vec<Vec<Channels>> {
     let stops = Stops::new(mission, times.iter().copied());
-    let mut found = Vec::with_capacity(stops.steps.len());
-    let scenario = Scenario { id: String::new(), errors: errors.noiseless() };
-    run::fly_to(mission, motion, &[scenario], &mut |done| stops.next(done), &mut |row| {
+    let mut found: Vec<Vec<Channels>> = vec![Vec::with_capacity(stops.steps.len()); errors.len()];
+    let scenario = |own: &ImuErrors| Scenario { id: String::new(), errors: own.noiseless() };
+    let scenarios: Vec<Scenario> = errors.iter().map(scenario).collect();
+    run::fly_to(mission, motion, &scenarios, &mut |done| stops.next(done), &mut |row| {
         let (wanted, next) = stops.at(mission, row.truth.time);
         if wanted {
-            found.extend(row.errors.first().map(channels));
+            found.iter_mut().zip(row.errors).for_each(|(list, error)| list.push(channels(error)));
         }
         next
     });
-    stops.interpolate(&found, |a, b, share| {
+    let mix = |a: &Channels, b: &Channels, share: f64| {
         let mut mixed = *a;
         mixed.iter_mut().zip(b).for_each(|(a, b)| *a += share * (b - *a));
         mixed
-    })
+    };
+    found.iter().map(|own| stops.interpolate(own, mix)).collect()
 }
 
 /// The measured values as one system: a row for each, by run, time and channel.
@@ -180,11 +193,18 @@ impl System {
 
 /// The full simulation of a set of errors at every measured value.
 pub(super) fn prediction(mission: &Mission, measured: &Measured, errors: &ImuErrors) -> Vec<f64> {
-    let mut values = Vec::with_capacity(measured.count());
+    predictions(mission, measured, std::slice::from_ref(errors)).pop().unwrap_or_default()
+}
+
+/// The same of several sets of errors.
+pub(super) fn predictions(mission: &Mission, measured: &Measured, errors: &[ImuErrors]) -> Vec<Vec<f64>> {
+    let mut values = vec![Vec::with_capacity(measured.count()); errors.len()];
     for (run, times) in measured.runs.iter().zip(times(measured)) {
-        let predicted = predicted(mission, motion(mission, run.motion), errors, &times);
-        for (row, own) in run.rows.iter().zip(&predicted) {
-            values.extend(row.value.iter().zip(own).filter(|(value, _)| value.is_some()).map(|(_, own)| *own));
+        let flown = predicted_together(mission, motion(mission, run.motion), errors, &times);
+        for (list, own) in values.iter_mut().zip(flown) {
+            for (row, own) in run.rows.iter().zip(&own) {
+                list.extend(row.value.iter().zip(own).filter(|(value, _)| value.is_some()).map(|(_, own)| *own));
+            }
         }
     }
     values

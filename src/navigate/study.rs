@@ -13,6 +13,9 @@ use super::run::{self, Continue, Flight, NavigationError, Outcome, Row, Scenario
 /// Rows kept of each motion for plots and reports, whatever the mission's duration.
 pub const KEPT: u64 = 400;
 
+/// The scenario without errors: what is left is the navigator's own, of its algorithm and rounding.
+pub const PERFECT: &str = "perfect_unit";
+
 /// Which errors fly together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Separation {
@@ -88,7 +91,7 @@ pub struct Progress {
 ///     Source::named(id).unwrap().set(&mut errors, 1e-6);
 /// }
 /// let ids: Vec<String> = scenarios(&errors, Separation::Groups).into_iter().map(|s| s.id).collect();
-/// assert_eq!(ids, ["all", "gyro_bias", "accelerometer_bias"]);
+/// assert_eq!(ids, ["all", "gyro_bias", "accelerometer_bias", "perfect_unit"]);
 /// ```
 pub fn scenarios(errors: &ImuErrors, separation: Separation) -> Vec<Scenario> {
     let mut scenarios = vec![Scenario { id: "all".into(), errors: *errors }];
@@ -114,6 +117,7 @@ pub fn scenarios(errors: &ImuErrors, separation: Separation) -> Vec<Scenario> {
     if separation == Separation::Components {
         scenarios.extend(present.iter().map(|s| Scenario { id: s.id(), errors: ImuErrors::single(*s, s.of(errors)) }));
     }
+    scenarios.push(Scenario { id: PERFECT.into(), errors: ImuErrors::default() });
     scenarios
 }
 
@@ -163,29 +167,66 @@ pub fn fly(
     all
 }
 
-/// Every motion against the first, scenario by scenario.
-pub fn ratios(flown: &[Flown]) -> Vec<Ratio> {
+/// What no comparison can see below: the navigator's own errors (tilt, azimuth, velocity, position; SI) in a motion.
+///
+/// Rounding of the attitude in every pair of steps adds up to `steps * eps` at worst; it is felt as a tilt, of `sqrt(g R)` in velocity and
+/// `R` in position. What the perfect unit shows counts where it is more.
+pub fn floors(mission: &Mission, flown: &Flown) -> [f64; 4] {
+    let rounding = mission.steps as f64 * f64::EPSILON;
+    let perfect = flown.flight.outcomes.iter().find(|outcome| outcome.id == PERFECT);
+    let own = perfect.map_or([0.0; 4], sizes);
+    let felt = [1.0, 1.0, 7.9e3, 6.4e6].map(|scale| scale * rounding);
+    std::array::from_fn(|i| felt[i].max(3.0 * own[i]))
+}
+
+/// Root mean squares of tilt, azimuth, velocity and position.
+fn sizes(outcome: &Outcome) -> [f64; 4] {
+    [outcome.tilt.rms, outcome.azimuth.rms, outcome.velocity.rms, outcome.position.rms]
+}
+
+/// Every motion against the first, scenario by scenario; nothing where the first motion's error is the navigator's own.
+pub fn ratios(mission: &Mission, flown: &[Flown]) -> Vec<Ratio> {
     let Some((reference, others)) = flown.split_first() else { return Vec::new() };
+    let floors = floors(mission, reference);
     let mut ratios = Vec::new();
-    for (i, base) in reference.flight.outcomes.iter().enumerate() {
+    for (i, base) in reference.flight.outcomes.iter().enumerate().filter(|(_, base)| base.id != PERFECT) {
         for other in others {
             let Some(outcome) = other.flight.outcomes.get(i) else { continue };
-            let of = |quantity: fn(&Outcome) -> f64, floor: f64| {
-                let (a, b) = (quantity(outcome), quantity(base));
-                (b > floor).then(|| a / b)
-            };
-            ratios.push(Ratio {
-                scenario: base.id.clone(),
-                motion: other.motion.clone(),
-                // floors: what the perfect navigator leaves
-                tilt: of(|o| o.tilt.rms, 1e-11),
-                azimuth: of(|o| o.azimuth.rms, 1e-11),
-                velocity: of(|o| o.velocity.rms, 1e-6),
-                position: of(|o| o.position.rms, 1e-2),
-            });
+            let (a, b) = (sizes(outcome), sizes(base));
+            let [tilt, azimuth, velocity, position] = std::array::from_fn(|k| (b[k] > floors[k]).then(|| a[k] / b[k]));
+            let (scenario, motion) = (base.id.clone(), other.motion.clone());
+            ratios.push(Ratio { scenario, motion, tilt, azimuth, velocity, position });
         }
     }
     ratios
+}
+
+/// A motion in which the navigator's own error is no longer small against that of its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unresolved {
+    /// The motion.
+    pub motion: String,
+    /// Tilt, azimuth, velocity and position that a perfect unit leaves, root mean squares, SI.
+    pub own: [f64; 4],
+    /// The motion's shortest period, s; infinite without oscillation.
+    pub period: f64,
+}
+
+/// Motions beyond what the navigator's step resolves: a perfect unit leaves more than a tenth of what all errors together do, and more than
+/// rounding.
+pub fn unresolved(mission: &Mission, flown: &[Flown]) -> Vec<Unresolved> {
+    let rounding = mission.steps as f64 * f64::EPSILON;
+    let periods: Vec<f64> = motions(mission).into_iter().map(|(_, motion)| motion.shortest_period()).collect();
+    let mut found = Vec::new();
+    for (own, period) in flown.iter().zip(periods) {
+        let of = |id: &str| own.flight.outcomes.iter().find(|outcome| outcome.id == id).map(sizes);
+        let (Some(perfect), Some(all)) = (of(PERFECT), of("all")) else { continue };
+        let felt = [1.0, 1.0, 7.9e3, 6.4e6].map(|scale| 10.0 * scale * rounding);
+        if (0..4).any(|i| perfect[i] > felt[i] && !(perfect[i] <= 0.1 * all[i])) {
+            found.push(Unresolved { motion: own.motion.clone(), own: perfect, period });
+        }
+    }
+    found
 }
 
 /// Carry a covariance of error sources along each motion of a mission.

@@ -114,6 +114,22 @@ impl Blocks {
         most
     }
 
+    /// The largest square of any element.
+    pub(super) fn largest_square(&self) -> f64 {
+        self.data.iter().fold(0.0_f64, |most, v| most.max(v * v))
+    }
+
+    /// Sum of `x x'` over all rows of all candidates, row by row.
+    pub(super) fn sum(&self) -> Vec<f64> {
+        let mut sum = vec![0.0; self.unknowns * self.unknowns];
+        for j in 0..self.count {
+            for r in 0..self.rows {
+                add_outer(&mut sum, 1.0, &self.row(j, r));
+            }
+        }
+        sum
+    }
+
     /// The same information in as few rows as it has: `R'R = X'X` for each candidate, by Gram-Schmidt with column pivots.
     ///
     /// The rates of one mounting differ in size only, so that six readings of it may need no more than three rows.
@@ -275,6 +291,24 @@ pub(super) fn determinant_and_trace(t: &mut [f64], f: &mut [f64], n: usize) -> (
         trace += z[c];
     }
     (determinant, trace)
+}
+
+/// Rank of a symmetric positive semidefinite matrix, row by row, by Cholesky with pivots.
+pub(super) fn rank(m: &[f64], n: usize) -> usize {
+    let mut left = m.to_vec();
+    let diagonal = |left: &[f64]| (0..n).map(|i| left[i * n + i]).collect::<Vec<f64>>();
+    let first = largest(&diagonal(&left)).1;
+    let mut rank = 0;
+    while rank < n {
+        let (pivot, square) = largest(&diagonal(&left));
+        if !(square > 1e-11 * first) || !(first > 0.0) {
+            break;
+        }
+        let column: Vec<f64> = (0..n).map(|i| left[i * n + pivot] / square.sqrt()).collect();
+        add_outer(&mut left, -1.0, &column);
+        rank += 1;
+    }
+    rank
 }
 
 #[cfg(test)]

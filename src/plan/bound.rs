@@ -35,10 +35,9 @@ const WEIGHTLESS: f64 = 1e-9;
 /// Weight that all candidates share where the best ones alone would leave the information singular.
 const LEAST: f64 = 1e-6;
 
-/// Bound on designs of `choose` candidates; `None` where even all candidates together leave a defect.
-pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, choose: usize) -> Option<Bound> {
+/// Bound on designs of `total` candidates; `None` where even all candidates together leave a defect.
+pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total: f64) -> Option<Bound> {
     let (n, count) = (blocks.unknowns(), blocks.count());
-    let total = choose as f64;
     let mut best: Option<Bound> = None;
     let mut reached = f64::INFINITY;
     // candidates that still take part, their rows and their weights
@@ -199,8 +198,8 @@ pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
 }
 
 /// `M(w)^-1` of an approximate design.
-pub(super) fn inverse(blocks: &Blocks, base: &[f64], choose: usize, bound: &Bound) -> Option<Vec<f64>> {
-    invert(&weighted(blocks, base, choose as f64, &bound.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
+pub(super) fn inverse(blocks: &Blocks, base: &[f64], total: f64, bound: &Bound) -> Option<Vec<f64>> {
+    invert(&weighted(blocks, base, total, &bound.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
 }
 
 /// Scalar product of long vectors, in eight lanes.

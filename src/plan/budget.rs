@@ -1,180 +1,277 @@
 //! The best positions for a budget: how many mountings, and how many readings at each, when a remounting costs more than a rate change.
 //!
-//! ```text
-//! cost = sum over mountings [ mounting + reading * r + rate * (r - 1) ],   r readings there (no rate change where all have one state)
-//! ```
-//!
-//! Exchanges as for a fixed number, among partners that the budget allows; then whole mountings are moved, closed and filled up again.
-//! Every start has its own number of mountings, from one to as many as the budget pays for.
+//! Exchanges as for a fixed number, among partners that the budget allows; what is left is spent on what tells most for its cost; then whole
+//! mountings are moved, states of a mounting replaced, mountings and states given up and the money spent anew. From every optimum that is
+//! found, a mounting is closed or opened at random and the search goes on from there.
 
 use super::blocks::{add_outer, dot, invert, times};
 use super::bound::sandwich;
-use super::effort::{Costs, mounting};
-use super::exchange::{Design, Objective, Problem, WORTH, best_of, improve_state, information, value};
-use super::pool::Pool;
+use super::exchange::{Design, FEW, Objective, Problem, WORTH, improve_state, information, value};
+use super::prices::{Prices, Till};
 use super::state::State;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
-use std::collections::HashMap;
 
-/// What portions cost together.
-#[derive(Debug, Clone)]
-pub(super) struct Prices {
-    /// What may be spent.
-    pub budget: f64,
-    costs: Costs,
-    /// Readings of a portion.
-    size: usize,
-    /// Mounting of each portion, and its state within the mounting.
-    place: Vec<usize>,
-    state: Vec<usize>,
-    /// Portion of a place and state.
-    at: HashMap<(usize, usize), usize>,
-    places: usize,
-    states: usize,
+/// Optima from which the search goes on, for each start.
+const KICKS: usize = 4;
+/// More rounds of exchanges and moves than this have never been needed.
+const ROUNDS: usize = 60;
+
+/// One start: a random number of mountings, then the search. `None` where nothing regular was found.
+///
+/// The largest of very many variances is dear to compare: mountings are found by the determinant, and exchanges lower what is largest then.
+pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Option<Design> {
+    let many = matches!(problem.objective, Objective::Largest(rows) if rows.count() * rows.rows() > FEW);
+    if !many {
+        return searched(problem, prices, rng);
+    }
+    let smooth = searched(&Problem { objective: &Objective::Determinant, ..problem.clone() }, prices, rng)?;
+    let mut state = State::of(problem, smooth.chosen)?;
+    improve_state(&mut state);
+    let (mut chosen, effort) = (state.chosen, smooth.effort + state.effort);
+    fill(problem, prices, &mut chosen);
+    chosen.sort_unstable();
+    Some(Design { value: regular(problem, &chosen)?, chosen, effort })
 }
 
-impl Prices {
-    /// Prices of a pool's portions; with `remounts`, every portion is a mounting of its own.
-    pub fn new(pool: &Pool, costs: Costs, budget: f64, remounts: bool) -> Self {
-        let mut places: HashMap<String, usize> = HashMap::new();
-        let mut states: HashMap<String, usize> = HashMap::new();
-        let (mut place, mut state, mut at) = (Vec::new(), Vec::new(), HashMap::new());
-        for (k, portion) in pool.portions.iter().enumerate() {
-            let held = portion.first().map(mounting).unwrap_or_default();
-            let key = if remounts { k.to_string() } else { format!("{held:?}") };
-            let next = places.len();
-            let own = *places.entry(key).or_insert(next);
-            let rates: Vec<Vec<f64>> =
-                portion.iter().map(|r| r.joints.iter().map(|s| s.rate_deg_s()).collect()).collect();
-            let next = states.len();
-            let kind = *states.entry(format!("{rates:?}")).or_insert(next);
-            place.push(own);
-            state.push(kind);
-            at.entry((own, kind)).or_insert(k);
-        }
-        Prices {
-            budget,
-            costs,
-            size: pool.portion_size(),
-            place,
-            state,
-            at,
-            places: places.len(),
-            states: states.len(),
-        }
-    }
-
-    /// Cost of a list of portions.
-    pub fn of(&self, chosen: impl Iterator<Item = usize>) -> f64 {
-        let mut used: Vec<(usize, usize)> =
-            chosen.filter_map(|k| Some((*self.place.get(k)?, *self.state.get(k)?))).collect();
-        used.sort_unstable();
-        let own = |same: &[(usize, usize)]| {
-            let changes = self.size > 1 || same.first() != same.last();
-            self.of_mounting(same.len(), changes)
-        };
-        used.chunk_by(|a, b| a.0 == b.0).map(own).sum()
-    }
-
-    /// Cost of one mounting with so many portions.
-    fn of_mounting(&self, portions: usize, changes: bool) -> f64 {
-        let readings = portions * self.size;
-        let changed = if changes { readings.saturating_sub(1) } else { 0 };
-        self.costs.mounting + self.costs.reading * readings as f64 + self.costs.rate_change * changed as f64
-    }
-
-    /// What each portion would add to the cost of a list.
-    fn further(&self, chosen: &[usize]) -> Vec<f64> {
-        // portions, first state and whether there is another, of each place
-        let mut used: Vec<(usize, usize, bool)> = vec![(0, 0, false); self.places];
-        for k in chosen {
-            let (Some(state), Some(own)) = (self.state.get(*k), self.place.get(*k).and_then(|p| used.get_mut(*p)))
-            else {
-                continue;
-            };
-            *own = if own.0 == 0 { (1, *state, self.size > 1) } else { (own.0 + 1, own.1, own.2 || own.1 != *state) };
-        }
-        let more = |(place, state): (&usize, &usize)| match used.get(*place) {
-            Some((portions, first, changes)) if *portions > 0 => {
-                self.of_mounting(portions + 1, *changes || first != state) - self.of_mounting(*portions, *changes)
-            }
-            _ => self.of_mounting(1, self.size > 1),
-        };
-        self.place.iter().zip(&self.state).map(more).collect()
-    }
-
-    /// Is a list within the budget?
-    pub fn allow(&self, chosen: impl Iterator<Item = usize>) -> bool {
-        self.of(chosen) <= self.budget * (1.0 + 1e-12)
-    }
-
-    /// May candidate `j` replace the portion at `at`?
-    pub fn allow_exchange(&self, chosen: &[usize], at: usize, j: usize) -> bool {
-        self.allow(chosen.iter().enumerate().map(|(k, own)| if k == at { j } else { *own }))
-    }
-}
-
-/// The best design within the budget; `None` where none determines the unknowns.
-pub(super) fn best(problem: &Problem<'_>, prices: &Prices, starts: usize, seed: u64) -> Option<(Design, usize)> {
-    best_of(starts, seed, |rng| start(problem, prices, rng))
-}
-
-fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Option<Design> {
+fn searched(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Option<Design> {
     let mut draw = |below: usize| ((u128::from(rng.next_u64()) * below.max(1) as u128) >> 64) as usize;
-    let least = prices.costs.mounting + prices.costs.reading * prices.size as f64;
+    let count = problem.blocks.count();
+    let least = (0..count).map(|j| prices.alone(j)).fold(f64::INFINITY, f64::min);
     let most = if least > 0.0 { (prices.budget / least).min(prices.places as f64) as usize } else { prices.places };
     let mountings = 1 + draw(most);
     let mut chosen: Vec<usize> = Vec::new();
-    while chosen.len() < mountings {
-        let k = draw(problem.blocks.count());
-        if !prices.allow(chosen.iter().copied().chain([k])) {
+    let mut till = Till::new(prices, &[]);
+    while chosen.len() < mountings.min(problem.choose) {
+        let k = draw(count);
+        if !prices.affords(till.spent + till.difference(prices, None, Some(k))) {
             break;
         }
+        till.change(prices, None, Some(k));
         chosen.push(k);
     }
     fill(problem, prices, &mut chosen);
-    let mut best = regular(problem, &chosen)?;
-    for _ in 0..super::exchange::SWEEPS {
-        let before = best;
-        let mut state = State::of(problem, chosen.clone())?;
-        improve_state(&mut state);
-        chosen = state.chosen;
-        fill(problem, prices, &mut chosen);
-        best = regular(problem, &chosen)?;
-        if let Some((better, found)) = moved(problem, prices, &chosen, best) {
-            (best, chosen) = (better, found);
+    let mut best = descend(problem, prices, chosen)?;
+    let mut effort = best.effort;
+    for _ in 0..KICKS {
+        let mut chosen = best.chosen.clone();
+        let gone = chosen.get(draw(chosen.len())).and_then(|k| prices.place.get(*k)).copied();
+        if draw(2) == 0 {
+            chosen.retain(|k| prices.place.get(*k).copied() != gone);
+        } else {
+            let at = draw(chosen.len());
+            chosen.swap_remove(at.min(chosen.len().saturating_sub(1)));
         }
-        if !(best < before - WORTH * before.abs().max(1e-300)) {
-            break;
+        let spent = |chosen: &[usize]| prices.of(chosen);
+        let k = draw(count);
+        let times_chosen = chosen.iter().filter(|own| **own == k).count();
+        if times_chosen < problem.most_repeats {
+            chosen.push(k);
+        }
+        while !prices.affords(spent(&chosen)) || chosen.len() > problem.choose {
+            let at = draw(chosen.len().saturating_sub(1));
+            chosen.swap_remove(at);
+        }
+        fill(problem, prices, &mut chosen);
+        if let Some(other) = descend(problem, prices, chosen) {
+            effort += other.effort;
+            if other.value < best.value {
+                best = other;
+            }
         }
     }
-    chosen.sort_unstable();
-    Some(Design { value: regular(problem, &chosen)?, chosen })
+    best.chosen.sort_unstable();
+    Some(Design { effort, ..best })
+}
+
+/// Down from a list of portions until no move is worth it.
+pub(super) fn descend(problem: &Problem<'_>, prices: &Prices, mut chosen: Vec<usize>) -> Option<Design> {
+    let mut now = regular(problem, &chosen)?;
+    let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
+    let mut effort = 0.0;
+    for _ in 0..ROUNDS {
+        let mut state = State::of(problem, chosen.clone())?;
+        improve_state(&mut state);
+        effort += state.effort;
+        let mut further = state.chosen;
+        fill(problem, prices, &mut further);
+        if let Some(value) = regular(problem, &further).filter(|v| worth(*v, now)) {
+            (now, chosen) = (value, further);
+        }
+        let moves = Moves::new(problem, prices, &chosen);
+        effort +=
+            (moves.open.len() * (2 * prices.places * n * n * n + 150 * blocks.count() * blocks.rows() * n)) as f64;
+        match moves.of_mountings(now).or_else(|| moves.with_spending(now)) {
+            Some((value, better)) => (now, chosen) = (value, better),
+            None => break,
+        }
+    }
+    Some(Design { value: now, chosen, effort })
+}
+
+/// Is `found` better than `now` by more than rounding?
+fn worth(found: f64, now: f64) -> bool {
+    found < now - WORTH * now.abs().max(1e-300)
 }
 
 fn regular(problem: &Problem<'_>, chosen: &[usize]) -> Option<f64> {
     value(problem.objective, &information(problem.blocks, problem.base, chosen), problem.blocks.unknowns())
 }
 
-/// Add what tells most for its cost until nothing more can be paid for.
-fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
+/// Designs that differ from one in a mounting or a state.
+struct Moves<'a> {
+    problem: &'a Problem<'a>,
+    prices: &'a Prices,
+    chosen: &'a [usize],
+    /// Mountings in use.
+    open: Vec<usize>,
+    information: Vec<f64>,
+}
+
+impl<'a> Moves<'a> {
+    fn new(problem: &'a Problem<'a>, prices: &'a Prices, chosen: &'a [usize]) -> Self {
+        let mut open: Vec<usize> = chosen.iter().filter_map(|k| prices.place.get(*k)).copied().collect();
+        open.sort_unstable();
+        open.dedup();
+        Moves { problem, prices, chosen, open, information: information(problem.blocks, problem.base, chosen) }
+    }
+
+    fn place(&self, k: usize) -> usize {
+        self.prices.place.get(k).copied().unwrap_or_default()
+    }
+
+    fn kind(&self, k: usize) -> usize {
+        self.prices.kind.get(k).copied().unwrap_or_default()
+    }
+
+    fn repeats_allowed(&self, design: &[usize]) -> bool {
+        if self.problem.most_repeats >= design.len() {
+            return true;
+        }
+        let mut sorted = design.to_vec();
+        sorted.sort_unstable();
+        sorted.chunk_by(|a, b| a == b).all(|same| same.len() <= self.problem.most_repeats)
+    }
+
+    /// The best design in which one mounting lies elsewhere with the same states, or has another state in place of one of its own.
+    fn of_mountings(&self, now: f64) -> Option<(f64, Vec<usize>)> {
+        let Moves { problem, prices, chosen, .. } = self;
+        let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
+        let mut best: Option<(f64, Vec<usize>)> = None;
+        let mut consider = |own: &[usize], to: &dyn Fn(usize) -> Option<usize>| {
+            // portions of the mounting that change, and what they become
+            let changed: Option<Vec<(usize, usize)>> = own.iter().map(|k| Some((*k, to(*k)?))).collect();
+            let Some(changed) = changed else { return };
+            let mut m = self.information.clone();
+            for (from, to) in changed.iter().filter(|(from, to)| from != to) {
+                for r in 0..blocks.rows() {
+                    add_outer(&mut m, 1.0, &blocks.row(*to, r));
+                    add_outer(&mut m, -1.0, &blocks.row(*from, r));
+                }
+            }
+            let Some(found) = value(problem.objective, &m, n) else { return };
+            if !worth(found, best.as_ref().map_or(now, |(value, _)| *value)) {
+                return;
+            }
+            let mut left = changed;
+            let design: Vec<usize> = chosen
+                .iter()
+                .map(|k| match left.iter().position(|(from, _)| from == k) {
+                    Some(at) => left.swap_remove(at).1,
+                    None => *k,
+                })
+                .collect();
+            // the difference of sums may have lost digits
+            if prices.affords(prices.of(&design))
+                && self.repeats_allowed(&design)
+                && let Some(exact) = regular(problem, &design)
+                && worth(exact, best.as_ref().map_or(now, |(value, _)| *value))
+            {
+                best = Some((exact, design));
+            }
+        };
+        for place in &self.open {
+            let own: Vec<usize> = chosen.iter().copied().filter(|k| self.place(*k) == *place).collect();
+            for other in (0..prices.places).filter(|other| other != place) {
+                consider(&own, &|k| prices.at.get(&(other, self.kind(k))).copied());
+            }
+            let mut kinds: Vec<usize> = own.iter().map(|k| self.kind(*k)).collect();
+            kinds.sort_unstable();
+            kinds.dedup();
+            for from in kinds {
+                let same: Vec<usize> = own.iter().copied().filter(|k| self.kind(*k) == from).collect();
+                // another state here; a state of another mounting is an exchange
+                for to in prices
+                    .at
+                    .keys()
+                    .filter(|(at, kind)| at == place && *kind != from)
+                    .map(|(_, kind)| *kind)
+                    .collect::<std::collections::BTreeSet<_>>()
+                {
+                    consider(&same, &|_| prices.at.get(&(*place, to)).copied());
+                }
+            }
+        }
+        best
+    }
+
+    /// The best design in which a mounting or a state of a mounting is given up, or one portion, and what it cost is spent anew.
+    fn with_spending(&self, now: f64) -> Option<(f64, Vec<usize>)> {
+        let Moves { problem, prices, chosen, .. } = self;
+        let mut best: Option<(f64, Vec<usize>)> = None;
+        let mut consider = |mut design: Vec<usize>| {
+            fill(problem, prices, &mut design);
+            if let Some(found) = regular(problem, &design)
+                && worth(found, best.as_ref().map_or(now, |(value, _)| *value))
+            {
+                best = Some((found, design));
+            }
+        };
+        for place in &self.open {
+            consider(chosen.iter().copied().filter(|k| self.place(*k) != *place).collect());
+        }
+        let mut distinct = chosen.to_vec();
+        distinct.sort_unstable();
+        distinct.dedup();
+        for gone in distinct {
+            if chosen.iter().filter(|k| **k == gone).count() > 1 {
+                consider(chosen.iter().copied().filter(|k| *k != gone).collect());
+            }
+            let mut design = chosen.to_vec();
+            if let Some(at) = design.iter().position(|k| *k == gone) {
+                design.swap_remove(at);
+            }
+            consider(design);
+        }
+        best
+    }
+}
+
+/// Add what tells most for its cost until nothing more can be paid for, or the number is reached.
+pub(super) fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
     let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
+    let count = blocks.count();
+    let mut till = Till::new(prices, chosen);
+    let mut used = vec![0_usize; count];
+    chosen.iter().for_each(|k| used[*k] += 1);
+    let room = |till: &Till, used: &[usize], k: usize| {
+        let more = till.difference(prices, None, Some(k));
+        (used[k] < problem.most_repeats && prices.affords(till.spent + more)).then_some(more)
+    };
+    if chosen.len() >= problem.choose || !(0..count).any(|k| room(&till, &used, k).is_some()) {
+        return;
+    }
     let mut m = information(blocks, problem.base, chosen);
     let little = 1e-6 * (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d)).max(1e-6);
     m.iter_mut().step_by(n + 1).for_each(|d| *d += little);
     let Some((mut inverse, _)) = invert(&m, n) else { return };
-    let mut used = vec![0_usize; blocks.count()];
-    chosen.iter().for_each(|k| used[*k] += 1);
-    let mut spent = prices.of(chosen.iter().copied());
     // x' M^-1 x of every row of every candidate, kept by rank-one updates
-    let mut work = vec![0.0; used.len()];
-    let mut spread = vec![vec![0.0_f64; used.len()]; blocks.rows()];
+    let mut work = vec![0.0; count];
+    let mut spread = vec![vec![0.0_f64; count]; blocks.rows()];
     spread.iter_mut().enumerate().for_each(|(r, own)| blocks.quadratic(r, r, &inverse, own, &mut work));
-    let mut told = vec![0.0_f64; used.len()];
-    let mut effect = vec![0.0_f64; used.len()];
-    // free readings without end are no design
-    while chosen.len() < MOST {
+    let mut told = vec![0.0_f64; count];
+    let mut effect = vec![0.0_f64; count];
+    while chosen.len() < problem.choose.min(MOST) {
         told.fill(0.0);
         for (r, own) in spread.iter().enumerate() {
             // what a row alone adds to log det M, or takes from tr(W M^-1)
@@ -185,13 +282,13 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
                 told.iter_mut().zip(own).for_each(|(told, d)| *told += d.ln_1p());
             }
         }
-        let further = prices.further(chosen);
         let mut best: Option<(f64, usize)> = None;
-        for (k, (told, more)) in told.iter().zip(&further).enumerate() {
-            let allowed = used[k] < problem.most_repeats && spent + more <= prices.budget * (1.0 + 1e-12);
-            let gain = told / more.max(1e-9);
-            if allowed && best.is_none_or(|(most, _)| gain > most) {
-                best = Some((gain, k));
+        for (k, told) in told.iter().enumerate() {
+            if let Some(more) = room(&till, &used, k) {
+                let gain = told / more.max(1e-9);
+                if best.is_none_or(|(most, _)| gain > most) {
+                    best = Some((gain, k));
+                }
             }
         }
         let Some((_, k)) = best else { break };
@@ -206,69 +303,10 @@ fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
             }
         }
         used[k] += 1;
-        spent += further[k];
+        till.change(prices, None, Some(k));
         chosen.push(k);
     }
 }
 
 /// More portions than this are not chosen, whatever the budget.
 const MOST: usize = 10_000;
-
-/// The best design that differs in one mounting (moved to another place with the same rates, one rate replaced by another, or closed) or has
-/// lost one portion, with what is left of the budget filled up again.
-fn moved(problem: &Problem<'_>, prices: &Prices, chosen: &[usize], now: f64) -> Option<(f64, Vec<usize>)> {
-    let mut open: Vec<usize> = chosen.iter().filter_map(|k| prices.place.get(*k)).copied().collect();
-    open.sort_unstable();
-    open.dedup();
-    let mut best: Option<(f64, Vec<usize>)> = None;
-    let mut consider = |design: Vec<usize>| {
-        let Some(found) = regular(problem, &design) else { return };
-        if found < best.as_ref().map_or(now - WORTH * now.abs(), |(value, _)| *value) {
-            best = Some((found, design));
-        }
-    };
-    let repeats_allowed = |design: &[usize]| {
-        let mut sorted = design.to_vec();
-        sorted.sort_unstable();
-        problem.most_repeats >= design.len()
-            || sorted.chunk_by(|a, b| a == b).all(|same| same.len() <= problem.most_repeats)
-    };
-    for place in &open {
-        let mut try_map = |map: &dyn Fn(usize) -> (usize, usize)| {
-            let design: Option<Vec<usize>> = chosen
-                .iter()
-                .map(|k| match (prices.place.get(*k), prices.state.get(*k)) {
-                    (Some(own), Some(state)) if own == place => prices.at.get(&map(*state)).copied(),
-                    _ => Some(*k),
-                })
-                .collect();
-            match design {
-                Some(design) if prices.allow(design.iter().copied()) && repeats_allowed(&design) => consider(design),
-                _ => {}
-            }
-        };
-        for other in (0..prices.places).filter(|other| other != place) {
-            try_map(&|state| (other, state));
-        }
-        for from in 0..prices.states {
-            for to in (0..prices.states).filter(|to| *to != from) {
-                try_map(&|state| (*place, if state == from { to } else { state }));
-            }
-        }
-        let mut closed: Vec<usize> = chosen.iter().copied().filter(|k| prices.place.get(*k) != Some(place)).collect();
-        fill(problem, prices, &mut closed);
-        consider(closed);
-    }
-    let mut distinct = chosen.to_vec();
-    distinct.sort_unstable();
-    distinct.dedup();
-    for gone in distinct {
-        let mut design = chosen.to_vec();
-        if let Some(at) = design.iter().position(|k| *k == gone) {
-            design.swap_remove(at);
-        }
-        fill(problem, prices, &mut design);
-        consider(design);
-    }
-    best
-}

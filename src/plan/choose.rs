@@ -2,7 +2,8 @@
 
 use super::blocks::Blocks;
 use super::bound::bound;
-use super::exchange::{Objective, Problem, best_of_starts};
+use super::exchange::{Objective, Problem};
+use super::search::{EFFORT, Found, Limits, Progress, search};
 
 /// A choice among plain rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,6 +14,8 @@ pub struct Choice {
     pub value: f64,
     /// Starts that ended there.
     pub hits: usize,
+    /// How many designs there are, where all were tried: none is better.
+    pub enumerated: Option<u64>,
     /// What no choice can fall short of: the approximate design's bound.
     pub bound: Option<f64>,
     /// What weights instead of repeats reach; the bound is loose by no more than the difference.
@@ -51,12 +54,15 @@ pub fn choose(
     let base = vec![0.0; n * n];
     let problem =
         Problem { blocks, base: &base, objective, choose: count, most_repeats, neighbours: &[], prices: None };
-    let (design, hits) = best_of_starts(&problem, starts, seed)?;
-    let bound = if with_bound { bound(blocks, &base, objective, count) } else { None };
+    let bound = if with_bound { bound(blocks, &base, objective, count as f64) } else { None };
+    let progress = Progress::default();
+    let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &[], progress: &progress };
+    let Found { design, hits, enumerated, .. } = search(&problem, &limits, bound.as_ref())?;
     Some(Choice {
         chosen: design.chosen,
         value: design.value,
         hits,
+        enumerated,
         bound: bound.as_ref().map(|b| b.value),
         weights_reach: bound.map(|b| b.reached),
     })

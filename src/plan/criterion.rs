@@ -1,8 +1,9 @@
 //! What is best: criteria in the coordinates of the candidates.
 
+use super::blocks::Blocks;
+use super::derived::gradients;
 use super::exchange::Objective;
 use super::pool::Pool;
-use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind};
 use crate::error::{Fault, Malformed, Result};
 
@@ -16,6 +17,8 @@ pub enum Criterion {
     A,
     /// Smallest largest uncertainty of a predicted reading, over all candidates.
     G,
+    /// Smallest mean of the squared uncertainties of all predicted readings.
+    I,
     /// Smallest uncertainty of one parameter or derived quantity.
     C(String),
 }
@@ -40,13 +43,25 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
             }
             Ok(Objective::Trace(weight_matrix(&terms, pool.blocks.unknowns())))
         }
+        Criterion::I => {
+            // each predicted reading with the same weight
+            let mut mean = pool.rows.sum();
+            let count = (pool.rows.count() * pool.rows.rows()).max(1) as f64;
+            mean.iter_mut().for_each(|m| *m /= count);
+            Ok(Objective::Trace(mean))
+        }
         Criterion::C(id) => {
-            let c = match campaign.parameter_index(id).filter(|k| *k < n) {
-                Some(k) => unit(k),
-                None => gradient_of(campaign, id)?,
+            let rows = match campaign.parameter_index(id).filter(|k| *k < n) {
+                Some(k) => vec![unit(k)],
+                None => gradients_of(campaign, id)?,
             };
-            let c = pool.coordinates(&c).ok_or_else(|| not_determined(&format!("'{id}'")))?;
-            Ok(Objective::Trace(weight_matrix(&[(1.0, c)], pool.blocks.unknowns())))
+            let rows: Option<Vec<Vec<f64>>> = rows.iter().map(|c| pool.coordinates(c)).collect();
+            let rows = rows.ok_or_else(|| not_determined(&format!("'{id}'")))?;
+            let n = pool.blocks.unknowns();
+            match rows.as_slice() {
+                [only] => Ok(Objective::Trace(weight_matrix(&[(1.0, only.clone())], n))),
+                _ => Ok(Objective::Largest(Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows[j][c]))),
+            }
         }
     }
 }
@@ -56,8 +71,8 @@ fn not_determined(what: &str) -> Malformed {
         .expected("candidates that separate it from the other parameters, or a prior")
 }
 
-/// Gradient of a derived quantity by the estimated parameters at the reference point.
-fn gradient_of(campaign: &Campaign, id: &str) -> Result<Vec<f64>> {
+/// Gradients of a derived quantity: one, or all round where it has no derivative at the reference point.
+fn gradients_of(campaign: &Campaign, id: &str) -> Result<Vec<Vec<f64>>> {
     let Some(quantity) = campaign.derived.iter().find(|d| d.id == id) else {
         let mut names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
         names.extend(campaign.derived.iter().map(|d| d.id.as_str()));
@@ -65,20 +80,16 @@ fn gradient_of(campaign: &Campaign, id: &str) -> Result<Vec<f64>> {
             Fault::UnknownName,
             format!("the best set for '{id}' cannot be found: it is not estimated here"),
         )
-        .expected(format!("one of {}", names.join(", ")))
+        .expected(format!("D, A, G, I, or one of {}", names.join(", ")))
         .found(format!("'{id}'")));
     };
-    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-    let tape = Tape::compile(&quantity.line, &ids)?;
-    let mut gradient = vec![0.0; ids.len()];
-    tape.gradient(&campaign.reference_point(), &mut Scratch::default(), &mut gradient);
-    gradient.truncate(campaign.unknowns());
-    if gradient.iter().any(|g| !g.is_finite()) || gradient.iter().all(|g| *g == 0.0) {
+    let gradients = gradients(campaign, quantity)?;
+    if gradients.is_empty() {
         return Err(Malformed::new(Fault::Value, format!("'{id}' has no derivative at the reference point"))
             .expected("a quantity that is smooth there, or \"start\" values at which it is")
             .found(quantity.line.to_string()));
     }
-    Ok(gradient)
+    Ok(gradients)
 }
 
 /// `sum w c c'`, row by row.

@@ -2,7 +2,7 @@
 
 use super::judge::PredictedDerived;
 use crate::algebra::{Scratch, Tape};
-use crate::campaign::{Campaign, Kind};
+use crate::campaign::{Campaign, Derived, Kind};
 use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::Estimate;
@@ -38,44 +38,80 @@ pub(super) fn derived(
         let u = match here {
             Some(u) => Some(u),
             None => {
-                let used: Vec<usize> = quantity
-                    .line
-                    .names()
-                    .iter()
-                    .filter_map(|name| campaign.parameter_index(name))
-                    .filter(|k| *k < n)
-                    .collect();
-                // along each coordinate, and all round in the plane of each two
-                let step = 1e-4;
-                let mut largest: Option<f64> = None;
-                for (p, first) in used.iter().enumerate() {
-                    for second in used.get(p..).unwrap_or_default() {
-                        for direction in 0..64 {
-                            let (sin, cos) = (std::f64::consts::TAU * f64::from(direction) / 64.0).sin_cos();
-                            let mut point = design.point.clone();
-                            point[*first] += step * cos;
-                            if second != first {
-                                point[*second] += step * sin;
-                            }
-                            largest = u_at(&point).into_iter().chain(largest).reduce(f64::max);
-                        }
-                    }
-                }
+                let largest =
+                    nearby(campaign, quantity, &design.point).iter().filter_map(|point| u_at(point)).reduce(f64::max);
                 is_largest = largest.is_some();
                 largest
             }
         };
-        let angle = |name: &str| {
-            let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k))?;
-            if parameter.kind == Kind::Tilt { Some(1.0) } else { None }
-        };
         results.push(PredictedDerived {
             id: quantity.id.clone(),
             line: quantity.line.to_string(),
-            is_angle: quantity.line.angle_degree(&angle) == Some(1.0),
+            is_angle: is_angle(campaign, &quantity.id),
             u,
             is_largest,
         });
     }
     Ok(results)
+}
+
+/// Points close to one at which a quantity has no derivative: all round in the plane of each two of its parameters.
+fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64>> {
+    const STEP: f64 = 1e-4;
+    // opposite directions have opposite gradients
+    const DIRECTIONS: u32 = 32;
+    let n = campaign.unknowns();
+    let names = quantity.line.names();
+    let used: Vec<usize> = names.iter().filter_map(|name| campaign.parameter_index(name)).filter(|k| *k < n).collect();
+    let moved = |along: &[(usize, f64)]| {
+        let mut there = point.to_vec();
+        for (k, step) in along {
+            if let Some(slot) = there.get_mut(*k) {
+                *slot += step;
+            }
+        }
+        there
+    };
+    if let [only] = used.as_slice() {
+        return vec![moved(&[(*only, STEP)]), moved(&[(*only, -STEP)])];
+    }
+    let mut points = Vec::new();
+    for (p, first) in used.iter().enumerate() {
+        for second in used.get(p + 1..).unwrap_or_default() {
+            for direction in 0..DIRECTIONS {
+                let (sin, cos) = (std::f64::consts::PI * f64::from(direction) / f64::from(DIRECTIONS)).sin_cos();
+                points.push(moved(&[(*first, STEP * cos), (*second, STEP * sin)]));
+            }
+        }
+    }
+    points
+}
+
+/// Gradients of a derived quantity by the estimated parameters: one at the reference point, or those of points nearby where it has none there.
+/// Empty where it has none at all. Errors: a line that does not compile.
+pub(super) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<Vec<f64>>> {
+    let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+    let tape = Tape::compile(&quantity.line, &ids)?;
+    let mut scratch = Scratch::default();
+    let mut at = |point: &[f64]| {
+        let mut gradient = vec![0.0; ids.len()];
+        tape.gradient(point, &mut scratch, &mut gradient);
+        gradient.truncate(campaign.unknowns());
+        (gradient.iter().all(|g| g.is_finite()) && gradient.iter().any(|g| *g != 0.0)).then_some(gradient)
+    };
+    let point = campaign.reference_point();
+    Ok(match at(&point) {
+        Some(gradient) => vec![gradient],
+        None => nearby(campaign, quantity, &point).iter().filter_map(|point| at(point)).collect(),
+    })
+}
+
+/// Is a parameter or derived quantity an angle? Limits and uncertainties of it are in radians then.
+pub fn is_angle(campaign: &Campaign, id: &str) -> bool {
+    let tilt = |name: &str| {
+        let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
+        parameter.is_some_and(|p| p.kind == Kind::Tilt)
+    };
+    let quantity = campaign.derived.iter().find(|d| d.id == id);
+    tilt(id) || quantity.is_some_and(|own| own.line.angle_degree(&|name: &str| tilt(name).then_some(1.0)) == Some(1.0))
 }

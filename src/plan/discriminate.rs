@@ -12,13 +12,14 @@
 use super::blocks::{dot, invert, times};
 use super::candidates::Unit;
 use super::criterion::weight_matrix;
-use super::effort::{Offer, positions_only};
-use super::exchange::{Objective, Problem, best_of_starts, information};
-use super::improve::{Improvement, Request, schedule_rows};
+use super::effort::{Offer, planned};
+use super::exchange::{Objective, Problem, information};
+use super::improve::{Improvement, Request, guide, schedule_rows};
 use super::judge::{check_question, judge};
 use super::order::ordered;
 use super::point::check_point;
 use super::pool::Pool;
+use super::search::{EFFORT, Found, Limits, Progress, search};
 use super::whitened::{Term, whitened};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
@@ -69,6 +70,7 @@ pub fn discriminate(
     let objective = Objective::Trace(weight_matrix(&[share(a), share(b)], pool.blocks.unknowns()));
     // singular with too few: one more until regular
     let most = readings.max(1) + pool.blocks.unknowns();
+    let progress = Progress::default();
     let found = (readings.max(1)..=most).find_map(|choose| {
         let problem = Problem {
             blocks: &pool.blocks,
@@ -79,9 +81,10 @@ pub fn discriminate(
             neighbours: &[],
             prices: None,
         };
-        best_of_starts(&problem, starts, seed)
+        let limits = Limits { starts, seed, effort: EFFORT, enough: None, given: &[], progress: &progress };
+        search(&problem, &limits, guide(&problem).as_ref())
     });
-    let Some((design, hits)) = found else { return Ok(nothing) };
+    let Some(Found { design, hits, .. }) = found else { return Ok(nothing) };
     let after = information(&pool.blocks, &pool.base, &design.chosen);
     let all = schedule_rows(kept, &pool, &design.chosen, false);
     Ok(Discrimination {
@@ -109,12 +112,13 @@ pub struct Separated {
 pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: &Request) -> Result<Separated> {
     check_terms(campaign, offer, terms)?;
     let found = discriminate(campaign, offer, terms, request.readings, request.starts, request.seed)?;
-    let kept = positions_only(&offer.kept);
-    let chosen = found.positions.len();
-    let added = campaign.with_readings(Readings { columns: kept.columns.clone(), rows: found.positions });
+    let kept = planned(campaign, &offer.kept);
+    let (stays, chosen) = (kept.rows.len(), found.positions.len());
     let mut rows = kept.rows;
-    rows.extend(ordered(&added, &offer.noise, request.order, request.seed)?.rows);
-    let schedule = campaign.with_readings(Readings { columns: kept.columns, rows });
+    rows.extend(found.positions);
+    let all = campaign.with_readings(planned(campaign, &Readings { columns: kept.columns, rows }));
+    let schedule =
+        campaign.with_readings(ordered(&all, &offer.noise, &offer.costs, request.order, request.seed, stays)?);
     let judgement = judge(&schedule, &offer.noise, &offer.costs)?;
     Ok(Separated {
         before: found.before,
@@ -124,8 +128,12 @@ pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: 
             judgement,
             candidates: offer.candidates.rows.len(),
             chosen,
+            kept: stays,
+            reasons: Vec::new(),
+            limit: None,
             efficiency: None,
             bound_gap: None,
+            enumerated: None,
             hits: found.hits,
             starts: request.starts.max(1),
             check: None,

@@ -1,6 +1,6 @@
 //! What a reading costs in uncertainty and in work: noise of each sensor, scatter of each remounting, costs.
 
-use crate::campaign::{Campaign, Kind, Reading, Readings};
+use crate::campaign::{Campaign, Kind, Observation, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 
@@ -226,6 +226,20 @@ pub struct Offer {
 pub fn positions_only(readings: &Readings) -> Readings {
     let rows = readings.rows.iter().map(Reading::unread).collect();
     Readings { columns: readings.columns.clone(), rows }
+}
+
+/// Readings as a plan counts them: in a campaign that is half done, positions without a value are still to be read, by every sensor. Their values
+/// play no part, and neither do those of the others.
+pub fn planned(campaign: &Campaign, readings: &Readings) -> Readings {
+    let mut planned = readings.clone();
+    if readings.rows.iter().any(|row| !row.observations.is_empty()) {
+        for row in planned.rows.iter_mut().filter(|row| row.observations.is_empty()) {
+            row.observations = (0..campaign.bench.sensors.len())
+                .map(|sensor| Observation { sensor, value: 0.0, u: row.stated_u(sensor), samples: row.samples })
+                .collect();
+        }
+    }
+    planned
 }
 
 /// Were two readings taken without touching anything that stands still?

@@ -12,11 +12,11 @@
 //! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
 
 use super::blocks::{Blocks, add_outer, dot, invert};
-use super::budget::Prices;
+use super::bound::Bound;
+use super::prices::Prices;
 use super::state::State;
 use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::SeedableRng;
-use rayon::prelude::*;
+use rand_pcg::rand_core::Rng;
 
 /// What the exchange makes small, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +55,8 @@ pub(super) struct Design {
     pub chosen: Vec<usize>,
     /// The objective's value after a fresh factorisation.
     pub value: f64,
+    /// Multiplications that were spent on it, roughly.
+    pub effort: f64,
 }
 
 /// An exchange must improve the criterion by this share to be made: less is rounding, and could go round in a circle.
@@ -64,9 +66,27 @@ pub(super) const SWEEPS: usize = 200;
 /// Exchanges between fresh factorisations.
 const REFACTOR: usize = 50;
 
+/// A list longer than this is counted before it is summed.
+const LONG: usize = 500;
+
 /// `M`, for a list of chosen candidates.
 pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Vec<f64> {
     let mut m = base.to_vec();
+    if chosen.len() > LONG {
+        // one sum for each candidate, however often it is chosen
+        let mut times = vec![0_u32; blocks.count()];
+        for j in chosen {
+            if let Some(count) = times.get_mut(*j) {
+                *count += 1;
+            }
+        }
+        for (j, times) in times.iter().enumerate().filter(|(_, times)| **times > 0) {
+            for r in 0..blocks.rows() {
+                add_outer(&mut m, f64::from(*times), &blocks.row(j, r));
+            }
+        }
+        return m;
+    }
     for j in chosen {
         for r in 0..blocks.rows() {
             add_outer(&mut m, 1.0, &blocks.row(*j, r));
@@ -85,63 +105,88 @@ pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
     })
 }
 
-/// Every start from its own seed; the best value, and how many starts reached it. The same seed gives the same design on any machine.
-pub(super) fn best_of_starts(problem: &Problem<'_>, starts: usize, seed: u64) -> Option<(Design, usize)> {
-    best_of(starts, seed, |rng| start(problem, rng))
-}
+/// How a start begins: its number says whether a third is at random and the rest by what tells most, or all is at random, or the approximate
+/// design's weights are rounded.
+const KINDS: usize = 3;
+/// With so many portions for each unknown, every start rounds the weights: exchanges one at a time would take long to get there.
+const MANY: usize = 40;
+/// Optima from which a start goes on, after some portions have been replaced at random.
+const KICKS: usize = 3;
 
-/// The best of designs that a search makes from random numbers.
-pub(super) fn best_of(
-    starts: usize,
-    seed: u64,
-    search: impl Fn(&mut Pcg64Mcg) -> Option<Design> + Sync,
-) -> Option<(Design, usize)> {
-    let one = |k: u64| search(&mut Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(k)));
-    let designs: Vec<Option<Design>> = match starts {
-        0 | 1 => vec![one(0)],
-        _ => (0..starts as u64).into_par_iter().map(one).collect(),
-    };
-    let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1e-300);
-    let mut best: Option<(Design, usize)> = None;
-    for design in designs.into_iter().flatten() {
-        match &mut best {
-            Some((known, hits)) if near(known.value, design.value) => *hits += 1,
-            Some((known, _)) if known.value <= design.value => {}
-            _ => best = Some((design, 1)),
+/// One start: a first design, exchanges until none is worth it, and the same again from neighbours of what was found. `None` where no such design
+/// is regular.
+pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, guide: Option<&Bound>) -> Option<Design> {
+    let many = problem.choose > MANY * problem.blocks.unknowns();
+    let mut state = match guide {
+        Some(guide) if many || number % KINDS == 2 => State::rounded(problem, &guide.weights, rng),
+        _ => State::begin(problem, if number % KINDS == 1 { 1.0 } else { 1.0 / 3.0 }, rng),
+    }
+    .or_else(|| State::begin(problem, 1.0 / 3.0, rng))?;
+    let mut effort = 0.0;
+    improve_state(&mut state);
+    effort += state.effort;
+    let mut best = finished(problem, state.chosen)?;
+    for _ in 0..KICKS {
+        let mut chosen = best.chosen.clone();
+        let mut draw = |below: usize| ((u128::from(rng.next_u64()) * below.max(1) as u128) >> 64) as usize;
+        for _ in 0..1 + draw(3.min(chosen.len())) {
+            let (at, j) = (draw(chosen.len()), draw(problem.blocks.count()));
+            if chosen.iter().filter(|own| **own == j).count() < problem.most_repeats {
+                chosen[at] = j;
+            }
+        }
+        let Some(mut state) = State::of(problem, chosen) else { continue };
+        improve_state(&mut state);
+        effort += state.effort;
+        if let Some(other) = finished(problem, state.chosen)
+            && other.value < best.value
+        {
+            best = other;
         }
     }
-    best
+    Some(Design { effort, ..best })
 }
 
-/// One start: random blocks first, then the most informative, then exchanges until none is worth it. `None` where no such design is regular.
-fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg) -> Option<Design> {
-    let mut state = State::begin(problem, rng)?;
+/// Exchanges from a design as it stands.
+pub(super) fn descend(problem: &Problem<'_>, chosen: Vec<usize>) -> Option<Design> {
+    let mut state = State::of(problem, chosen)?;
     improve_state(&mut state);
-    let mut chosen = state.chosen;
+    finished(problem, state.chosen)
+}
+
+/// A design with its value from a fresh factorisation.
+pub(super) fn finished(problem: &Problem<'_>, mut chosen: Vec<usize>) -> Option<Design> {
     chosen.sort_unstable();
     let m = information(problem.blocks, problem.base, &chosen);
     let value = value(problem.objective, &m, problem.blocks.unknowns())?;
-    Some(Design { chosen, value })
+    Some(Design { chosen, value, effort: 0.0 })
 }
 
 /// Exchanges until none is worth it.
 pub(super) fn improve_state(state: &mut State<'_>) {
     match state.problem.objective {
         Objective::Largest(predicted) => {
-            // from where the start is, and from the best determinant: the first alone is slow to get near, the second is the same from any start
+            // from where the start is, and from the best of a smooth objective: the first alone is slow to get near, the second is the same from
+            // any start
             let other = State::of(state.problem, state.chosen.clone());
-            sweeps(state, &Objective::Determinant);
+            let few = predicted.count() * predicted.rows() <= FEW;
+            sweeps(state, &if few { Objective::Trace(predicted.sum()) } else { Objective::Determinant });
             super::largest::lower(state, predicted);
             if let Some(mut other) = other {
                 super::largest::lower(&mut other, predicted);
+                let effort = state.effort + other.effort;
                 if predicted.largest_quadratic(&other.inverse) < predicted.largest_quadratic(&state.inverse) {
                     *state = other;
                 }
+                state.effort = effort;
             }
         }
         objective => sweeps(state, objective),
     }
 }
+
+/// With so few predicted rows, the sum of their variances is near their largest.
+pub(super) const FEW: usize = 64;
 
 /// Sweep over the chosen blocks until none has a better partner.
 fn sweeps(state: &mut State<'_>, objective: &Objective) {
@@ -149,7 +194,12 @@ fn sweeps(state: &mut State<'_>, objective: &Objective) {
     let mut since_refactor = 0;
     for _ in 0..SWEEPS {
         let mut improved = false;
+        // blocks that have no better partner as things stand
+        let mut settled = vec![false; state.problem.blocks.count()];
         for at in 0..state.chosen.len() {
+            if settled[state.chosen[at]] {
+                continue;
+            }
             let (best, better) = match objective {
                 Objective::Trace(w) => {
                     let (j, decrease) = state.best_for_trace(at, w);
@@ -166,6 +216,7 @@ fn sweeps(state: &mut State<'_>, objective: &Objective) {
                     _ => state.exchange(at, best),
                 }
                 improved = true;
+                settled.fill(false);
                 since_refactor += 1;
                 if since_refactor >= REFACTOR {
                     since_refactor = 0;
@@ -173,6 +224,8 @@ fn sweeps(state: &mut State<'_>, objective: &Objective) {
                         return;
                     }
                 }
+            } else {
+                settled[state.chosen[at]] = true;
             }
         }
         if !improved {

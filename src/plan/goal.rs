@@ -1,24 +1,28 @@
 //! To a goal: the fewest, or the cheapest, positions that bring every uncertainty under its limit.
+//!
+//! What is made small is the largest `u^2 / limit^2`; a derived quantity without a derivative at the point counts with every direction nearby.
 
-use super::blocks::{Blocks, dot, invert, times};
+use super::blocks::{Blocks, dot, times};
 use super::bound::bound;
-use super::budget::{self, Prices};
 use super::candidates::frozen;
 use super::criterion::weight_matrix;
-use super::effort::{Costs, Offer, mounting, positions_only};
-use super::exchange::{Design, Objective, Problem, best_of_starts, information};
-use super::improve::{Improvement, Request, relabelled, schedule_rows};
+use super::derived::gradients;
+use super::effort::{Costs, Offer, planned};
+use super::exchange::{Objective, Problem};
+use super::improve::{Improvement, Request, guide, reasons, scheduled};
 use super::judge::{Judgement, check_question, judge};
-use super::order::{Order, ordered};
+use super::levels::{carried, levels};
 use super::point::check_point;
 use super::pool::Pool;
-use crate::campaign::{Campaign, Reading, Readings};
+use super::prices::Prices;
+use super::search::{EFFORT, Limits, search};
+use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
 
-/// A limit on the standard uncertainty of one estimated parameter: radians for a tilt.
+/// A limit on the standard uncertainty of one estimated parameter (radians for a tilt) or derived quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
-    /// The parameter.
+    /// The parameter or derived quantity.
     pub id: String,
     /// Largest standard uncertainty.
     pub u: f64,
@@ -29,40 +33,38 @@ pub struct Goal {
 pub struct Reached {
     /// The schedule and how well it will do.
     pub improvement: Improvement,
-    /// Does every parameter keep its limit?
+    /// Does every quantity keep its limit?
     pub reached: bool,
-    /// Largest predicted uncertainty as a share of its limit; `None` where a limited parameter is not estimable.
+    /// Largest predicted uncertainty as a share of its limit; `None` where a limited quantity is not estimable.
     pub largest_share: Option<f64>,
-    /// Is it proven (by the approximate design) that no fewer readings of these candidates reach the goals?
+    /// Is it proven (by the approximate design, or because all designs were tried) that no fewer readings of these candidates reach the goals?
     pub is_fewest: bool,
     /// Was the cheapest schedule sought instead? It is the cheapest that was found; no proof goes with it.
     pub is_cheapest_found: bool,
-    /// Limits on parameters that even all candidates together do not determine.
+    /// Limits on what even all candidates together do not determine.
     pub impossible: Vec<String>,
 }
 
-/// Reweighting rounds: the sum of `(u/limit)^2` becomes the largest of them.
+/// Reweighting rounds of the bound: the sum of `(u/limit)^2` becomes the largest of them.
 const ROUNDS: usize = 8;
-/// Budgets that are tried below the cost of a schedule that reaches the goals, and starts for each.
-const BUDGETS: usize = 10;
-const BUDGET_STARTS: usize = 20;
-/// With more candidate portions than this, one budget takes too long to be tried so often.
-const MOST_PORTIONS: usize = 1500;
+/// Starts and effort of one of the many searches on the way; the last ones have the request's.
+const STARTS: usize = 24;
+const LITTLE: f64 = EFFORT / 8.0;
 
-/// The fewest readings that reach the goals; with `cheapest`, the cheapest schedule that is found: fewer mountings are tried, then smaller budgets.
+/// The fewest readings that reach the goals; with `cheapest`, the cheapest schedule that is found.
 ///
-/// Limits are on estimated parameters; derived quantities do not count.
 /// `request.readings` is the most that may be chosen; its criterion plays no part. A goal that cannot be reached is a result: `reached` is false
-/// and the schedule is the best reachable with that many readings. Errors: those of [`super::improve`], a limit that is not positive, a parameter
-/// that is not estimated.
+/// and the schedule is the best reachable with that many readings. Errors: those of [`super::improve`], a limit that is not positive, a quantity
+/// that is neither estimated nor derived.
 pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goal], cheapest: bool) -> Result<Reached> {
     let Offer { candidates, noise, costs, .. } = offer;
-    let kept = &positions_only(&offer.kept);
+    let kept = &planned(campaign, &offer.kept);
     check_question(campaign)?;
     costs.check()?;
     check_point(campaign, kept, candidates, noise)?;
-    let pool = Pool::new(campaign, kept, candidates, request.unit, noise, &[])?;
-    let (limits, impossible) = limits(campaign, &pool, goals)?;
+    let pool_of = |readings: &Readings| Pool::new(campaign, kept, readings, request.unit, noise, &[]);
+    let pool = pool_of(candidates)?;
+    let (rows, impossible) = limits(campaign, &pool, goals)?;
     let size = pool.portion_size();
     let most = (request.readings / size).min(pool.portions.len().saturating_mul(request.most_repeats));
     if most == 0 {
@@ -70,50 +72,28 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             .expected(format!("at least {size} readings allowed"))
             .found(request.readings.to_string()));
     }
-    let all: Vec<usize> = (0..pool.portions.len()).collect();
-    let search = Search { pool: &pool, limits: &limits, request };
-    let mut found = search.fewest(&all, most).ok_or_else(|| {
+    let apart = !noise.remount.is_empty();
+    // what coarser sweeps within this one reach is where this one goes on from
+    let mut found: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
+    let levels = levels(candidates);
+    for (readings, within) in levels.iter().take(levels.len().saturating_sub(1)) {
+        let own = pool_of(readings).ok().filter(|own| own.blocks.unknowns() == pool.blocks.unknowns());
+        let reached = own.as_ref().and_then(|own| {
+            let (rows, missing) = limits(campaign, own, goals).ok()?;
+            let given = carried_to(own, within, &found);
+            let most = most.min(own.portions.len().saturating_mul(request.most_repeats));
+            let search = Search::new(own, &rows, request, costs, apart, most);
+            (missing == impossible).then(|| search.best(&given, cheapest)).flatten()
+        });
+        found.push(own.zip(reached.map(|reached| reached.chosen)));
+    }
+    let within: Vec<usize> = (0..found.len()).collect();
+    let search = Search::new(&pool, &rows, request, costs, apart, most);
+    let found = search.best(&carried_to(&pool, &within, &found), cheapest).ok_or_else(|| {
         Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
-    let scatters = !noise.remount.is_empty();
-    let run = |chosen: &[usize]| -> Result<Campaign> {
-        let rows = schedule_rows(kept, &pool, chosen, scatters);
-        let unordered = campaign.with_readings(Readings { columns: kept.columns.clone(), rows });
-        Ok(campaign.with_readings(ordered(&unordered, noise, Order::Abba, request.seed)?))
-    };
-    if cheapest && found.share <= 1.0 {
-        let mut cost = costs.work(&run(&found.chosen)?.readings.rows).cost;
-        loop {
-            let mountings = distinct_mountings(&pool, &found.chosen);
-            let mut better: Option<(f64, Found)> = None;
-            for dropped in 0..mountings.len() {
-                let stays = |k: &usize| {
-                    let own = pool.portions.get(*k).and_then(|p| p.first()).map(mounting).unwrap_or_default();
-                    mountings.iter().enumerate().any(|(m, place)| m != dropped && *place == own)
-                };
-                let allowed: Vec<usize> = all.iter().copied().filter(stays).collect();
-                let Some(other) = search.fewest(&allowed, most).filter(|other| other.share <= 1.0) else { continue };
-                let other_cost = costs.work(&run(&other.chosen)?.readings.rows).cost;
-                if other_cost < better.as_ref().map_or(cost, |(best, _)| *best) {
-                    better = Some((other_cost, other));
-                }
-            }
-            let Some((lower, other)) = better else { break };
-            cost = lower;
-            found = Found { is_fewest: false, ..other };
-        }
-        if let Some(cheaper) = search.within_budgets(&found, costs, most, scatters)
-            && costs.work(&run(&cheaper.chosen)?.readings.rows).cost < cost
-        {
-            found = cheaper;
-        }
-    }
-    let mut schedule = run(&found.chosen)?;
-    if request.order != Order::Abba {
-        schedule = campaign.with_readings(ordered(&schedule, noise, request.order, request.seed)?);
-    }
-    schedule = campaign.with_readings(relabelled(kept, schedule.readings));
+    let schedule = scheduled(campaign, kept, &pool, &found.chosen, offer, request)?;
     let judgement = judge(&schedule, noise, costs)?;
     let largest_share = largest_share(&judgement, goals);
     Ok(Reached {
@@ -123,69 +103,79 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         is_cheapest_found: cheapest,
         impossible,
         improvement: Improvement {
-            schedule,
             judgement,
             candidates: pool.portions.len(),
             chosen: found.chosen.len() * size,
+            kept: kept.rows.len(),
+            reasons: reasons(&schedule, noise, kept.rows.len())?,
+            limit: None,
             efficiency: None,
             bound_gap: None,
+            enumerated: None,
             hits: found.hits,
-            starts: request.starts.max(1),
+            starts: found.starts,
             check: None,
             unreachable: pool.not_estimable.clone(),
             frozen: frozen(campaign, candidates),
+            schedule,
         },
     })
 }
 
+fn carried_to(pool: &Pool, within: &[usize], found: &[Option<(Pool, Vec<usize>)>]) -> Vec<Vec<usize>> {
+    let coarser = within.iter().filter_map(|k| found.get(*k)?.as_ref());
+    coarser.filter_map(|(own, chosen)| carried(own, chosen, pool)).collect()
+}
+
 fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {
+    let u = |id: &str| {
+        let parameter = judgement.parameters.iter().find(|p| p.id == id).map(|p| p.u);
+        parameter.or_else(|| judgement.derived.iter().find(|d| d.id == id).map(|d| d.u)).flatten()
+    };
     goals
         .iter()
-        .map(|goal| judgement.parameters.iter().find(|p| p.id == goal.id).and_then(|p| p.u).map(|u| u / goal.u))
+        .map(|goal| u(&goal.id).map(|u| u / goal.u))
         .try_fold(0.0_f64, |most, share| share.map(|share| most.max(share)))
 }
 
-fn distinct_mountings(pool: &Pool, chosen: &[usize]) -> Vec<Vec<Option<f64>>> {
-    let mut distinct: Vec<Vec<Option<f64>>> = Vec::new();
-    for place in chosen.iter().filter_map(|k| pool.portions.get(*k)?.first()).map(|r: &Reading| mounting(r)) {
-        if !distinct.contains(&place) {
-            distinct.push(place);
-        }
-    }
-    distinct
-}
-
-/// Coordinates of each limited parameter divided by its limit, and the parameters that no candidate determines.
+/// Coordinates of each limited quantity divided by its limit, and the quantities that no candidate determines.
 fn limits(campaign: &Campaign, pool: &Pool, goals: &[Goal]) -> Result<(Vec<Vec<f64>>, Vec<String>)> {
     let n = campaign.unknowns();
     let (mut limits, mut impossible) = (Vec::new(), Vec::new());
     for goal in goals {
-        let Some(k) = campaign.parameter_index(&goal.id).filter(|k| *k < n) else {
-            let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-            return Err(Malformed::new(
-                Fault::UnknownName,
-                format!("a goal is set for '{}', which is not estimated", goal.id),
-            )
-            .expected(format!("one of {}", names.join(", ")))
-            .found(format!("'{}'", goal.id)));
+        let parameter = campaign.parameter_index(&goal.id).filter(|k| *k < n);
+        let rows: Vec<Vec<f64>> = match (parameter, campaign.derived.iter().find(|d| d.id == goal.id)) {
+            (Some(k), _) => vec![(0..n).map(|j| f64::from(u8::from(j == k))).collect()],
+            (None, Some(quantity)) => gradients(campaign, quantity)?,
+            (None, None) => {
+                let mut names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+                names.extend(campaign.derived.iter().map(|d| d.id.as_str()));
+                return Err(Malformed::new(
+                    Fault::UnknownName,
+                    format!("a goal is set for '{}', which is neither estimated nor derived", goal.id),
+                )
+                .expected(format!("one of {}", names.join(", ")))
+                .found(format!("'{}'", goal.id)));
+            }
         };
         if !(goal.u > 0.0 && goal.u.is_finite()) {
             return Err(Malformed::new(Fault::Value, format!("the goal for '{}' is not positive", goal.id))
                 .expected("a positive standard uncertainty")
                 .found(goal.u.to_string()));
         }
-        let unit: Vec<f64> = (0..n).map(|j| if j == k { 1.0 / goal.u } else { 0.0 }).collect();
-        match pool.coordinates(&unit) {
-            Some(c) => limits.push(c),
+        let own: Option<Vec<Vec<f64>>> =
+            rows.iter().map(|row| pool.coordinates(&row.iter().map(|c| c / goal.u).collect::<Vec<f64>>())).collect();
+        match own.filter(|own| !own.is_empty()) {
+            Some(own) => limits.extend(own),
             None => impossible.push(goal.id.clone()),
         }
     }
     if goals.is_empty() || limits.is_empty() {
         let error = Malformed::new(Fault::Value, "no goal can be sought");
         return Err(match impossible.is_empty() {
-            true => error.expected("a limit on at least one angle or parameter"),
+            true => error.expected("a limit on at least one angle, parameter or derived quantity"),
             false => error
-                .expected("a limit on a parameter that the candidates determine")
+                .expected("a limit on a quantity that the candidates determine")
                 .found(format!("{}: even all candidates together do not determine it", impossible.join(", "))),
         });
     }
@@ -193,146 +183,192 @@ fn limits(campaign: &Campaign, pool: &Pool, goals: &[Goal]) -> Result<(Vec<Vec<f
 }
 
 #[derive(Debug, Clone)]
-struct Found {
+struct Reach {
     chosen: Vec<usize>,
     /// Largest `u / limit`.
     share: f64,
     is_fewest: bool,
+    /// Were all designs of this size tried?
+    all_tried: bool,
     hits: usize,
+    starts: usize,
+}
+
+impl Reach {
+    fn reaches(&self) -> bool {
+        self.share <= 1.0
+    }
 }
 
 struct Search<'a> {
     pool: &'a Pool,
-    limits: &'a [Vec<f64>],
+    rows: &'a [Vec<f64>],
+    objective: Objective,
     request: &'a Request,
+    prices: Prices,
+    most: usize,
 }
 
-impl Search<'_> {
-    /// The fewest of the `allowed` portions, at most `most`, that keep every limit; if none do, the best with `most`.
-    fn fewest(&self, allowed: &[usize], most: usize) -> Option<Found> {
-        let blocks = self.pool.blocks.subset(allowed);
-        let most = most.min(allowed.len().saturating_mul(self.request.most_repeats));
+impl<'a> Search<'a> {
+    fn new(
+        pool: &'a Pool,
+        rows: &'a [Vec<f64>],
+        request: &'a Request,
+        costs: &Costs,
+        apart: bool,
+        most: usize,
+    ) -> Self {
+        let n = pool.blocks.unknowns();
+        let limited = Blocks::from_fn(rows.len(), 1, n, |j, _, c| {
+            rows.get(j).and_then(|r| r.get(c)).copied().unwrap_or_default()
+        });
+        let prices = Prices::new(&pool.portions, *costs, 0.0, apart);
+        Search { pool, rows, objective: Objective::Largest(limited), request, prices, most }
+    }
+
+    fn best(&self, given: &[Vec<usize>], cheapest: bool) -> Option<Reach> {
+        let fewest = self.fewest(given)?;
+        if !cheapest || !fewest.reaches() {
+            return Some(fewest);
+        }
+        Some(self.cheapest(fewest, given))
+    }
+
+    fn problem<'p>(&'p self, choose: usize, prices: Option<&'p Prices>) -> Problem<'p> {
+        let Pool { blocks, base, .. } = self.pool;
+        let most_repeats = self.request.most_repeats;
+        Problem { blocks, base, objective: &self.objective, choose, most_repeats, neighbours: &[], prices }
+    }
+
+    /// The design whose largest `u / limit` is smallest; with little effort unless it matters.
+    fn seek(&self, problem: &Problem<'_>, given: &[Vec<usize>], earnest: bool) -> Option<Reach> {
+        let all = Limits::of(self.request, given);
+        let limits = match earnest {
+            true => Limits { enough: Some(1.0), ..all },
+            false => Limits { enough: Some(1.0), starts: STARTS.min(self.request.starts), effort: LITTLE, ..all },
+        };
+        // very many portions begin from the approximate design
+        let many = problem.prices.is_none() && problem.choose > 40 * problem.blocks.unknowns();
+        let found = search(problem, &limits, many.then(|| guide(problem)).flatten().as_ref())?;
+        Some(Reach {
+            chosen: found.design.chosen,
+            share: found.design.value.max(0.0).sqrt(),
+            is_fewest: false,
+            all_tried: found.enumerated.is_some(),
+            hits: found.hits,
+            starts: found.starts,
+        })
+    }
+
+    /// The fewest portions, at most `most`, that keep every limit; if none do, the best with `most`.
+    fn fewest(&self, given: &[Vec<usize>]) -> Option<Reach> {
+        let blocks = &self.pool.blocks;
+        let with = |choose: usize, earnest: bool| self.seek(&self.problem(choose, None), given, earnest);
+        let known = given.iter().map(Vec::len).filter(|count| *count <= self.most).min();
         let mut low = 0; // too few
-        let mut high = blocks.unknowns().div_ceil(blocks.rows().max(1)).clamp(1, most.max(1));
+        let mut high = blocks.unknowns().div_ceil(blocks.rows().max(1)).clamp(1, self.most.max(1));
         let mut best = loop {
-            match self.best_with(&blocks, high) {
-                Some(found) if found.share <= 1.0 => break found,
-                found if high >= most => return found.map(|found| self.in_pool(found, allowed)),
+            match with(high, high >= self.most) {
+                Some(found) if found.reaches() => break found,
+                found if high >= self.most => return found,
                 _ => {
                     low = high;
-                    high = (2 * high).min(most);
+                    high = (2 * high).min(self.most);
+                    // a coarser sweep may have reached it with so many
+                    if let Some(known) = known.filter(|known| *known > low) {
+                        high = high.min(known);
+                    }
                 }
             }
         };
         while high - low > 1 {
             let middle = low + (high - low) / 2;
-            match self.best_with(&blocks, middle) {
-                Some(found) if found.share <= 1.0 => {
-                    high = middle;
-                    best = found;
-                }
+            match with(middle, false) {
+                Some(found) if found.reaches() => (high, best) = (middle, found),
                 _ => low = middle,
             }
         }
-        best.is_fewest = high == 1 || self.too_few(&blocks, high - 1);
-        Some(self.in_pool(best, allowed))
-    }
-
-    fn in_pool(&self, found: Found, allowed: &[usize]) -> Found {
-        Found { chosen: found.chosen.iter().filter_map(|k| allowed.get(*k)).copied().collect(), ..found }
-    }
-
-    /// The design of `choose` portions whose largest `u / limit` is smallest, by reweighting the sum of squares.
-    fn best_with(&self, blocks: &Blocks, choose: usize) -> Option<Found> {
-        self.reweighted(blocks, |objective| {
-            let problem = self.problem(blocks, objective, choose, None);
-            best_of_starts(&problem, self.request.starts.min(20), self.request.seed)
-        })
-    }
-
-    /// Smaller and smaller budgets below the cost of `found`, by bisection; `None` where none of them keeps every limit.
-    fn within_budgets(&self, found: &Found, costs: &Costs, most: usize, remounts: bool) -> Option<Found> {
-        // free readings have no end
-        if self.pool.portions.len() > MOST_PORTIONS || costs.reading + costs.rate_change <= 0.0 {
-            return None;
-        }
-        let blocks = &self.pool.blocks;
-        let prices = |budget: f64| Prices::new(self.pool, *costs, budget, remounts);
-        let mut high = prices(0.0).of(found.chosen.iter().copied());
-        // costs are sums of these, so that nothing lies between two costs that are nearer
-        let step = [costs.reading, costs.rate_change, costs.mounting].into_iter().filter(|c| *c > 0.0);
-        let step = step.fold(high, f64::min);
-        let (mut low, mut best) = (0.0, None);
-        for _ in 0..BUDGETS {
-            if high - low <= step {
-                break;
-            }
-            let prices = prices((low + high) / 2.0);
-            let cheaper = self.reweighted(blocks, |objective| {
-                let problem = self.problem(blocks, objective, 0, Some(&prices));
-                budget::best(&problem, &prices, self.request.starts.min(BUDGET_STARTS), self.request.seed)
-            });
-            match cheaper.filter(|cheaper| cheaper.share <= 1.0 && cheaper.chosen.len() <= most) {
-                Some(cheaper) => {
-                    high = prices.of(cheaper.chosen.iter().copied());
-                    best = Some(cheaper);
+        // one fewer, in earnest, until it cannot be done
+        let mut proven = high == 1;
+        while high > 1 {
+            match with(high - 1, true) {
+                Some(found) if found.reaches() => (high, best) = (high - 1, found),
+                Some(found) if found.all_tried => {
+                    proven = true;
+                    break;
                 }
-                None => low = prices.budget,
+                _ => break,
             }
         }
-        best
+        best.is_fewest = proven || high == 1 || self.too_few(high - 1);
+        Some(best)
     }
 
-    fn problem<'p>(
-        &'p self,
-        blocks: &'p Blocks,
-        objective: &'p Objective,
-        choose: usize,
-        prices: Option<&'p Prices>,
-    ) -> Problem<'p> {
-        let (base, most_repeats) = (&self.pool.base, self.request.most_repeats);
-        Problem { blocks, base, objective, choose, most_repeats, neighbours: &[], prices }
-    }
-
-    /// The design whose largest `u / limit` is smallest, among those that `find` returns for reweighted sums of squares.
-    fn reweighted(&self, blocks: &Blocks, find: impl Fn(&Objective) -> Option<(Design, usize)>) -> Option<Found> {
-        let mut weights = vec![1.0; self.limits.len()];
-        let mut best: Option<Found> = None;
-        for _ in 0..ROUNDS {
-            let terms: Vec<(f64, Vec<f64>)> = weights.iter().copied().zip(self.limits.iter().cloned()).collect();
-            let objective = Objective::Trace(weight_matrix(&terms, blocks.unknowns()));
-            let (design, hits) = find(&objective)?;
-            let (inverse, _) = invert(&information(blocks, &self.pool.base, &design.chosen), blocks.unknowns())?;
-            let squares: Vec<f64> = self.limits.iter().map(|c| dot(c, &times(&inverse, c))).collect();
-            let share = squares.iter().copied().fold(0.0, f64::max).sqrt();
-            if best.as_ref().is_none_or(|b| share < b.share) {
-                best = Some(Found { chosen: design.chosen, share, is_fewest: false, hits });
+    /// The cheapest that is found below the cost of one that keeps every limit: by bisection, then by one step of the costs after the other.
+    fn cheapest(&self, fewest: Reach, given: &[Vec<usize>]) -> Reach {
+        let cost = |chosen: &[usize]| self.prices.of(chosen);
+        let blocks = &self.pool.blocks;
+        let reaches = |chosen: &Vec<usize>| {
+            let m = super::exchange::information(blocks, &self.pool.base, chosen);
+            let value = super::exchange::value(&self.objective, &m, blocks.unknowns());
+            value.is_some_and(|value| value <= 1.0) && chosen.len() <= self.most
+        };
+        let mut best = Reach { is_fewest: false, ..fewest };
+        for chosen in given.iter().filter(|chosen| reaches(chosen)) {
+            if cost(chosen) < cost(&best.chosen) {
+                best.chosen.clone_from(chosen);
             }
-            if share <= 1.0 {
-                break;
+        }
+        let mut high = cost(&best.chosen);
+        let step = self.prices.least_step().unwrap_or(high);
+        let within = |budget: f64, best: &Reach, earnest: bool| {
+            let prices = self.prices.with_budget(budget);
+            let all: Vec<Vec<usize>> = given.iter().chain([&best.chosen]).cloned().collect();
+            self.seek(&self.problem(self.most, Some(&prices)), &all, earnest).filter(Reach::reaches)
+        };
+        // nothing costs less than one portion
+        let mut low = (0..self.pool.portions.len()).map(|j| self.prices.alone(j)).fold(high, f64::min) - step;
+        while high - low > 1.5 * step {
+            let middle = (0.5 * (low + high)).min(high - step);
+            match within(middle, &best, false) {
+                Some(found) => {
+                    high = cost(&found.chosen);
+                    best = found;
+                }
+                None => low = middle,
             }
-            let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-            weights.iter_mut().zip(&squares).for_each(|(w, s)| *w *= s / mean);
+        }
+        while high > step {
+            match within(high - step, &best, true) {
+                Some(found) if cost(&found.chosen) < high => {
+                    high = cost(&found.chosen);
+                    best = found;
+                }
+                _ => break,
+            }
         }
         best
     }
 
     /// Can even the best weights of `choose` portions not keep all limits? `sum l u^2/limit^2 > sum l` for some weights `l` says so.
-    fn too_few(&self, blocks: &Blocks, choose: usize) -> bool {
+    fn too_few(&self, choose: usize) -> bool {
+        let blocks = &self.pool.blocks;
         let fewest = blocks.unknowns().div_ceil(blocks.rows().max(1));
         if self.pool.base.iter().all(|b| *b == 0.0) && choose < fewest {
             return true;
         }
-        let mut weights = vec![1.0; self.limits.len()];
+        let mut weights = vec![1.0; self.rows.len()];
         for _ in 0..ROUNDS {
-            let terms: Vec<(f64, Vec<f64>)> = weights.iter().copied().zip(self.limits.iter().cloned()).collect();
+            let terms: Vec<(f64, Vec<f64>)> = weights.iter().copied().zip(self.rows.iter().cloned()).collect();
             let objective = Objective::Trace(weight_matrix(&terms, blocks.unknowns()));
-            let Some(best) = bound(blocks, &self.pool.base, &objective, choose) else { return false };
+            let Some(best) = bound(blocks, &self.pool.base, &objective, choose as f64) else { return false };
             if best.value > weights.iter().sum::<f64>() * (1.0 + 1e-9) {
                 return true;
             }
-            let Some(inverse) = super::bound::inverse(blocks, &self.pool.base, choose, &best) else { return false };
-            let squares: Vec<f64> = self.limits.iter().map(|c| dot(c, &times(&inverse, c))).collect();
+            let Some(inverse) = super::bound::inverse(blocks, &self.pool.base, choose as f64, &best) else {
+                return false;
+            };
+            let squares: Vec<f64> = self.rows.iter().map(|c| dot(c, &times(&inverse, c))).collect();
             let mean = squares.iter().sum::<f64>() / squares.len() as f64;
             weights.iter_mut().zip(&squares).for_each(|(w, s)| *w *= s / mean);
         }

@@ -1,15 +1,19 @@
 //! The best positions: chosen anew, or added to what is kept.
 
-use super::bound::bound;
-use super::budget::{self, Prices};
+use super::blocks::{add_outer, rank};
+use super::bound::{Bound, bound};
 use super::candidates::{Unit, frozen};
 use super::criterion::{Criterion, objective};
-use super::effort::{Costs, Noise, Offer, mounting, positions_only};
-use super::exchange::{Design, Objective, Problem, best_of_starts};
+use super::effort::{Costs, Noise, Offer, mounting, planned};
+use super::enumerate;
+use super::exchange::{Design, Objective, Problem};
 use super::judge::{Judgement, check_question, judge};
+use super::levels::{carried, levels};
 use super::order::{Order, ordered};
 use super::point::check_point;
 use super::pool::{Pool, log_det_of};
+use super::prices::Prices;
+use super::search::{Found, Limits, Progress, search};
 use super::whitened::{adjusted, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
@@ -29,10 +33,12 @@ pub enum Method {
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// Readings to choose; plays no part where there is a budget.
+    /// Readings to choose; with a budget the most that may be chosen, and 0 for as many as it buys.
     pub readings: usize,
-    /// What may be spent on what is chosen, instead of a number of readings.
+    /// What may be spent on what is chosen.
     pub budget: Option<f64>,
+    /// May it cost more where nothing within the budget determines the unknowns?
+    pub may_cost_more: bool,
     /// Best in what.
     pub criterion: Criterion,
     /// In what portions.
@@ -47,6 +53,8 @@ pub struct Request {
     pub seed: u64,
     /// Order of the result.
     pub order: Order,
+    /// Who is told how far the search is.
+    pub progress: Progress,
 }
 
 impl Default for Request {
@@ -54,6 +62,7 @@ impl Default for Request {
         Request {
             readings: 0,
             budget: None,
+            may_cost_more: false,
             criterion: Criterion::D,
             unit: Unit::Reading,
             method: Method::Fedorov,
@@ -61,6 +70,7 @@ impl Default for Request {
             starts: 100,
             seed: 1,
             order: Order::Abba,
+            progress: Progress::default(),
         }
     }
 }
@@ -76,11 +86,19 @@ pub struct Improvement {
     pub candidates: usize,
     /// Readings chosen; the rest of the schedule is kept.
     pub chosen: usize,
+    /// Readings that were kept: the first of the schedule, in their order.
+    pub kept: usize,
+    /// Why each chosen mounting is there, by its label.
+    pub reasons: Vec<Reason>,
+    /// What the chosen ones might cost, where that was limited.
+    pub limit: Option<f64>,
     /// At least this share of what the best conceivable weights reach: `(det M / det M*)^(1/n)` for D, `tr*/tr` for A and C, `max*/max` for G.
     pub efficiency: Option<f64>,
     /// How far the bound behind it may be off, as a share: what the best weights that were found reach, less the bound. A larger shortfall means
     /// that so few readings cannot follow the weights.
     pub bound_gap: Option<f64>,
+    /// Designs that there are, where all of them were tried: none is better.
+    pub enumerated: Option<u64>,
     /// Starts that ended at the best value.
     pub hits: usize,
     /// Starts that were made.
@@ -100,64 +118,281 @@ pub struct Improvement {
 /// quantity that does not exist or that even all candidates do not determine.
 pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<Improvement> {
     let Offer { candidates, noise, costs, .. } = offer;
-    let kept = &positions_only(&offer.kept);
+    let kept = &planned(campaign, &offer.kept);
     check_question(campaign)?;
     costs.check()?;
     check_point(campaign, kept, candidates, noise)?;
-    let pool = Pool::new(campaign, kept, candidates, request.unit, noise, &[])?;
-    let objective = objective(campaign, &pool, &request.criterion)?;
-    let neighbours = if request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
-    let remounts = !noise.remount.is_empty();
-    let problem = |choose: usize| Problem {
-        blocks: &pool.blocks,
-        base: &pool.base,
-        objective: &objective,
-        choose,
-        most_repeats: request.most_repeats,
-        neighbours: &neighbours,
-        prices: None,
-    };
-    let (design, hits, efficiency, bound_gap) = match request.budget {
-        None => {
-            let choose = portions_to_choose(&pool, request)?;
-            let found = best_of_starts(&problem(choose), request.starts, request.seed);
-            let (design, hits) = found.ok_or_else(|| too_few(&pool, request))?;
-            let (efficiency, gap) = efficiency(&pool, &objective, choose, &design).unzip();
-            (design, hits, efficiency, gap)
+    if let Some(budget) = request.budget {
+        check_budget(budget, costs, request)?;
+    }
+    let question = Question { campaign, kept, noise, costs, request };
+    let mut sought = question.sought(candidates, request.budget)?;
+    if sought.is_none()
+        && let Some(budget) = request.budget
+    {
+        let pool = question.pool(candidates)?;
+        if request.readings > 0 && too_small(&pool, request) {
+            return Err(too_few(&pool, request));
         }
-        Some(budget) => {
-            let within = |budget: f64, starts: usize| {
-                let prices = Prices::new(&pool, *costs, budget, remounts);
-                budget::best(&Problem { prices: Some(&prices), ..problem(0) }, &prices, starts, request.seed)
-            };
-            check_budget(budget, costs)?;
-            let found = within(budget, request.starts);
-            let (design, hits) = found.ok_or_else(|| {
-                let price =
-                    |design: &Design| Prices::new(&pool, *costs, 0.0, remounts).of(design.chosen.iter().copied());
-                too_poor(budget, &pool, least_budget(budget, |more| within(more, 20).map(|(design, _)| price(&design))))
-            })?;
-            (design, hits, None, None)
+        let cost_within = |more: f64| {
+            let found = question.seek(&pool, Some(more), &[], 20).ok()??;
+            Some(Prices::new(&pool.portions, *costs, 0.0, question.apart()).of(&found.design.chosen))
+        };
+        let enough = least_budget(budget, cost_within);
+        if let (true, Some(enough)) = (request.may_cost_more, enough) {
+            sought = question.sought(candidates, Some(enough))?;
         }
+        if sought.is_none() {
+            return Err(too_poor(budget, &pool, enough));
+        }
+    }
+    let Some(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit }) = sought
+    else {
+        return Err(too_few(&question.pool(candidates)?, request));
     };
-    let rows = schedule_rows(kept, &pool, &design.chosen, remounts);
-    let unordered = campaign.with_readings(Readings { columns: kept.columns.clone(), rows });
-    let run = ordered(&unordered, noise, request.order, request.seed)?;
-    let schedule = campaign.with_readings(relabelled(kept, run));
+    let schedule = scheduled(campaign, kept, &pool, &design.chosen, offer, request)?;
     let judgement = judge(&schedule, noise, costs)?;
     Ok(Improvement {
         check: check(&schedule, noise, &pool, &objective, &design)?,
         judgement,
         candidates: pool.portions.len(),
         chosen: design.chosen.len() * pool.portion_size(),
+        kept: kept.rows.len(),
+        reasons: reasons(&schedule, noise, kept.rows.len())?,
+        limit,
         efficiency,
         bound_gap,
+        enumerated,
         hits,
-        starts: request.starts.max(1),
+        starts,
         unreachable: pool.not_estimable,
         frozen: frozen(campaign, candidates),
         schedule,
     })
+}
+
+/// What is asked, of any set of candidates.
+struct Question<'a> {
+    campaign: &'a Campaign,
+    kept: &'a Readings,
+    noise: &'a Noise,
+    costs: &'a Costs,
+    request: &'a Request,
+}
+
+/// What was found in one set of candidates.
+struct Sought {
+    pool: Pool,
+    objective: Objective,
+    design: Design,
+    hits: usize,
+    starts: usize,
+    enumerated: Option<u64>,
+    efficiency: Option<f64>,
+    bound_gap: Option<f64>,
+    limit: Option<f64>,
+}
+
+impl Question<'_> {
+    /// Where remounting scatters, every portion is a mounting of its own.
+    fn apart(&self) -> bool {
+        !self.noise.remount.is_empty()
+    }
+
+    fn pool(&self, candidates: &Readings) -> Result<Pool> {
+        Pool::new(self.campaign, self.kept, candidates, self.request.unit, self.noise, &[])
+    }
+
+    /// The best of these candidates, with what coarser sweeps within them have found; `None` where nothing determines the unknowns.
+    fn sought(&self, candidates: &Readings, limit: Option<f64>) -> Result<Option<Sought>> {
+        let pool = self.pool(candidates)?;
+        let objective = objective(self.campaign, &pool, &self.request.criterion)?;
+        // where all designs can be tried, nothing else is needed
+        if let Some(found) = self.all(&pool, &objective, limit)? {
+            return self.with_bound(pool, objective, found, None, limit).map(Some);
+        }
+        let mut found: Vec<Option<(Pool, Vec<usize>)>> = Vec::new();
+        let levels = levels(candidates);
+        for (readings, within) in levels.iter().take(levels.len().saturating_sub(1)) {
+            // a coarser sweep may lack what this question needs
+            let own = self.pool(readings).ok().filter(|own| own.blocks.unknowns() == pool.blocks.unknowns());
+            let design = own.as_ref().and_then(|own| {
+                let given = carried_to(own, within, &found);
+                self.seek(own, limit, &given, self.request.starts).ok()?
+            });
+            found.push(own.zip(design.map(|sought| sought.design.chosen)));
+        }
+        let within: Vec<usize> = (0..found.len()).collect();
+        let given = carried_to(&pool, &within, &found);
+        self.seek(&pool, limit, &given, self.request.starts)
+    }
+
+    fn all(&self, pool: &Pool, objective: &Objective, limit: Option<f64>) -> Result<Option<Found>> {
+        let (choose, prices) = self.wanted(pool, limit)?;
+        let problem = self.problem(pool, objective, choose, prices.as_ref(), &[]);
+        let found = if self.request.method == Method::Coordinate { None } else { enumerate::best(&problem) };
+        Ok(found
+            .and_then(|(design, count)| Some(Found { design: design?, hits: 1, starts: 1, enumerated: Some(count) })))
+    }
+
+    /// The best of one pool.
+    fn seek(&self, pool: &Pool, limit: Option<f64>, given: &[Vec<usize>], starts: usize) -> Result<Option<Sought>> {
+        let objective = objective(self.campaign, pool, &self.request.criterion)?;
+        let (choose, prices) = self.wanted(pool, limit)?;
+        let neighbours = if self.request.method == Method::Coordinate { pool.neighbours() } else { Vec::new() };
+        let problem = self.problem(pool, &objective, choose, prices.as_ref(), &neighbours);
+        let guide = guide(&problem);
+        let limits = Limits { starts, ..Limits::of(self.request, given) };
+        let Some(found) = search(&problem, &limits, guide.as_ref()) else { return Ok(None) };
+        self.with_bound(pool.clone(), objective.clone(), found, guide, limit).map(Some)
+    }
+
+    fn wanted(&self, pool: &Pool, limit: Option<f64>) -> Result<(usize, Option<Prices>)> {
+        let prices = limit.map(|limit| Prices::new(&pool.portions, *self.costs, limit, self.apart()));
+        let choose = match (limit, self.request.readings) {
+            (Some(_), 0) => usize::MAX,
+            _ => portions_to_choose(pool, self.request)?,
+        };
+        // a limit that no choice of so many can reach is none
+        let dearest = |prices: &Prices| (0..pool.portions.len()).map(|j| prices.alone(j)).fold(0.0, f64::max);
+        let prices = prices.filter(|prices| !prices.affords(choose as f64 * dearest(prices)));
+        Ok((choose, prices))
+    }
+
+    fn problem<'p>(
+        &self,
+        pool: &'p Pool,
+        objective: &'p Objective,
+        choose: usize,
+        prices: Option<&'p Prices>,
+        neighbours: &'p [Vec<usize>],
+    ) -> Problem<'p> {
+        let most_repeats = self.request.most_repeats;
+        Problem { blocks: &pool.blocks, base: &pool.base, objective, choose, most_repeats, neighbours, prices }
+    }
+
+    fn with_bound(
+        &self,
+        pool: Pool,
+        objective: Objective,
+        found: Found,
+        guide: Option<Bound>,
+        limit: Option<f64>,
+    ) -> Result<Sought> {
+        let Found { design, hits, starts, enumerated } = found;
+        let n = pool.blocks.unknowns() as f64;
+        let share = |better: f64, worse: f64| match objective {
+            Objective::Determinant => ((better - worse) / n).exp(),
+            _ => better / worse,
+        };
+        let (efficiency, bound_gap) = match (enumerated, guide) {
+            (Some(_), _) => (Some(1.0), Some(0.0)),
+            (None, Some(bound)) => (
+                Some(share(bound.value, design.value).min(1.0)),
+                Some((1.0 - share(bound.value, bound.reached)).max(0.0)),
+            ),
+            (None, None) => (None, None),
+        };
+        Ok(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit })
+    }
+}
+
+/// What coarser levels have found, in the portions of a finer pool.
+fn carried_to(pool: &Pool, within: &[usize], found: &[Option<(Pool, Vec<usize>)>]) -> Vec<Vec<usize>> {
+    let coarser = within.iter().filter_map(|k| found.get(*k)?.as_ref());
+    coarser.filter_map(|(own, chosen)| carried(own, chosen, pool)).collect()
+}
+
+/// The approximate design of a problem; within a budget, of as many portions as the fewest mountings that tell all unknowns could hold.
+pub(super) fn guide(problem: &Problem<'_>) -> Option<Bound> {
+    let total = match problem.prices {
+        None => problem.choose as f64,
+        Some(prices) => prices.most_portions(fewest_mountings(problem, prices)).min(problem.choose as f64),
+    };
+    (total >= 1.0).then(|| bound(problem.blocks, problem.base, problem.objective, total)).flatten()
+}
+
+/// No fewer mountings tell all unknowns, since each tells no more than its rows have dimensions.
+fn fewest_mountings(problem: &Problem<'_>, prices: &Prices) -> usize {
+    let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
+    let mut told = vec![vec![0.0; n * n]; prices.places];
+    for (j, place) in prices.place.iter().enumerate() {
+        if let Some(m) = told.get_mut(*place) {
+            (0..blocks.rows()).for_each(|r| add_outer(m, 1.0, &blocks.row(j, r)));
+        }
+    }
+    let most = told.iter().map(|m| rank(m, n)).max().unwrap_or(1).max(1);
+    n.saturating_sub(rank(problem.base, n)).div_ceil(most).max(1)
+}
+
+/// Why a mounting is in a schedule: what would be lost without it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reason {
+    /// Its label.
+    pub position: String,
+    /// The estimated parameter (by index) that would lose most.
+    pub parameter: usize,
+    /// By what factor its uncertainty would grow; `None` where it would not be determined.
+    pub grows: Option<f64>,
+}
+
+/// With more mountings or readings than this, reasons are not looked for.
+const MOST_REASONS: usize = 100;
+const MOST_READINGS: usize = 2000;
+
+/// Every mounting after the first `kept` readings, left out in turn.
+pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result<Vec<Reason>> {
+    let rows = &schedule.readings.rows;
+    let mut labels: Vec<&str> = Vec::new();
+    for row in rows.iter().skip(kept) {
+        if !labels.contains(&row.position.as_str()) {
+            labels.push(&row.position);
+        }
+    }
+    if labels.len() > MOST_REASONS || rows.len() > MOST_READINGS {
+        return Ok(Vec::new());
+    }
+    let n = schedule.unknowns();
+    let u = |readings: &Readings| -> Result<Vec<Option<f64>>> {
+        let estimate = adjusted(schedule, &with_priors(schedule, readings, noise, &[])?, n)?;
+        let known = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
+        Ok((0..n).map(|k| known(k).then(|| estimate.covariance[(k, k)].sqrt())).collect())
+    };
+    let with = u(&schedule.readings)?;
+    let mut reasons = Vec::with_capacity(labels.len());
+    for label in labels {
+        let left =
+            rows.iter().enumerate().filter(|(k, row)| *k < kept || row.position != label).map(|(_, row)| row.clone());
+        let left = Readings { columns: schedule.readings.columns.clone(), rows: left.collect() };
+        let without = if left.rows.is_empty() { vec![None; n] } else { u(&left)? };
+        let growth = |k: usize| match (with.get(k).copied().flatten(), without.get(k).copied().flatten()) {
+            (Some(with), Some(without)) if with > 0.0 => without / with,
+            (Some(_), None) => f64::INFINITY,
+            _ => 1.0,
+        };
+        let most = (0..n).max_by(|a, b| growth(*a).total_cmp(&growth(*b)).then(b.cmp(a)));
+        if let Some(parameter) = most {
+            let grows = Some(growth(parameter)).filter(|g| g.is_finite());
+            reasons.push(Reason { position: label.to_string(), parameter, grows });
+        }
+    }
+    Ok(reasons)
+}
+
+/// What is kept as it is, then what was chosen, in the order to run.
+pub(super) fn scheduled(
+    campaign: &Campaign,
+    kept: &Readings,
+    pool: &Pool,
+    chosen: &[usize],
+    offer: &Offer,
+    request: &Request,
+) -> Result<Campaign> {
+    let Offer { noise, costs, .. } = offer;
+    let rows = schedule_rows(kept, pool, chosen, !noise.remount.is_empty());
+    let all = planned(campaign, &Readings { columns: kept.columns.clone(), rows });
+    let run = ordered(&campaign.with_readings(all), noise, costs, request.order, request.seed, kept.rows.len())?;
+    Ok(campaign.with_readings(relabelled(kept, run)))
 }
 
 fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
@@ -190,6 +425,12 @@ fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
     Ok(choose)
 }
 
+/// Can so few readings not determine the unknowns, whatever they cost?
+fn too_small(pool: &Pool, request: &Request) -> bool {
+    let n = pool.blocks.unknowns();
+    request.readings / pool.portion_size() * pool.blocks.rows() + rank(&pool.base, n) < n
+}
+
 fn too_few(pool: &Pool, request: &Request) -> Malformed {
     let rank = pool.blocks.unknowns();
     Malformed::new(Fault::Value, format!("no {} of these candidates determine {rank} unknowns", request.readings))
@@ -200,18 +441,15 @@ fn too_few(pool: &Pool, request: &Request) -> Malformed {
         .found(request.readings.to_string())
 }
 
-fn check_budget(budget: f64, costs: &Costs) -> Result<()> {
+fn check_budget(budget: f64, costs: &Costs, request: &Request) -> Result<()> {
     let bad = |expected: &str, found: String| {
         Err(Malformed::new(Fault::Value, "the budget is not possible").expected(expected).found(found))
     };
     if !(budget > 0.0 && budget.is_finite()) {
         return bad("a positive number, in the unit of the costs", budget.to_string());
     }
-    if costs.reading == 0.0 && costs.rate_change == 0.0 {
-        return bad(
-            "readings or rate changes that cost something; else there is no end to them",
-            "both cost nothing".into(),
-        );
+    if costs.reading == 0.0 && request.readings == 0 && request.most_repeats == usize::MAX {
+        return bad("readings that cost something, or --repeats; else there is no end to them", "free readings".into());
     }
     Ok(())
 }
@@ -246,20 +484,9 @@ fn least_budget(poor: f64, cost_within: impl Fn(f64) -> Option<f64>) -> Option<f
     Some(high)
 }
 
-/// At least this share of the optimum, from the approximate design; and how loose that may be.
-fn efficiency(pool: &Pool, objective: &Objective, choose: usize, design: &Design) -> Option<(f64, f64)> {
-    let n = pool.blocks.unknowns() as f64;
-    let bound = bound(&pool.blocks, &pool.base, objective, choose)?;
-    let share = |better: f64, worse: f64| match objective {
-        Objective::Determinant => ((better - worse) / n).exp(),
-        _ => better / worse,
-    };
-    Some((share(bound.value, design.value).min(1.0), (1.0 - share(bound.value, bound.reached)).max(0.0)))
-}
-
 /// Kept readings and chosen ones. New mountings are numbered on from the kept labels; where remounting scatters, a repeat is a new mounting.
 pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repeats_remount: bool) -> Vec<Reading> {
-    let mut rows: Vec<Reading> = kept.rows.iter().map(Reading::unread).collect();
+    let mut rows: Vec<Reading> = kept.rows.clone();
     let mut next = 1 + kept.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0);
     let mut labels: Vec<(Vec<Option<f64>>, String)> = Vec::new();
     for portion in chosen.iter().filter_map(|j| pool.portions.get(*j)) {

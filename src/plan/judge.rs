@@ -6,8 +6,9 @@
 use super::derived::derived;
 use super::effort::{Costs, Noise, Work, mountings};
 use super::known::{ThroughTilts, contributions};
+use super::order::times;
 use super::point::{self, Lacking};
-use crate::campaign::{Campaign, Constraint, Kind, Role};
+use crate::campaign::{Campaign, Constraint, Kind, Reading, Role};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Group, System};
@@ -87,7 +88,8 @@ pub struct Judgement {
     pub condition: Option<f64>,
     /// Readings, mountings, costs.
     pub work: Work,
-    /// Largest effect of a linear drift of one noise standard deviation over the whole run, as a share of each parameter's uncertainty.
+    /// Largest effect of a drift of one noise standard deviation over the whole run, linear in the time that the work takes, as a share of a
+    /// parameter's uncertainty.
     pub drift: Option<f64>,
     /// What known inputs do through the tilts, whose size a plan does not know; `None` where they do nothing.
     pub through_tilts: Option<ThroughTilts>,
@@ -156,6 +158,9 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             from_known: known.iter().map(|c| c[k] * c[k]).sum::<f64>().sqrt(),
         })
         .collect();
+    let rows = &campaign.readings.rows;
+    let determined: Vec<(usize, f64)> =
+        parameters.iter().enumerate().filter_map(|(k, p)| Some((k, p.u.filter(|u| *u > 0.0)?))).collect();
     let delta = quality::baarda_delta();
     let readings = design
         .rows
@@ -182,7 +187,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             .iter()
             .filter(|c| !matches!(c, Constraint::Linear { lower, upper, .. } if lower == upper))
             .count(),
-        drift: drift(&design, &system, &sensitivities, &parameters.iter().map(|p| p.u).collect::<Vec<_>>()),
+        drift: drift(&parts(&design, &system, &sensitivities, &determined, rows.len()), rows, costs),
         parameters,
         covariance,
         readings,
@@ -260,34 +265,47 @@ pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
     campaign.estimated().iter().enumerate().filter_map(prior).collect()
 }
 
-/// What a drift does to a schedule in its order, see [`Judgement::drift`].
-pub(super) fn drift_of(campaign: &Campaign, noise: &Noise) -> Result<Option<f64>> {
+/// For each reading its part in the shift of every estimable parameter by a drift of one standard deviation, as a share of the parameter's `u`.
+pub(super) fn weighted_sensitivities(campaign: &Campaign, noise: &Noise) -> Result<Vec<Vec<f64>>> {
     let design = design::assemble(campaign, &Model::new(campaign)?, &campaign.reference_point())?;
     let system = system(campaign, &design, noise);
     let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
     let estimate = fit::adjust_meeting_equations(campaign, &design.point, &system, &settings)?;
-    let known = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
-    let u: Vec<Option<f64>> =
-        (0..campaign.unknowns()).map(|k| known(k).then(|| estimate.covariance[(k, k)].sqrt())).collect();
-    Ok(drift(&design, &system, &estimate.factor.sensitivities(), &u))
+    let sensitivities = estimate.factor.sensitivities();
+    let known: Vec<(usize, f64)> = (0..campaign.unknowns())
+        .filter(|k| estimate.estimable.get(*k).copied().unwrap_or(false))
+        .map(|k| (k, estimate.covariance[(k, k)].sqrt()))
+        .filter(|(_, u)| *u > 0.0)
+        .collect();
+    Ok(parts(&design, &system, &sensitivities, &known, campaign.readings.rows.len()))
 }
 
-/// A reading drifts by one standard deviation from the first to the last: the largest shift of a parameter, as a share of its uncertainty.
-fn drift(design: &DesignMatrix, system: &System, sensitivities: &Mat<f64>, u: &[Option<f64>]) -> Option<f64> {
-    let last = design.rows.iter().map(|origin| origin.reading).max().filter(|last| *last > 0)?;
-    u.iter()
-        .enumerate()
-        .filter_map(|(k, own)| {
-            let shift: f64 = design
-                .rows
-                .iter()
-                .enumerate()
-                .map(|(i, origin)| {
-                    let time = origin.reading as f64 / last as f64 - 0.5;
-                    sensitivities[(k, i)] * system.u.get(i).copied().unwrap_or_default() * time
-                })
-                .sum();
-            own.map(|u| shift.abs() / u)
-        })
-        .reduce(f64::max)
+fn parts(
+    design: &DesignMatrix,
+    system: &System,
+    sensitivities: &Mat<f64>,
+    known: &[(usize, f64)],
+    readings: usize,
+) -> Vec<Vec<f64>> {
+    let mut parts = vec![vec![0.0; known.len()]; readings];
+    for (i, origin) in design.rows.iter().enumerate() {
+        let noise = system.u.get(i).copied().unwrap_or_default();
+        if let Some(part) = parts.get_mut(origin.reading) {
+            part.iter_mut().zip(known).for_each(|(sum, (k, u))| *sum += sensitivities[(*k, i)] * noise / u);
+        }
+    }
+    parts
+}
+
+/// A reading drifts by one standard deviation from the first to the last, in proportion to the time that the work takes: the largest shift of a
+/// parameter, as a share of its uncertainty.
+fn drift(parts: &[Vec<f64>], rows: &[Reading], costs: &Costs) -> Option<f64> {
+    let times = times(rows, costs);
+    let (first, last) = (times.first()?, times.last().filter(|_| times.len() > 1)?);
+    let count = parts.first().map_or(0, Vec::len);
+    let shift = |k: usize| {
+        let own = parts.iter().zip(&times).map(|(part, t)| part[k] * ((t - first) / (last - first) - 0.5));
+        own.sum::<f64>().abs()
+    };
+    (0..count).map(shift).reduce(f64::max)
 }

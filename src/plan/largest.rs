@@ -1,56 +1,157 @@
-//! Exchanges for the G criterion: the largest variance of a predicted reading is not smooth in the design, so partners are tried one by one.
+//! Exchanges for what is largest: the worst of several variances is not smooth in the design, so every partner is weighed by all of them.
+//!
+//! Taking block `i` out first, `Mi = M - Xi'Xi`, a partner `j` leaves for a predicted row `r`
+//!
+//! ```text
+//! r' (Mi + Xj'Xj)^-1 r = r' Mi^-1 r - b' T^-1 b,    T = I + Xj Mi^-1 Xj',   b = Xj Mi^-1 r
+//! ```
 
-use super::blocks::{Blocks, add_outer, invert};
+use super::blocks::{Blocks, add_outer, dot, invert, times};
 use super::exchange::{SWEEPS, WORTH, information};
-use super::state::State;
+use super::state::{State, packed};
 
-/// Partners that are tried first: those whose own reading is predicted worst.
-const PARTNERS: usize = 12;
-/// With at most so many candidates, all are tried before a chosen block is left as it is.
-const ALL: usize = 400;
+/// Partners that are tried one by one where the block cannot be taken out.
+const PARTNERS: usize = 60;
+/// Products of predicted rows, candidates and unknowns beyond which only the most informative partners are weighed.
+const ALL: usize = 20_000_000;
 
 /// Exchanges that lower the largest `x' M^-1 x` over the predicted rows.
 pub(super) fn lower(state: &mut State<'_>, predicted: &Blocks) {
-    let (blocks, n) = (state.problem.blocks, state.problem.blocks.unknowns());
+    let blocks = state.problem.blocks;
     let mut now = predicted.largest_quadratic(&state.inverse);
-    let mut spread = vec![0.0_f64; blocks.count()];
     for _ in 0..SWEEPS {
         let mut improved = false;
+        let mut settled = vec![false; blocks.count()];
         for at in 0..state.chosen.len() {
-            spread.fill(0.0);
-            for r in 0..blocks.rows() {
-                let own = &state.spread[super::state::packed(r, r)];
-                spread.iter_mut().zip(own).for_each(|(most, d)| *most = most.max(*d));
+            if settled[state.chosen[at]] {
+                continue;
             }
-            let mut partners: Vec<usize> = (0..blocks.count()).filter(|j| state.allowed(at, *j)).collect();
-            partners.sort_by(|&a, &b| spread[b].total_cmp(&spread[a]));
             let mut without = information(blocks, state.problem.base, &state.chosen);
             for r in 0..blocks.rows() {
                 add_outer(&mut without, -1.0, &blocks.row(state.chosen[at], r));
             }
-            let mut best: Option<(usize, f64)> = None;
-            for (tried, &j) in partners.iter().enumerate() {
-                if tried >= PARTNERS && (best.is_some() || partners.len() > ALL) {
-                    break;
+            let best = match invert(&without, blocks.unknowns()) {
+                Some((inverse, _)) => best_partner(state, at, predicted, &inverse, now),
+                None => one_by_one(state, at, predicted, &without, now),
+            };
+            match best.filter(|(_, value)| *value < now * (1.0 - WORTH)) {
+                Some((j, _)) => {
+                    state.exchange(at, j);
+                    let after = predicted.largest_quadratic(&state.inverse);
+                    improved |= after < now * (1.0 - 0.5 * WORTH);
+                    now = after;
+                    settled.fill(false);
                 }
-                let mut m = without.clone();
-                for r in 0..blocks.rows() {
-                    add_outer(&mut m, 1.0, &blocks.row(j, r));
-                }
-                let Some((inverse, _)) = invert(&m, n) else { continue };
-                let value = predicted.largest_quadratic(&inverse);
-                if value < now * (1.0 - WORTH) && best.is_none_or(|(_, before)| value < before) {
-                    best = Some((j, value));
-                }
-            }
-            if let Some((j, value)) = best {
-                state.exchange(at, j);
-                now = value;
-                improved = true;
+                None => settled[state.chosen[at]] = true,
             }
         }
         if !improved || state.refactor().is_none() {
             return;
         }
     }
+}
+
+/// The partner that leaves the smallest largest variance; `inverse` is that without the block at `at`.
+fn best_partner(
+    state: &mut State<'_>,
+    at: usize,
+    predicted: &Blocks,
+    inverse: &[f64],
+    now: f64,
+) -> Option<(usize, f64)> {
+    let (blocks, n, k) = (state.problem.blocks, state.problem.blocks.unknowns(), state.problem.blocks.rows());
+    let rows = predicted.count() * predicted.rows();
+    let allowed: Vec<usize> = match state.problem.neighbours.get(state.chosen[at]) {
+        Some(list) => list.iter().copied().filter(|j| state.allowed(at, *j)).collect(),
+        None => (0..blocks.count()).filter(|j| state.allowed(at, *j)).collect(),
+    };
+    // T of every candidate, then those that are weighed
+    let mut work = vec![0.0; blocks.count()];
+    let mut t = vec![vec![0.0; blocks.count()]; k * (k + 1) / 2];
+    for s in 0..k {
+        for r in 0..=s {
+            blocks.quadratic(r, s, inverse, &mut t[packed(r, s)], &mut work);
+        }
+    }
+    let mut partners = allowed;
+    let most = ALL / (rows * n * k).max(1);
+    if partners.len() > most.max(PARTNERS) {
+        let told = |j: usize| (0..k).map(|r| t[packed(r, r)][j]).sum::<f64>();
+        partners.sort_by(|a, b| told(*b).total_cmp(&told(*a)));
+        partners.truncate(most.max(PARTNERS));
+    }
+    let few = blocks.subset(&partners);
+    state.effort += (rows * few.count() * n * k) as f64 + (blocks.count() * n * n * k) as f64;
+    // L^-1 of every partner, packed by rows
+    let roots: Vec<Vec<f64>> = partners.iter().map(|j| inverse_root(k, |r, s| t[packed(r, s)][*j])).collect();
+    let mut worst = vec![0.0_f64; partners.len()];
+    let mut along = vec![vec![0.0; partners.len()]; k];
+    for p in 0..predicted.count() {
+        for q in 0..predicted.rows() {
+            let x = predicted.row(p, q);
+            let w = times(inverse, &x);
+            let own = dot(&x, &w);
+            for (r, out) in along.iter_mut().enumerate() {
+                few.along(r, &w, out);
+            }
+            for (c, worst) in worst.iter_mut().enumerate() {
+                let root = &roots[c];
+                let mut less = 0.0;
+                for r in 0..k {
+                    let y: f64 = (0..=r).map(|s| root[packed(s, r)] * along[s][c]).sum();
+                    less += y * y;
+                }
+                *worst = worst.max(own - less);
+            }
+        }
+    }
+    let mut best: Option<(usize, f64)> = None;
+    for (j, value) in partners.iter().zip(&worst) {
+        if *value < now && best.is_none_or(|(_, before)| *value < before) {
+            best = Some((*j, *value));
+        }
+    }
+    best
+}
+
+/// `L^-1` of `I + G`, `L L' = I + G`; element (r, s), s <= r, at `packed(s, r)`.
+fn inverse_root(k: usize, g: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    let mut l = vec![0.0; k * (k + 1) / 2];
+    for r in 0..k {
+        for c in 0..=r {
+            let sum: f64 = (0..c).map(|m| l[packed(m, r)] * l[packed(m, c)]).sum();
+            let own = g(c, r) + f64::from(u8::from(r == c)) - sum;
+            l[packed(c, r)] = if r == c { own.max(1e-300).sqrt() } else { own / l[packed(c, c)] };
+        }
+    }
+    let mut inverse = vec![0.0; k * (k + 1) / 2];
+    for c in 0..k {
+        for r in c..k {
+            let sum: f64 = (c..r).map(|m| l[packed(m, r)] * inverse[packed(c, m)]).sum();
+            inverse[packed(c, r)] = (f64::from(u8::from(r == c)) - sum) / l[packed(r, r)];
+        }
+    }
+    inverse
+}
+
+/// The same where the block cannot be taken out: the most informative partners, each with a factorisation of its own.
+fn one_by_one(state: &mut State<'_>, at: usize, predicted: &Blocks, without: &[f64], now: f64) -> Option<(usize, f64)> {
+    let (blocks, n) = (state.problem.blocks, state.problem.blocks.unknowns());
+    let told = |j: usize| (0..blocks.rows()).map(|r| state.spread[packed(r, r)][j]).sum::<f64>();
+    let mut partners: Vec<usize> = (0..blocks.count()).filter(|j| state.allowed(at, *j)).collect();
+    partners.sort_by(|a, b| told(*b).total_cmp(&told(*a)));
+    let mut best: Option<(usize, f64)> = None;
+    for j in partners.into_iter().take(PARTNERS) {
+        let mut m = without.to_vec();
+        for r in 0..blocks.rows() {
+            add_outer(&mut m, 1.0, &blocks.row(j, r));
+        }
+        let Some((inverse, _)) = invert(&m, n) else { continue };
+        let value = predicted.largest_quadratic(&inverse);
+        if value < now && best.is_none_or(|(_, before)| value < before) {
+            best = Some((j, value));
+        }
+    }
+    state.effort += (PARTNERS * predicted.count() * n * n) as f64;
+    best
 }

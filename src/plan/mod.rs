@@ -17,10 +17,14 @@
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
 //! | `criterion.rs` | D, A, G and c in the coordinates of the pool |
-//! | `exchange.rs` | the exchange problem, its starts and sweeps |
+//! | `search.rs` | all designs where there are few, else many starts |
+//! | `enumerate.rs` | all designs |
+//! | `levels.rs` | coarser sweeps within a finer one |
+//! | `exchange.rs` | the exchange problem, one start and its sweeps |
 //! | `state.rs` | one start: what is chosen, and the sums that follow it by rank-one updates |
 //! | `partners.rs` | every candidate weighed as the partner of one chosen portion |
-//! | `largest.rs` | exchanges for the G criterion |
+//! | `largest.rs` | exchanges for the largest of several variances |
+//! | `prices.rs` | what chosen portions cost together |
 //! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
 //! | `bound.rs` | the approximate design: what no schedule can beat |
 //! | `choose.rs` | a choice among plain rows |
@@ -42,16 +46,20 @@ mod criterion;
 mod derived;
 mod discriminate;
 mod effort;
+mod enumerate;
 mod exchange;
 mod goal;
 mod improve;
 mod judge;
 mod known;
 mod largest;
+mod levels;
 mod order;
 mod partners;
 mod point;
 mod pool;
+mod prices;
+mod search;
 mod state;
 mod telling;
 mod whitened;
@@ -60,15 +68,17 @@ pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, from_schedule, sweep, without};
 pub use choose::{Choice, choose};
 pub use criterion::Criterion;
+pub use derived::is_angle;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
-pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, positions_only};
+pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub use exchange::Objective;
 pub use goal::{Goal, Reached, reach};
-pub use improve::{Improvement, Method, Request, improve};
+pub use improve::{Improvement, Method, Reason, Request, improve};
 pub(crate) use judge::system;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};
 pub use point::{Judged, Lacking, PointSource, judged_at};
+pub use search::Progress;
 pub use telling::{Telling, telling};
 pub use whitened::Term;

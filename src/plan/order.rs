@@ -1,7 +1,15 @@
-//! The order in which a schedule is run: as few remountings as there are mountings, and drift spread over all parameters.
+//! The order in which a schedule is run: as few remountings and rate changes as it needs, and drift kept away from the parameters.
+//!
+//! A drift that grows by one standard deviation over the run shifts parameter `k` by
+//!
+//! ```text
+//! s_k = sum_i S_ki u_i (t_i / T - 1/2)       S = d x / d y,   t_i the time of reading i: what was spent on work until then, T that of the last
+//! ```
+//!
+//! `S` does not depend on the order, so orders are compared by these sums alone.
 
-use super::effort::{Noise, mounting};
-use super::judge::drift_of;
+use super::effort::{Costs, Noise, mounting};
+use super::judge::weighted_sensitivities;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::Result;
 use rand_pcg::Pcg64Mcg;
@@ -12,8 +20,8 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 pub enum Order {
     /// As they come.
     AsGiven,
-    /// Senses within a mounting in the pattern + - - + - + + -, which a linear (four readings) or quadratic (eight) drift passes through;
-    /// neighbouring mountings differ as little as possible.
+    /// Senses in the pattern + - - + - + + -, which a linear (four readings) or quadratic (eight) drift passes through, neighbouring mountings as
+    /// near as possible; then whatever exchange of senses, readings or mountings lowers the drift's shift at no more work.
     #[default]
     Abba,
     /// Mountings and the readings within them in random order; of 200 orders, the one that a linear drift harms least.
@@ -21,34 +29,248 @@ pub enum Order {
 }
 
 const TRIES: usize = 200;
+/// With more readings than this an order is not improved any further.
+const MOST: usize = 4000;
+/// Rounds of improvements.
+const ROUNDS: usize = 40;
+/// Share of the quadratic drift's shift that counts beside the linear one's: enough to choose among equals.
+const QUADRATIC: f64 = 0.1;
 
-/// Put the readings of a schedule in order. Readings of one mounting (same label, same angles at rest) stay together.
+/// Put the readings of a schedule in order; the first `fixed` stay where they are. Readings of one mounting (same label, same angles at rest) stay
+/// together, and those of one state of it, unless rate changes are free. Values of a column `time_s` follow the order.
 ///
 /// Errors: those of [`super::judge`].
-pub fn ordered(campaign: &Campaign, noise: &Noise, order: Order, seed: u64) -> Result<Readings> {
-    let groups = by_mounting(&campaign.readings.rows);
-    let columns = campaign.readings.columns.clone();
-    match order {
-        Order::AsGiven => Ok(campaign.readings.clone()),
+pub fn ordered(
+    campaign: &Campaign,
+    noise: &Noise,
+    costs: &Costs,
+    order: Order,
+    seed: u64,
+    fixed: usize,
+) -> Result<Readings> {
+    let rows = &campaign.readings.rows;
+    let fixed = fixed.min(rows.len());
+    let groups = by_mounting(rows, fixed);
+    let sequence: Vec<usize> = match order {
+        Order::AsGiven => return Ok(campaign.readings.clone()),
+        _ if rows.len() > MOST => {
+            let place = |group: Vec<usize>| abba(rows, group, costs, false);
+            nearest(rows, fixed, groups).into_iter().flat_map(place).collect()
+        }
         Order::Abba => {
-            let rows = nearest(groups).into_iter().flat_map(abba).collect();
-            Ok(Readings { columns, rows })
+            let drift = Drift::new(campaign, noise, costs, fixed)?;
+            let start: Vec<Vec<usize>> =
+                nearest(rows, fixed, groups).into_iter().map(|group| abba(rows, group, costs, false)).collect();
+            drift.improved(start)
         }
         Order::Random => {
+            let drift = Drift::new(campaign, noise, costs, fixed)?;
             let mut rng = Pcg64Mcg::seed_from_u64(seed);
-            let mut best: Option<(f64, Readings)> = None;
+            let mut best: Option<(f64, Vec<usize>)> = None;
             for _ in 0..TRIES {
                 let mut shuffled = groups.clone();
                 shuffle(&mut shuffled, &mut rng);
-                shuffled.iter_mut().for_each(|group| shuffle(group, &mut rng));
-                let readings = Readings { columns: columns.clone(), rows: shuffled.into_iter().flatten().collect() };
-                let drift = drift_of(&campaign.with_readings(readings.clone()), noise)?.unwrap_or(0.0);
-                if best.as_ref().is_none_or(|(before, _)| drift < *before) {
-                    best = Some((drift, readings));
+                let mut run = Vec::with_capacity(rows.len());
+                for group in shuffled {
+                    let mut blocks = blocks(rows, group, costs);
+                    shuffle(&mut blocks, &mut rng);
+                    run.extend(blocks.into_iter().flatten());
+                }
+                let shift = drift.shift(&run).0;
+                if best.as_ref().is_none_or(|(before, _)| shift < *before) {
+                    best = Some((shift, run));
                 }
             }
-            Ok(best.map(|(_, readings)| readings).unwrap_or_default())
+            best.map(|(_, run)| run).unwrap_or_default()
         }
+    };
+    let mut readings: Vec<Reading> = rows.get(..fixed).unwrap_or_default().to_vec();
+    readings.extend(sequence.iter().filter_map(|k| rows.get(*k)).cloned());
+    Ok(timed(Readings { columns: campaign.readings.columns.clone(), rows: readings }, costs, fixed))
+}
+
+/// The time of every reading in units of work, at its end; by number where work costs nothing.
+pub(super) fn times(rows: &[Reading], costs: &Costs) -> Vec<f64> {
+    let mut now = 0.0;
+    let mut before: Option<&Reading> = None;
+    let times: Vec<f64> = rows
+        .iter()
+        .map(|reading| {
+            now += spent(before, reading, costs);
+            before = Some(reading);
+            now
+        })
+        .collect();
+    if now > 0.0 { times } else { (0..rows.len()).map(|k| k as f64).collect() }
+}
+
+/// What one reading costs after another.
+fn spent(before: Option<&Reading>, reading: &Reading, costs: &Costs) -> f64 {
+    costs.reading
+        + match before {
+            Some(last) if super::effort::same_mounting(last, reading) => {
+                if last.joints == reading.joints {
+                    0.0
+                } else {
+                    costs.rate_change
+                }
+            }
+            _ => costs.mounting,
+        }
+}
+
+/// Where readings have a column `time_s`, its values in the order of the run: those that there are, where every reading has one of its own; else
+/// the time that the work takes, with costs in minutes.
+fn timed(mut readings: Readings, costs: &Costs, fixed: usize) -> Readings {
+    let Some(column) = readings.columns.iter().position(|name| name == "time_s") else { return readings };
+    let value = |row: &Reading| row.columns.get(column).copied().flatten();
+    let mut own: Vec<f64> = readings.rows.iter().skip(fixed).filter_map(value).collect();
+    own.sort_by(f64::total_cmp);
+    let distinct = own.windows(2).all(|pair| pair[0] < pair[1]) && own.len() + fixed == readings.rows.len();
+    let last = readings.rows.iter().take(fixed).filter_map(value).reduce(f64::max);
+    let after = last.is_none_or(|last| own.first().is_none_or(|first| *first > last));
+    if !(distinct && after) {
+        let work = times(&readings.rows, costs);
+        let begin = fixed.checked_sub(1).and_then(|k| work.get(k)).copied().unwrap_or(0.0);
+        own = work.iter().skip(fixed).map(|t| last.unwrap_or(0.0) + 60.0 * (t - begin)).collect();
+    }
+    for (row, time) in readings.rows.iter_mut().skip(fixed).zip(own) {
+        if let Some(slot) = row.columns.get_mut(column) {
+            *slot = Some(time);
+        }
+    }
+    readings
+}
+
+/// What a drift does to orders of one schedule.
+struct Drift<'a> {
+    rows: &'a [Reading],
+    costs: &'a Costs,
+    fixed: usize,
+    /// Of each reading in every parameter, in units of the parameter's uncertainty.
+    parts: Vec<Vec<f64>>,
+}
+
+impl<'a> Drift<'a> {
+    fn new(campaign: &'a Campaign, noise: &Noise, costs: &'a Costs, fixed: usize) -> Result<Self> {
+        let parts = weighted_sensitivities(campaign, noise)?;
+        Ok(Drift { rows: &campaign.readings.rows, costs, fixed, parts })
+    }
+
+    /// The largest shift of a parameter by a linear drift, and by a quadratic one, as a share of its uncertainty.
+    fn shift(&self, run: &[usize]) -> (f64, f64) {
+        let mut now = 0.0;
+        let mut before: Option<&Reading> = None;
+        let whole = (0..self.fixed).chain(run.iter().copied());
+        let mut timed: Vec<(f64, usize)> = Vec::with_capacity(self.fixed + run.len());
+        for k in whole {
+            let Some(reading) = self.rows.get(k) else { continue };
+            now += spent(before, reading, self.costs);
+            before = Some(reading);
+            timed.push((now, k));
+        }
+        if !(now > 0.0) {
+            timed.iter_mut().enumerate().for_each(|(at, own)| own.0 = at as f64);
+        }
+        let (first, last) = match (timed.first(), timed.last()) {
+            (Some(first), Some(last)) if last.0 > first.0 => (first.0, last.0),
+            _ => return (0.0, 0.0),
+        };
+        let count = self.parts.first().map_or(0, Vec::len);
+        let mut linear = vec![0.0; count];
+        let mut quadratic = vec![0.0; count];
+        for (time, k) in timed {
+            let t = (time - first) / (last - first) - 0.5;
+            let Some(own) = self.parts.get(k) else { continue };
+            for ((l, q), part) in linear.iter_mut().zip(&mut quadratic).zip(own) {
+                *l += part * t;
+                *q += part * (2.0 * t * t - 0.5);
+            }
+        }
+        let most = |list: &[f64]| list.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        (most(&linear), most(&quadratic))
+    }
+
+    fn harm(&self, groups: &[Vec<usize>]) -> f64 {
+        let (linear, quadratic) = self.shift(&groups.concat());
+        linear + QUADRATIC * quadratic
+    }
+
+    /// The work and the way of an order of mountings: joints moved, and by how much.
+    fn way(&self, groups: &[Vec<usize>]) -> (usize, f64) {
+        let firsts: Vec<usize> =
+            (self.fixed.checked_sub(1).into_iter()).chain(groups.iter().filter_map(|g| g.first().copied())).collect();
+        let steps = firsts.windows(2).map(|pair| way(self.rows, pair[0], pair[1]));
+        steps.fold((0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
+    }
+
+    /// Better and better orders: senses exchanged in a mounting, states exchanged, mountings exchanged or a stretch of them turned round, as long as
+    /// no more joints move than before; then, where the mountings cost the same in any order, whatever way is best.
+    fn improved(&self, start: Vec<Vec<usize>>) -> Vec<usize> {
+        let mut groups = start;
+        let mut now = self.harm(&groups);
+        let joints_moved = self.way(&groups).0;
+        let readings: usize = groups.iter().map(Vec::len).sum();
+        // each look costs a pass over the readings
+        let mut looks = 40_000_000 / (readings * self.parts.first().map_or(1, Vec::len)).max(1);
+        for _ in 0..ROUNDS {
+            let before = now;
+            for g in 0..groups.len() {
+                let own = groups[g].clone();
+                let blocks = blocks(self.rows, own.clone(), self.costs);
+                let mut others = vec![
+                    abba(self.rows, own.clone(), self.costs, true),
+                    abba(self.rows, own.clone(), self.costs, false),
+                ];
+                others.push(blocks.iter().rev().flatten().copied().collect());
+                let pairs = (0..blocks.len()).flat_map(|a| (a + 1..blocks.len()).map(move |b| (a, b)));
+                others.extend(pairs.take(200).map(|(a, b)| {
+                    let mut swapped = blocks.clone();
+                    swapped.swap(a, b);
+                    swapped.concat()
+                }));
+                for other in others {
+                    if looks == 0 {
+                        return groups.concat();
+                    }
+                    looks -= 1;
+                    let kept = std::mem::replace(&mut groups[g], other);
+                    let harm = self.harm(&groups);
+                    if harm < now - 1e-12 {
+                        now = harm;
+                    } else {
+                        groups[g] = kept;
+                    }
+                }
+            }
+            let mut best: Option<(f64, Vec<Vec<usize>>)> = None;
+            for a in 0..groups.len() {
+                for b in a + 1..groups.len() {
+                    let mut swapped = groups.clone();
+                    swapped.swap(a, b);
+                    let mut turned = groups.clone();
+                    turned[a..=b].reverse();
+                    for other in [swapped, turned] {
+                        if looks == 0 {
+                            break;
+                        }
+                        looks -= 1;
+                        let harm = self.harm(&other);
+                        let better = harm < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
+                        if better && self.way(&other).0 <= joints_moved {
+                            best = Some((harm, other));
+                        }
+                    }
+                }
+            }
+            if let Some((harm, other)) = best {
+                (now, groups) = (harm, other);
+            }
+            if looks == 0 || !(now < before - 1e-9 * before) {
+                break;
+            }
+        }
+        groups.concat()
     }
 }
 
@@ -59,63 +281,99 @@ fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
     }
 }
 
-fn by_mounting(readings: &[Reading]) -> Vec<Vec<Reading>> {
-    let mut groups: Vec<Vec<Reading>> = Vec::new();
-    for reading in readings {
-        let fellow = |group: &&mut Vec<Reading>| {
-            group.first().is_some_and(|f| f.position == reading.position && mounting(f) == mounting(reading))
-        };
-        match groups.iter_mut().find(fellow) {
-            Some(group) => group.push(reading.clone()),
-            None => groups.push(vec![reading.clone()]),
+/// Readings after the fixed ones by mounting.
+fn by_mounting(rows: &[Reading], fixed: usize) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut known: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
+    for (k, reading) in rows.iter().enumerate().skip(fixed) {
+        let place = *known.entry(format!("{} {:?}", reading.position, mounting(reading))).or_insert(groups.len());
+        match groups.get_mut(place) {
+            Some(group) => group.push(k),
+            None => groups.push(vec![k]),
         }
     }
     groups
 }
 
-/// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles.
-fn nearest(mut groups: Vec<Vec<Reading>>) -> Vec<Vec<Reading>> {
-    let mut sorted: Vec<Vec<Reading>> = Vec::with_capacity(groups.len());
-    let way = |a: &[Reading], b: &[Reading]| {
-        let (Some(a), Some(b)) = (a.first(), b.first()) else { return (0, 0.0) };
-        let turn = |(a, b): (Option<f64>, Option<f64>)| match (a, b) {
-            (Some(a), Some(b)) => ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs(),
-            _ => 0.0,
-        };
-        let turns: Vec<f64> = mounting(a).into_iter().zip(mounting(b)).map(turn).collect();
-        (turns.iter().filter(|t| **t > 0.0).count(), turns.iter().sum::<f64>())
+/// Joints that are moved from one reading to another, and by how many degrees.
+fn way(rows: &[Reading], a: usize, b: usize) -> (usize, f64) {
+    let (Some(a), Some(b)) = (rows.get(a), rows.get(b)) else { return (0, 0.0) };
+    let turn = |(a, b): (Option<f64>, Option<f64>)| match (a, b) {
+        (Some(a), Some(b)) => ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs(),
+        _ => 0.0,
     };
+    let turns = || mounting(a).into_iter().zip(mounting(b)).map(turn);
+    (turns().filter(|t| *t > 0.0).count(), turns().sum())
+}
+
+/// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles.
+fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
+    if groups.len() > MOST {
+        return groups;
+    }
+    let mut sorted: Vec<Vec<usize>> = Vec::with_capacity(groups.len());
+    let mut last = fixed.checked_sub(1);
     while !groups.is_empty() {
-        let next = match sorted.last() {
+        let first = |group: &Vec<usize>| group.first().copied().unwrap_or_default();
+        let next = match last {
             None => 0,
             Some(last) => (0..groups.len())
                 .min_by(|&a, &b| {
-                    let (wa, wb) = (way(last, &groups[a]), way(last, &groups[b]));
+                    let (wa, wb) = (way(rows, last, first(&groups[a])), way(rows, last, first(&groups[b])));
                     wa.0.cmp(&wb.0).then(wa.1.total_cmp(&wb.1))
                 })
                 .unwrap_or(0),
         };
-        sorted.push(groups.remove(next));
+        let group = groups.remove(next);
+        last = group.first().copied();
+        sorted.push(group);
     }
     sorted
 }
 
-/// Readings of one mounting, senses in the Thue-Morse pattern.
-fn abba(group: Vec<Reading>) -> Vec<Reading> {
-    let sense = |r: &Reading| r.joints.iter().map(|s| s.rate_deg_s()).find(|rate| *rate != 0.0).unwrap_or(0.0);
-    let (mut plus, mut minus): (Vec<Reading>, Vec<Reading>) = group.into_iter().partition(|r| sense(r) >= 0.0);
-    let size = |a: &Reading, b: &Reading| sense(a).abs().total_cmp(&sense(b).abs());
+/// Readings of one mounting that stay together: those of one state, or each alone where rate changes cost nothing.
+fn blocks(rows: &[Reading], group: Vec<usize>, costs: &Costs) -> Vec<Vec<usize>> {
+    if costs.rate_change == 0.0 {
+        return group.into_iter().map(|k| vec![k]).collect();
+    }
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    for k in group {
+        let alike = |other: &&mut Vec<usize>| {
+            let first = other.first().and_then(|first| rows.get(*first));
+            first.zip(rows.get(k)).is_some_and(|(a, b)| a.joints == b.joints)
+        };
+        match blocks.iter_mut().find(alike) {
+            Some(block) => block.push(k),
+            None => blocks.push(vec![k]),
+        }
+    }
+    blocks
+}
+
+/// Readings of one mounting, senses in the Thue-Morse pattern, beginning with the positive one or the negative.
+fn abba(rows: &[Reading], group: Vec<usize>, costs: &Costs, negative_first: bool) -> Vec<usize> {
+    let sense = |block: &Vec<usize>| {
+        let reading = block.first().and_then(|k| rows.get(*k));
+        let rates = reading.into_iter().flat_map(|r| r.joints.iter().map(|s| s.rate_deg_s()));
+        rates.into_iter().find(|rate| *rate != 0.0).unwrap_or(0.0)
+    };
+    let (mut plus, mut minus): (Vec<Vec<usize>>, Vec<Vec<usize>>) =
+        blocks(rows, group, costs).into_iter().partition(|block| sense(block) >= 0.0);
+    let size = |a: &Vec<usize>, b: &Vec<usize>| sense(a).abs().total_cmp(&sense(b).abs());
     plus.sort_by(size);
     minus.sort_by(size);
     let (mut plus, mut minus) = (plus.into_iter().peekable(), minus.into_iter().peekable());
-    let mut rows = Vec::new();
+    let mut run = Vec::new();
     for k in 0_u32.. {
-        let (first, second) =
-            if k.count_ones().is_multiple_of(2) { (&mut plus, &mut minus) } else { (&mut minus, &mut plus) };
+        let (first, second) = if k.count_ones().is_multiple_of(2) != negative_first {
+            (&mut plus, &mut minus)
+        } else {
+            (&mut minus, &mut plus)
+        };
         match first.next().or_else(|| second.next()) {
-            Some(reading) => rows.push(reading),
+            Some(block) => run.extend(block),
             None => break,
         }
     }
-    rows
+    run
 }

@@ -30,6 +30,7 @@ impl State<'_> {
     /// The candidate whose exchange for the block at `at` multiplies the determinant most, and that factor.
     pub fn best_for_determinant(&mut self, at: usize) -> (usize, f64) {
         let (blocks, i) = (self.problem.blocks, self.chosen[at]);
+        self.effort += (blocks.count() * blocks.rows() * blocks.rows() * blocks.unknowns()) as f64;
         if blocks.rows() == 1 {
             let w = times(&self.inverse, &blocks.row(i, 0));
             blocks.along(0, &w, &mut self.cross[0]);
@@ -60,6 +61,9 @@ impl State<'_> {
     /// The candidate whose exchange for the block at `at` lowers `tr(W M^-1)` most, and by how much.
     pub fn best_for_trace(&mut self, at: usize, w: &[f64]) -> (usize, f64) {
         self.refresh_effect(w);
+        self.effort +=
+            (2 * self.problem.blocks.count() * self.problem.blocks.rows().pow(2) * self.problem.blocks.unknowns())
+                as f64;
         let (blocks, i, k) = (self.problem.blocks, self.chosen[at], self.problem.blocks.rows());
         let rows: Vec<Vec<f64>> = (0..k).map(|s| blocks.row(i, s)).collect();
         let along = |b: &[f64]| rows.iter().map(|x| times(b, x)).collect::<Vec<Vec<f64>>>();

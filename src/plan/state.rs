@@ -2,6 +2,7 @@
 
 use super::blocks::{add_outer, dot, inverse_and_root, largest, times};
 use super::exchange::{Problem, information};
+use super::prices::Till;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -13,6 +14,10 @@ pub(super) struct State<'a> {
     pub chosen: Vec<usize>,
     /// How often each candidate is chosen.
     pub times_chosen: Vec<u32>,
+    /// Multiplications so far, roughly.
+    pub effort: f64,
+    /// What the chosen ones cost, where that matters.
+    pub till: Option<Till>,
     /// `M^-1`, row by row.
     pub inverse: Vec<f64>,
     /// `x_jr' M^-1 x_js`, r <= s, for all j.
@@ -39,8 +44,10 @@ impl<'a> State<'a> {
         let (count, rows) = (problem.blocks.count(), problem.blocks.rows());
         State {
             problem,
-            chosen: Vec::with_capacity(problem.choose),
+            chosen: Vec::with_capacity(problem.choose.min(problem.blocks.count())),
             times_chosen: vec![0; count],
+            effort: 0.0,
+            till: problem.prices.map(|prices| Till::new(prices, &[])),
             inverse: Vec::new(),
             spread: vec![vec![0.0; count]; rows * (rows + 1) / 2],
             effect: Vec::new(),
@@ -55,25 +62,28 @@ impl<'a> State<'a> {
     pub fn of(problem: &'a Problem<'a>, chosen: Vec<usize>) -> Option<Self> {
         let mut state = State::empty(problem);
         chosen.iter().for_each(|k| state.times_chosen[*k] += 1);
+        state.till = problem.prices.map(|prices| Till::new(prices, &chosen));
         state.chosen = chosen;
         state.refactor()?;
         Some(state)
     }
 
-    /// Random blocks first, then the most informative.
-    pub fn begin(problem: &'a Problem<'a>, rng: &mut Pcg64Mcg) -> Option<Self> {
+    /// This share of the blocks at random, then the most informative.
+    pub fn begin(problem: &'a Problem<'a>, share: f64, rng: &mut Pcg64Mcg) -> Option<Self> {
         let (n, count, rows) = (problem.blocks.unknowns(), problem.blocks.count(), problem.blocks.rows());
         if count == 0 || problem.choose > count.saturating_mul(problem.most_repeats) {
             return None;
         }
         let mut state = State::empty(problem);
-        // a third at random; the rest by the largest gain, on top of a little information everywhere that is taken away again
-        while state.chosen.len() < problem.choose.div_ceil(3) {
+        // some at random; the rest by the largest gain, on top of a little information everywhere that is taken away again
+        let random = ((problem.choose as f64 * share).ceil() as usize).min(problem.choose);
+        while state.chosen.len() < random {
             let j = ((u128::from(rng.next_u64()) * count as u128) >> 64) as usize;
             state.choose(j);
         }
         let mut m = information(problem.blocks, problem.base, &state.chosen);
-        let little = 1e-6 * (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max).max(f64::MIN_POSITIVE);
+        let own = (0..n).map(|i| m[i * n + i]).fold(0.0_f64, f64::max);
+        let little = 1e-6 * if own > 0.0 { own } else { problem.blocks.largest_square().max(f64::MIN_POSITIVE) };
         (0..n).for_each(|i| m[i * n + i] += little);
         let (inverse, root, _) = inverse_and_root(&m, n)?;
         state.inverse = inverse;
@@ -89,6 +99,9 @@ impl<'a> State<'a> {
                 gain.iter_mut().enumerate().filter(|(j, _)| full(*j)).for_each(|(_, g)| *g = f64::NEG_INFINITY);
             }
             let best = largest(&gain).0;
+            if gain[best].is_nan() || (state.times_chosen[best] as usize) >= problem.most_repeats {
+                return None;
+            }
             for r in 0..rows {
                 state.update(&problem.blocks.row(best, r), 1.0);
             }
@@ -96,6 +109,29 @@ impl<'a> State<'a> {
         }
         state.refactor()?;
         Some(state)
+    }
+
+    /// Weights of the candidates, rounded: whole parts first, then the largest remainders, ties at random.
+    pub fn rounded(problem: &'a Problem<'a>, weights: &[f64], rng: &mut Pcg64Mcg) -> Option<Self> {
+        let total = problem.choose as f64;
+        let mut chosen: Vec<usize> = Vec::with_capacity(problem.choose);
+        let mut rest: Vec<(f64, usize)> = Vec::with_capacity(weights.len());
+        for (j, w) in weights.iter().enumerate() {
+            let times = (w * total).floor().min(problem.most_repeats as f64);
+            chosen.extend(std::iter::repeat_n(j, times as usize));
+            if (times as usize) < problem.most_repeats {
+                let jitter = (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+                rest.push((w * total - times + 0.3 * jitter, j));
+            }
+        }
+        rest.sort_by(|a, b| b.0.total_cmp(&a.0));
+        chosen.truncate(problem.choose);
+        let lacking = problem.choose - chosen.len();
+        chosen.extend(rest.iter().take(lacking).map(|(_, j)| *j));
+        if chosen.len() < problem.choose {
+            return None;
+        }
+        State::of(problem, chosen)
     }
 
     fn choose(&mut self, j: usize) {
@@ -213,6 +249,9 @@ impl<'a> State<'a> {
 
     fn replaced(&mut self, at: usize, j: usize) {
         let i = self.chosen[at];
+        if let (Some(till), Some(prices)) = (&mut self.till, self.problem.prices) {
+            till.change(prices, Some(i), Some(j));
+        }
         self.times_chosen[i] -= 1;
         self.times_chosen[j] += 1;
         self.chosen[at] = j;
@@ -222,6 +261,11 @@ impl<'a> State<'a> {
     /// May `j` come in for the block at `at`?
     pub fn allowed(&self, at: usize, j: usize) -> bool {
         (self.times_chosen[j] as usize) < self.problem.most_repeats
-            && self.problem.prices.is_none_or(|prices| prices.allow_exchange(&self.chosen, at, j))
+            && match (&self.till, self.problem.prices) {
+                (Some(till), Some(prices)) => {
+                    prices.affords(till.spent + till.difference(prices, self.chosen.get(at).copied(), Some(j)))
+                }
+                _ => true,
+            }
     }
 }

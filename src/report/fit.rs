@@ -214,10 +214,24 @@ pub struct FitSummary {
     /// Sensors whose readings scatter by no more than the rounding of their numbers; their standard deviation is that rounding.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at_rounding: Vec<String>,
+    /// Closed circles whose readings disagree with all others by degrees: mean of what is left, in the sensor's unit; the worst first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inconsistent_circles: Vec<CircleReport>,
     /// Largest difference between exact and linear model at the solution, in units of the readings' standard uncertainty.
     pub linearisation_error: Option<f64>,
     /// Is the answer "rejected" (rank defect, failed global test, no convergence)?
     pub rejected: bool,
+}
+
+/// A closed circle that disagrees with the others.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CircleReport {
+    /// The sensor.
+    pub sensor: String,
+    /// Mean residual of its readings, in its unit.
+    pub mean_residual: f64,
+    /// The same in degrees.
+    pub mean_residual_deg: f64,
 }
 
 /// One value that was read.

@@ -1,8 +1,8 @@
 //! The fit report from a fit.
 
 use super::fit::{
-    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
-    IterationReport, KnownReport, ParameterReport, ReadingReport,
+    ArcsecReport, BudgetReport, CircleReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
+    FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
@@ -152,6 +152,15 @@ fn known(campaign: &Campaign) -> Vec<KnownReport> {
         .collect()
 }
 
+fn circle(fit: &Fit, sensor: &str, mean_residual: f64) -> CircleReport {
+    let turn = fit.campaign.bench.sensors.iter().find(|own| own.id == sensor).and_then(|own| own.turn);
+    CircleReport {
+        sensor: sensor.to_string(),
+        mean_residual,
+        mean_residual_deg: turn.map_or(0.0, |turn| 360.0 * mean_residual / turn),
+    }
+}
+
 fn summary(fit: &Fit) -> FitSummary {
     let estimate = &fit.estimate;
     let estimated = fit.system.group.iter().any(|g| matches!(g, crate::estimate::Group::Estimated(_)));
@@ -177,6 +186,11 @@ fn summary(fit: &Fit) -> FitSummary {
         variance: if estimated { "estimated" } else { "stated" }.into(),
         sensor_sd,
         at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
+        inconsistent_circles: fit
+            .inconsistent_circles()
+            .into_iter()
+            .map(|(sensor, mean)| circle(fit, sensor, mean))
+            .collect(),
         linearisation_error: fit.linearisation_error,
         rejected: fit.is_rejected(),
     }

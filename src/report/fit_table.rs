@@ -168,6 +168,14 @@ fn summary(report: &FitReport) -> String {
             }
         }
     }
+    for circle in &fit.inconsistent_circles {
+        text.push_str(&format!(
+            "INCONSISTENT: {} disagrees with the other sights by {} deg on average (another side of the target? a point sighted wrongly? \
+             a start too far away?)\n",
+            circle.sensor,
+            significant(circle.mean_residual_deg, 4)
+        ));
+    }
     if let Some(error) = fit.linearisation_error.filter(|e| *e > 0.1 && report.estimator == "linear") {
         text.push_str(&format!(
             "note: the exact model differs from the linear one by up to {} standard uncertainties of a reading; use --exact\n",

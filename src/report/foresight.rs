@@ -263,16 +263,19 @@ pub(super) fn not_exercised(report: &ForesightReport) -> Vec<String> {
 /// What the rule says, in one sentence.
 pub(super) fn rule_text(report: &ForesightReport) -> String {
     let rule = &report.rule;
+    if report.groups.is_empty() {
+        return "none would show: the estimated parameters take up every effect that these positions exercise".into();
+    }
     let number = |v: f64| super::table::significant(v, 3);
     let residuals = match rule.with_residuals {
         Some(more) => format!("; {} u where only the residuals tell the noise", number(more)),
         None => "; nothing where only the residuals would tell the noise".into(),
     };
     format!(
-        "smallest size that shows: {} u (significance {} for all {} directions together, power {}){residuals}",
+        "smallest size that shows: {} u (significance {} for {} together, power {}){residuals}",
         number(rule.noncentrality),
         rule.significance,
-        rule.tests,
+        super::table::count(rule.tests, "direction"),
         rule.power
     )
 }

@@ -42,9 +42,7 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
             ]
         })
         .collect();
-    if rows.is_empty() {
-        text.push_str("no effect of the catalogue would show: the model absorbs all of them\n");
-    } else {
+    if !rows.is_empty() {
         let header = ["effect", "shows from", "unit", "then at a reading", "and shifts", "cannot be told from"];
         text.push_str(&plain(&header, &rows));
     }

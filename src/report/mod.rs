@@ -93,7 +93,7 @@ pub use navigate_table::navigate_table;
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport,
     LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
-    PredictedReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
+    PredictedReport, ReasonReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
 };
 pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;

@@ -2,6 +2,7 @@
 
 use super::{ARCSEC, VERSION, finite};
 use crate::navigate::carry::NavigationUncertainty;
+use crate::navigate::earth::EARTH_RATE;
 use crate::navigate::errors::{ImuErrors, Source};
 use crate::navigate::linear;
 use crate::navigate::mission::Mission;
@@ -27,6 +28,11 @@ pub struct NavigateReport {
     pub step_s: f64,
     /// What the attitude errors are.
     pub convention: String,
+    /// What is held and not navigated.
+    pub vertical_channel: String,
+    /// Motions beyond what the navigator's step resolves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// The periods of the error equations at rest; null where their eigenvalues cannot be found.
     pub periods: Option<PeriodsReport>,
     /// The scenarios' errors, in the unit of each.
@@ -47,8 +53,16 @@ pub struct PeriodsReport {
     pub schuler_min: f64,
     /// The Earth's rotation, h.
     pub earth_h: f64,
-    /// The Foucault rotation of Schuler's oscillation, h.
-    pub foucault_h: f64,
+    /// The Foucault rotation of Schuler's oscillation, `2 pi / (W sin L)`, h; null at the equator, where there is none.
+    pub foucault_h: Option<f64>,
+}
+
+impl PeriodsReport {
+    /// In one line.
+    pub(super) fn in_words(&self) -> String {
+        let foucault = self.foucault_h.map_or("none (at the equator)".to_string(), |hours| format!("{hours:.2} h"));
+        format!("Schuler {:.2} min, Earth {:.3} h, Foucault {foucault}", self.schuler_min, self.earth_h)
+    }
 }
 
 /// A scenario.
@@ -164,14 +178,16 @@ pub fn navigate_report(
         step_s: mission.step,
         convention: "phi angle: C' = (I - phi x) C, C from body to east-north-up; errors are computed minus true"
             .into(),
+        vertical_channel: "held at the site's altitude, no vertical velocity".into(),
+        warnings: study::unresolved(mission, flown).iter().map(|own| warning(mission, own)).collect(),
         periods: linear::frequencies(mission.site).map(|[earth, slow, fast]| PeriodsReport {
             schuler_min: TAU / (0.5 * (slow + fast)) / 60.0,
             earth_h: TAU / earth / 3600.0,
-            foucault_h: TAU / (0.5 * (fast - slow)) / 3600.0,
+            foucault_h: Some(TAU / (EARTH_RATE * mission.site.latitude.sin().abs()) / 3600.0).filter(|h| *h < 1e4),
         }),
         scenarios: scenarios.iter().map(scenario).collect(),
         results: flown.iter().flat_map(results).collect(),
-        ratios: study::ratios(flown)
+        ratios: study::ratios(mission, flown)
             .into_iter()
             .map(|r| RatioReport {
                 scenario: r.scenario,
@@ -185,6 +201,28 @@ pub fn navigate_report(
             .collect(),
         carried: carried.iter().map(carry).collect(),
     }
+}
+
+fn warning(mission: &Mission, own: &study::Unresolved) -> String {
+    let [tilt, azimuth, velocity, position] = own.own;
+    let digits = |value: f64| super::table::significant(value, 3);
+    let mut text = format!(
+        "in {} a perfect unit is wrong by {} arcsec of tilt, {} arcsec of azimuth, {} m/s and {} m: the navigator's own error",
+        own.motion,
+        digits(tilt * ARCSEC),
+        digits(azimuth * ARCSEC),
+        digits(velocity),
+        digits(position)
+    );
+    if own.period.is_finite() {
+        text.push_str(&format!(
+            "; its step of {} s does not resolve a motion of {} s (a step of {} s would)",
+            mission.step,
+            own.period,
+            digits(own.period / 25.0)
+        ));
+    }
+    text
 }
 
 fn scenario(scenario: &Scenario) -> ScenarioReport {

@@ -3,8 +3,9 @@
 use super::navigate::error_quantities;
 use super::{GapReport, GapsReport, NoiseReport, QuantityWithUnit, StepReport, VERSION};
 use crate::diagnosis::{NoiseFrom, Settings};
+use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis};
-use crate::navigate::errors::{Instrument, Kind, Source};
+use crate::navigate::errors::Source;
 use crate::navigate::measured::{CHANNEL_NAMES, Measured, si_per_unit};
 use crate::navigate::mission::Mission;
 use crate::navigate::separate::Separation;
@@ -72,7 +73,8 @@ pub struct RunReport {
 /// An error that the mission misses.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NavigationEffectReport {
-    /// The error source, as missions are told of it.
+    /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a fault of the
+    /// reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
     pub regressor: String,
     /// Name in the field's words.
     pub name: String,
@@ -82,10 +84,10 @@ pub struct NavigationEffectReport {
     pub u: Option<f64>,
     /// Unit.
     pub unit: String,
-    /// The mission's value before.
-    pub before: f64,
+    /// The mission's value before; null where no mission holds such a cause.
+    pub before: Option<f64>,
     /// The mission's value after.
-    pub after: f64,
+    pub after: Option<f64>,
     /// Student's t (normal where the noise is stated), the other effects given.
     pub t: f64,
     /// Probability of evidence as strong by chance, among all that was tried.
@@ -234,7 +236,7 @@ pub fn navigate_diagnose_report(
         unexplained: diagnosis.unexplained.as_ref().map(|own| UnexplainedNavigationReport {
             pattern: own.pattern.clone(),
             cells: own.cells.iter().map(cell).collect(),
-            nearest: own.nearest.iter().map(Source::id).collect(),
+            nearest: own.nearest.iter().map(Cause::id).collect(),
             nearest_explains: own.nearest_explains,
         }),
         suspects: diagnosis
@@ -276,12 +278,12 @@ fn effect(finding: &Finding, diagnosis: &NavigationDiagnosis) -> NavigationEffec
     let unit = source.si_per_unit();
     NavigationEffectReport {
         regressor: source.id(),
-        name: name(source),
+        name: source.name(),
         value: finding.value / unit,
         u: finding.u.map(|u| u / unit),
-        unit: source.unit().into(),
-        before: source.of(&diagnosis.before) / unit,
-        after: source.of(&diagnosis.after) / unit,
+        unit: source.unit(),
+        before: source.constant().map(|own| own.of(&diagnosis.before) / unit),
+        after: source.constant().map(|own| own.of(&diagnosis.after) / unit),
         t: finding.t,
         p: finding.p,
         explains: finding.explains,
@@ -293,13 +295,13 @@ fn effect(finding: &Finding, diagnosis: &NavigationDiagnosis) -> NavigationEffec
 fn alias(alias: &Alias) -> NavigationAliasReport {
     NavigationAliasReport {
         regressor: alias.source.id(),
-        name: name(&alias.source),
+        name: alias.source.name(),
         value: alias.value.map(|value| value / alias.source.si_per_unit()),
-        unit: alias.source.unit().into(),
+        unit: alias.source.unit(),
         exact: alias.exact,
         excess: alias.excess,
         absurd: alias.absurd,
-        together_with: alias.together_with.as_ref().map(Source::id),
+        together_with: alias.together_with.as_ref().map(Cause::id),
     }
 }
 
@@ -352,28 +354,5 @@ fn cell(own: &crate::navigate::remainder::Cell) -> NavigationCellReport {
         values: own.values,
         mean: own.mean / si_per_unit(own.channel),
         z: own.z,
-    }
-}
-
-/// An error source in the field's words.
-fn name(source: &Source) -> String {
-    let axes = ["x", "y", "z"];
-    let axis = |i: usize| axes.get(i).copied().unwrap_or("?");
-    let direction = ["east", "north", "up"].get(source.axis).copied().unwrap_or("?");
-    let own = axis(source.axis);
-    let instrument = match source.instrument {
-        Instrument::Gyro => "gyro",
-        Instrument::Accelerometer => "accelerometer",
-        Instrument::Start => "navigator",
-    };
-    match source.kind {
-        Kind::Bias => format!("bias of the {own} {instrument}"),
-        Kind::ScaleFactor => format!("scale factor error of the {own} {instrument}"),
-        Kind::Installation => format!("installation error of the {own} {instrument} towards {}", axis(source.input)),
-        Kind::SecondOrder => format!("second-order coefficient of the {own} {instrument}"),
-        Kind::Attitude if source.axis == 2 => "azimuth error at the start".into(),
-        Kind::Attitude => format!("tilt about {direction} at the start"),
-        Kind::Velocity => format!("{direction} velocity error at the start"),
-        Kind::Position => format!("{direction} position error at the start"),
     }
 }

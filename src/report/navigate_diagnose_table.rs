@@ -76,12 +76,32 @@ pub(super) fn grouped(ids: &[String]) -> Vec<String> {
 /// The verdict as a sentence, without a full stop.
 pub(super) fn sentence(report: &NavigateDiagnoseReport) -> String {
     match (report.verdict.as_str(), report.effects.len()) {
-        ("effects-found", 1) => "one error is missing from the mission".into(),
-        ("effects-found", count) => format!("{count} errors are missing from the mission"),
+        ("effects-found", count) => found_in_words(report, count),
         ("nothing-missing", _) => "the gap is noise".into(),
-        ("unexplained", _) => "something is missing that no constant error of the unit or the start explains".into(),
+        ("unexplained", _) => {
+            "something is missing that no error of the unit, the start or the reference explains".into()
+        }
         _ => "nothing can be diagnosed: fewer than three values were measured".into(),
     }
+}
+
+/// How many errors of the mission, faults of the reference and single values were found.
+fn found_in_words(report: &NavigateDiagnoseReport, count: usize) -> String {
+    let begins = |start: &str| report.effects.iter().filter(|effect| effect.regressor.starts_with(start)).count();
+    let (reference, readings) = (begins("reference:"), begins("reading:"));
+    let mission = count - reference - readings;
+    let number = |count: usize, one: &str, many: &str| match count {
+        0 => None,
+        1 => Some(format!("one {one}")),
+        count => Some(format!("{count} {many}")),
+    };
+    let missing = number(mission, "error is missing from the mission", "errors are missing from the mission");
+    let parts = [
+        missing,
+        number(reference, "fault of the reference", "faults of the reference"),
+        number(readings, "single wrong value", "single wrong values"),
+    ];
+    parts.into_iter().flatten().collect::<Vec<String>>().join(", ")
 }
 
 fn verdict(report: &NavigateDiagnoseReport) -> String {
@@ -97,7 +117,7 @@ fn verdict(report: &NavigateDiagnoseReport) -> String {
 /// How much was tried.
 pub(super) fn tried(report: &NavigateDiagnoseReport) -> String {
     format!(
-        "{} error sources tried, {} of them distinct here; significance {}",
+        "{} causes tried, {} of them distinct here; significance {}",
         report.candidates, report.distinct_candidates, report.significance
     )
 }
@@ -111,10 +131,10 @@ fn found(effect: &NavigationEffectReport, alone: bool) -> String {
     text.push_str(&format!("; t = {:.1}, {}", effect.t, words::p_is(effect.p)));
     let beyond = if alone { "" } else { " beyond the others" };
     text.push_str(&format!("; explains {:.1} % of the gap{beyond}\n", 100.0 * effect.explains));
-    if effect.before != 0.0 {
+    if let (Some(before), Some(after)) = (effect.before.filter(|before| *before != 0.0), effect.after) {
         // without what a unit of radians costs in the last digits
-        let before: f64 = format!("{:.9e}", effect.before).parse().unwrap_or(effect.before);
-        text.push_str(&format!("  the mission had {before}, and has {} with it\n", rounded(effect.after, effect.u)));
+        let before: f64 = format!("{before:.9e}").parse().unwrap_or(before);
+        text.push_str(&format!("  the mission had {before}, and has {} with it\n", rounded(after, effect.u)));
     }
     if !effect.aliases.is_empty() {
         let names: Vec<String> = effect.aliases.iter().take(LISTED).map(alias).collect();

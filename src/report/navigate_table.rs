@@ -9,16 +9,21 @@ pub fn navigate_table(report: &NavigateReport) -> String {
     let duration = significant(report.duration_h, 6);
     let mut text = format!("tumble {}: navigation errors, {title}\n", report.tumble);
     text.push_str(&format!("  {duration} h in steps of {} s\n  {}\n", report.step_s, report.convention));
+    text.push_str(&format!("  vertical channel: {}\n", report.vertical_channel));
     if let Some(periods) = report.periods {
-        text.push_str(&format!(
-            "  periods: Schuler {:.2} min, Earth {:.3} h, Foucault {:.2} h\n",
-            periods.schuler_min, periods.earth_h, periods.foucault_h
-        ));
+        text.push_str(&format!("  periods: {}\n", periods.in_words()));
     }
     let rows: Vec<Vec<String>> = report.results.iter().map(result).collect();
     let header =
         ["motion", "scenario", "tilt, arcsec", "azimuth, arcsec", "velocity, m/s", "position, m", "at the end, m"];
     text.push_str(&format!("\nRoot mean square errors, and the position error at the end\n{}", plain(&header, &rows)));
+    let is_perfect = |r: &ResultReport| r.scenario == crate::navigate::study::PERFECT;
+    if report.results.iter().any(is_perfect) {
+        text.push_str("perfect_unit: a perfect unit, the navigator's own error\n");
+    }
+    for warning in &report.warnings {
+        text.push_str(&format!("{}\n", super::wrap::hanging(&format!("WARNING: {warning}"), 2)));
+    }
     let rows: Vec<Vec<String>> = report
         .ratios
         .iter()

@@ -93,9 +93,12 @@ pub struct JudgementReport {
     pub drift: Option<f64>,
     /// What known inputs do through tilts whose size a plan does not know; null where they do nothing.
     pub through_tilts: Option<ThroughTiltsReport>,
-    /// Every value of the schedule: leverage, minimal detectable bias and its effect.
+    /// Values that no other value checks.
+    #[serde(default)]
+    pub unchecked: usize,
+    /// Every value of the schedule: leverage, minimal detectable bias and its effect; empty with more than 20,000 values.
     pub readings: Vec<PlannedReadingReport>,
-    /// What a diagnosis could find; null where it was not asked for.
+    /// What a diagnosis could find; null with more than 100,000 values.
     pub effects: Option<ForesightReport>,
 }
 
@@ -146,6 +149,12 @@ pub struct PredictedReport {
     pub from_readings: Option<f64>,
     /// The part from known inputs.
     pub from_known: f64,
+    /// The most that one bad value does to it, of a size that is just not detected; null where nothing checks any value.
+    #[serde(default)]
+    pub undetected_fault: Option<f64>,
+    /// The same in arcseconds, for tilts.
+    #[serde(default)]
+    pub undetected_fault_arcsec: Option<f64>,
 }
 
 /// Prediction for one derived quantity.
@@ -206,7 +215,19 @@ pub struct ImprovedReport {
     pub candidates: usize,
     /// Readings that were chosen; others were kept.
     pub chosen: usize,
-    /// At least this share of the best possible choice of these candidates; null where no bound is known (budget, goal, two effects).
+    /// The first so many readings were kept, in their order.
+    #[serde(default)]
+    pub kept: usize,
+    /// Work that is still to be done: without what has been measured.
+    pub to_run: WorkReport,
+    /// What the chosen ones might cost at most, where that was limited.
+    #[serde(default)]
+    pub cost_limit: Option<f64>,
+    /// Designs that there are, where all of them were tried: none is better.
+    #[serde(default)]
+    pub enumerated: Option<u64>,
+    /// At least this share of the best possible choice of these candidates (within the budget, where there is one); null where no bound is
+    /// known (goal, two effects).
     pub efficiency: Option<f64>,
     /// How loose that bound may be, as a share; a larger shortfall means that so few portions cannot follow the best weights.
     pub bound_gap: Option<f64>,
@@ -224,7 +245,7 @@ pub struct ImprovedReport {
     pub effort: String,
     /// Per parameter and derived quantity: the given schedule, at equal effort, and the better one.
     pub comparison: Vec<ComparisonReport>,
-    /// The positions in the order to run, as reading keys.
+    /// The positions still to be measured, in the order to run, as reading keys.
     pub positions: Vec<PlannedPositionReport>,
     /// What even all candidates together do not determine.
     pub unreachable: Vec<NotEstimableReport>,
@@ -233,8 +254,22 @@ pub struct ImprovedReport {
     pub frozen: BTreeMap<String, f64>,
     /// The goal, if one was set.
     pub goal: Option<GoalReport>,
+    /// Why each chosen mounting is there.
+    #[serde(default)]
+    pub reasons: Vec<ReasonReport>,
     /// The two effects to be told apart, if two were named.
     pub separation: Option<DiscriminationReport>,
+}
+
+/// What would be lost without one mounting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ReasonReport {
+    /// Label of the mounting.
+    pub position: String,
+    /// The parameter that would lose most.
+    pub parameter: String,
+    /// By what factor its uncertainty would grow; null where nothing would determine it.
+    pub grows: Option<f64>,
 }
 
 /// Two effects, and how well their coefficients are known with both in the model.
@@ -277,7 +312,7 @@ pub struct ComparisonReport {
 /// Whether a goal was reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GoalReport {
-    /// Limit of each parameter that is counted, in its unit (arcsec for tilts); derived quantities are not.
+    /// Limit of each parameter and derived quantity that is counted, in its unit (arcsec for angles).
     pub limits: BTreeMap<String, f64>,
     /// Are all limits kept? If not, this schedule is the best reachable with so many readings.
     pub reached: bool,
@@ -288,6 +323,6 @@ pub struct GoalReport {
     /// Was the cheapest schedule sought? It is the cheapest that was found, without a proof that none is cheaper.
     #[serde(default)]
     pub is_cheapest_found: bool,
-    /// Limited parameters that even all candidates together do not determine.
+    /// Limited quantities that even all candidates together do not determine.
     pub impossible: Vec<String>,
 }

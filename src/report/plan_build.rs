@@ -4,9 +4,9 @@ use super::foresight::foresight_report;
 use super::plan::*;
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, position_keys};
-use crate::campaign::{Campaign, Kind};
+use crate::campaign::{Campaign, Kind, Reading};
 use crate::diagnosis::Foresight;
-use crate::plan::{Goal, Improvement, Judgement, Noise, PointSource, Reached, Request, Separated, Work};
+use crate::plan::{Costs, Goal, Improvement, Judgement, Noise, PointSource, Reached, Reason, Request, Separated, Work};
 
 /// What was found beside the judgement of the given schedule.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +36,7 @@ pub fn plan_report(
     better: Option<Better<'_>>,
     foreseen: Foreseen<'_>,
     request: &Request,
+    costs: &Costs,
     from: &[PointSource],
 ) -> PlanReport {
     let given = judgement_report(campaign, judgement, foreseen.given);
@@ -46,14 +47,19 @@ pub fn plan_report(
             Better::Goal(reached, _) => (&reached.improvement, "goal".to_string()),
             Better::Apart(separated, [a, b]) => (&separated.improvement, format!("T:{a}|{b}")),
         };
+        let to_run = to_run(campaign, improvement);
         let own = judgement_report(&improvement.schedule, &improvement.judgement, foreseen.better);
-        let budget = request.budget.filter(|_| matches!(better, Better::Best(..)));
+        let budget = request.budget.filter(|_| matches!(better, Better::Best(..)) && !request.may_cost_more);
         let effort = |work: &WorkReport| if budget.is_some() { work.cost } else { work.readings as f64 };
         ImprovedReport {
             criterion,
             budget,
             candidates: improvement.candidates,
             chosen: improvement.chosen,
+            kept: improvement.kept,
+            to_run: work(costs.work(&to_run)),
+            cost_limit: improvement.limit,
+            enumerated: improvement.enumerated,
             efficiency: improvement.efficiency,
             bound_gap: improvement.bound_gap,
             starts: improvement.starts,
@@ -66,7 +72,8 @@ pub fn plan_report(
                 &own,
                 (effort(&given.work) / effort(&own.work).max(f64::MIN_POSITIVE)).sqrt(),
             ),
-            positions: positions(&improvement.schedule),
+            positions: positions(&improvement.schedule, &to_run),
+            reasons: improvement.reasons.iter().map(|r| reason(campaign, r)).collect(),
             unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
             frozen: improvement.frozen.iter().cloned().collect(),
             goal: match better {
@@ -123,11 +130,20 @@ fn work(work: Work) -> WorkReport {
     WorkReport { readings: work.readings, mountings: work.mountings, rate_changes: work.rate_changes, cost: work.cost }
 }
 
+/// With more values than this they are not listed one by one: each takes two kilobytes of a report.
+const MOST_LISTED: usize = 20_000;
+
 fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Option<&Foresight>) -> JudgementReport {
     let ids: Vec<String> = judgement.parameters.iter().map(|p| p.id.clone()).collect();
     let n = ids.len();
     let is_tilt: Vec<bool> = judgement.parameters.iter().map(|p| p.kind == Kind::Tilt).collect();
+    let fault = |k: usize| {
+        let checked = judgement.readings.iter().filter(|r| r.mdb.is_some());
+        checked.filter_map(|r| r.effect.get(k)).map(|e| e.abs()).reduce(f64::max)
+    };
+    let listed = if judgement.readings.len() > MOST_LISTED { 0 } else { judgement.readings.len() };
     JudgementReport {
+        unchecked: judgement.readings.iter().filter(|r| r.mdb.is_none()).count(),
         work: work(judgement.work),
         rank: judgement.rank,
         dof: judgement.dof,
@@ -135,7 +151,10 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
         parameters: judgement
             .parameters
             .iter()
-            .map(|p| PredictedReport {
+            .enumerate()
+            .map(|(k, p)| PredictedReport {
+                undetected_fault: fault(k),
+                undetected_fault_arcsec: fault(k).filter(|_| p.kind == Kind::Tilt).map(|e| e * ARCSEC),
                 id: p.id.clone(),
                 kind: if p.kind == Kind::Tilt { "tilt" } else { "coefficient" }.into(),
                 unit: p.unit.clone(),
@@ -182,6 +201,7 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
         readings: judgement
             .readings
             .iter()
+            .take(listed)
             .map(|r| {
                 let reading = campaign.readings.rows.get(r.origin.reading);
                 let effects = ids.iter().zip(&r.effect).filter(|_| r.mdb.is_some());
@@ -202,9 +222,23 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
     }
 }
 
-fn positions(schedule: &Campaign) -> Vec<PlannedPositionReport> {
-    let rows = schedule.readings.rows.iter();
-    rows.map(|r| PlannedPositionReport { position: r.position.clone(), at: position_keys(schedule, &r.joints) })
+/// The readings of a better schedule that have no value yet; `campaign` has the values, of what was kept.
+fn to_run(campaign: &Campaign, improvement: &Improvement) -> Vec<Reading> {
+    let done = |k: usize| {
+        k < improvement.kept && campaign.readings.rows.get(k).is_some_and(|row| !row.observations.is_empty())
+    };
+    let rows = improvement.schedule.readings.rows.iter().enumerate();
+    rows.filter(|(k, _)| !done(*k)).map(|(_, row)| row.clone()).collect()
+}
+
+fn reason(campaign: &Campaign, reason: &Reason) -> ReasonReport {
+    let parameter = campaign.parameters.get(reason.parameter).map(|p| p.id.clone()).unwrap_or_default();
+    ReasonReport { position: reason.position.clone(), parameter, grows: reason.grows }
+}
+
+fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport> {
+    rows.iter()
+        .map(|r| PlannedPositionReport { position: r.position.clone(), at: position_keys(schedule, &r.joints) })
         .collect()
 }
 
@@ -232,7 +266,7 @@ fn comparison(given: &JudgementReport, better: &JudgementReport, effort: f64) ->
 
 fn goal_report(campaign: &Campaign, reached: &Reached, goals: &[Goal]) -> GoalReport {
     let limit = |goal: &Goal| {
-        let tilt = campaign.parameters.iter().any(|p| p.id == goal.id && p.kind == Kind::Tilt);
+        let tilt = crate::plan::is_angle(campaign, &goal.id);
         (goal.id.clone(), if tilt { goal.u * ARCSEC } else { goal.u })
     };
     GoalReport {

@@ -4,7 +4,7 @@ use super::foresight_table::foresight_table;
 use super::table::{count, plain, significant};
 use super::{
     DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, NotEstimableReport, PlanReport,
-    PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport,
+    PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
 };
 use std::collections::BTreeMap;
 
@@ -81,7 +81,10 @@ pub(super) fn lacking(lacking: &LackingReport) -> String {
 }
 
 fn work(judgement: &JudgementReport) -> String {
-    let w = &judgement.work;
+    work_of(&judgement.work)
+}
+
+pub(super) fn work_of(w: &WorkReport) -> String {
     format!(
         "{} in {} with {}, cost {}",
         count(w.readings, "reading"),
@@ -101,12 +104,6 @@ fn judgement(j: &JudgementReport) -> String {
         let partner = j.correlation.order.get(k)?;
         (r.abs() >= 0.005).then(|| format!("{r:+.2} with {partner}"))
     };
-    let worst = |id: &str, arcsec: bool| {
-        let effect = |r: &super::PlannedReadingReport| {
-            if arcsec { r.effect_arcsec.get(id).copied() } else { r.effect.get(id).copied() }
-        };
-        j.readings.iter().filter_map(effect).map(f64::abs).reduce(f64::max)
-    };
     let needs_value = |id: &String| j.lacking.as_ref().is_some_and(|l| l.untold.contains(id));
     for (i, p) in j.parameters.iter().enumerate() {
         let angle = p.u_arcsec.is_some();
@@ -121,7 +118,7 @@ fn judgement(j: &JudgementReport) -> String {
             },
             if angle { "arcsec".into() } else { p.unit.clone() },
             strongest(i).unwrap_or_default(),
-            if p.u.is_some() { number(worst(&p.id, angle)) } else { "-".into() },
+            if p.u.is_some() { number(p.undetected_fault_arcsec.or(p.undetected_fault)) } else { "-".into() },
         ]);
     }
     for d in &j.derived {
@@ -134,7 +131,7 @@ fn judgement(j: &JudgementReport) -> String {
     if let Some(condition) = j.condition {
         text.push_str(&format!(", condition {}", significant(condition, 3)));
     }
-    let unchecked = j.readings.iter().filter(|r| r.mdb.is_none()).count();
+    let unchecked = j.unchecked;
     if unchecked > 0 {
         text.push_str(&format!("; {unchecked} values are checked by no other"));
     }
@@ -147,6 +144,9 @@ fn judgement(j: &JudgementReport) -> String {
     }
     if let Some(through) = &j.through_tilts {
         text.push_str(&format!("{}\n", through_tilts(through)));
+    }
+    if j.effects.is_none() && j.work.readings > 0 {
+        text.push_str("so many values: what a diagnosis could find is not foreseen, and values are not listed\n");
     }
     if let Some(own) = &j.lacking {
         text.push_str(&format!("{}\n", lacking(own)));
@@ -220,13 +220,47 @@ pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, Str
     lines
 }
 
+/// How good the choice is proven to be.
+pub(super) fn proof(improved: &ImprovedReport) -> Option<String> {
+    let within = if improved.cost_limit.is_some() { " at this cost" } else { "" };
+    if let Some(all) = improved.enumerated {
+        return Some(format!("the best: all {all} choices of these candidates{within} were tried (proven 100 %)"));
+    }
+    let share = percent(improved.efficiency?);
+    Some(format!("proven to be at least {share} as good as the best possible choice of these candidates{within}"))
+}
+
 /// Why the efficiency is below 0.99: the bound, or the few portions.
 pub(super) fn shortfall(improved: &ImprovedReport) -> Option<String> {
     let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
     let short = 1.0 - efficiency;
     (short > 0.01).then(|| match gap < 0.1 * short {
+        true if improved.cost_limit.is_some() => {
+            "the bound allows more mountings than the cost does, so the choice may well be the best".into()
+        }
         true => "so few portions cannot follow the best weights; more of them, or smaller ones, come nearer".into(),
         false => format!("the bound itself may be {} too high", significant(gap, 2)),
+    })
+}
+
+/// The limit of the cost, and where it comes from.
+pub(super) fn cost_limit(improved: &ImprovedReport, limit: f64) -> String {
+    let cost = significant(limit, 4);
+    match improved.budget {
+        Some(_) => format!("within a budget of {cost} for what was chosen"),
+        None => format!("at no more cost than the given schedule, {cost} for so many readings (--any-cost: at any)"),
+    }
+}
+
+/// Why a mounting is there, in words.
+pub(super) fn reason(improved: &ImprovedReport, label: &str) -> Option<String> {
+    let reason = improved.reasons.iter().find(|r| r.position == label)?;
+    Some(match reason.grows {
+        None => format!("without it nothing determines {}", reason.parameter),
+        Some(grows) if grows > 1.0005 => {
+            format!("without it u of {} grows by {} %", reason.parameter, significant(100.0 * (grows - 1.0), 2))
+        }
+        Some(_) => "it adds little".into(),
     })
 }
 
@@ -265,10 +299,11 @@ pub(super) fn percent(share: f64) -> String {
 /// What a goal counts, and what is known of its cost.
 pub(super) fn goal_notes(improved: &ImprovedReport, goal: &GoalReport) -> Vec<String> {
     let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-    let derived: Vec<&str> = improved.judgement.derived.iter().map(|d| d.id.as_str()).collect();
+    let derived = improved.judgement.derived.iter().map(|d| d.id.as_str());
+    let derived: Vec<&str> = derived.filter(|id| !goal.limits.contains_key(*id)).collect();
     let mut notes = vec![match derived.is_empty() {
         true => format!("the goal counts {counted}"),
-        false => format!("the goal counts {counted}; derived quantities do not count ({})", derived.join(", ")),
+        false => format!("the goal counts {counted}, but not {}", derived.join(", ")),
     }];
     if goal.is_cheapest_found && goal.reached {
         notes.push("this is the cheapest schedule that was found; that none is cheaper is not proven".into());
@@ -330,21 +365,25 @@ fn better(improved: &ImprovedReport) -> String {
         return format!("\n{nothing}\n");
     }
     let mut text = format!("\nThe better schedule: {}\n", work(&improved.judgement));
+    if improved.to_run != improved.judgement.work {
+        text.push_str(&format!("  still to run: {}\n", work_of(&improved.to_run)));
+    }
+    let starts = match improved.enumerated {
+        Some(_) => String::new(),
+        None => format!(", seed {}, {} of {} starts ended here", improved.seed, improved.hits, improved.starts),
+    };
     text.push_str(&format!(
-        "  {} of its readings chosen among {} candidate portions, criterion {}, seed {}, {} of {} starts ended here\n",
-        improved.chosen, improved.candidates, improved.criterion, improved.seed, improved.hits, improved.starts
+        "  {} of its readings chosen among {} candidate portions, criterion {}{starts}\n",
+        improved.chosen, improved.candidates, improved.criterion
     ));
-    if let Some(efficiency) = improved.efficiency {
-        text.push_str(&format!(
-            "  proven to be at least {} as good as the best possible choice of these candidates\n",
-            percent(efficiency)
-        ));
+    if let Some(proof) = proof(improved) {
+        text.push_str(&format!("  {proof}\n"));
         if let Some(why) = shortfall(improved) {
             text.push_str(&format!("  {why}\n"));
         }
     }
-    if let Some(budget) = improved.budget {
-        text.push_str(&format!("  within a budget of {} for what was chosen\n", significant(budget, 4)));
+    if let Some(limit) = improved.cost_limit {
+        text.push_str(&format!("  {}\n", cost_limit(improved, limit)));
     }
     if let Some(separation) = &improved.separation {
         for line in apart(separation) {
@@ -379,8 +418,15 @@ fn better(improved: &ImprovedReport) -> String {
     let what = "cannot be determined by any choice of these candidates";
     text.push_str(&defects(&improved.unreachable, what, &nowhere(&improved.frozen)));
     text.push_str("\nTo run, in this order:\n");
+    let mut told: Option<String> = None;
     for (label, place) in mountings(&improved.positions) {
         text.push_str(&format!("  {label:>4}  {place}\n"));
+        if told.as_ref() != Some(&label)
+            && let Some(why) = reason(improved, &label)
+        {
+            text.push_str(&format!("        {why}\n"));
+        }
+        told = Some(label);
     }
     if let Some(drift) = improved.judgement.drift {
         text.push_str(&format!(

@@ -20,6 +20,9 @@ pub struct BenchFile {
     /// The paper and equation numbers.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub source: String,
+    /// What a user of this bench should know: names in words, conventions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Latitude, Earth rate, gravity. Without it there is no Earth rate, and gravity is 1 g.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub site: Option<SiteFile>,
@@ -105,8 +108,9 @@ pub struct LinkFile {
     /// What it is, for a person.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub is: String,
-    /// For a tilt that follows a joint (a linear positioning error, a wobble): the factor, a line of algebra in the joints' names (their
-    /// angles, rad). The rotation is then tilt times factor.
+    /// For a tilt that follows a joint (a linear positioning error, a wobble): the factor, a line of algebra in the joints' names (the
+    /// angles that their encoders show, 0 to 360 deg, in rad: what is linear in them jumps where the encoder starts anew). The rotation is
+    /// then tilt times factor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub times: Option<String>,
 }
@@ -143,6 +147,10 @@ pub struct SensorFile {
     /// Named axes; the model line's inputs are `w_<name>` and `a_<name>`.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub axes: Named<DirectionFile>,
+    /// For the reading of a closed circle: its full turn, in the sensor's unit (360 where that is degrees). Readings that differ by whole
+    /// turns are then the same reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn: Option<f64>,
     /// The error model, one line of algebra, for example `V0 + kI*w_I + kII*w_I^2`.
     pub model: String,
 }
@@ -162,7 +170,13 @@ impl BenchFile {
             .map(|(id, sensor)| {
                 let model = Expression::parse(&sensor.model).map_err(|e| e.at_path(format!("sensors.{id}.model")))?;
                 let axes = sensor.axes.0.into_iter().map(|(name, direction)| (name, direction.vector())).collect();
-                Ok(Sensor { id, unit: sensor.unit, axes, model })
+                if let Some(turn) = sensor.turn.filter(|turn| !(*turn > 0.0 && turn.is_finite())) {
+                    return Err(Malformed::new(Fault::Value, "a full turn of the circle cannot be used")
+                        .expected("a positive number in the sensor's unit, for example 360 for degrees")
+                        .found(turn.to_string())
+                        .at_path(format!("sensors.{id}.turn")));
+                }
+                Ok(Sensor { id, unit: sensor.unit, axes, turn: sensor.turn, model })
             })
             .collect::<Result<_>>()?;
         let units = Units {
@@ -177,7 +191,8 @@ impl BenchFile {
                 ForceFile::MetresPerSecondSquared => ForceUnit::MetresPerSecondSquared,
             },
         };
-        Bench { id: self.id, title: self.title, source: self.source, site, units, chain, sensors }.checked()
+        Bench { id: self.id, title: self.title, source: self.source, notes: self.notes, site, units, chain, sensors }
+            .checked()
     }
 }
 

@@ -23,6 +23,9 @@ pub struct ErrorsFile {
     /// Gyro second-order coefficients, (deg/h)/(deg/s)^2.
     #[serde(skip_serializing_if = "AxesFile::is_absent")]
     pub gyro_second_order_deg_h_per_deg2_s2: AxesFile,
+    /// Acceleration-sensitive drift of the gyros, (deg/h)/g: by gyro and axis of the specific force, or x, y, z along each one's own axis.
+    #[serde(skip_serializing_if = "DriftFile::is_absent")]
+    pub gyro_acceleration_sensitive_deg_h_per_g: DriftFile,
     /// Angle random walk of the gyros, deg/sqrt(h).
     #[serde(skip_serializing_if = "is_zero")]
     pub angle_random_walk_deg_sqrt_h: f64,
@@ -88,6 +91,99 @@ pub enum InstallationFile {
     All(f64),
     /// By sensor and input.
     Each(InstallationAngles),
+}
+
+/// Acceleration-sensitive drift: a number for each gyro along its own axis, one for all three, or by gyro and specific force.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(untagged)]
+pub enum DriftFile {
+    /// None.
+    #[default]
+    #[serde(skip)]
+    Absent,
+    /// The same for all three gyros, each along its own axis.
+    All(f64),
+    /// x, y, z, each along its own axis.
+    Own([f64; 3]),
+    /// By gyro and axis of the specific force.
+    Each(DriftCoefficients),
+}
+
+/// Drift of the first axis' gyro for each g along the second axis.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[allow(missing_docs)]
+pub struct DriftCoefficients {
+    pub xx: f64,
+    pub xy: f64,
+    pub xz: f64,
+    pub yx: f64,
+    pub yy: f64,
+    pub yz: f64,
+    pub zx: f64,
+    pub zy: f64,
+    pub zz: f64,
+}
+
+impl DriftFile {
+    fn is_absent(&self) -> bool {
+        *self == DriftFile::Absent
+    }
+
+    fn each(self) -> DriftCoefficients {
+        let own = |[xx, yy, zz]: [f64; 3]| DriftCoefficients { xx, yy, zz, ..Default::default() };
+        match self {
+            DriftFile::Absent => DriftCoefficients::default(),
+            DriftFile::All(value) => own([value; 3]),
+            DriftFile::Own(values) => own(values),
+            DriftFile::Each(values) => values,
+        }
+    }
+}
+
+impl DriftCoefficients {
+    fn slot(&mut self, source: &Source) -> &mut f64 {
+        match (source.axis, source.input) {
+            (0, 0) => &mut self.xx,
+            (0, 1) => &mut self.xy,
+            (0, _) => &mut self.xz,
+            (1, 0) => &mut self.yx,
+            (1, 1) => &mut self.yy,
+            (1, _) => &mut self.yz,
+            (_, 0) => &mut self.zx,
+            (_, 1) => &mut self.zy,
+            _ => &mut self.zz,
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for DriftFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = DriftFile;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number for all gyros, [x, y, z], or { \"xx\": ..., \"xz\": ... }")
+            }
+            fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<DriftFile, E> {
+                Ok(DriftFile::All(value))
+            }
+            fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<DriftFile, E> {
+                Ok(DriftFile::All(value as f64))
+            }
+            fn visit_u64<E: Error>(self, value: u64) -> std::result::Result<DriftFile, E> {
+                Ok(DriftFile::All(value as f64))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<DriftFile, A::Error> {
+                <[f64; 3]>::deserialize(value::SeqAccessDeserializer::new(seq)).map(DriftFile::Own)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<DriftFile, A::Error> {
+                DriftCoefficients::deserialize(value::MapAccessDeserializer::new(map)).map(DriftFile::Each)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
 }
 
 /// What of the second axis' input the first axis' sensor sees.
@@ -248,6 +344,11 @@ impl ErrorsFile {
             (Instrument::Gyro, Kind::ScaleFactor) => axes(&mut self.gyro_scale_factor),
             (Instrument::Gyro, Kind::Installation) => installation(&mut self.gyro_installation_arcsec),
             (Instrument::Gyro, Kind::SecondOrder) => axes(&mut self.gyro_second_order_deg_h_per_deg2_s2),
+            (_, Kind::AccelerationSensitive) => {
+                let mut each = self.gyro_acceleration_sensitive_deg_h_per_g.each();
+                *each.slot(source) += change;
+                self.gyro_acceleration_sensitive_deg_h_per_g = DriftFile::Each(each);
+            }
             (_, Kind::Bias) => axes(&mut self.accelerometer_bias_g),
             (_, Kind::ScaleFactor) => axes(&mut self.accelerometer_scale_factor),
             (_, Kind::Installation) => installation(&mut self.accelerometer_installation_arcsec),
@@ -271,6 +372,10 @@ impl ErrorsFile {
             (Instrument::Gyro, Kind::SecondOrder) => {
                 ("gyro_second_order_deg_h_per_deg2_s2", axes(self.gyro_second_order_deg_h_per_deg2_s2))
             }
+            (_, Kind::AccelerationSensitive) => (
+                "gyro_acceleration_sensitive_deg_h_per_g",
+                *self.gyro_acceleration_sensitive_deg_h_per_g.each().slot(source),
+            ),
             (_, Kind::Bias) => ("accelerometer_bias_g", axes(self.accelerometer_bias_g)),
             (_, Kind::ScaleFactor) => ("accelerometer_scale_factor", axes(self.accelerometer_scale_factor)),
             (_, Kind::Installation) => {

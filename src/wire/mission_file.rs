@@ -1,9 +1,8 @@
 //! The mission file (`*.mission.json`): where and how a strapdown navigator moves, and what is wrong with its unit.
 
-use super::{ErrorsFile, Named, Source, parse};
+use super::{ErrorsFile, MotionFile, Named, Source, parse};
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::mission::{Mission, Site};
-use crate::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation, Path};
 use crate::navigate::study::Separation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -58,95 +57,6 @@ pub struct MissionSiteFile {
     pub altitude_m: f64,
 }
 
-/// A motion of the vehicle.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub enum MotionFile {
-    /// At rest.
-    Static(StaticFile),
-    /// Swinging about a fixed place.
-    Swing(SwingFile),
-    /// Legs along a constant heading.
-    Legs(LegsFile),
-}
-
-/// Attitude at rest.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StaticFile {
-    /// Nose up, degrees.
-    #[serde(default)]
-    pub pitch_deg: f64,
-    /// Right side down, degrees.
-    #[serde(default)]
-    pub roll_deg: f64,
-    /// Clockwise from north, degrees.
-    #[serde(default)]
-    pub heading_deg: f64,
-}
-
-/// A swing: `mean + amplitude sin(2 pi t / period + phase)` in each angle.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SwingFile {
-    /// Nose up.
-    #[serde(default)]
-    pub pitch: OscillationFile,
-    /// Right side down.
-    #[serde(default)]
-    pub roll: OscillationFile,
-    /// Counter-clockwise from north.
-    #[serde(default)]
-    pub yaw: OscillationFile,
-}
-
-/// One angle of a swing.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OscillationFile {
-    /// Amplitude, degrees.
-    #[serde(default)]
-    pub amplitude_deg: f64,
-    /// Period, s; needed where there is an amplitude.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub period_s: Option<f64>,
-    /// Phase at the start, degrees.
-    #[serde(default)]
-    pub phase_deg: f64,
-    /// Mean, degrees.
-    #[serde(default)]
-    pub mean_deg: f64,
-}
-
-/// Legs along a constant heading.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LegsFile {
-    /// Clockwise from north, degrees.
-    #[serde(default)]
-    pub heading_deg: f64,
-    /// Speed at the start, m/s.
-    #[serde(default)]
-    pub speed_m_s: f64,
-    /// One leg after another.
-    pub legs: Vec<LegFile>,
-}
-
-/// One leg; the last may have no duration and ends with the mission.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LegFile {
-    /// Duration, h.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub duration_h: Option<f64>,
-    /// Duration, s, instead.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub duration_s: Option<f64>,
-    /// Acceleration along the heading, m/s^2; 0 cruises (or rests).
-    #[serde(default)]
-    pub acceleration_m_s2: f64,
-}
-
 /// Which errors fly together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -170,7 +80,7 @@ pub struct CalibrationFile {
     pub carry: Named<Named<f64>>,
     /// Draws of the Monte Carlo run beside the linear covariance; 0 for none.
     #[serde(default = "draws")]
-    pub monte_carlo: usize,
+    pub monte_carlo: u64,
 }
 
 fn hundredth() -> f64 {
@@ -185,9 +95,12 @@ fn one() -> u64 {
     1
 }
 
-fn draws() -> usize {
+fn draws() -> u64 {
     200
 }
+
+/// Each draw is a navigator of its own: some 2 kB, and a lane of the full simulation.
+const MOST_DRAWS: u64 = 100_000;
 
 impl MissionFile {
     /// Check the mission and turn it into the domain's. Errors: [`Malformed`] with the JSON path.
@@ -201,6 +114,14 @@ impl MissionFile {
         let mut mission = Mission::new(site, self.step_s, self.duration_h * 3600.0, self.output_every_s, motion)?;
         for (i, file) in self.beside.iter().enumerate() {
             mission = mission.beside(file.motion().map_err(|e| e.under(&format!("beside[{i}]")))?)?;
+        }
+        if let Some(draws) = self.calibration.as_ref().map(|own| own.monte_carlo).filter(|draws| *draws > MOST_DRAWS) {
+            return Err(Malformed::new(Fault::Value, "the Monte Carlo run has too many draws")
+                .at_path("calibration.monte_carlo")
+                .expected(format!(
+                    "at most {MOST_DRAWS}, each a flight of its own (so many give a standard deviation to 0.2 %)"
+                ))
+                .found(draws.to_string()));
         }
         mission.errors = self.errors.errors().map_err(|e| e.under("errors"))?;
         mission.title = self.title.clone();
@@ -249,127 +170,4 @@ pub fn read_covariance(source: &Source) -> Result<CovarianceFile> {
             .expected("a fit report (tumble fit --json) with \"covariance\": { \"order\": ..., \"matrix\": ... }")
             .in_file(&source.name)
     })
-}
-
-impl MotionFile {
-    /// The file of a motion.
-    pub fn of(motion: &Motion) -> MotionFile {
-        // angles as people write them: what radians cost in the last digits is rounded off
-        let degrees = |rad: f64| (rad.to_degrees() * 1e9).round() / 1e9 + 0.0;
-        let Attitude { pitch, roll, yaw } = motion.attitude;
-        if let Path::Legs(own) = &motion.path {
-            let legs = own.legs.iter().map(|leg| LegFile {
-                duration_h: None,
-                duration_s: Some(leg.duration).filter(|duration| duration.is_finite()),
-                acceleration_m_s2: leg.acceleration,
-            });
-            let legs = legs.collect();
-            return MotionFile::Legs(LegsFile { heading_deg: degrees(own.heading), speed_m_s: own.speed, legs });
-        }
-        if [pitch, roll, yaw].iter().all(|angle| angle.amplitude == 0.0) {
-            let [pitch_deg, roll_deg, heading_deg] = [pitch.mean, roll.mean, -yaw.mean].map(degrees);
-            return MotionFile::Static(StaticFile { pitch_deg, roll_deg, heading_deg });
-        }
-        let angle = |own: Oscillation| OscillationFile {
-            amplitude_deg: degrees(own.amplitude),
-            period_s: (own.amplitude != 0.0).then_some(own.period),
-            phase_deg: degrees(own.phase),
-            mean_deg: degrees(own.mean),
-        };
-        MotionFile::Swing(SwingFile { pitch: angle(pitch), roll: angle(roll), yaw: angle(yaw) })
-    }
-
-    /// The motion in one line.
-    pub fn in_words(&self) -> String {
-        match self {
-            MotionFile::Static(own) => {
-                let mut text = format!("static, heading {} deg", own.heading_deg);
-                for (name, angle) in [("pitch", own.pitch_deg), ("roll", own.roll_deg)] {
-                    if angle != 0.0 {
-                        text.push_str(&format!(", {name} {angle} deg"));
-                    }
-                }
-                text
-            }
-            MotionFile::Swing(own) => {
-                let angle = |own: &OscillationFile| {
-                    format!("{} deg in {} s", own.amplitude_deg, own.period_s.unwrap_or_default())
-                };
-                let angles = [("pitch", &own.pitch), ("roll", &own.roll), ("yaw", &own.yaw)];
-                let moving = angles.iter().filter(|(_, angle)| angle.amplitude_deg != 0.0);
-                let parts: Vec<String> = moving.map(|(name, own)| format!("{name} {}", angle(own))).collect();
-                format!("swing, {}", parts.join(", "))
-            }
-            MotionFile::Legs(own) => {
-                let leg = |leg: &LegFile| {
-                    let time = leg.duration_s.or(leg.duration_h.map(|hours| 3600.0 * hours));
-                    let time = time.map_or("then".to_string(), |seconds| format!("{seconds} s"));
-                    format!("{time} at {} m/s^2", leg.acceleration_m_s2)
-                };
-                let legs: Vec<String> = own.legs.iter().map(leg).collect();
-                format!("legs, heading {} deg: {}", own.heading_deg, legs.join(", "))
-            }
-        }
-    }
-
-    fn motion(&self) -> Result<Motion> {
-        match self {
-            MotionFile::Static(file) => {
-                let angles = [file.pitch_deg, file.roll_deg, file.heading_deg];
-                if let Some(bad) = angles.iter().find(|angle| !angle.is_finite() || angle.abs() > 360.0) {
-                    return Err(Malformed::new(Fault::Value, "not an attitude")
-                        .at_path("static")
-                        .expected("angles from -360 to 360 degrees")
-                        .found(format!("{bad}")));
-                }
-                let [pitch, roll, heading] = angles.map(f64::to_radians);
-                Ok(Motion::at_rest(pitch, roll, -heading))
-            }
-            MotionFile::Swing(file) => Motion::swing(Attitude {
-                pitch: file.pitch.oscillation("pitch")?,
-                roll: file.roll.oscillation("roll")?,
-                yaw: file.yaw.oscillation("yaw")?,
-            }),
-            MotionFile::Legs(file) => {
-                let legs = file.legs.iter().enumerate().map(|(i, leg)| leg.leg(i)).collect::<Result<Vec<Leg>>>()?;
-                Ok(Motion::legs(Legs { heading: file.heading_deg.to_radians(), speed: file.speed_m_s, legs }))
-            }
-        }
-    }
-}
-
-impl OscillationFile {
-    fn oscillation(&self, name: &str) -> Result<Oscillation> {
-        let period = match self.period_s {
-            Some(period) => period,
-            None if self.amplitude_deg == 0.0 => 1.0,
-            None => {
-                return Err(Malformed::new(Fault::Missing, format!("the swing in {name} has no period"))
-                    .at_path(format!("swing.{name}"))
-                    .expected("a key 'period_s'"));
-            }
-        };
-        Ok(Oscillation {
-            mean: self.mean_deg.to_radians(),
-            amplitude: self.amplitude_deg.to_radians(),
-            period,
-            phase: self.phase_deg.to_radians(),
-        })
-    }
-}
-
-impl LegFile {
-    fn leg(&self, index: usize) -> Result<Leg> {
-        let duration = match (self.duration_h, self.duration_s) {
-            (Some(_), Some(_)) => {
-                return Err(Malformed::new(Fault::NameClash, "the leg has two durations")
-                    .at_path(format!("legs.legs[{index}]"))
-                    .expected("either 'duration_h' or 'duration_s'"));
-            }
-            (Some(hours), None) => hours * 3600.0,
-            (None, Some(seconds)) => seconds,
-            (None, None) => f64::INFINITY,
-        };
-        Ok(Leg { duration, acceleration: self.acceleration_m_s2 })
-    }
 }

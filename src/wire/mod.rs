@@ -14,6 +14,7 @@ mod lab;
 mod locate;
 mod measured_file;
 mod mission_file;
+mod motion_file;
 mod named;
 mod readings_file;
 mod schema;
@@ -26,7 +27,7 @@ pub use campaign_file::{
 };
 pub use derived_file::{DerivedFile, DerivedLine};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
-pub use imu_errors_file::{AxesFile, ErrorsFile, InstallationAngles, InstallationFile};
+pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
     MethodFile, PersonFile, read_lab,
@@ -34,10 +35,8 @@ pub use lab::{
 use locate::in_source;
 pub use locate::{line_and_column, locate};
 pub use measured_file::{read_measured, write_measured};
-pub use mission_file::{
-    CalibrationFile, CovarianceFile, LegFile, LegsFile, MissionFile, MissionSiteFile, MotionFile, OscillationFile,
-    ScenariosFile, StaticFile, SwingFile, read_covariance,
-};
+pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSiteFile, ScenariosFile, read_covariance};
+pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use schema::{SCHEMAS, schema};

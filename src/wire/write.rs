@@ -44,6 +44,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         id: bench.id.clone(),
         title: bench.title.clone(),
         source: bench.source.clone(),
+        notes: bench.notes.clone(),
         site: bench.site.map(|site| SiteFile {
             latitude_deg: Some(site.latitude_deg),
             earth_rate_deg_h: Some(site.earth_rate_deg_h),
@@ -70,6 +71,7 @@ fn sensor_file(sensor: &Sensor) -> SensorFile {
     SensorFile {
         unit: sensor.unit.clone(),
         axes: Named(sensor.axes.iter().map(|(name, v)| (name.clone(), direction(v))).collect()),
+        turn: sensor.turn,
         model: sensor.model.to_string(),
     }
 }

@@ -385,7 +385,8 @@ fn noise_from_residuals_and_channels_left_out() {
             .for_each(|row| row.value[..3].iter_mut().for_each(|v| *v = v.filter(|_| attitude)));
         let found = diagnose(&mission, &data, &Settings::default()).unwrap();
         let finding = &found.findings[0];
-        let all: Vec<Source> = finding.aliases.iter().map(|a| a.source).chain([finding.source]).collect();
+        let all: Vec<Source> =
+            finding.aliases.iter().map(|a| a.source).chain([finding.source]).filter_map(|c| c.constant()).collect();
         let ids: Vec<String> = all.iter().map(Source::id).collect();
         let told = finding.separate_by.first().map(|s| tumble::wire::MotionFile::of(&s.motion).in_words());
         println!("{name}: one of {ids:?}; would tell: {}", told.unwrap_or_default());

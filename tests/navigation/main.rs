@@ -3,5 +3,7 @@
 mod diagnose;
 mod example;
 mod files;
+mod laws;
 mod measured;
+mod missions;
 mod navigator;

@@ -31,9 +31,9 @@ fn legs() -> Motion {
         heading: 60f64.to_radians(),
         speed: 0.0,
         legs: vec![
-            Leg { duration: 10.0 * HOUR, acceleration: 0.0 },
-            Leg { duration: 200.0, acceleration: 0.05 },
-            Leg { duration: f64::INFINITY, acceleration: 0.0 },
+            Leg { duration: 10.0 * HOUR, acceleration: 0.0, turn: 0.0 },
+            Leg { duration: 200.0, acceleration: 0.05, turn: 0.0 },
+            Leg { duration: f64::INFINITY, acceleration: 0.0, turn: 0.0 },
         ],
     })
 }
@@ -102,6 +102,7 @@ fn linear_model_agrees() {
                 let size = match s.kind {
                     Kind::Bias => 1e-3,
                     Kind::Installation | Kind::Attitude | Kind::Position => 1.0,
+                    Kind::AccelerationSensitive => 1e-3,
                     Kind::ScaleFactor => 1e-5,
                     Kind::Velocity => 1e-3,
                     Kind::SecondOrder => {
@@ -197,8 +198,7 @@ fn closed_forms_at_rest() {
 
 /// The source's findings: each group of errors in swing and in slow acceleration, against rest, over 48 h.
 ///
-/// Its sentences hold, but for one: swing excites gyro scale factor and installation errors in tilt and velocity only;
-/// position and azimuth, which integrate over swings, stay where they were at rest.
+/// With its values (1 per mille on all axes) its sentences hold; what excites an accelerometer's scale factor are the legs, not the swing.
 #[test]
 fn findings_of_the_source() {
     let text = include_str!("../../examples/11-navigator/findings.mission.json");
@@ -207,7 +207,7 @@ fn findings_of_the_source() {
     let mission = file.mission().unwrap();
     let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
     let flown = study::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes);
-    let ratios = study::ratios(&flown);
+    let ratios = study::ratios(&mission, &flown);
     println!("scenario                       motion / static: tilt azimuth velocity position");
     for r in &ratios {
         println!(
@@ -229,11 +229,14 @@ fn findings_of_the_source() {
     // "gyro scale factor and installation: excited by swing, little by slow acceleration"
     for scenario in ["gyro_scale_factor", "gyro_installation"] {
         let [tilt, azimuth, velocity, position] = of(scenario, "swing");
-        assert!(tilt.unwrap() > 3.0 && velocity.unwrap() > 1.02, "{scenario}");
-        assert!(near(azimuth, 0.1) && near(position, 0.1), "{scenario}: not in azimuth and position");
-        assert!(of(scenario, "legs").into_iter().all(|r| near(r, 0.1)), "{scenario}");
+        assert!(tilt.unwrap() > 3.0 && velocity.unwrap() > 1.02 && near(position, 0.1), "{scenario}");
+        // an independent simulation gives 3.38 for the scale factor; installation errors do so near east only
+        let expected = if scenario == "gyro_scale_factor" { 3.38 } else { 0.94 };
+        assert!((azimuth.unwrap() / expected - 1.0).abs() < 0.01, "{scenario}: {azimuth:?}");
+        let [tilt, azimuth, velocity, position] = of(scenario, "legs");
+        assert!([tilt, velocity, position].into_iter().all(|r| near(r, 0.1)) && azimuth.unwrap() < 1.5, "{scenario}");
     }
-    // "accelerometer scale factor: excited by swing": nothing at all at rest, level
+    // accelerometer scale factors that are equal are one scale of the whole vector: nothing at rest, level, nor in a swing
     let tilt = |motion: usize| {
         let outcomes = &flown[motion].flight.outcomes;
         arcsec(outcomes.iter().find(|o| o.id == "accelerometer_scale_factor").unwrap().tilt.rms)
@@ -244,7 +247,7 @@ fn findings_of_the_source() {
         tilt(1),
         tilt(2)
     );
-    assert!(tilt(0) < 1e-5 && tilt(1) > 0.01 && tilt(2) > 0.01);
+    assert!(tilt(0) < 1e-5 && tilt(1) < 1e-5 && tilt(2) > 0.1);
 }
 
 /// Linear covariance and Monte Carlo of the full simulation agree within what so few draws allow.
@@ -314,7 +317,11 @@ fn independent_navigator_agrees() {
     let mut errors = ImuErrors::default();
     for (i, source) in Source::all().iter().enumerate() {
         let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let size = if source.kind == Kind::Bias { 1e-5 } else { 1e-3 };
+        let size = match source.kind {
+            Kind::Bias => 1e-5,
+            Kind::AccelerationSensitive => 1e-6,
+            _ => 1e-3,
+        };
         source.set(&mut errors, sign * size * (1.0 + i as f64 / 10.0));
     }
     let fast = last(&mission, &mission.motion, errors);
@@ -338,8 +345,10 @@ fn independent_navigator_agrees() {
         let t = (i as f64 + 0.5) * h;
         let turn = (attitude(t - 0.5 * h).inverse() * attitude(t + 0.5 * h)).scaled_axis() / h;
         let middle = attitude(t);
-        let rate = apply(&errors.gyro, middle.inverse() * earth_rate + turn);
-        let force = apply(&errors.accelerometer, middle.inverse() * gravity);
+        let specific = middle.inverse() * gravity;
+        let drift = Matrix3::from_fn(|i, j| errors.drift[i][j]) * specific;
+        let rate = apply(&errors.gyro, middle.inverse() * earth_rate + turn) + drift;
+        let force = apply(&errors.accelerometer, specific);
         let frame = |v: &Vector3<f64>, latitude: f64| {
             let transport = Vector3::from(earth::transport_rate(latitude, 0.0, [v.x, v.y]));
             let earth = Vector3::from(earth::earth_rate(latitude));

@@ -275,7 +275,7 @@ fn budgets_buy_the_best_that_they_can() {
                         let own: Vec<usize> = s.iter().copied().filter(|j| place(*j) == place(k)).collect();
                         if !own.is_empty() {
                             let mixed = own.iter().any(|j| *j != own[0]);
-                            cost += 5.0 + own.len() as f64 + if mixed { 2.0 * (own.len() - 1) as f64 } else { 0.0 };
+                            cost += 5.0 + own.len() as f64 + if mixed { 2.0 } else { 0.0 };
                         }
                     }
                     if cost <= budget {

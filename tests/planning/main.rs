@@ -3,6 +3,7 @@
 mod cli;
 mod effects;
 mod enumeration;
+mod optima;
 #[path = "../plan_support/mod.rs"]
 mod plan_support;
 mod questions;

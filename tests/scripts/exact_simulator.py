@@ -9,7 +9,7 @@ right after (R_i leaves its own axis where it is).
     ground (x east, y north, z up):  Earth rate [0, W cos(lat), W sin(lat)],  specific force at rest [0, 0, g].
     Earth rate 15.041067 deg/h unless site.earth_rate_deg_h says otherwise; g = site.gravity_g, 1 by default;
     in m/s^2 one g is 9.80665 m/s^2.
-A tilt with "times" rotates by tilt * factor, the factor a line of algebra in the joints' angles (rad).
+A tilt with "times" rotates by tilt * factor, the factor a line of algebra in the angles that the joints' encoders show (rad, 0 to 2 pi).
 The model line is evaluated by Python itself (^ -> **) and then averaged over the turning joint's angle:
     <joint>_deg_s alone                            one whole turn, 4096 equal steps (exact for trigonometric polynomials up to degree 4095)
     with <joint>_deg and <joint>_turns             from that angle, in the sense of the rate, over that many turns:
@@ -98,7 +98,8 @@ def inputs(bench, reading, truth):
         joint = element.get("joint")
         angle = angles[joint] if joint else L(truth.get(element["tilt"], 0))
         if not joint and "times" in element:
-            angle = angle * eval(element["times"].replace("^", "**"), {"__builtins__": {}}, {**FUNCTIONS, **angles})
+            shown = {name: own % (2 * PI) for name, own in angles.items()}
+            angle = angle * eval(element["times"].replace("^", "**"), {"__builtins__": {}}, {**FUNCTIONS, **shown})
         w, a = carried(element["about"], angle, w), carried(element["about"], angle, a)
         if joint:
             i = "xyz".index(element["about"])

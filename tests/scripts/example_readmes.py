@@ -148,12 +148,12 @@ share one chain, so the table's own errors (levelling, zero, linear and squarene
 
 ## The discrete calibration is least squares, as long as the table is perfect
 
-{console(folder, "compare perfect-table.campaign.json", ["^all +(Kgx|Egxy|Dx0|Kax|Eaxy|Kxx) ", "^closed form", "angle"])}
+{console(folder, "compare perfect-table.campaign.json", ["^all +(Kgx|Egxz|Dx0|Kax|Eaxz|Kxx) ", "^closed form", "angle"])}
 On this schedule the paper's kind of closed form (slopes over the rates, half differences, means) *is* the square special case.
 
 ## Table errors, estimated with the sensors
 
-{console(folder, "fit --exact table-errors.campaign.json", ["^parameter", "^(level|square|middle|inner).*free", "^Egxy", "^Eaxy", "readings, rank"])}
+{console(folder, "fit --exact table-errors.campaign.json", ["^parameter", "^(level|square|middle|inner).*free", "^Egxz", "^Eaxz", "readings, rank"])}
 The truth was 22, -31, 27, -18, -4 and 5 arcsec (linear errors: arcsec for each radian).
 
 ## Error against table error
@@ -169,7 +169,7 @@ tenths of an arcsecond of table error the discrete calibration is the better of 
 ## What hides in what
 
 {console(folder, "fit everything.campaign.json", ["^(outer_zero|square_mi|inner_linear|level_x) ", "NOT ESTIMABLE", "separate"])}
-* The mounting of the IMU (`mount_x`, `mount_y`, `mount_z`) hides in the installation errors: `mount_z` in Egxy, -Egyx, Eaxy, -Eayx, and
+* The mounting of the IMU (`mount_x`, `mount_y`, `mount_z`) hides in the installation errors: `mount_z` in Egxz, -Egyz, Eaxz, -Eayz, and
   cyclically. Only the sums are estimable, on any schedule of this bench; they are what an installation error *means*.
 * The zero of the inner joint (`inner_zero`) hides in the same four as `mount_y`.
 * The zero of the outer joint (`outer_zero`) and the squareness of inner to middle axis (`square_mi`) show only through Earth rate: tens
@@ -177,7 +177,7 @@ tenths of an arcsecond of table error the discrete calibration is the better of 
   the IMU is vertical, and the accelerometers do not see a turn about it.
 * Levelling, `square_om`, `middle_zero`, `middle_linear`, `inner_linear` are estimable.
 
-Model lines are bilinear (`Kgx*(w_x + Egxy*w_y + ...)`), so start values for the scale factors and `--exact` belong here. `everything` can be
+Model lines are bilinear (`Kgx*(w_x + Egxz*w_y + ...)`), so start values for the scale factors and `--exact` belong here. `everything` can be
 fitted with `--exact` too: away from the reference point the accelerometers' second-order terms would separate the mounting from the
 installation errors by a hair (to radians), so Gauss-Newton holds `inner_zero` and the mounting where they were, and says so.
 The study's numbers are in `study.json`; a test computes them again.
@@ -213,9 +213,10 @@ Three floated gyros with input axes on a cone of half angle 54.7356 deg about Xb
 the choice here: each spin axis is square to its input axis in the plane of Xb and that axis, and follows the input axis (nominal S made
 square to the calibrated i). 24 positions and 36 rate runs, 0.0015 deg/h at rest and 0.05 deg/h while turning, both stated with the readings.
 
-The coefficients to find are D_I and D_S of each gyro: drift proportional to specific force along its input and its spin axis. Two ways:
+Outputs are pulses: E in pulse/arcsec (about 2), G in pulse/(s g). The coefficients to find are D_I and D_S of each gyro: drift proportional to
+specific force along its input and its spin axis, **referred to the input**, deg/(h g): G is divided by |E| (1 deg/h is 1 arcsec/s). Two ways:
 
-* **two stages**: each channel at IMU level (D, E, G, P); then nine equations G = D_I i + D_S s in six unknowns, i = E/|E|. As derived
+* **two stages**: each channel at IMU level (D, E, G, P); then nine equations G = |E| (D_I i + D_S s) in six unknowns, i = E/|E|. As derived
   quantities in `first-stage.campaign.json` they take the whole covariance with them; `compare::second_stage` is the same as generalised
   least squares with the first stage's covariance, and its three spare equations test that there is no drift along the output axes.
 * **one fit**: the model line along the gyros' own axes, in `direct.campaign.json`.
@@ -227,6 +228,11 @@ Both agree to a few thousandths of their uncertainty, and all six reach the pape
 rest U would just be that figure.) No formula is chosen by the signs of the angle errors: a test runs all eight patterns of signs.
 
 {console(folder, "fit --exact first-stage.campaign.json", ["derived", "global test", "readings, rank"])}
+## Table errors
+
+The chain has the table's own errors as tilts (levelling, zeros, squareness and linear errors of the joints), as that of
+`imu-three-axis-table`: ask for them beside the drift coefficients where the table is not perfect. A test does so with errors of 4 to 31 arcsec.
+
 ## What a tilted mounting face does
 
 Tilt about each of the three axes, no noise; largest error of a coefficient in deg/(h g):
@@ -250,12 +256,6 @@ At 1 g the three squares add to a constant: P_x, P_y, P_z and D are one too many
 
 def cube():
     folder = "22-cube-mirror"
-    rules = [("stated rule, s = 0.69", 0.4033), ("stated rule, s = 0.76", 0.4238), ("stated rule, both runs pooled: s = 0.726", 0.4137),
-             ("mean of the two results of the stated rule", 0.4136), ("both runs pooled, twelve values", 0.3567),
-             ("circle error of a mean of two faces, s = 0.76", 0.3714), ("two runs as two effects, no circle error", 0.4191),
-             ("circle error 0.5 as a standard uncertainty, s = 0.76", 0.5884), ("not divided by sqrt(6), s = 0.69", 0.7480)]
-    table = "| reading of the rule | u | U = 2u |\n|---|---:|---:|\n" + "".join(
-        f"| {'**' if round(u, 2) == 0.41 else ''}{n}{'**' if round(u, 2) == 0.41 else ''} | {u:.4f} | {2 * u:.2f} |\n" for n, u in rules)
     r = report(folder, "fit", "--exact", "attitude.campaign.json")
     roll = next(p for p in r["parameters"] if p["id"] == "roll")
     budget = sorted([b for b in roll["budget"] if b["u"] > 1e-3], key=lambda b: -b["u"])
@@ -269,7 +269,9 @@ the attitude, the orientation of both circles, their collimation and index error
 departure from a right angle. All angles are in arcsec. `tumble bench show cube-mirror` prints the lines.
 
 Signs: azimuth clockwise from north; pitch positive nose up; roll positive right side down, so that face N on the left rises with the
-roll: **sin T_N = cos(pitch) sin(roll)** (for a face on the right the same with a minus). With a cube angle e between N and square to M
+roll: **sin T_N = cos(pitch) sin(roll)**. Face N on the right is the bench `cube-mirror-right`, with a minus there. Readings of a circle that differ
+by whole turns are the same (`"turn"` in the bench file), angles come out within 180 deg, and where one sight disagrees with the others by degrees
+(the mirror's other side, a start too far away) the report names it. With a cube angle e between N and square to M
 it is sin T_N = cos e cos(pitch) sin(roll) + sin e sin(pitch), and that is the line that is fitted.
 
 {console(folder, "fit --exact attitude.campaign.json", ["free$", "^parameter"])}
@@ -277,23 +279,27 @@ it is sin T_N = cos e cos(pitch) sin(roll) + sin e sin(pitch), and that is the l
 
 ![budget of the roll](budget.svg)
 
-Circle errors of 0.5 arcsec are rectangular, u = 0.29; the compensator's 0.1 arcsec is an assumption of this example. The means of both
-faces, which a surveyor would form by hand, are least squares here:
+Circle errors of 0.5 arcsec are rectangular, u = 0.29. For the compensator this example takes u = 0.1 arcsec, **not the source's 3 arcsec**:
+those, rectangular, have u = 1.73 and would be most of the uncertainty of pitch (1.78) and roll (1.76), which the source's own U = 0.82 does not
+contain. The means of both faces, which a surveyor would form by hand, are least squares here:
 
 {console(folder, "compare attitude.campaign.json", ["^all +(pitch|heading|roll|cube|d_roll) ", "^closed form"])}
-## The puzzle of 0.41 and 0.82
+## The printed 0.41 and 0.82
 
-The paper gives repeatabilities of the roll of 0.69 and 0.76 arcsec (n = 6), a circle error of 0.5 arcsec, and U = 0.82 arcsec (k = 2,
-u = 0.41). The stated rule is u^2 = (s/sqrt(n))^2 + (0.5/sqrt(3))^2, and the program gives it for each run:
+The source gives repeatabilities of the roll of 0.69 arcsec with face left and 0.76 arcsec with face right (n = 6), a circle error of 0.5 arcsec,
+and U = 0.82 arcsec (k = 2, u = 0.41). By its rule u^2 = (s/sqrt(n))^2 + (0.5/sqrt(3))^2 each face has
 
 {console(folder, "fit roll-069.campaign.json", ["^roll"])}
 {console(folder, "fit roll-076.campaign.json", ["^roll"])}
-Neither 0.40 nor 0.42 is 0.41. By other readings of the rule:
+and the roll is the mean of both, sensitivity coefficients c = 0.5 (its eq. 22). A coefficient enters a variance by its square:
 
-{table}
-0.41 comes out of *one* uncertainty for *both* runs: the pooled repeatability, sqrt((0.69^2 + 0.76^2)/2) = 0.726, in the stated rule (or
-the mean of the two results, which is the same to 1e-4). And U = 0.82 is then twice the *rounded* 0.41; twice 0.4137 is 0.83. With the
-degrees of freedom that six repeats have (k = 2.08 and 2.11 at 95 % by Welch-Satterthwaite) it would be more again.
+{console(folder, "fit both-faces.campaign.json", ["^roll"])}
+| both faces | u | U = 2u |
+|---|---:|---:|
+| sqrt(0.5^2 * 0.4033^2 + 0.5^2 * 0.4238^2), eq. 22 | 0.29 | 0.585 |
+| sqrt(0.5 * (0.4033^2 + 0.4238^2)), c not squared | 0.41 | 0.83 |
+
+So u = 0.29 and U = 0.585 (k = 2). The printed 0.41 arises where c is not squared, and 0.82 is twice the rounded 0.41.
 
 ## What hides in what
 

@@ -109,10 +109,11 @@ def imu_truth():
     random = np.random.Generator(np.random.PCG64(20))
     near = lambda value, spread: float(f"{value + spread * random.uniform(-1, 1):.7g}")
     truth = {}
+    # names as in the source: Egxz is what w_y does to Gx, whose input axis is turned about z
     for a, (b, c) in {"x": "yz", "y": "zx", "z": "xy"}.items():
-        truth |= {f"Kg{a}": near(7200, 7), f"Eg{a}{b}": near(0, 1e-3), f"Eg{a}{c}": near(0, 1e-3), f"D{a}0": near(0, 5)}
+        truth |= {f"Kg{a}": near(7200, 7), f"Eg{a}{c}": near(0, 1e-3), f"Eg{a}{b}": near(0, 1e-3), f"D{a}0": near(0, 5)}
     for a, (b, c) in {"x": "yz", "y": "zx", "z": "xy"}.items():
-        truth |= {f"Ka{a}": near(20000, 40), f"Ea{a}{b}": near(0, 1e-3), f"Ea{a}{c}": near(0, 1e-3), f"A{a}0": near(0, 60),
+        truth |= {f"Ka{a}": near(20000, 40), f"Ea{a}{c}": near(0, 1e-3), f"Ea{a}{b}": near(0, 1e-3), f"A{a}0": near(0, 60),
                   f"K{a}{a}": near(0, 0.6)}
     return truth
 
@@ -147,7 +148,9 @@ def imu():
 
 # --- skew-mounted gyro triad ----------------------------------------------------------------------------------------------------
 
-SKEW_STATIC, SKEW_RATE = 0.0015, 0.05  # deg/h: minutes at rest, whole turns while turning
+SKEW_STATIC, SKEW_RATE = 0.003, 0.1  # pulse/s, 0.0015 and 0.05 deg/h: minutes at rest, whole turns while turning
+SKEW_SCALE = {1: 2.0, 2: 1.95, 3: 2.05}  # pulse/arcsec
+SKEW_TABLE = ["level_x", "level_y", "square_om", "middle_zero", "middle_linear", "inner_linear"]
 
 
 def skew_truth():
@@ -156,11 +159,12 @@ def skew_truth():
     axes = {1: (3**-0.5, -(6**-0.5), 2**-0.5), 2: (3**-0.5, -(6**-0.5), -(2**-0.5)), 3: (3**-0.5, 2 / 6**0.5, 0.0)}
     truth, starts = {}, {}
     for k, axis in axes.items():
-        truth[f"D{k}"] = near(0, 2)
+        scale = SKEW_SCALE[k]
+        truth[f"D{k}"] = near(0, 2 * scale)
         for name, c in zip("xyz", axis):
-            truth[f"E{k}{name}"] = near(c, 1e-3)
-            starts[f"E{k}{name}"] = float(f"{c:.9g}")
-        truth |= {f"P{k}y": near(0, 0.05), f"P{k}z": near(0, 0.05), f"DI{k}": near(0, 1.5), f"DS{k}": near(0, 1.5)}
+            truth[f"E{k}{name}"] = near(scale * c, scale * 1e-3)
+            starts[f"E{k}{name}"] = float(f"{scale * c:.9g}")
+        truth |= {f"P{k}y": near(0, 0.05 * scale), f"P{k}z": near(0, 0.05 * scale), f"DI{k}": near(0, 1.5), f"DS{k}": near(0, 1.5)}
     return truth, starts
 
 
@@ -199,6 +203,14 @@ def skew():
     example(f"{folder}/first-stage.campaign.json", {
         "bench": name, "estimate": asked(first), "derived": derived, "readings": readings})
     example(f"{folder}/direct.campaign.json", {"bench": name, "estimate": asked(direct), "readings": readings})
+    # the same triad on a table with errors, estimated with the drift coefficients
+    arcsec = np.pi / 648000
+    tilts = {n: float(f"{v * arcsec:.6g}") for n, v in zip(SKEW_TABLE, [22, -31, 27, -18, -4, 5])}
+    shaken = simulate(system, without("read", imu_schedule()), {**truth, **tilts})
+    write("simulated/skew-triad-tilted.campaign.json", {
+        "bench": name, "estimate": asked(direct + SKEW_TABLE), "readings": stated(shaken, sensors, SKEW_STATIC, SKEW_RATE, None)})
+    write("simulated/skew-triad-tilted.truth.json", {
+        "note": "the same on a table with errors, estimated jointly", "truth": {**truth, **tilts}, "estimated": direct + SKEW_TABLE})
     everything = stage(lambda k: [f"G{k}{a}" for a in "xyz"] + [f"P{k}x"])
     example(f"{folder}/everything.campaign.json", {"bench": name, "estimate": asked(everything), "readings": readings})
 
@@ -227,6 +239,11 @@ def cube():
     known = {"mark": {"value": CUBE_TRUTH["mark"], "unit": "arcsec", "u": 0.5},
              **{c: {"value": 0, "unit": "arcsec", "u": RECTANGULAR, "distribution": "rectangular"} for c in CIRCLES},
              **{c: {"value": 0, "unit": "arcsec", "u": 0.1} for c in ("compA", "compB")}}
+    right = bench("cube-mirror-right")
+    noiseless("cube-mirror-right", "the same with face N on the right, circles from 0 to 360 deg", "cube-mirror-right", CUBE_TRUTH, names,
+              {"mark": {"value": CUBE_TRUTH["mark"]}},
+              [{k: (v % 1296000 if k in circle else v) for k, v in row.items()} for row in simulate(right, schedule, CUBE_TRUTH)], sd,
+              CUBE_STARTS)
     noiseless("cube-mirror", "two faces, six repeats", name, CUBE_TRUTH, names, {"mark": {"value": CUBE_TRUTH["mark"]}}, exact, sd,
               CUBE_STARTS)
     example("22-cube-mirror/attitude.campaign.json", {
@@ -242,6 +259,15 @@ def cube():
             "known": {"circle": {"value": 0, "unit": "arcsec", "u": RECTANGULAR, "distribution": "rectangular"}},
             "estimate": {"roll": {}},
             "readings": [{"position": str(k + 1), "T": float(f"{s * v:.12g}")} for k, v in enumerate(pattern)]})
+
+
+    # both faces, combined with c = 0.5 each (eq. 22)
+    example("22-cube-mirror/both-faces.campaign.json", {
+        "bench": {"id": "roll-repeats", "title": "roll by face left and face right, six values each, each circle with an error of 0.5 arcsec",
+                  "sensors": {"L": {"unit": "arcsec", "model": "left + circle_left"}, "R": {"unit": "arcsec", "model": "right + circle_right"}}},
+        "known": {c: {"value": 0, "unit": "arcsec", "u": RECTANGULAR, "distribution": "rectangular"} for c in ("circle_left", "circle_right")},
+        "estimate": {"left": {}, "right": {}}, "derived": {"roll": "0.5*left + 0.5*right"},
+        "readings": [{"position": str(k + 1), "L": float(f"{0.69 * v:.12g}"), "R": float(f"{0.76 * v:.12g}")} for k, v in enumerate(pattern)]})
 
 
 SYSTEMS = {"dividing_head": dividing_head, "imu": imu, "skew": skew, "cube": cube}

@@ -55,18 +55,18 @@ fn installation_errors_hide_what_no_position_separates_and_it_is_named() {
     only.dedup();
     println!("{only:#?}");
     for expected in [
-        "Egyz + mount_x",
-        "Egzy - mount_x",
-        "Eayz + mount_x",
-        "Eazy - mount_x",
-        "Egxz - inner_zero - mount_y",
-        "Egzx + inner_zero + mount_y",
-        "Eaxz - inner_zero - mount_y",
-        "Eazx + inner_zero + mount_y",
-        "Egxy + mount_z",
-        "Egyx - mount_z",
-        "Eaxy + mount_z",
-        "Eayx - mount_z",
+        "Egyx + mount_x",
+        "Egzx - mount_x",
+        "Eayx + mount_x",
+        "Eazx - mount_x",
+        "Egxy - inner_zero - mount_y",
+        "Egzy + inner_zero + mount_y",
+        "Eaxy - inner_zero - mount_y",
+        "Eazy + inner_zero + mount_y",
+        "Egxz + mount_z",
+        "Egyz - mount_z",
+        "Eaxz + mount_z",
+        "Eayz - mount_z",
     ] {
         assert!(only.contains(&expected), "{expected}");
     }
@@ -80,9 +80,9 @@ fn installation_errors_hide_what_no_position_separates_and_it_is_named() {
     assert_eq!(
         free,
         [
-            ("Egxy - mount_z", "mount_z hides in Egxy, Egyx, Eaxy and Eayx"),
-            ("Egxz + mount_y", "mount_y hides in Egxz, Egzx, Eaxz and Eazx"),
-            ("Egyz - mount_x", "mount_x hides in Egyz, Egzy, Eayz and Eazy"),
+            ("Egxy + mount_y", "mount_y hides in Egxy, Egzy, Eaxy and Eazy"),
+            ("Egxz - mount_z", "mount_z hides in Egxz, Egyz, Eaxz and Eayz"),
+            ("Egyx - mount_x", "mount_x hides in Egyx, Egzx, Eayx and Eazx"),
             ("inner_zero - mount_y", ""),
         ]
     );

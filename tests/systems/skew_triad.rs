@@ -30,6 +30,15 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Pulses for an arcsecond.
+const SCALE: [f64; 3] = [2.0, 1.95, 2.05];
+
+/// |E| of a gyro, pulse/arcsec.
+fn scale_factor(fit: &Fit, gyro: usize) -> f64 {
+    let e = ["x", "y", "z"].map(|a| value(fit, &format!("E{gyro}{a}")));
+    dot(&e, &e).sqrt()
+}
+
 /// The calibrated axes of a gyro: i = E/|E|, s the nominal spin axis made square to i.
 fn calibrated(fit: &Fit, gyro: usize) -> ([f64; 3], [f64; 3]) {
     let e = ["x", "y", "z"].map(|a| value(fit, &format!("E{gyro}{a}")));
@@ -54,6 +63,55 @@ fn noiseless_truth_comes_back() {
     assert!(drift.iter().all(|d| *d < 1e-9), "{drift:?}");
 }
 
+/// Drift coefficients are referred to the input: a unit with twice the pulses for an arcsecond has the same deg/(h g).
+#[test]
+fn drift_does_not_depend_on_the_scale_factor() {
+    let text = read("tests/data/simulated/skew-triad.campaign.json");
+    let mut doubled: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for reading in doubled["readings"].as_array_mut().unwrap() {
+        for sensor in ["N1", "N2", "N3"] {
+            reading[sensor] = (2.0 * reading[sensor].as_f64().unwrap()).into();
+        }
+    }
+    for (id, own) in doubled["estimate"].as_object_mut().unwrap() {
+        if id.starts_with('E') {
+            own["start"] = (2.0 * own["start"].as_f64().unwrap()).into();
+        }
+    }
+    let fit = fit::fit(&parse("doubled", &doubled.to_string()).unwrap(), &exact()).unwrap();
+    let own = truth(TRUTH);
+    for gyro in 1..=3 {
+        assert!((value(&fit, &format!("E{gyro}x")) / own[&format!("E{gyro}x")] - 2.0).abs() < 1e-9);
+        for id in [format!("DI{gyro}"), format!("DS{gyro}")] {
+            assert!((value(&fit, &id) / own[&id] - 1.0).abs() < 1e-9, "{id}");
+        }
+    }
+}
+
+/// The table's own errors are tilts of this bench as of the IMU's: estimated beside the drift coefficients they do no harm.
+#[test]
+fn table_errors_are_estimated_beside_the_drift_coefficients() {
+    let campaign = campaign("tests/data/simulated/skew-triad-tilted.campaign.json");
+    let own = truth("tests/data/simulated/skew-triad-tilted.truth.json");
+    let fit = fit::fit(&campaign, &exact()).unwrap();
+    assert!(fit.not_estimable.is_empty(), "{:?}", fit.not_estimable);
+    let (error, id) = worst_relative(&fit, &own, 1e-3);
+    println!("{id} {error:.1e}");
+    // as without table errors: readings of 2.9e5 pulse/s are rounded to 3e-11
+    assert!(error < 1e-8, "{id} {error:.1e}");
+    // left out, 22 arcsec of levelling and the rest show in the drift coefficients far beyond the figure to reach
+    let mut text: serde_json::Value =
+        serde_json::from_str(&read("tests/data/simulated/skew-triad-tilted.campaign.json")).unwrap();
+    for tilt in ["level_x", "level_y", "square_om", "middle_zero", "middle_linear", "inner_linear"] {
+        text["estimate"].as_object_mut().unwrap().remove(tilt);
+    }
+    let without = fit::fit(&parse("without", &text.to_string()).unwrap(), &exact()).unwrap();
+    let ids = (1..=3).flat_map(|k| [format!("DI{k}"), format!("DS{k}")]);
+    let worst = ids.map(|id| (value(&without, &id) - own[&id]).abs()).fold(0.0, f64::max);
+    println!("left out: drift coefficients wrong by up to {worst:.1e} deg/(h g)");
+    assert!(worst > 1e-5);
+}
+
 #[test]
 fn two_stages_and_one_fit_agree_and_reach_the_figure() {
     let truth = truth(TRUTH);
@@ -63,10 +121,12 @@ fn two_stages_and_one_fit_agree_and_reach_the_figure() {
     let ids: Vec<String> = (1..=3).flat_map(|k| ["x", "y", "z"].map(|a| format!("G{k}{a}"))).collect();
     let mut rows = Mat::zeros(9, 6);
     for gyro in 1..=3 {
+        // referred to the input: G = |E| (D_I i + D_S s), G in pulse/(s g), E in pulse/arcsec, D in deg/(h g)
         let (i, s) = calibrated(&first, gyro);
+        let scale = scale_factor(&first, gyro);
         for axis in 0..3 {
-            rows[(3 * (gyro - 1) + axis, 2 * (gyro - 1))] = i[axis];
-            rows[(3 * (gyro - 1) + axis, 2 * (gyro - 1) + 1)] = s[axis];
+            rows[(3 * (gyro - 1) + axis, 2 * (gyro - 1))] = scale * i[axis];
+            rows[(3 * (gyro - 1) + axis, 2 * (gyro - 1) + 1)] = scale * s[axis];
         }
     }
     let borrowed: Vec<&str> = ids.iter().map(String::as_str).collect();
@@ -130,7 +190,7 @@ fn the_signs_of_the_angle_errors_need_no_cases() {
             let (i, _) = nominal(gyro);
             for (axis, name) in ["x", "y", "z"].iter().enumerate() {
                 let sign = if signs >> axis & 1 == 1 { 1.0 } else { -1.0 };
-                own.insert(format!("E{gyro}{name}"), i[axis] + sign * 1e-3);
+                own.insert(format!("E{gyro}{name}"), SCALE[gyro - 1] * (i[axis] + sign * 1e-3));
             }
         }
         let readings = simulated(&template, &point(&template, &own), &|_, _| 0.0, &mut random(1));
@@ -153,7 +213,7 @@ fn a_tilted_mounting_face_reaches_the_drift_coefficients_only_through_nominal_ax
         let mut own = base.clone();
         for gyro in 1..=3 {
             for (axis, name) in ["x", "y", "z"].iter().enumerate() {
-                own.insert(format!("E{gyro}{name}"), nominal(gyro).0[axis]);
+                own.insert(format!("E{gyro}{name}"), SCALE[gyro - 1] * nominal(gyro).0[axis]);
             }
         }
         for id in ["mount_x", "mount_y", "mount_z"] {
@@ -163,7 +223,8 @@ fn a_tilted_mounting_face_reaches_the_drift_coefficients_only_through_nominal_ax
             fit::fit(&simulated(&template, &point(&template, &own), &|_, _| 0.0, &mut random(1)), &exact()).unwrap();
         let (mut by_calibrated, mut by_nominal) = ([0.0f64; 2], [0.0f64; 2]);
         for gyro in 1..=3 {
-            let g = ["x", "y", "z"].map(|a| value(&fit, &format!("G{gyro}{a}")));
+            let scale = scale_factor(&fit, gyro);
+            let g = ["x", "y", "z"].map(|a| value(&fit, &format!("G{gyro}{a}")) / scale);
             for (axes, worst) in [(calibrated(&fit, gyro), &mut by_calibrated), (nominal(gyro), &mut by_nominal)] {
                 worst[0] = worst[0].max((dot(&g, &axes.0) - own[&format!("DI{gyro}")]).abs());
                 worst[1] = worst[1].max((dot(&g, &axes.1) - own[&format!("DS{gyro}")]).abs());

@@ -53,7 +53,7 @@ pub use diagnose_figure::diagnose_svg;
 pub use diagnose_page::diagnose_page;
 pub use fit_page::fit_page;
 pub use navigate::navigate_page;
-pub use navigate_diagnose::navigate_diagnose_page;
+pub use navigate_diagnose::{navigate_diagnose_page, navigate_diagnose_svg};
 pub use page::{Align, Block, Column, Figure, MarkedLine, Page, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
 

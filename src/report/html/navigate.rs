@@ -27,18 +27,13 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
     let mut page = Page::new(title);
     page.subtitle = format!("{} h in steps of {} s", significant(report.duration_h, 6), report.step_s);
     page.facts.push(("Convention".into(), report.convention.clone()));
+    page.facts.push(("Vertical channel".into(), report.vertical_channel.clone()));
     if let Some(periods) = report.periods {
-        page.facts.push((
-            "Periods".into(),
-            format!(
-                "Schuler {:.2} min, Earth {:.3} h, Foucault {:.2} h",
-                periods.schuler_min, periods.earth_h, periods.foucault_h
-            ),
-        ));
+        page.facts.push(("Periods".into(), periods.in_words()));
     }
     page.colophon.push(("tumble".into(), report.tumble.clone()));
     page = page
-        .section(Section::new("Root mean square errors").table(results(report)))
+        .section(warned(Section::new("Root mean square errors").table(results(report)), report))
         .section(Section::new("Against the first motion").table(ratios(report)))
         .section(carried(report));
     for (i, scenario) in report.scenarios.iter().enumerate().take(if flown.is_empty() { 0 } else { DRAWN }) {
@@ -68,6 +63,15 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
         page = page.section(Section::new(format!("Errors in time: {}", scenario.id)).figures(figures));
     }
     Ok(page)
+}
+
+/// What a reader of the table must know.
+fn warned(mut section: Section, report: &NavigateReport) -> Section {
+    section = section.prose("`perfect_unit`: a perfect unit, the navigator's own error.");
+    for warning in &report.warnings {
+        section = section.prose(format!("Warning: {warning}."));
+    }
+    section
 }
 
 fn cell(value: Option<f64>) -> String {
@@ -105,7 +109,8 @@ fn ratios(report: &NavigateReport) -> Table {
         let names = [r.scenario.clone(), format!("{} / {}", r.motion, r.against)];
         table.row(names.into_iter().chain([r.tilt, r.azimuth, r.velocity, r.position].map(cell)).collect());
     }
-    table.note = "Ratios of root mean squares; - where the first motion has no such error.".into();
+    table.note =
+        "Ratios of root mean squares; - where the first motion has no such error beyond the navigator's own.".into();
     table
 }
 

@@ -5,6 +5,7 @@ use super::{Align, Figure, Page, Section, Table};
 use crate::error::Result;
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
+use crate::navigate::remainder::Course;
 use crate::report::diagnose::words::p;
 use crate::report::navigate_diagnose_table::{alias, grouped, sentence as words, tried, unit};
 use crate::report::plot::{Curve, curves};
@@ -51,8 +52,8 @@ pub fn navigate_diagnose_page(report: &NavigateDiagnoseReport, diagnosis: &Navig
     page = page.section(gap(report)).section(figures(report, diagnosis)?).section(cells(report));
     let mut rest = Section::new("Where this comes from");
     rest = rest.prose(format!(
-        "{} error sources were tried, {} of them distinct in these data; every p accounts for that. What was found was put into the full \
-         simulation {} times, until the refit {}.",
+        "{} causes were tried, {} of them distinct in these data; every p accounts for that. The full simulation was flown {} times for it, \
+         until the refit {}.",
         report.candidates,
         report.distinct_candidates,
         report.refits,
@@ -154,6 +155,33 @@ fn gap(report: &NavigateDiagnoseReport) -> Section {
     Section::new("The gap: measured minus predicted").table(table).table(channels)
 }
 
+/// The gap in time, before and with what was found, in the channel where it is largest against its standard uncertainty.
+pub fn navigate_diagnose_svg(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> Result<String> {
+    let found = !report.effects.is_empty();
+    let pairs = diagnosis.courses.iter().zip(&diagnosis.channels);
+    let size = |channel: &crate::navigate::remainder::ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
+    let worst = pairs.max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
+    let Some((course, _)) = worst else { return curves(&[], "gap", "", "time, h") };
+    let (what, unit) = TITLES.get(course.channel).copied().unwrap_or_default();
+    let title = format!("{what} ({}), measured minus predicted", course.motion);
+    curves(&lines(course, found), &title, unit, "time, h")
+}
+
+/// The gap in one channel, before and with what was found.
+fn lines(course: &Course, found: bool) -> Vec<Curve> {
+    let scale = 1.0 / si_per_unit(course.channel);
+    let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
+        label: label.into(),
+        points: course.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
+        dashed: false,
+    };
+    let mut lines = vec![line("before", &|point| point.1)];
+    if found {
+        lines.push(line("with what was found", &|point| point.2));
+    }
+    lines
+}
+
 fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> Result<Section> {
     let found = !report.effects.is_empty();
     let several = report.runs.len() > 1;
@@ -163,15 +191,6 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> 
         let name = CHANNEL_NAMES.get(course.channel).copied().unwrap_or_default();
         let scale = 1.0 / si_per_unit(course.channel);
         let where_ = if several { format!(" ({})", course.motion) } else { String::new() };
-        let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
-            label: label.into(),
-            points: course.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
-            dashed: false,
-        };
-        let mut lines = vec![line("before", &|point| point.1)];
-        if found {
-            lines.push(line("with what was found", &|point| point.2));
-        }
         figures.push(Figure {
             caption: format!("Gap of `{name}`{where_}"),
             description: format!(
@@ -179,7 +198,7 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> 
                 significant(scale * channel.before.0, 3),
                 significant(scale * channel.after.0, 3)
             ),
-            svg: curves(&lines, what, unit, "time, h")?,
+            svg: curves(&lines(course, found), what, unit, "time, h")?,
             wide: false,
         });
         if found {
@@ -187,8 +206,11 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> 
             let (first, last) = (course.points.first().map_or(0.0, |p| p.0), course.points.last().map_or(0.0, |p| p.0));
             let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
             let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
-            let lines =
-                [Curve { label: "two u".into(), points: band, dashed: true }, line("what is left", &|point| point.2)];
+            let left = course.points.iter().map(|point| (point.0 / 3600.0, scale * point.2)).collect();
+            let lines = [
+                Curve { label: "two u".into(), points: band, dashed: true },
+                Curve { label: "what is left".into(), points: left, dashed: false },
+            ];
             figures.push(Figure {
                 caption: format!("What is left of `{name}`{where_}, with two standard uncertainties"),
                 description: String::new(),

@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
 use crate::report::plan_table::{
-    apart, goal_notes, judged_at, lacking as lacking_value, mountings, not_told_apart, nowhere, percent, shortfall,
-    through_tilts,
+    apart, cost_limit, goal_notes, judged_at, lacking as lacking_value, mountings, not_told_apart, nowhere, proof,
+    reason, shortfall, through_tilts, work_of,
 };
 use crate::report::plot::{Spot, positions};
 use crate::report::table::{count, significant};
@@ -71,23 +71,18 @@ fn answer(improved: &ImprovedReport) -> Section {
             .into_iter()
             .fold(section, |section, note| section.prose(format!("{}.", capital(&note))));
     }
-    if let Some(efficiency) = improved.efficiency {
-        let text = format!(
-            "Proven to be at least {} as good as the best possible choice of these candidates (criterion {}).",
-            percent(efficiency),
-            improved.criterion
-        );
+    if let (Some(efficiency), Some(proof)) = (improved.efficiency, proof(improved)) {
+        let text = format!("{} (criterion {}).", capital(&proof), improved.criterion);
         section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, text);
         if let Some(why) = shortfall(improved) {
             section = section.prose(format!("The rest: {why}."));
         }
     }
-    if let Some(budget) = improved.budget {
-        section = section.prose(format!(
-            "Within a budget of {} for what was chosen; the schedule costs {}.",
-            significant(budget, 4),
-            significant(improved.judgement.work.cost, 4)
-        ));
+    if let Some(limit) = improved.cost_limit {
+        section = section.prose(format!("{}.", capital(&cost_limit(improved, limit))));
+    }
+    if improved.to_run != improved.judgement.work {
+        section = section.prose(format!("Still to run: {}.", work_of(&improved.to_run)));
     }
     if let Some(separation) = &improved.separation {
         let tone = if separation.after.iter().all(Option::is_some) { Tone::Good } else { Tone::Bad };
@@ -128,10 +123,15 @@ fn defects(list: &[NotEstimableReport], what: &str, nowhere: &str) -> Vec<String
 }
 
 fn order(improved: &ImprovedReport) -> Section {
-    let mut table = Table::new(&[("mounting", Align::Left), ("position, values in the order to run", Align::Left)]);
+    let mut table = Table::new(&[
+        ("mounting", Align::Left),
+        ("position, values in the order to run", Align::Left),
+        ("why it is there", Align::Left),
+    ]);
     table.small = true;
     for (label, place) in mountings(&improved.positions) {
-        table.row(vec![label, place]);
+        let why = reason(improved, &label).unwrap_or_default();
+        table.row(vec![label, place, why]);
     }
     let drift = improved.judgement.drift.map_or(String::new(), |d| {
         format!("In this order, a drift of one standard deviation over the run shifts a parameter by at most {} of its uncertainty.", significant(d, 2))

@@ -1,0 +1,237 @@
+//! What can be behind a gap between measured and predicted navigation errors: constant errors of the unit and the start, errors that change
+//! in time, faults of the reference, single values.
+
+use super::errors::{Instrument, Kind, Source};
+use super::measured::{CHANNEL_NAMES, CHANNELS, si_per_unit};
+
+/// How an error of the unit changes in time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// `x t`.
+    Ramp,
+    /// `x` from this time on, s.
+    Step(f64),
+    /// `x exp(-t / T)`, `T` in s.
+    WarmUp(f64),
+}
+
+/// A cause that explains something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cause {
+    /// A constant error of the unit or the start: what a mission file can hold.
+    Constant(Source),
+    /// A bias that changes in time.
+    Changing(Source, Change),
+    /// The reference is wrong in one channel: by a constant (`None`), or by what changes in time.
+    Reference(usize, Option<Change>),
+    /// One value is wrong: the number of its row (from 1, runs after one another), its channel, and its place among all values.
+    Reading {
+        /// Number of the row, from 1.
+        row: usize,
+        /// The channel.
+        channel: usize,
+        /// Place among all measured values.
+        at: usize,
+    },
+}
+
+impl PartialEq<Source> for Cause {
+    fn eq(&self, other: &Source) -> bool {
+        matches!(self, Cause::Constant(own) if own == other)
+    }
+}
+
+impl Change {
+    /// `f(t)`.
+    pub fn at(self, time: f64) -> f64 {
+        match self {
+            Change::Ramp => time,
+            Change::Step(start) => f64::from(u8::from(time >= start)),
+            Change::WarmUp(constant) => (-time / constant).exp(),
+        }
+    }
+
+    /// `f'(t)`, without the jump of a step.
+    pub fn slope(self, time: f64) -> f64 {
+        match self {
+            Change::Ramp => 1.0,
+            Change::Step(_) => 0.0,
+            Change::WarmUp(constant) => -(-time / constant).exp() / constant,
+        }
+    }
+
+    fn id(self) -> String {
+        match self {
+            Change::Ramp => "ramp".into(),
+            Change::Step(start) => format!("step({start:.0})"),
+            Change::WarmUp(constant) => format!("warm-up({constant:.0})"),
+        }
+    }
+
+    fn in_words(self) -> String {
+        match self {
+            Change::Ramp => "growing with time".into(),
+            Change::Step(start) => format!("from {:.2} h on", start / 3600.0),
+            Change::WarmUp(constant) => format!("dying away in {:.2} h", constant / 3600.0),
+        }
+    }
+}
+
+impl Cause {
+    /// Its name: `gyro_bias_x`, `gyro_bias_x:ramp`, `reference:phi_up_arcsec`, `reference:position_east_m:step(7200)`, `reading:17`.
+    ///
+    /// ```
+    /// use tumble::navigate::cause::{Cause, Change};
+    /// assert_eq!(Cause::Reference(2, Some(Change::Ramp)).id(), "reference:phi_up_arcsec:ramp");
+    /// ```
+    pub fn id(&self) -> String {
+        match self {
+            Cause::Constant(source) => source.id(),
+            Cause::Changing(source, change) => format!("{}:{}", source.id(), change.id()),
+            Cause::Reference(channel, None) => format!("reference:{}", column(*channel)),
+            Cause::Reference(channel, Some(change)) => format!("reference:{}:{}", column(*channel), change.id()),
+            Cause::Reading { row, .. } => format!("reading:{row}"),
+        }
+    }
+
+    /// Its name in the field's words.
+    pub fn name(&self) -> String {
+        match self {
+            Cause::Constant(source) => name(source),
+            Cause::Changing(source, change) => format!("{}, {}", name(source), change.in_words()),
+            Cause::Reference(2, None) => "heading offset of the reference".into(),
+            Cause::Reference(channel, None) => format!("offset of the reference in {}", column(*channel)),
+            Cause::Reference(channel, Some(Change::Ramp)) => format!("drift of the reference in {}", column(*channel)),
+            Cause::Reference(channel, Some(change)) => {
+                format!("offset of the reference in {}, {}", column(*channel), change.in_words())
+            }
+            Cause::Reading { row, channel, .. } => format!("{} of row {row}, a single value", column(*channel)),
+        }
+    }
+
+    /// The unit in which reports give it.
+    pub fn unit(&self) -> String {
+        let (unit, change) = match self {
+            Cause::Constant(source) => (source.unit(), None),
+            Cause::Changing(source, change) => (source.unit(), Some(*change)),
+            Cause::Reference(channel, change) => (channel_unit(*channel), *change),
+            Cause::Reading { channel, .. } => (channel_unit(*channel), None),
+        };
+        match change {
+            Some(Change::Ramp) if unit.contains('/') => format!("({unit})/h"),
+            Some(Change::Ramp) => format!("{unit}/h"),
+            _ => unit.into(),
+        }
+    }
+
+    /// SI value of one of [`Cause::unit`].
+    pub fn si_per_unit(&self) -> f64 {
+        let (si, change) = match self {
+            Cause::Constant(source) => (source.si_per_unit(), None),
+            Cause::Changing(source, change) => (source.si_per_unit(), Some(*change)),
+            Cause::Reference(channel, change) => (si_per_unit(*channel), *change),
+            Cause::Reading { channel, .. } => (si_per_unit(*channel), None),
+        };
+        if change == Some(Change::Ramp) { si / 3600.0 } else { si }
+    }
+
+    /// The largest size, SI, that is no absurdity.
+    pub fn limit(&self) -> f64 {
+        match self {
+            Cause::Constant(source) => source.limit(),
+            // over an hour
+            Cause::Changing(source, Change::Ramp) => source.limit() / 3600.0,
+            Cause::Changing(source, _) => source.limit(),
+            Cause::Reference(..) | Cause::Reading { .. } => f64::INFINITY,
+        }
+    }
+
+    /// The error of a mission file, where it is one.
+    pub fn constant(&self) -> Option<Source> {
+        match self {
+            Cause::Constant(source) => Some(*source),
+            _ => None,
+        }
+    }
+
+    /// Order among causes that the data cannot tell apart: the most common first.
+    pub fn rank(&self) -> f64 {
+        match self {
+            Cause::Constant(source) => match source.kind {
+                Kind::Bias => 0.0,
+                Kind::ScaleFactor | Kind::Installation => 1.0,
+                Kind::Attitude | Kind::AccelerationSensitive => 2.0,
+                Kind::Velocity | Kind::Position => 3.0,
+                Kind::SecondOrder => 4.0,
+            },
+            Cause::Reference(_, None) => 3.5,
+            Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)) => 4.0,
+            Cause::Changing(..) | Cause::Reference(..) => 5.0,
+            Cause::Reading { .. } => 0.0,
+        }
+    }
+
+    /// Does it change in time, or is it the reference's?
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Cause::Constant(_))
+    }
+}
+
+/// All causes but single values: constants as in [`Source::catalogue`], then faults of the reference in the channels that are measured, then
+/// biases that change, with steps at so many times of a run of this duration (s).
+pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize) -> Vec<Cause> {
+    let mut causes: Vec<Cause> = Source::catalogue().into_iter().map(Cause::Constant).collect();
+    let times: Vec<f64> = (1..steps).map(|k| duration * k as f64 / steps as f64).collect();
+    let channels = || (0..CHANNELS).filter(|channel| measured[*channel]);
+    causes.extend(channels().map(|channel| Cause::Reference(channel, None)));
+    causes.extend(channels().map(|channel| Cause::Reference(channel, Some(Change::Ramp))));
+    let biases: Vec<Source> = Source::first_order().into_iter().filter(|source| source.kind == Kind::Bias).collect();
+    let mut changes = vec![Change::Ramp];
+    changes.extend([0.03, 0.1, 0.3].map(|share| Change::WarmUp(share * duration)));
+    changes.extend(times.iter().map(|time| Change::Step(*time)));
+    for bias in &biases {
+        causes.extend(changes.iter().map(|change| Cause::Changing(*bias, *change)));
+    }
+    for channel in channels() {
+        causes.extend(times.iter().map(|time| Cause::Reference(channel, Some(Change::Step(*time)))));
+    }
+    causes
+}
+
+fn column(channel: usize) -> &'static str {
+    CHANNEL_NAMES.get(channel).copied().unwrap_or_default()
+}
+
+fn channel_unit(channel: usize) -> &'static str {
+    match channel {
+        0..3 => "arcsec",
+        3 | 4 => "m/s",
+        _ => "m",
+    }
+}
+
+/// An error source in the field's words.
+fn name(source: &Source) -> String {
+    let axes = ["x", "y", "z"];
+    let axis = |i: usize| axes.get(i).copied().unwrap_or("?");
+    let direction = ["east", "north", "up"].get(source.axis).copied().unwrap_or("?");
+    let own = axis(source.axis);
+    let instrument = match source.instrument {
+        Instrument::Gyro => "gyro",
+        Instrument::Accelerometer => "accelerometer",
+        Instrument::Start => "navigator",
+    };
+    match source.kind {
+        Kind::Bias => format!("bias of the {own} {instrument}"),
+        Kind::ScaleFactor => format!("scale factor error of the {own} {instrument}"),
+        Kind::Installation => format!("installation error of the {own} {instrument} towards {}", axis(source.input)),
+        Kind::SecondOrder => format!("second-order coefficient of the {own} {instrument}"),
+        Kind::AccelerationSensitive => {
+            format!("acceleration-sensitive drift of the {own} gyro along {}", axis(source.input))
+        }
+        Kind::Attitude if source.axis == 2 => "azimuth error at the start".into(),
+        Kind::Attitude => format!("tilt about {direction} at the start"),
+        Kind::Velocity => format!("{direction} velocity error at the start"),
+        Kind::Position => format!("{direction} position error at the start"),
+    }
+}

@@ -1,0 +1,169 @@
+//! Columns of all causes: constants from the linear error equations, errors that change in time from the same signatures, faults of the
+//! reference from themselves.
+//!
+//! A bias `x f(t)` does what the constant one does, less what it would have gone on doing had it stopped changing:
+//!
+//! ```text
+//! c(t) = f(t) S(t) - Psi(t) int_0^t f'(s) Psi(s)^-1 S(s) ds          (a step at T: S(t) - Psi(t) Psi(T)^-1 S(T) from T on)
+//! ```
+//!
+//! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on.
+
+use super::cause::{Cause, Change};
+use super::errors::{Kind, Source};
+use super::measured::{CHANNELS, Channels, Measured};
+use super::mission::Mission;
+use super::signatures::{Instant, instants, motion, times};
+use nalgebra::{SMatrix, SVector};
+
+type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
+type Vector = SVector<f64, CHANNELS>;
+
+/// Times at which integrals are taken, at least.
+const GRID: f64 = 1000.0;
+/// Sizes of the channels in one Schuler oscillation: radians, metres per second, metres.
+const SIZE: Channels = [1.0, 1.0, 1.0, 7.9e3, 7.9e3, 6.4e6, 6.4e6];
+
+/// What the causes' columns are made of.
+pub(super) struct Columns {
+    runs: Vec<Run>,
+    /// Instants at the measured rows where the mission has random walks; else empty.
+    pub walks: Vec<Vec<Instant>>,
+    sources: Vec<Source>,
+}
+
+/// One run.
+struct Run {
+    /// Times of the rows, and which channels were measured there.
+    rows: Vec<(f64, [bool; CHANNELS])>,
+    /// At each row.
+    at_rows: Vec<Instant>,
+    /// Times of the grid, and for each bias `Psi^-1 S`, scaled, there.
+    grid: Vec<f64>,
+    carried: Vec<Vec<Vector>>,
+}
+
+impl Columns {
+    pub fn new(mission: &Mission, measured: &Measured) -> Columns {
+        let sources = Source::catalogue();
+        let (mut runs, mut walks) = (Vec::new(), Vec::new());
+        for (run, own) in measured.runs.iter().zip(times(measured)) {
+            let end = own.last().copied().unwrap_or_default();
+            let step = (mission.duration() / GRID).max(2.0 * mission.step);
+            let count = (end / step).ceil().max(1.0) as usize;
+            let grid: Vec<f64> = (0..=count).map(|k| (k as f64 * step).min(end)).collect();
+            // both lists are in rising order; one pass serves both
+            let mut union: Vec<(f64, bool)> =
+                own.iter().map(|time| (*time, true)).chain(grid.iter().map(|time| (*time, false))).collect();
+            union.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let all: Vec<f64> = union.iter().map(|(time, _)| *time).collect();
+            let found = instants(mission, motion(mission, run.motion), &all);
+            let (mut at_rows, mut on_grid) = (Vec::new(), Vec::new());
+            for ((_, is_row), instant) in union.iter().zip(found) {
+                if *is_row { at_rows.push(instant) } else { on_grid.push(instant) }
+            }
+            let carried = biases(&sources).map(|j| on_grid.iter().map(|own| carried(own, j)).collect()).collect();
+            let rows = run.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect();
+            if mission.errors.is_noisy() {
+                walks.push(at_rows.clone());
+            }
+            runs.push(Run { rows, at_rows, grid, carried });
+        }
+        Columns { runs, walks, sources }
+    }
+
+    /// The column of a cause: SI of the channel per SI of the cause, all runs after one another.
+    pub fn of(&self, cause: &Cause) -> Vec<f64> {
+        let mut column = Vec::new();
+        for run in &self.runs {
+            let values: Vec<Channels> = match cause {
+                Cause::Constant(source) => {
+                    let j = self.sources.iter().position(|own| own == source).unwrap_or(usize::MAX);
+                    run.at_rows.iter().map(|own| own.signatures.get(j).copied().unwrap_or_default()).collect()
+                }
+                Cause::Changing(source, change) => self.changing(run, source, *change),
+                Cause::Reference(channel, change) => {
+                    let value = |time: f64| change.map_or(1.0, |change| change.at(time));
+                    let one = |time: f64| std::array::from_fn(|c| if c == *channel { value(time) } else { 0.0 });
+                    run.rows.iter().map(|(time, _)| one(*time)).collect()
+                }
+                Cause::Reading { .. } => vec![[0.0; CHANNELS]; run.rows.len()],
+            };
+            for ((_, measured), value) in run.rows.iter().zip(values) {
+                column.extend(value.iter().zip(measured).filter(|(_, measured)| **measured).map(|(value, _)| *value));
+            }
+        }
+        if let Cause::Reading { at, .. } = cause {
+            column.get_mut(*at).into_iter().for_each(|slot| *slot = 1.0);
+        }
+        column
+    }
+
+    fn changing(&self, run: &Run, source: &Source, change: Change) -> Vec<Channels> {
+        let Some(j) = self.sources.iter().position(|own| own == source) else { return Vec::new() };
+        let place = biases(&self.sources).position(|own| own == j);
+        let Some(carried) = place.and_then(|k| run.carried.get(k)) else {
+            return vec![[0.0; CHANNELS]; run.rows.len()];
+        };
+        // int f' Psi^-1 S by the trapezoid rule; a step adds its jump
+        let mut integral = Vector::zeros();
+        let mut next = 0;
+        let mut before: Option<(f64, Vector)> = None;
+        let mut jumped = !matches!(change, Change::Step(_));
+        let mut values = Vec::with_capacity(run.rows.len());
+        for ((time, _), own) in run.rows.iter().zip(&run.at_rows) {
+            while let (Some(at), Some(value)) = (run.grid.get(next), carried.get(next)) {
+                if *at > *time {
+                    break;
+                }
+                let slope = value * change.slope(*at);
+                if let Some((last, old)) = before {
+                    integral += (old + slope) * (0.5 * (at - last));
+                }
+                before = Some((*at, slope));
+                next += 1;
+            }
+            if let (Change::Step(start), false) = (change, jumped)
+                && *time >= start
+            {
+                integral += between(&run.grid, carried, start);
+                jumped = true;
+            }
+            // from the last time of the grid to the row
+            let rest = before.map_or(Vector::zeros(), |(last, slope)| slope * (time - last));
+            let signature = own.signatures.get(j).copied().unwrap_or_default();
+            let f = if let Change::Step(_) = change { f64::from(u8::from(jumped)) } else { change.at(*time) };
+            let gone = psi(own) * (integral + rest);
+            values.push(std::array::from_fn(|i| f * signature[i] - SIZE[i] * gone[i]));
+        }
+        values
+    }
+}
+
+/// A value between two times of the grid.
+fn between(grid: &[f64], values: &[Vector], time: f64) -> Vector {
+    let after = grid.partition_point(|at| *at < time).clamp(1, grid.len().saturating_sub(1).max(1));
+    match (grid.get(after - 1).zip(values.get(after - 1)), grid.get(after).zip(values.get(after))) {
+        (Some((a, x)), Some((b, y))) if b > a => x + (y - x) * ((time - a) / (b - a)),
+        (Some((_, x)), _) => *x,
+        _ => Vector::zeros(),
+    }
+}
+
+/// Indices of the biases.
+fn biases(sources: &[Source]) -> impl Iterator<Item = usize> + '_ {
+    sources.iter().enumerate().filter(|(_, source)| source.kind == Kind::Bias).map(|(j, _)| j)
+}
+
+/// Signatures of the start, scaled to a size near one another.
+fn psi(instant: &Instant) -> Matrix {
+    let first = Source::all().len();
+    Matrix::from_fn(|i, j| instant.signatures.get(first + j).map_or(0.0, |s| s[i]) * SIZE[j] / SIZE[i])
+}
+
+/// `Psi^-1 S` of one source, scaled.
+fn carried(instant: &Instant, j: usize) -> Vector {
+    let signature = instant.signatures.get(j).copied().unwrap_or_default();
+    let scaled = Vector::from_fn(|i, _| signature[i] / SIZE[i]);
+    psi(instant).lu().solve(&scaled).unwrap_or_else(Vector::zeros)
+}

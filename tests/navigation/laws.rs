@@ -1,0 +1,324 @@
+//! What the diagnosis of measured navigation errors promises, as seeded experiments that print their table.
+//!
+//! Few trials in the suite; the full count by `TUMBLE_FULL=1 cargo test --release --test navigation laws -- --nocapture`, with other seeds by
+//! `TUMBLE_SEED=n`. Data are flown by the full navigator; what changes in time is flown in pieces of its own, not by the columns of the search.
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+use rayon::prelude::*;
+use tumble::diagnosis::{Settings, Verdict};
+use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
+use tumble::navigate::errors::{ImuErrors, Source};
+use tumble::navigate::linear;
+use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
+use tumble::navigate::mission::{Mission, Site};
+use tumble::navigate::motion::{Attitude, Motion, Oscillation};
+use tumble::navigate::run::Continue;
+use tumble::navigate::signatures;
+
+const HOUR: f64 = 3600.0;
+const ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
+/// Standard uncertainties of the channels, SI: 2 arcsec, 0.01 m/s, 5 m.
+const U: Channels = [2.0 * ARCSEC, 2.0 * ARCSEC, 2.0 * ARCSEC, 0.01, 0.01, 5.0, 5.0];
+
+fn trials(few: u64, full: u64) -> u64 {
+    if std::env::var_os("TUMBLE_FULL").is_some() { full } else { few }
+}
+
+fn seed(own: u64) -> Pcg64Mcg {
+    let base: u64 = std::env::var("TUMBLE_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(0);
+    Pcg64Mcg::seed_from_u64(1_000_003 * base + own)
+}
+
+fn uniform(random: &mut Pcg64Mcg) -> f64 {
+    StandardUniform.sample(random)
+}
+
+fn at_rest() -> Motion {
+    Motion::at_rest(0.0, 0.0, -60f64.to_radians())
+}
+
+fn swing() -> Motion {
+    let angle = |mean: f64, amplitude: f64, period: f64, phase: f64| Oscillation {
+        mean: mean.to_radians(),
+        amplitude: amplitude.to_radians(),
+        period,
+        phase: phase.to_radians(),
+    };
+    let yaw = angle(-60.0, 5.0, 10.0, 45.0);
+    Motion::swing(Attitude { pitch: angle(0.0, 7.0, 6.0, 0.0), roll: angle(0.0, 10.0, 8.0, 0.0), yaw }).unwrap()
+}
+
+fn mission(motion: Motion) -> Mission {
+    let site = Site { latitude: 45.7796f64.to_radians(), longitude: 126.6705f64.to_radians(), altitude: 0.0 };
+    let step = if motion.fastest_rate() > 0.0 { 0.1 } else { 0.5 };
+    Mission::new(site, step, 6.0 * HOUR, 60.0, motion).unwrap()
+}
+
+fn times(mission: &Mission) -> Vec<f64> {
+    (0..).map(|k| 97.3 * f64::from(k)).take_while(|t| *t <= mission.duration()).collect()
+}
+
+/// Normal noise of standard uncertainty `U` on a truth.
+fn measured(times: &[f64], truth: &[Channels], random: &mut Pcg64Mcg) -> Measured {
+    let mut measured = Measured::default();
+    for (time, truth) in times.iter().zip(truth) {
+        let mut value = [None; 7];
+        for ((slot, z), u) in value.iter_mut().zip(truth).zip(U) {
+            let unit: f64 = StandardNormal.sample(random);
+            *slot = Some(z + u * unit);
+        }
+        measured.push(0, MeasuredRow { time: *time, value, u: U.map(Some) });
+    }
+    measured
+}
+
+fn flown(mission: &Mission, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
+    signatures::predicted(mission, &mission.motion, errors, times)
+}
+
+/// A bias that follows a function of time, by steps of a minute: the response to each piece is a difference of two responses that start then.
+/// (The linear equations of the navigator, integrated with the drive of that minute; nothing of the search's own columns.)
+fn changing(mission: &Mission, source: &Source, times: &[f64], f: &dyn Fn(f64) -> f64) -> Vec<Channels> {
+    let j = Source::catalogue().iter().position(|own| own == source).unwrap();
+    let first = Source::all().len();
+    let piece = 60.0;
+    let mut mission = mission.clone();
+    mission.steps_per_row = 2 * (0.5 * piece / mission.step) as u64;
+    let piece = mission.steps_per_row as f64 * mission.step;
+    // what a unit bias adds in each piece: S(t) - Psi(t) Psi(s)^-1 S(s), summed up state by state
+    let (mut rows, mut state) = (Vec::new(), nalgebra::SVector::<f64, 7>::zeros());
+    let mut before: Option<(nalgebra::SMatrix<f64, 7, 7>, nalgebra::SVector<f64, 7>)> = None;
+    linear::propagate(&mission, &mission.motion, &mut |own| {
+        let channel = |k: usize| nalgebra::SVector::<f64, 7>::from(channels(&own.error(&own.states[k])));
+        let size = nalgebra::SVector::<f64, 7>::from([1.0, 1.0, 1.0, 7.9e3, 7.9e3, 6.4e6, 6.4e6]);
+        let psi = nalgebra::SMatrix::<f64, 7, 7>::from_fn(|i, k| channel(first + k)[i] * size[k] / size[i]);
+        let s = channel(j).component_div(&size);
+        if let Some((old, last)) = before {
+            let across = psi * old.try_inverse().unwrap();
+            state = across * state + (s - across * last) * f(own.time - 0.5 * piece);
+        }
+        before = Some((psi, s));
+        let now: [f64; 7] = state.component_mul(&size).into();
+        rows.push((own.time, now));
+        Continue::Yes
+    });
+    let between = |time: f64| -> Channels {
+        let after = rows.partition_point(|row| row.0 < time).clamp(1, rows.len() - 1);
+        let ((a, x), (b, y)) = (rows[after - 1], rows[after]);
+        let share = (time - a) / (b - a);
+        std::array::from_fn(|i| x[i] + share * (y[i] - x[i]))
+    };
+    times.iter().map(|time| between(*time)).collect()
+}
+
+fn names(found: &NavigationDiagnosis) -> Vec<String> {
+    let mut names: Vec<String> = found.findings.iter().map(|f| f.source.id()).collect();
+    names.sort();
+    names
+}
+
+/// Is a finding, or one of its aliases, of this name (without the time in brackets)?
+fn is_named(found: &NavigationDiagnosis, id: &str) -> bool {
+    let plain = |id: String| id.split('(').next().unwrap_or_default().to_string();
+    let finding = |f: &tumble::navigate::diagnose::Finding| {
+        plain(f.source.id()) == id || f.aliases.iter().any(|a| plain(a.source.id()) == id)
+    };
+    found.findings.len() == 1 && found.findings.iter().any(finding)
+}
+
+fn table(law: &str, name: &str, outcomes: &[(bool, String)], least: f64) {
+    let right = outcomes.iter().filter(|(right, _)| *right).count();
+    println!("{law:34} {name:28} {right:4} of {}", outcomes.len());
+    outcomes.iter().filter(|(right, _)| !right).take(6).for_each(|(_, text)| println!("      {text}"));
+    // the share with three standard deviations of so few trials
+    let n = outcomes.len() as f64;
+    let slack = 3.0 * (least * (1.0 - least) / n).sqrt();
+    assert!(right as f64 / n >= least - slack, "{law}, {name}: {right} of {n}");
+}
+
+/// Three gyro and two accelerometer biases (that of the vertical one does nothing where the vertical channel is held), at any size.
+#[test]
+fn laws_five_biases_are_named() {
+    let sizes: [(&str, [f64; 2], [f64; 2]); 4] = [
+        ("0.001 deg/h, 10 ug", [1e-3, 1e-3], [1e-5, 1e-5]),
+        ("0.03 deg/h, 300 ug", [0.03, 0.03], [3e-4, 3e-4]),
+        ("2 deg/h, 10 mg", [2.0, 2.0], [1e-2, 1e-2]),
+        ("any of these", [1e-3, 2.0], [1e-5, 1e-2]),
+    ];
+    for (motion, make) in [("static", at_rest as fn() -> Motion), ("swing", swing)] {
+        let mission = mission(make());
+        let times = times(&mission);
+        for (name, gyro, accelerometer) in sizes {
+            let outcomes: Vec<(bool, String)> = (0..trials(if motion == "static" { 4 } else { 1 }, 40))
+                .into_par_iter()
+                .map(|trial| {
+                    let mut random = seed(trial);
+                    let mut errors = ImuErrors::default();
+                    let mut expected = Vec::new();
+                    for id in
+                        ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"]
+                    {
+                        let [least, most] = if id.starts_with('g') { gyro } else { accelerometer };
+                        let size = least * (most / least).powf(uniform(&mut random));
+                        let sign = if uniform(&mut random) < 0.5 { -1.0 } else { 1.0 };
+                        let source = Source::named(id).unwrap();
+                        source.set(&mut errors, sign * size * source.si_per_unit());
+                        expected.push(id.to_string());
+                    }
+                    expected.sort();
+                    let data = measured(&times, &flown(&mission, &errors, &times), &mut random);
+                    let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+                    (names(&found) == expected, format!("{} {:?}", found.verdict.name(), names(&found)))
+                })
+                .collect();
+            table(&format!("five biases, {motion}"), name, &outcomes, 0.95);
+        }
+    }
+}
+
+/// One bias, and one value of 40 u: both are named.
+#[test]
+fn laws_an_outlier_does_not_stop_the_search() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    for (name, wrong) in [("one value of 40 u", 1), ("5 % of rows", 10)] {
+        let outcomes: Vec<(bool, String)> = (0..trials(8, 100))
+            .into_par_iter()
+            .map(|trial| {
+                let mut random = seed(100 + trial);
+                let ids = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
+                let id = ids[trial as usize % 5];
+                let source = Source::named(id).unwrap();
+                let size = if id.starts_with('g') { 1e-3 } else { 1e-5 } * 1000f64.powf(uniform(&mut random));
+                let errors = ImuErrors::single(source, size * source.si_per_unit());
+                let mut data = measured(&times, &flown(&mission, &errors, &times), &mut random);
+                let mut expected = vec![id.to_string()];
+                let rows = data.runs[0].rows.len();
+                for _ in 0..wrong {
+                    let (row, channel) =
+                        ((uniform(&mut random) * rows as f64) as usize, (uniform(&mut random) * 7.0) as usize);
+                    let own = format!("reading:{}", row + 1);
+                    if !expected.contains(&own) {
+                        let slot = &mut data.runs[0].rows[row].value[channel];
+                        *slot = slot.map(|value| value + 40.0 * U[channel]);
+                        expected.push(own);
+                    }
+                }
+                expected.sort();
+                let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+                (names(&found) == expected, format!("{} {:?} for {expected:?}", found.verdict.name(), names(&found)))
+            })
+            .collect();
+        table("one bias and wrong values", name, &outcomes, 0.95);
+    }
+}
+
+/// Faults of the reference are called faults of the reference, or nothing is named.
+#[test]
+fn laws_faults_of_the_reference() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    let columns = tumble::navigate::measured::CHANNEL_NAMES;
+    let kinds: [(&str, &str, fn(f64) -> f64); 3] = [
+        ("drift", ":ramp", |share| share),
+        ("offset", "", |_| 1.0),
+        ("step", ":step", |share| f64::from(u8::from(share > 0.43))),
+    ];
+    for (name, suffix, f) in kinds {
+        let outcomes: Vec<(bool, String)> = (0..trials(14, 140))
+            .into_par_iter()
+            .map(|trial| {
+                let mut random = seed(200 + trial);
+                let channel = trial as usize % 7;
+                let size = 10.0 * 30f64.powf(uniform(&mut random));
+                let truth: Vec<Channels> = times
+                    .iter()
+                    .map(|time| {
+                        let share = time / mission.duration();
+                        std::array::from_fn(|c| if c == channel { size * U[c] * f(share) } else { 0.0 })
+                    })
+                    .collect();
+                let data = measured(&times, &truth, &mut random);
+                let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+                let id = format!("reference:{}{suffix}", columns[channel]);
+                let right = found.verdict == Verdict::Unexplained || is_named(&found, &id);
+                (right, format!("{} {:?} for {id}, {size:.0} u", found.verdict.name(), names(&found)))
+            })
+            .collect();
+        table("faults of the reference", name, &outcomes, 0.95);
+    }
+}
+
+/// Biases that change in time are named as such.
+#[test]
+fn laws_errors_that_change_in_time() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    let kinds: [(&str, &str, fn(f64) -> f64); 3] = [
+        ("ramp", ":ramp", |share| share),
+        ("step", ":step", |share| f64::from(u8::from(share > 0.37))),
+        ("warm-up", ":warm-up", |share| (-share / 0.08).exp()),
+    ];
+    for (name, suffix, f) in kinds {
+        let outcomes: Vec<(bool, String)> = (0..trials(10, 100))
+            .into_par_iter()
+            .map(|trial| {
+                let mut random = seed(300 + trial);
+                let ids = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
+                let id = ids[trial as usize % 5];
+                let source = Source::named(id).unwrap();
+                let size = if id.starts_with('g') { 0.01 } else { 3e-4 } * source.si_per_unit();
+                let duration = mission.duration();
+                let unit = changing(&mission, &source, &times, &|time| f(time / duration));
+                let truth: Vec<Channels> = unit.iter().map(|z| z.map(|v| size * v)).collect();
+                let data = measured(&times, &truth, &mut random);
+                let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+                let id = format!("{id}{suffix}");
+                (is_named(&found, &id), format!("{} {:?} for {id}", found.verdict.name(), names(&found)))
+            })
+            .collect();
+        table("errors that change in time", name, &outcomes, 0.9);
+    }
+}
+
+/// Where nothing is wrong nothing is named; a random walk that the mission does not state is no constant error.
+#[test]
+fn laws_nothing_and_what_has_no_name() {
+    let mut mission = mission(at_rest());
+    let times = times(&mission);
+    let outcomes: Vec<(bool, String)> = (0..trials(30, 400))
+        .into_par_iter()
+        .map(|trial| {
+            let mut random = seed(400 + trial);
+            let data = measured(&times, &vec![[0.0; 7]; times.len()], &mut random);
+            let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+            (found.verdict == Verdict::NothingMissing, format!("{} {:?}", found.verdict.name(), names(&found)))
+        })
+        .collect();
+    table("nothing is wrong", "", &outcomes, 0.99);
+    // flown with noise: 0.003 deg/sqrt(h)
+    mission.errors.gyro.random_walk = 0.003f64.to_radians() / 60.0;
+    let stated = mission.clone();
+    mission.errors.gyro.random_walk = 0.0;
+    let outcomes: Vec<(bool, String)> = (0..trials(6, 60))
+        .into_par_iter()
+        .map(|trial| {
+            use tumble::navigate::run::{self, Scenario};
+            let mut own = stated.clone();
+            own.seed = 77 + trial;
+            own.steps_per_row = 194;
+            let scenario = Scenario { id: "walk".into(), errors: own.errors };
+            let (mut at, mut truth) = (Vec::new(), Vec::new());
+            run::fly(&own, &own.motion, &[scenario], &mut |row| {
+                at.push(row.truth.time);
+                truth.push(channels(&row.errors[0]));
+                Continue::Yes
+            });
+            let data = measured(&at, &truth, &mut seed(500 + trial));
+            let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+            (found.verdict == Verdict::Unexplained, format!("{} {:?}", found.verdict.name(), names(&found)))
+        })
+        .collect();
+    table("a random walk not stated", "is unexplained", &outcomes, 0.95);
+}
