@@ -17,9 +17,9 @@ fn campaign(criterion: &mut Criterion) {
         bencher.iter(|| assemble(black_box(&campaign), &model, &point));
     });
     let settings = fit::Settings::default();
-    let exact = fit::Settings { exact: true, ..settings };
+    let linear = fit::Settings { estimator: fit::Estimator::Linear, ..settings };
     criterion.bench_function("Table 1: fit", |bencher| bencher.iter(|| fit::fit(black_box(&campaign), &settings)));
-    criterion.bench_function("Table 1: exact fit", |bencher| bencher.iter(|| fit::fit(black_box(&campaign), &exact)));
+    criterion.bench_function("Table 1: linear fit", |bencher| bencher.iter(|| fit::fit(black_box(&campaign), &linear)));
     let fitted = fit::fit(&campaign, &settings).expect("a fit");
     criterion.bench_function("Table 1: report as JSON", |bencher| {
         bencher.iter(|| serde_json::to_string(&report::fit_report(black_box(&fitted))));
@@ -43,9 +43,9 @@ fn imu(criterion: &mut Criterion) {
         criterion.bench_function(&format!("IMU, {name}: rows"), |bencher| {
             bencher.iter(|| assemble(black_box(&campaign), &model, &point));
         });
-        for exact in [false, true] {
-            let settings = fit::Settings { exact, ..fit::Settings::default() };
-            let way = if exact { "exact fit" } else { "fit" };
+        for estimator in [fit::Estimator::Linear, fit::Estimator::Exact] {
+            let settings = fit::Settings { estimator, ..fit::Settings::default() };
+            let way = if estimator == fit::Estimator::Exact { "exact fit" } else { "linear fit" };
             criterion.bench_function(&format!("IMU, {name}: {way}"), |bencher| {
                 bencher.iter(|| fit::fit(black_box(&campaign), &settings));
             });

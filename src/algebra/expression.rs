@@ -151,6 +151,39 @@ impl Expression {
         Expression::of(postfix)
     }
 
+    /// The smallest part that has no finite value though its operands have; `None` where the whole has one.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let line = Expression::parse("b0 + b1/x")?;
+    /// let part = line.without_value(&|name| if name == "x" { 0.0 } else { 1.0 });
+    /// assert_eq!(part.map(|part| part.to_string()).as_deref(), Some("b1/x"));
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn without_value(&self, value_of: &dyn Fn(&str) -> f64) -> Option<Expression> {
+        // where each operand begins in the postfix order, and its value
+        let mut stack: Vec<(usize, f64)> = Vec::new();
+        for (end, item) in self.postfix.iter().enumerate() {
+            let (begin, value) = match item {
+                Item::Number(number) => (end, *number),
+                Item::Pi => (end, std::f64::consts::PI),
+                Item::Name(name) => (end, value_of(name)),
+                Item::Negate => stack.pop().map(|(begin, x)| (begin, -x))?,
+                Item::Call(function) => stack.pop().map(|(begin, x)| (begin, function.value(x)))?,
+                Item::Binary(operator) => {
+                    let (_, right) = stack.pop()?;
+                    let (begin, left) = stack.pop()?;
+                    (begin, operator.value(left, right))
+                }
+            };
+            if !value.is_finite() {
+                return Some(Expression::of(self.postfix.get(begin..=end)?.to_vec()));
+            }
+            stack.push((begin, value));
+        }
+        None
+    }
+
     fn with(&self, other: &Expression, operator: Operator) -> Expression {
         let mut postfix = self.postfix.clone();
         postfix.extend_from_slice(&other.postfix);

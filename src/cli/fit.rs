@@ -2,7 +2,7 @@
 
 use super::{Outcome, files, pages};
 use crate::error::Result;
-use crate::fit::{self, Remount, RobustMethod, Weighting};
+use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
 use crate::report;
 use crate::wire;
 use clap::Args;
@@ -13,8 +13,11 @@ use std::path::PathBuf;
 pub(super) struct Arguments {
     /// The campaign file (JSON).
     campaign: PathBuf,
-    /// Iterate Gauss-Newton on the exact rotations instead of one linear step, and report what changed.
+    /// One least-squares step from the reference point (the papers' estimator) instead of Gauss-Newton on the exact model to convergence.
     #[arg(long)]
+    linear: bool,
+    /// What is done without it; for scripts that state it.
+    #[arg(long, hide = true, conflicts_with = "linear")]
     exact: bool,
     /// Take stated uncertainties of readings as relative weights, and estimate their scale from the residuals.
     #[arg(long)]
@@ -78,7 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
     let settings = fit::Settings {
-        exact: arguments.exact,
+        estimator: if arguments.linear { Estimator::Linear } else { Estimator::Exact },
         level: arguments.level,
         weighting,
         robust: arguments.robust,

@@ -153,7 +153,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let asked = campaign;
     let fitted = match asked.is_measured() {
-        true => fit::fit(&asked, &fit::Settings { exact: true, ..fit::Settings::default() }).ok(),
+        true => fit::fit(&asked, &fit::Settings::default()).ok(),
         false => None,
     };
     let plan::Judged { campaign, from } = plan::judged_at(&asked, &point(&arguments.at, &asked)?, fitted.as_ref())?;

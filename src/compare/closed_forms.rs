@@ -20,7 +20,7 @@ pub struct ClosedForms {
     pub sensor: String,
     /// How readings fall into groups that are solved apart; `None` where all are solved together.
     pub group: Option<Group>,
-    /// Is the like-for-like least squares iterated (`--exact`)? For formulas that solve a product of unknowns exactly.
+    /// Is least squares beside them the exact estimator rather than the linear one? For formulas that solve a product of unknowns exactly.
     pub exact: bool,
     /// Do the formulas take Earth rate into account (as `earth_up`, `earth_north`)? Then they are compared with least squares as it is.
     pub with_earth_rate: bool,

@@ -17,7 +17,7 @@ pub use second_stage::second_stage;
 use crate::bench::Site;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::{self, Fit, Settings};
+use crate::fit::{self, Estimator, Fit, Settings};
 
 /// A campaign's angles by the published closed forms and by least squares.
 #[derive(Debug, Clone)]
@@ -57,7 +57,8 @@ pub struct GroupComparison {
     pub printed: Vec<Option<f64>>,
 }
 
-/// Compare a campaign with the closed forms of its bench.
+/// Compare a campaign with the closed forms of its bench, by the linear estimator: its square special case is what the formulas are. Where
+/// they solve a product of unknowns exactly, by the exact one.
 ///
 /// Errors: no closed forms for this bench, a reading without the column that groups them, or anything that [`fit::fit`] refuses.
 pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) -> Result<Comparison> {
@@ -69,7 +70,8 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
         )
         .expected("a bench with this sensor"));
     };
-    let settings = &Settings { exact: settings.exact || forms.exact, ..*settings };
+    let estimator = if forms.exact { Estimator::Exact } else { Estimator::Linear };
+    let settings = &Settings { estimator, ..*settings };
     let all = fit::fit(campaign, settings)?;
     let without_earth = without_earth_rate(campaign);
     let quantities: Vec<String> = forms.formulas.iter().map(|(id, _)| id.clone()).collect();

@@ -94,6 +94,15 @@ impl SensorModel {
         }));
     }
 
+    /// The smallest part of a line (the one that was bound) without a value at these inputs, and the inputs that stand in it.
+    pub(super) fn without_value(&self, line: &Expression, inputs: &[f64]) -> Option<(String, Vec<(String, f64)>)> {
+        let names = line.names();
+        let value = |name: &str| names.iter().position(|own| *own == name).and_then(|k| inputs.get(k)).copied();
+        let part = line.without_value(&|name| value(name).unwrap_or(f64::NAN))?;
+        let inputs = part.names().into_iter().filter_map(|name| Some((name.to_string(), value(name)?))).collect();
+        Some((part.to_string(), inputs))
+    }
+
     /// The first column that the line uses and the reading lacks.
     pub(super) fn missing_column<'a>(&self, readings: &'a Readings, reading: usize) -> Option<&'a str> {
         let row = readings.rows.get(reading)?;

@@ -149,6 +149,28 @@ impl Model {
         });
     }
 
+    /// The smallest part of a sensor's line that has no value at some instant of a reading, and the inputs that stand in it.
+    pub fn without_value(
+        &self,
+        campaign: &Campaign,
+        reading: usize,
+        sensor: usize,
+        point: &[f64],
+    ) -> Option<(String, Vec<(String, f64)>)> {
+        let (row, model) = (campaign.readings.rows.get(reading)?, self.sensors.get(sensor)?);
+        let line = &campaign.bench.sensors.get(sensor)?.model;
+        let tilts = self.tilts_of(point);
+        let (mut at, mut inputs, mut found) = (Kinematics::default(), Vec::new(), None);
+        sweep(row, model.smoothness_for(&row.joints)).visit(|instant, _| {
+            if found.is_none() {
+                kinematics(&campaign.bench, &tilts, instant, &mut at);
+                model.fill(&Context { kinematics: &at, instant, columns: &row.columns, point }, &mut inputs);
+                found = model.without_value(line, &inputs);
+            }
+        });
+        found
+    }
+
     /// The bound line of a sensor.
     pub fn sensor(&self, sensor: usize) -> Option<&SensorModel> {
         self.sensors.get(sensor)

@@ -85,7 +85,7 @@ pub use steps::{GapStep, Step};
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::Result;
-use crate::fit::{self, Fit, Stop};
+use crate::fit::{self, Estimator, Fit, Stop};
 use crate::simulate::Regressor;
 
 /// The verdict.
@@ -270,7 +270,11 @@ fn diagnose_readings(campaign: &Campaign, catalogue: &[Effect], settings: &Setti
 ///
 /// At a jump (`sign` of an input that a tilt makes positive or negative) it ends with no descent, next to the jump: as near as there is.
 fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
-    let exact = fit::fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() })?;
+    let exact = fit::fit(campaign, &fit::Settings::default())?;
     let usable = exact.convergence.as_ref().is_some_and(|record| record.converged || record.stop == Stop::NoDescent);
-    if usable { Ok(exact) } else { fit::fit(campaign, &fit::Settings::default()) }
+    if usable {
+        Ok(exact)
+    } else {
+        fit::fit(campaign, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() })
+    }
 }

@@ -122,7 +122,8 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     let cofactor = factor.cofactor();
     let mut covariance = cofactor.clone();
     if alone && dof > 0 {
-        let variance = sum_of_squares / dof as f64;
+        let least = hints.least.first().copied().unwrap_or(0.0);
+        let variance = (sum_of_squares / dof as f64).max(least * least);
         group_scale = vec![Some(variance.sqrt())];
         covariance *= faer::Scale(variance);
     }

@@ -27,8 +27,7 @@ pub(super) struct Scales {
 pub struct ScaleHints<'a> {
     /// Where the iteration begins: the scales of a system like this one.
     pub start: &'a [f64],
-    /// What a scale is at least: the rounding of the observations as they were before a prediction was subtracted. Heeded where several
-    /// scales are estimated, or one beside known ones; one alone changes no weight.
+    /// What a scale is at least: the rounding or the resolution of the observations as they were before a prediction was subtracted.
     pub least: &'a [f64],
 }
 

@@ -4,7 +4,8 @@
 
 use super::linear::Linear;
 use super::step::{self, Step};
-use super::{Settings, rules, system::weigh};
+use super::system::{rounding, weigh};
+use super::{Estimator, Settings, rules, starts};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
@@ -24,6 +25,9 @@ pub struct Convergence {
     /// Parameters (by index) that the reference point does not determine, and the exact model beyond it too weakly to follow: they kept
     /// their reference values, and only their combinations with others are estimated.
     pub held: Vec<usize>,
+    /// Parameters (by index) that no reading responds to at the reference point, since all that they are multiplied by is zero there (a
+    /// saddle of the sum of squares), and that were therefore started beside it.
+    pub moved: Vec<usize>,
 }
 
 /// Why Gauss-Newton ended.
@@ -80,46 +84,190 @@ const PROGRESS: f64 = 1e-6;
 /// An unknown that the reference point does not determine may take part in so many iterations.
 const RELEASED: usize = 10;
 
-/// One linear step, or Gauss-Newton to its fixed point. The step that comes back belongs to the design that comes back with it.
-pub(super) fn run(
-    campaign: &Campaign,
-    model: &Model,
-    design: DesignMatrix,
-    settings: &Settings,
-) -> Result<(DesignMatrix, Step, Option<Convergence>)> {
-    if !settings.exact {
+/// Where an estimator ended: the step that belongs to the design, and the record of the way there.
+pub(super) struct Ended {
+    pub design: DesignMatrix,
+    pub step: Step,
+    /// `None` for the linear estimator.
+    pub record: Option<Convergence>,
+    /// The point at which unknowns that are held were judged, if others than the solution.
+    pub judged_at: Option<Vec<f64>>,
+    /// Parameters (by index) that readings respond to, but in the second order only and within the uncertainty of what they are multiplied
+    /// by, or only away from the point that was reached: no rank can be judged for them.
+    pub weak: Vec<usize>,
+}
+
+/// One linear step, or Gauss-Newton to its fixed point.
+pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, settings: &Settings) -> Result<Ended> {
+    if settings.estimator == Estimator::Linear {
         let step = step::solve(campaign, &design, settings)?;
-        return Ok((design, step, None));
+        let mut weak = starts::unseen(campaign, &design);
+        if !weak.is_empty() {
+            let change = |k: usize| step.change.get(k).copied().unwrap_or_default();
+            let point: Vec<f64> = design.point.iter().enumerate().map(|(k, x)| x + change(k)).collect();
+            let there = design::assemble(campaign, model, &point)?;
+            let still = starts::unseen(campaign, &there);
+            let beside = starts::beside(campaign, model, &there, &still)?;
+            let moved = beside.first().map_or(&[][..], |start| &start.moved);
+            weak.retain(|k| !still.contains(k) || moved.contains(k));
+        }
+        return Ok(Ended { design, step, record: None, judged_at: None, weak });
     }
     let first = Linear::at(campaign, &design, None, settings)?;
-    let unknowns = campaign.unknowns();
-    let linear = design.point.iter().zip(&first.change).take(unknowns).map(|(x, dx)| x + dx).collect();
-    let rank = first.rank;
-    let couplings = if rank < unknowns && campaign.constraints.is_empty() {
-        step::solve(campaign, &design, settings)?.estimate.factor.couplings()
-    } else {
-        Vec::new()
-    };
-    let mut walk = Walk { campaign, model, settings, rank, couplings, holds: false, iterations: Vec::new() };
-    let reference = design.clone();
-    let (mut design, mut stop) = walk.go(design, first)?;
-    if stop.is_none() {
-        // beyond the reference point the readings would determine more, but too weakly for steps to follow
-        let mut held = reference;
-        walk.holds = true;
-        walk.iterations.clear();
-        walk.hold(&mut held);
-        let first = Linear::at(campaign, &held, None, settings)?;
-        (design, stop) = walk.go(held, first)?;
+    let linear = design.point.iter().zip(&first.change).take(campaign.unknowns()).map(|(x, dx)| x + dx).collect();
+    let trip = Trip { campaign, model, settings };
+    let mut found = trip.from(design, first, &[])?;
+    let mut moved = Vec::new();
+    let unseen = starts::unseen(campaign, &found.design);
+    let beside = starts::beside(campaign, model, &found.design, &unseen)?;
+    let in_sight = beside.first().map_or(Vec::new(), |start| start.moved.clone());
+    for start in beside {
+        let first = Linear::at(campaign, &start.design, None, settings)?;
+        let other = trip.from(start.design, first, &start.moved)?;
+        if other.is_better_than(&found, campaign) {
+            (found, moved) = (other, start.moved);
+        }
     }
-    let step = step::solve(campaign, &design, settings)?;
-    let stop = match stop.unwrap_or(Stop::Stalled) {
-        Stop::Settled if !step.settled => Stop::Unsettled,
-        stop => stop,
-    };
-    let held = if walk.holds { walk.couplings.iter().map(|coupling| coupling.unknown).collect() } else { Vec::new() };
-    let record = Convergence { converged: stop == Stop::Settled, stop, iterations: walk.iterations, linear, held };
-    Ok((design, step, Some(record)))
+    if moved.is_empty() {
+        found.weak.extend(in_sight);
+    }
+    let Found { design, step, stop, iterations, held, weak, judged_at } = found;
+    let record = Convergence { converged: stop == Stop::Settled, stop, iterations, linear, held, moved };
+    Ok(Ended { design, step, record: Some(record), judged_at, weak })
+}
+
+/// What leads from a start to a solution.
+struct Trip<'a> {
+    campaign: &'a Campaign,
+    model: &'a Model,
+    settings: &'a Settings,
+}
+
+/// Where Gauss-Newton ended from one start.
+struct Found {
+    design: DesignMatrix,
+    step: Step,
+    stop: Stop,
+    iterations: Vec<Iteration>,
+    held: Vec<usize>,
+    weak: Vec<usize>,
+    judged_at: Option<Vec<f64>>,
+}
+
+impl Trip<'_> {
+    /// Walk from a design; `moved` are unknowns that were moved off zero to get there.
+    ///
+    /// Unknowns that the design does not determine, or that come into sight only on the way, take part as long as that leads to a solution
+    /// at which the model is near enough to linear within their uncertainty; else they are held.
+    fn from(&self, mut design: DesignMatrix, mut first: Linear, moved: &[usize]) -> Result<Found> {
+        let Trip { campaign, model, settings } = *self;
+        let unknowns = campaign.unknowns();
+        let holdable = campaign.constraints.is_empty();
+        let mut walk =
+            Walk { campaign, model, settings, rank: 0, couplings: Vec::new(), holds: false, iterations: Vec::new() };
+        // a factor that the first steps find brings what it multiplies into sight: the rank is judged from there
+        let mut late: Vec<usize> = moved.to_vec();
+        let mut unseen = starts::unseen(campaign, &design);
+        while !unseen.is_empty() && holdable {
+            let size = first.merit(&values(&design, &first.system)).sqrt();
+            let before = first.merit(&first.system.observed);
+            let (share, Some(next)) = walk.descend(&design, &first, before, size)? else { break };
+            let now = starts::unseen(campaign, &next);
+            if now.len() >= unseen.len() {
+                break;
+            }
+            let Ok(adjusted) = Linear::at(campaign, &next, Some(&first), settings) else { break };
+            walk.iterations.push(Iteration { sum_of_squares: before, step: first.length(), share });
+            late.extend(unseen.iter().filter(|k| !now.contains(k) && !moved.contains(k)));
+            (design, first, unseen) = (next, adjusted, now);
+        }
+        let reference = design.clone();
+        let before_walk = walk.iterations.clone();
+        walk.rank = first.rank;
+        if walk.rank < unknowns && holdable {
+            walk.couplings = step::solve(campaign, &design, settings)?.estimate.factor.couplings();
+        }
+        let (mut design, mut stop) = walk.go(design, first)?;
+        let settled = stop == Some(Stop::Settled);
+        let (mut judged_at, mut too_weak) = (None, Vec::new());
+        if holdable {
+            let mut asked = late;
+            if settled {
+                asked.extend(walk.couplings.iter().map(|own| own.unknown));
+            }
+            let at = if settled { &design } else { &reference };
+            let weak = starts::weak(campaign, model, at, &asked, moved, settings)?;
+            if !weak.is_empty() || stop.is_none() {
+                // beyond the reference point the readings would determine more, but too weakly
+                walk.couplings.retain(|own| !settled || unseen.contains(&own.unknown) || weak.contains(&own.unknown));
+                for k in weak {
+                    if walk.couplings.iter().all(|own| own.unknown != k) {
+                        too_weak.push(k);
+                        // its column is none on the way, so that steps leave it where it is
+                        walk.couplings.push(Coupling { unknown: k, follows: Vec::new() });
+                    }
+                }
+                (walk.holds, walk.iterations) = (true, before_walk);
+                let mut held = reference;
+                judged_at = Some(held.point.clone());
+                walk.hold(&mut held);
+                let first = Linear::at(campaign, &held, None, settings)?;
+                (design, stop) = walk.go(held, first)?;
+            }
+        }
+        for k in too_weak.iter().filter(|k| moved.contains(k)) {
+            // which of the others it goes with is seen at the solution
+            let full = design::assemble(campaign, model, &design.point)?;
+            let column = full.jacobian.col_as_slice(*k);
+            design.jacobian.col_as_slice_mut(*k).copy_from_slice(column);
+            let coupling = starts::follow(campaign, &design, *k, true, settings)?;
+            starts::hold(&mut design, &coupling);
+        }
+        let step = step::solve(campaign, &design, settings)?;
+        let stop = match stop.unwrap_or(Stop::Stalled) {
+            Stop::Settled if !step.settled => Stop::Unsettled,
+            stop => stop,
+        };
+        let held = walk.couplings.iter().map(|own| own.unknown).filter(|k| walk.holds && !unseen.contains(k)).collect();
+        Ok(Found { design, step, stop, iterations: walk.iterations, held, weak: too_weak, judged_at })
+    }
+}
+
+impl Found {
+    /// Is this the solution rather than the other: one where the other is none, or a better fit?
+    fn is_better_than(&self, other: &Found, campaign: &Campaign) -> bool {
+        /// A difference of twice the log likelihood that is not rounding.
+        const MATTERS: f64 = 1e-3;
+        let (own, others) = (self.stop == Stop::Settled, other.stop == Stop::Settled);
+        if own != others {
+            return own;
+        }
+        let (fit, before) = (self.misfit(campaign), other.misfit(campaign));
+        let rank = (self.step.estimate.rank, other.step.estimate.rank);
+        fit < before - MATTERS || (rank.0 > rank.1 && fit <= before + MATTERS)
+    }
+
+    /// Twice the negative logarithm of the likelihood, but for a constant; residuals of the size of rounding are none.
+    fn misfit(&self, campaign: &Campaign) -> f64 {
+        let system = &self.step.system;
+        let least = rounding(campaign, &self.design, system);
+        let mut known = 0.0;
+        let mut groups: Vec<(f64, f64)> = vec![(0.0, 0.0); least.len()];
+        for ((v, u), group) in self.step.estimate.residuals.iter().zip(&system.u).zip(&system.group) {
+            let square = (v / u) * (v / u);
+            match group {
+                Group::Known => known += square,
+                Group::Estimated(g) => {
+                    if let Some(own) = groups.get_mut(*g) {
+                        *own = (own.0 + 1.0, own.1 + square);
+                    }
+                }
+            }
+        }
+        let of =
+            |((n, sum), least): (&(f64, f64), &f64)| n * sum.max(4.0 * n * least * least).max(f64::MIN_POSITIVE).ln();
+        known + groups.iter().zip(&least).map(of).sum::<f64>()
+    }
 }
 
 /// Gauss-Newton on its way.
@@ -141,8 +289,7 @@ impl Walk<'_> {
     fn go(&mut self, mut design: DesignMatrix, mut step: Linear) -> Result<(DesignMatrix, Option<Stop>)> {
         while self.iterations.len() < self.settings.iterations {
             let before = step.merit(&step.system.observed);
-            let moved: Vec<f64> = step.system.observed.iter().zip(&step.residuals).map(|(y, v)| y - v).collect();
-            let length = step.merit(&moved).sqrt();
+            let length = step.length();
             let size = step.merit(&values(&design, &step.system)).sqrt();
             let noise = step.merit(&step.residuals).sqrt();
             let small = length <= NEGLIGIBLE * size || length <= INVISIBLE * noise;
@@ -216,11 +363,7 @@ impl Walk<'_> {
         if !self.holds {
             return;
         }
-        for Coupling { unknown, follows } in &self.couplings {
-            for i in 0..design.jacobian.nrows() {
-                design.jacobian[(i, *unknown)] = follows.iter().map(|(j, c)| c * design.jacobian[(i, *j)]).sum();
-            }
-        }
+        self.couplings.iter().for_each(|coupling| starts::hold(design, coupling));
     }
 }
 

@@ -54,6 +54,12 @@ impl Linear {
         Ok(Linear { system, change, residuals, rank, scales: found.group_scale, weights: Weights::Rows(weights) })
     }
 
+    /// Norm of the step's effect on the weighted predictions, `|J dx / u|`.
+    pub fn length(&self) -> f64 {
+        let moved: Vec<f64> = self.system.observed.iter().zip(&self.residuals).map(|(y, v)| y - v).collect();
+        self.merit(&moved).sqrt()
+    }
+
     /// What the step makes smaller: the weighted sum of squares, with the whitened rows' covariance or the robust weights of this step.
     pub fn merit(&self, values: &[f64]) -> f64 {
         match &self.weights {

@@ -4,9 +4,10 @@
 //! campaign -> design matrix -> system (weights, priors as rows) -> estimate -> quality, uncertainty
 //! ```
 //!
-//! Linear by default: one least-squares step from the stated reference point. Exact on request: Gauss-Newton on the exact rotations.
+//! Exact by default: Gauss-Newton on the exact rotations, to convergence. Linear on request: one least-squares step from the reference point.
 
 mod checks;
+mod conditional;
 mod gauss_newton;
 mod least_absolute;
 mod linear;
@@ -14,17 +15,21 @@ mod names;
 mod noise;
 mod parameters;
 mod propagate;
+mod ranges;
+mod remarks;
 mod robust;
 mod rules;
 mod separate;
+mod starts;
 mod step;
 mod system;
 
 pub use checks::Checks;
+pub use conditional::Conditional;
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
 pub use noise::{Noise, Source};
-pub use parameters::{DerivedResult, ParameterResult, State};
+pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, draw};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
@@ -38,13 +43,34 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Group, System};
 use crate::quality::{self, GlobalTest, RowQuality};
+use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival};
 use faer::Mat;
+
+/// How far to go from the reference point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Estimator {
+    /// Gauss-Newton on the exact model, to convergence.
+    #[default]
+    Exact,
+    /// One least-squares step: the linear estimator of the papers, whose closed forms are its square special case.
+    Linear,
+}
+
+impl Estimator {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Estimator::Exact => "exact",
+            Estimator::Linear => "linear",
+        }
+    }
+}
 
 /// How to fit.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {
-    /// Iterate Gauss-Newton on the exact model instead of one linear step.
-    pub exact: bool,
+    /// To convergence on the exact model, or one linear step.
+    pub estimator: Estimator,
     /// What stated standard uncertainties of readings mean.
     pub weighting: Weighting,
     /// Coverage probability of expanded uncertainties, between 0 and 1; one minus it is the significance of the global test.
@@ -74,7 +100,7 @@ pub enum Remount {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            exact: false,
+            estimator: Estimator::Exact,
             weighting: Weighting::AsStated,
             level: 0.95,
             adjust: estimate::Settings::default(),
@@ -84,6 +110,8 @@ impl Default for Settings {
         }
     }
 }
+
+pub use remarks::resolution;
 
 /// Everything that a fit found.
 #[derive(Debug, Clone)]
@@ -106,6 +134,10 @@ pub struct Fit {
     pub covariance: Mat<f64>,
     /// Results for derived quantities.
     pub derived: Vec<DerivedResult>,
+    /// What is determined of parameters that are not estimable alone.
+    pub combinations: Vec<CombinationResult>,
+    /// Along each free direction, which estimates depend on the values at which it is held.
+    pub conditional: Vec<Conditional>,
     /// What scatters in the readings, and how the estimates follow each of them.
     pub noise: Noise,
     /// Known inputs with an uncertainty (parameter index), and how the estimated parameters follow each.
@@ -129,6 +161,9 @@ pub struct Fit {
     /// Largest difference, over the readings and in units of their standard uncertainty, between the exact model at the solution and the
     /// linear one; `None` where no uncertainty is known.
     pub linearisation_error: Option<f64>,
+    /// Exact minus linear estimate of each estimated parameter, in units of its standard uncertainty; for the linear estimator what
+    /// Gauss-Newton would change next. `None` where no uncertainty is known.
+    pub nonlinearity: Vec<Option<f64>>,
 }
 
 impl Fit {
@@ -137,9 +172,27 @@ impl Fit {
         !self.not_estimable.is_empty()
             || self.global_test.is_some_and(|test| test.rejected)
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
+            || self.bounds_p().is_some_and(|p| p < 1.0 - self.settings.level)
             || !self.settled
             || !self.inconsistent_circles().is_empty()
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
+    }
+
+    /// Probability that bounds which are true cost as much as the active ones do; `None` where none is active.
+    ///
+    /// The cost of `k` active bounds is `chi^2_k`, or `k F(k, dof)` where the variance is estimated; an inequality that is true costs less.
+    pub fn bounds_p(&self) -> Option<f64> {
+        let Constraints::Met { active, cost, .. } = &self.constraints else { return None };
+        let count = active.len() as f64;
+        if active.is_empty() || !cost.is_finite() {
+            return None;
+        }
+        let estimated = self.system.group.iter().all(|group| matches!(group, Group::Estimated(_)));
+        match estimated {
+            true if self.estimate.dof == 0 => None,
+            true => fisher_f_survival(cost / count, count, self.estimate.dof as f64),
+            false => chi_square_survival(*cost, count),
+        }
     }
 
     /// Readings of closed circles that no attitude makes agree with the others: each sensor with the mean of what is left of it, the worst
@@ -178,6 +231,17 @@ impl Fit {
         found
     }
 
+    /// The last decimal place of a sensor's readings, where their scatter is taken to be that of rounding to it.
+    pub fn resolution_of(&self, sensor: &str) -> Option<f64> {
+        let k = self.campaign.bench.sensors.iter().position(|own| own.id == sensor)?;
+        self.at_rounding().contains(&sensor).then(|| system::sensor_resolution(&self.campaign, k))?
+    }
+
+    /// What a person should look at: angles that may be radians, a condition number beyond what units explain.
+    pub fn remarks(&self) -> Vec<String> {
+        remarks::remarks(self)
+    }
+
     /// Parameters of the bench that are taken as zero.
     pub fn assumed_zero(&self) -> impl Iterator<Item = &str> {
         self.campaign.parameters.iter().filter(|p| p.role == Role::AssumedZero).map(|p| p.id.as_str())
@@ -186,7 +250,7 @@ impl Fit {
 
 /// Fit a campaign.
 ///
-/// `x = x0 + argmin sum ((y - f(x0) - J (x - x0)) / u)^2`, or with `exact` its fixed point.
+/// `x = argmin sum ((y - f(x)) / u)^2`: the fixed point of `x0 + argmin sum ((y - f(x0) - J (x - x0)) / u)^2`, which is the linear estimator.
 /// Errors: no readings, nothing to estimate, a level outside (0, 1), a sensor whose readings have a stated uncertainty only here and there,
 /// a model line that uses what a reading lacks. Rank defects, failed tests and non-convergence are part of the result.
 ///
@@ -208,6 +272,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
             .found(settings.level.to_string()));
     }
     check_combination(campaign, settings)?;
+    ranges::check(campaign)?;
     if campaign.unknowns() == 0 {
         return Err(Malformed::new(Fault::Missing, "nothing is to be estimated")
             .expected("at least one parameter in \"estimate\", for example { \"V0\": {} }")
@@ -229,7 +294,9 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let model = Model::new(campaign)?;
     let reference = campaign.reference_point();
     let design = design::assemble(campaign, &model, &reference)?;
-    let (design, step, convergence) = gauss_newton::run(campaign, &model, design, settings)?;
+    ranges::check_rows(campaign, &model, &design)?;
+    let gauss_newton::Ended { design, step, record: convergence, judged_at, weak } =
+        gauss_newton::run(campaign, &model, design, settings).map_err(|error| ranges::name_reading(campaign, error))?;
     let mut point = design.point.clone();
     for (value, change) in point.iter_mut().zip(&step.change) {
         *value += change;
@@ -242,7 +309,7 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let step::Step { system, estimate, noise, constraints, robust, settled, .. } = step;
-    let grounds = parameters::Grounds::new(campaign, at_solution, &estimate, &noise, settings.level);
+    let grounds = parameters::Grounds::new(campaign, at_solution, &estimate, &noise, settings.level, &weak);
     let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
     let at_bound = rules::at_bound(campaign, &constraints);
     let bounded = matches!(constraints, Constraints::Met { .. });
@@ -250,10 +317,17 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let parameters = grounds.parameters(&point, &free, &at_bound, allowed);
     let covariance = grounds.covariance();
     let derived = grounds.derived(&point)?;
+    let combinations = grounds.combinations(&point);
     let known_sensitivities = grounds.known_sensitivities();
     let quality = quality::rows(&system, &estimate);
     let global_test = quality::global_test(&system, &estimate, settings.level);
-    let not_estimable = separate::separations(campaign, &model, &design, &estimate);
+    let judged = match judged_at {
+        Some(point) if !estimate.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
+        _ => None,
+    };
+    let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);
+    let conditional = conditional::conditional(campaign, &model, &point, &estimate, &parameters, settings)?;
+    let nonlinearity = nonlinearity(campaign, &parameters, &point, at_solution, settings, convergence.as_ref())?;
     Ok(Fit {
         campaign: campaign.clone(),
         settings: *settings,
@@ -264,6 +338,8 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
         parameters,
         covariance,
         derived,
+        combinations,
+        conditional,
         noise,
         known_sensitivities,
         constraints,
@@ -275,7 +351,32 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
         not_estimable,
         convergence,
         linearisation_error,
+        nonlinearity,
     })
+}
+
+/// Exact minus linear estimate of each parameter in units of its standard uncertainty. The linear estimator does not know the exact one: there
+/// it is the step that Gauss-Newton would take next.
+fn nonlinearity(
+    campaign: &Campaign,
+    parameters: &[ParameterResult],
+    point: &[f64],
+    at_solution: &DesignMatrix,
+    settings: &Settings,
+    record: Option<&Convergence>,
+) -> Result<Vec<Option<f64>>> {
+    let change: Vec<f64> = match record {
+        Some(record) => point.iter().zip(&record.linear).map(|(exact, linear)| exact - linear).collect(),
+        None => match step::solve(campaign, at_solution, settings) {
+            Ok(next) => next.change,
+            Err(_) => Vec::new(),
+        },
+    };
+    let of = |(k, result): (usize, &ParameterResult)| {
+        let u = result.uncertainty.map(|combined| combined.u).filter(|u| *u > 0.0)?;
+        change.get(k).map(|change| change / u).filter(|share| share.is_finite())
+    };
+    Ok(parameters.iter().enumerate().map(of).collect())
 }
 
 /// Robust estimates stand alone: neither constraints nor shared offsets are supported beside them.

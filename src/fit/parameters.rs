@@ -1,11 +1,12 @@
 //! Value, standard uncertainty, budget and expanded uncertainty of every estimated parameter and derived quantity.
 
+use super::names::{NamedCombination, describe};
 use super::noise::Noise;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::Estimate;
+use crate::estimate::{Combination, Estimate};
 use crate::uncertainty::{Combined, Contribution, Evaluation, combine, combine_together};
 use faer::Mat;
 
@@ -72,6 +73,28 @@ pub struct DerivedResult {
     pub budget: Vec<Contribution>,
 }
 
+/// A combination of parameters that is estimable where they alone are not.
+#[derive(Debug, Clone)]
+pub struct CombinationResult {
+    /// The parameters and their coefficients.
+    pub combination: NamedCombination,
+    /// Unit of the value: that of the first parameter, whose coefficient is 1.
+    pub unit: String,
+    /// Is it an angle (so that a person wants arcseconds)?
+    pub is_angle: bool,
+    /// Value.
+    pub value: f64,
+    /// Combined uncertainty; `None` where no scatter can be estimated.
+    pub uncertainty: Option<Combined>,
+    /// Where the uncertainty comes from.
+    pub budget: Vec<Contribution>,
+}
+
+/// A quantity does not change along a free direction where its terms cancel to this share,
+const SAME: f64 = 1e-8;
+/// or to this one along a direction that the exact model ends beyond the first order.
+const NEARLY_SAME: f64 = 1e-2;
+
 /// Known parameters with an uncertainty, and how the solution follows each: `d x / d p = -(dx/dy) df/dp`, priors untouched.
 ///
 /// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
@@ -105,6 +128,7 @@ pub(super) struct Grounds<'a> {
     noise: &'a Noise,
     known: Vec<(&'a str, Known, Vec<f64>)>,
     level: f64,
+    weak: &'a [usize],
 }
 
 impl<'a> Grounds<'a> {
@@ -114,9 +138,10 @@ impl<'a> Grounds<'a> {
         estimate: &'a Estimate,
         noise: &'a Noise,
         level: f64,
+        weak: &'a [usize],
     ) -> Self {
         let known = known_inputs(campaign, at_solution, noise);
-        Grounds { campaign, estimate, noise, known, level }
+        Grounds { campaign, estimate, noise, known, level, weak }
     }
 
     /// How the estimated parameters follow each known input that has an uncertainty.
@@ -196,6 +221,45 @@ impl<'a> Grounds<'a> {
         self.campaign.estimated().iter().enumerate().map(result).collect()
     }
 
+    /// Do the readings determine `c . x`: is it the same wherever they leave the parameters free?
+    fn determines(&self, along: &[f64]) -> bool {
+        let at = |k: &usize| along.get(*k).copied().unwrap_or_default();
+        self.estimate.free_directions.iter().all(|direction| {
+            let terms = || direction.terms.iter().map(|(k, e)| at(k) * e);
+            // a direction that is held although the model curves out of it is straight to the square of a tilt only
+            let held = direction.terms.iter().any(|(k, _)| self.weak.contains(k));
+            let same = if held { NEARLY_SAME } else { SAME };
+            terms().sum::<f64>().abs() <= same * terms().map(f64::abs).sum::<f64>()
+        })
+    }
+
+    /// What the readings determine of parameters that are not estimable alone.
+    pub(super) fn combinations(&self, point: &[f64]) -> Vec<CombinationResult> {
+        let result = |combination: &Combination| {
+            let mut along = vec![0.0; self.campaign.unknowns()];
+            for (k, c) in &combination.terms {
+                if let Some(slot) = along.get_mut(*k) {
+                    *slot = *c;
+                }
+            }
+            let (budget, uncertainty) = self.budget(&along, |_| 0.0);
+            let parameter = |k: &usize| self.campaign.parameters.get(*k);
+            let unit_of = |(k, _): &(usize, f64)| parameter(k).map_or("", |own| own.unit.as_str());
+            let unit = combination.terms.first().map_or("", unit_of);
+            let is_angle =
+                combination.terms.iter().all(|(k, _)| parameter(k).is_some_and(|own| own.kind == Kind::Tilt));
+            CombinationResult {
+                combination: describe(self.campaign, combination),
+                unit: unit.to_string(),
+                is_angle,
+                value: combination.value(point),
+                uncertainty,
+                budget,
+            }
+        };
+        self.estimate.estimable_combinations.iter().map(result).collect()
+    }
+
     /// Results of the derived quantities: first order, `c = d quantity / d parameters` at the estimate.
     ///
     /// A known parameter acts twice, through the line itself and through the estimates: its sensitivity is the sum of both.
@@ -207,9 +271,8 @@ impl<'a> Grounds<'a> {
             let mut gradient: Vec<f64> = vec![0.0; ids.len()];
             let value = tape.gradient(point, &mut Scratch::default(), &mut gradient);
             let along = gradient.get(..campaign.unknowns()).unwrap_or_default();
-            let estimable = |k: usize| self.estimate.estimable.get(k).copied().unwrap_or(false);
-            let needed = along.iter().enumerate().all(|(k, c)| *c == 0.0 || estimable(k));
-            let usable = needed && value.is_finite() && gradient.iter().all(|c| c.is_finite());
+            let finite = value.is_finite() && gradient.iter().all(|c| c.is_finite());
+            let usable = finite && self.determines(along);
             let own =
                 |id: &str| campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
             let (budget, uncertainty) = if usable { self.budget(along, own) } else { (Vec::new(), None) };

@@ -19,7 +19,7 @@ pub struct Drawn {
     /// For each output, the first-order interval, if there is one.
     pub first_order: Vec<Option<(f64, f64)>>,
     /// For each output, whether the first order is as good as two digits of its uncertainty (JCGM 101, clause 8): both ends of the
-    /// symmetric interval agree within half a unit of the second digit of `u` and three standard errors of the trials.
+    /// symmetric interval agree within half a unit of the second digit of `u` and the sampling error of the trials.
     pub agrees: Vec<Option<bool>>,
     /// Coverage ellipsoid of the derived quantities alone, where there are several: covariance and factor are those of `joint`.
     pub joint: Option<Joint>,
@@ -93,9 +93,8 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
             let (low, high) = first_order[k]?;
             let (own, u) = (trials.outputs.get(k)?, spread[k].filter(|u| *u > 0.0)?);
             let digit = 10f64.powf(u.log10().floor() - 1.0);
-            // the standard error of a 97.5 % quantile of N normal trials is 2.67 u / sqrt N
-            let tolerance = 0.5 * digit + 3.0 * 2.67 * u / (trials.trials as f64).sqrt();
-            Some((low - own.symmetric.0).abs() <= tolerance && (high - own.symmetric.1).abs() <= tolerance)
+            let within = |end: f64, (least, most): (f64, f64)| end >= least - 0.5 * digit && end <= most + 0.5 * digit;
+            Some(within(low, own.ends[0]) && within(high, own.ends[1]))
         })
         .collect();
     let several = names.len() - parameters >= 2;

@@ -90,6 +90,35 @@ impl Rules {
     }
 }
 
+/// Two constraints on the same combination that no value of it meets, however little is missing: told by comparing numbers, where a solver has
+/// a tolerance.
+pub(super) fn contradiction(campaign: &Campaign) -> Option<Vec<usize>> {
+    type Range = (Vec<(usize, f64)>, f64, f64);
+    let normal = |constraint: &Constraint| -> Option<Range> {
+        let Constraint::Linear { terms, lower, upper } = constraint else { return None };
+        let mut terms: Vec<(usize, f64)> = terms.iter().copied().filter(|(_, c)| *c != 0.0).collect();
+        terms.sort_unstable_by_key(|(k, _)| *k);
+        let first = terms.first()?.1;
+        terms.iter_mut().for_each(|(_, c)| *c /= first);
+        let (a, b) = (lower / first, upper / first);
+        Some((terms, a.min(b), a.max(b)))
+    };
+    let ranges: Vec<Option<Range>> = campaign.constraints.iter().map(normal).collect();
+    let same = |a: &[(usize, f64)], b: &[(usize, f64)]| {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() <= 1e-14 * a.1.abs())
+    };
+    for (i, own) in ranges.iter().enumerate() {
+        for (j, other) in ranges.iter().enumerate().skip(i + 1) {
+            let (Some(own), Some(other)) = (own, other) else { continue };
+            let (lower, upper) = (own.1.max(other.1), own.2.min(other.2));
+            if same(&own.0, &other.0) && lower > upper + 4.0 * f64::EPSILON * lower.abs().max(upper.abs()) {
+                return Some(vec![i, j]);
+            }
+        }
+    }
+    None
+}
+
 /// Does this point meet every constraint (to rounding)?
 pub(super) fn is_feasible(campaign: &Campaign, point: &[f64]) -> bool {
     let at = |j: &usize| point.get(*j).copied().unwrap_or_default();

@@ -1,9 +1,10 @@
 //! What is not estimable, by name, and which further position would separate it.
 
 use super::names::{NamedCombination, describe};
-use crate::campaign::{Campaign, JointState, Readings};
+use crate::campaign::{Campaign, JointState, Readings, Role};
 use crate::design::{DesignMatrix, Model};
-use crate::estimate::Estimate;
+use crate::estimate::{self, Estimate, Group, ScaleHints, System};
+use faer::Mat;
 
 /// One rank defect.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +17,9 @@ pub struct Separation {
     pub estimable: Vec<NamedCombination>,
     /// The further position that would separate it best, as joint states in chain order; `None` if none of this bench would.
     pub separate_by: Option<Vec<JointState>>,
+    /// Do readings respond to it, but only in the second order and within the uncertainty of what it is multiplied by, or only away from the
+    /// point that was reached, and is no position known that would separate it? Then nothing is said of other positions.
+    pub is_weak: bool,
 }
 
 /// A candidate separates when its row along the free direction is at least this share of the row's size.
@@ -28,52 +32,32 @@ const SWEPT_JOINTS: usize = 4;
 /// Four joints in steps of 45 degrees.
 const MOST_POSITIONS: usize = 4096;
 
-/// Name every rank defect of an estimate and look for the position that would end it.
+/// So many of the best candidates are added to the readings, to see whether they lower the defect.
+const VERIFIED: usize = 8;
+
+/// Name every rank defect of an estimate and look for the position that would end it, as judged at the design's point.
+///
+/// A position is named only where the rank with its row added is larger than without. `weak` are unknowns that are held although readings
+/// respond to them.
 pub(crate) fn separations(
     campaign: &Campaign,
     model: &Model,
     design: &DesignMatrix,
     estimate: &Estimate,
+    weak: &[usize],
 ) -> Vec<Separation> {
     if estimate.not_estimable.is_empty() {
         return Vec::new();
     }
-    let schedule = campaign.with_readings(candidates(campaign));
-    let unknowns = campaign.unknowns();
-    let mut gradient = vec![0.0; campaign.parameters.len()];
-    let mut work = model.workspace();
+    let search = Search::new(campaign, model, design);
     estimate
         .not_estimable
         .iter()
         .zip(&estimate.free_directions)
         .map(|(combination, free)| {
-            let mut direction = vec![0.0; unknowns];
-            for (k, c) in &free.terms {
-                if let Some(d) = direction.get_mut(*k) {
-                    *d = *c;
-                }
-            }
-            let mut best: Option<(f64, f64, usize)> = None;
-            let mut moved = 0;
-            for (reading, row) in schedule.readings.rows.iter().enumerate() {
-                // positions come with the fewest joints moved first; more are tried only while none separates well
-                let moves = joints_moved(&row.joints, campaign);
-                if moves > moved && best.is_some_and(|(_, share, _)| share > SEPARATES_WELL) {
-                    break;
-                }
-                moved = moves;
-                for sensor in 0..campaign.bench.sensors.len() {
-                    if model.predict(&schedule, reading, sensor, &design.point, &mut gradient, &mut work).is_err() {
-                        continue;
-                    }
-                    let along = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>().abs();
-                    let size: f64 = gradient.iter().zip(&direction).map(|(g, d)| (g * d).abs()).sum();
-                    if along > SEPARATES * size && best.is_none_or(|(before, ..)| along > before * (1.0 + 1e-9)) {
-                        best = Some((along, along / size, reading));
-                    }
-                }
-            }
             let involved: Vec<usize> = free.terms.iter().map(|(k, _)| *k).collect();
+            let is_weak = involved.iter().any(|k| weak.contains(k));
+            let separate_by = search.best(&free.terms);
             Separation {
                 free: describe(campaign, combination),
                 direction: describe(campaign, free),
@@ -83,10 +67,82 @@ pub(crate) fn separations(
                     .filter(|c| c.terms.iter().any(|(k, _)| involved.contains(k)))
                     .map(|c| describe(campaign, c))
                     .collect(),
-                separate_by: best.and_then(|(.., k)| schedule.readings.rows.get(k)).map(|r| r.joints.clone()),
+                is_weak: is_weak && separate_by.is_none(),
+                separate_by,
             }
         })
         .collect()
+}
+
+/// Candidate positions, and the readings that they would be added to.
+struct Search<'a> {
+    campaign: &'a Campaign,
+    model: &'a Model,
+    design: &'a DesignMatrix,
+    schedule: Campaign,
+    rank: Option<usize>,
+}
+
+impl<'a> Search<'a> {
+    fn new(campaign: &'a Campaign, model: &'a Model, design: &'a DesignMatrix) -> Self {
+        let schedule = campaign.with_readings(candidates(campaign));
+        let rank = rank_with(campaign, design, &[]);
+        Search { campaign, model, design, schedule, rank }
+    }
+
+    /// The simplest position whose row along the direction is long, and which raises the rank.
+    fn best(&self, direction: &[(usize, f64)]) -> Option<Vec<JointState>> {
+        let unknowns = self.campaign.unknowns();
+        let mut work = self.model.workspace();
+        let mut row = vec![0.0; self.campaign.parameters.len()];
+        let mut found: Vec<(f64, usize, Vec<f64>)> = Vec::new();
+        let mut moved = 0;
+        let mut is_well = false;
+        for (reading, state) in self.schedule.readings.rows.iter().enumerate() {
+            // positions come with the fewest joints moved first; more are tried only while none separates well
+            let moves = joints_moved(&state.joints, self.campaign);
+            if moves > moved && is_well {
+                break;
+            }
+            moved = moves;
+            for sensor in 0..self.campaign.bench.sensors.len() {
+                let point = &self.design.point;
+                if self.model.predict(&self.schedule, reading, sensor, point, &mut row, &mut work).is_err() {
+                    continue;
+                }
+                let terms = || direction.iter().map(|(k, c)| row.get(*k).copied().unwrap_or_default() * c);
+                let (along, size) = (terms().sum::<f64>().abs(), terms().map(f64::abs).sum::<f64>());
+                if along > SEPARATES * size && along.is_finite() {
+                    is_well |= along > SEPARATES_WELL * size;
+                    found.push((along, reading, row.get(..unknowns).unwrap_or_default().to_vec()));
+                }
+            }
+        }
+        // of those that are equal in single precision the first: fewest joints moved
+        found.sort_by(|a, b| (b.0 as f32).total_cmp(&(a.0 as f32)).then(a.1.cmp(&b.1)));
+        let raises = |row: &[f64]| rank_with(self.campaign, self.design, row) > self.rank;
+        let best = found.iter().take(VERIFIED).find(|(_, _, row)| raises(row))?;
+        self.schedule.readings.rows.get(best.1).map(|reading| reading.joints.clone())
+    }
+}
+
+/// The rank of a design's rows and the campaign's priors, with one more row if it has any entry.
+fn rank_with(campaign: &Campaign, design: &DesignMatrix, row: &[f64]) -> Option<usize> {
+    let unknowns = campaign.unknowns();
+    let has_prior = |k: &usize| {
+        campaign.parameters.get(*k).is_some_and(|own| matches!(own.role, Role::Estimated { prior: Some(_), .. }))
+    };
+    let priors: Vec<usize> = (0..unknowns).filter(has_prior).collect();
+    let readings = design.jacobian.nrows();
+    let count = readings + priors.len() + usize::from(!row.is_empty());
+    let rows = Mat::from_fn(count, unknowns, |i, j| match i.checked_sub(readings) {
+        None => design.jacobian[(i, j)],
+        Some(p) if p < priors.len() => f64::from(priors.get(p) == Some(&j)),
+        Some(_) => row.get(j).copied().unwrap_or_default(),
+    });
+    let system = System { rows, observed: vec![0.0; count], u: vec![1.0; count], group: vec![Group::Known; count] };
+    let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
+    estimate::solve(&system, &ScaleHints::default(), &settings).ok().map(|solution| solution.rank)
 }
 
 /// Positions that this bench could take: every joint that the schedule holds still, in steps of 45 degrees; every joint that it turns, with

@@ -2,7 +2,7 @@
 
 use super::noise::{self, Noise};
 use super::robust::{self, RobustRecord};
-use super::rules::{ActiveConstraint, Constraints, Rules};
+use super::rules::{self, ActiveConstraint, Constraints, Rules};
 use super::system::{remounting, rounding, weigh};
 use super::{Remount, Settings};
 use crate::campaign::Campaign;
@@ -39,7 +39,10 @@ pub(super) struct Step {
 pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Settings) -> Result<Step> {
     let system = weigh(campaign, design, settings.weighting)?;
     let rules = Rules::at(campaign, &design.point);
-    let (elimination, contradiction) = eliminate(&system, &rules, campaign.unknowns());
+    let (elimination, contradiction) = match rules::contradiction(campaign) {
+        Some(named) => (None, Some(named)),
+        None => eliminate(&system, &rules, campaign.unknowns()),
+    };
     let remounting = match settings.remount {
         Remount::No => None,
         how => Some(remounting(campaign, design, how)),

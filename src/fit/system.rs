@@ -1,6 +1,6 @@
 //! From a design matrix and readings to the weighted system: one row for each value, then one for each prior.
 
-use super::Remount;
+use super::{Remount, resolution};
 use crate::campaign::{Campaign, Role};
 use crate::design::DesignMatrix;
 use crate::error::{Fault, Malformed, Result};
@@ -68,7 +68,8 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
     Ok(System { rows, observed, u, group })
 }
 
-/// For each estimated group, the scale that the rounding of its readings alone would have: two epsilons of the largest.
+/// For each estimated group, the scale that the rounding of its readings alone would have: two epsilons of the largest, or where they have
+/// few decimals `a/sqrt 3` of half a unit `a` of the last (JCGM 100, F.2.2.1).
 ///
 /// A campaign without noise has residuals of that size or none at all, and nothing better can be said of its scatter.
 pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<f64> {
@@ -85,7 +86,26 @@ pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &Syst
             *own = own.max(2.0 * f64::EPSILON * value.abs() / u);
         }
     }
+    let mut seen: Vec<usize> = Vec::new();
+    for (origin, group) in design.rows.iter().zip(&system.group) {
+        let Group::Estimated(g) = *group else { continue };
+        if seen.contains(&g) {
+            continue;
+        }
+        seen.push(g);
+        let rows = || design.rows.iter().zip(&system.u).filter(|(row, _)| row.sensor == origin.sensor);
+        let largest = rows().map(|(_, u)| *u).fold(0.0_f64, f64::max);
+        if let (Some(step), Some(own)) = (sensor_resolution(campaign, origin.sensor), least.get_mut(g)) {
+            *own = own.max(step / 12f64.sqrt() / largest);
+        }
+    }
     least
+}
+
+/// The last decimal place of a sensor's readings.
+pub(super) fn sensor_resolution(campaign: &Campaign, sensor: usize) -> Option<f64> {
+    let readings = campaign.readings.rows.iter();
+    resolution(readings.flat_map(|r| r.observations.iter().filter(|o| o.sensor == sensor).map(|o| o.value)))
 }
 
 /// Offsets that readings of one position share.

@@ -90,7 +90,7 @@ impl Noise {
                 continue;
             }
             if fitted.is_none() && residuals.is_none() && campaign.is_measured() {
-                residuals = Some(fit::fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() })?);
+                residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
             }
             let rows = fitted.or(residuals.as_ref()).into_iter().flat_map(|fit| {
                 let own = fit.design.rows.iter().zip(&fit.quality).filter(|(origin, _)| origin.sensor == k);

@@ -178,8 +178,8 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     Ok(Judgement {
         derived: derived(campaign, &design, &covariance, &estimate)?,
         not_estimable: match &nearby {
-            None => fit::separations(campaign, &model, &design, &estimate),
-            Some((_, design, estimate)) => fit::separations(campaign, &model, design, estimate),
+            None => fit::separations(campaign, &model, &design, &estimate, &[]),
+            Some((_, design, estimate)) => fit::separations(campaign, &model, design, estimate, &[]),
         },
         lacking: nearby.map(|(lacking, ..)| lacking),
         bounds: campaign

@@ -69,7 +69,7 @@ impl Pool {
             let point = all.reference_point();
             let design =
                 design::DesignMatrix { rows: Vec::new(), point, predicted: Vec::new(), jacobian: Mat::zeros(0, 0) };
-            fit::separations(&all, &model, &design, &estimate)
+            fit::separations(&all, &model, &design, &estimate, &[])
         } else {
             Vec::new()
         };

@@ -19,7 +19,7 @@ pub struct FitReport {
     pub bench: String,
     /// Model line of each sensor.
     pub model: BTreeMap<String, String>,
-    /// `linear` or `exact`.
+    /// `exact`, or `linear` with `--linear`.
     pub estimator: String,
     /// The estimated parameters.
     pub parameters: Vec<ParameterReport>,
@@ -35,6 +35,16 @@ pub struct FitReport {
     pub fit: FitSummary,
     /// What the readings leave free.
     pub not_estimable: Vec<NotEstimableReport>,
+    /// What is determined of parameters that are not estimable alone, with values.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub estimable_combinations: Vec<CombinationValueReport>,
+    /// Estimates that depend on the values at which something that is not estimable is held: their `U` holds only given those.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub conditional: Vec<ConditionalReport>,
+    /// Parameters whose exact and linear estimates differ by more than a tenth of their standard uncertainty, and by how many of it (exact
+    /// minus linear; with `--linear`, what Gauss-Newton would change next).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub nonlinear: BTreeMap<String, f64>,
     /// Each value that was read.
     pub readings: Vec<ReadingReport>,
     /// Correlations of the estimated parameters.
@@ -52,7 +62,7 @@ pub struct FitReport {
     /// Monte Carlo, with `--monte-carlo`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monte_carlo: Option<MonteCarloReport>,
-    /// The record of Gauss-Newton, with `--exact`.
+    /// The record of Gauss-Newton; absent with `--linear`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<ConvergenceReport>,
 }
@@ -175,6 +185,46 @@ pub struct DerivedReport {
     pub arcsec: Option<ArcsecReport>,
 }
 
+/// A combination of parameters that is determined where they alone are not.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CombinationValueReport {
+    /// Coefficient of each parameter.
+    pub combination: BTreeMap<String, f64>,
+    /// The same as a line of text.
+    pub text: String,
+    /// Unit: that of the first parameter, whose coefficient is 1.
+    pub unit: String,
+    /// Value.
+    pub value: f64,
+    /// Combined standard uncertainty.
+    pub u: Option<f64>,
+    /// Effective degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Coverage factor.
+    pub k: Option<f64>,
+    /// Expanded uncertainty.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+    /// Where the uncertainty comes from.
+    pub budget: Vec<BudgetReport>,
+    /// The same in arcseconds, where all its parameters are tilts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arcsec: Option<ArcsecReport>,
+}
+
+/// What depends on the value at which a parameter is held that is not estimable.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ConditionalReport {
+    /// The parameter that is held.
+    pub held: String,
+    /// Another value of it was tried: so far away, in `unit`, what it hides in following.
+    pub by: f64,
+    /// Unit of `by`.
+    pub unit: String,
+    /// Which estimates change by more than a tenth of their standard uncertainty, and by how many of it.
+    pub shifts: BTreeMap<String, f64>,
+}
+
 /// A covariance matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CovarianceReport {
@@ -214,6 +264,12 @@ pub struct FitSummary {
     /// Sensors whose readings scatter by no more than the rounding of their numbers; their standard deviation is that rounding.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at_rounding: Vec<String>,
+    /// The last decimal place of their readings, for those whose standard deviation is that of rounding to it, `step/sqrt 12`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub resolution: BTreeMap<String, f64>,
+    /// What a person should look at: angles that may be radians, an absurd condition number.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
     /// Closed circles whose readings disagree with all others by degrees: mean of what is left, in the sensor's unit; the worst first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inconsistent_circles: Vec<CircleReport>,
@@ -275,6 +331,9 @@ pub struct ConvergenceReport {
     pub stop: String,
     /// Parameters that the reference point does not determine and that kept their reference values.
     pub held: Vec<String>,
+    /// Parameters that no reading responds to at the reference point, where what they are multiplied by is zero: started beside it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moved: Vec<String>,
     /// Each iteration.
     pub iterations: Vec<IterationReport>,
     /// Exact minus linear estimate of each parameter.

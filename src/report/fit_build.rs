@@ -1,8 +1,9 @@
 //! The fit report from a fit.
 
 use super::fit::{
-    ArcsecReport, BudgetReport, CircleReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport,
-    FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
+    ArcsecReport, BudgetReport, CircleReport, CombinationValueReport, ConditionalReport, ConvergenceReport,
+    CovarianceReport, DerivedReport, FitReport, FitSummary, IterationReport, KnownReport, ParameterReport,
+    ReadingReport,
 };
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
@@ -25,7 +26,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         report: "fit".into(),
         bench: campaign.bench.id.clone(),
         model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
-        estimator: if fit.settings.exact { "exact" } else { "linear" }.into(),
+        estimator: fit.settings.estimator.name().into(),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
         derived: fit.derived.iter().zip(&campaign.derived).map(|(d, own)| derived(d, &own.unit)).collect(),
@@ -39,11 +40,15 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         monte_carlo: None,
         fit: summary(fit),
         not_estimable: fit.not_estimable.iter().map(|separation| not_estimable(campaign, separation)).collect(),
+        estimable_combinations: fit.combinations.iter().map(combination).collect(),
+        conditional: fit.conditional.iter().map(|own| conditional(campaign, own)).collect(),
+        nonlinear: nonlinear(fit),
         readings: readings(fit),
         convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
             converged: record.converged,
             stop: record.stop.reason().to_string(),
-            held: record.held.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
+            held: ids(campaign, &record.held),
+            moved: ids(campaign, &record.moved),
             iterations: record
                 .iterations
                 .iter()
@@ -59,6 +64,44 @@ pub fn fit_report(fit: &Fit) -> FitReport {
     }
 }
 
+fn ids(campaign: &Campaign, parameters: &[usize]) -> Vec<String> {
+    parameters.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect()
+}
+
+/// Differences of exact and linear estimates that matter.
+fn nonlinear(fit: &Fit) -> BTreeMap<String, f64> {
+    let shares = fit.parameters.iter().zip(&fit.nonlinearity);
+    shares.filter_map(|(own, share)| Some((own.id.clone(), share.filter(|share| share.abs() > 0.1)?))).collect()
+}
+
+fn combination(result: &crate::fit::CombinationResult) -> CombinationValueReport {
+    let uncertainty = result.uncertainty;
+    CombinationValueReport {
+        combination: result.combination.terms.iter().cloned().collect(),
+        text: result.combination.text.clone(),
+        unit: result.unit.clone(),
+        value: result.value,
+        u: uncertainty.map(|c| c.u),
+        dof: uncertainty.and_then(|c| finite(c.dof)),
+        k: uncertainty.map(|c| c.coverage_factor),
+        expanded: uncertainty.map(|c| c.expanded),
+        budget: budget(&result.budget),
+        arcsec: result.is_angle.then(|| arcsec(Some(result.value), uncertainty)),
+    }
+}
+
+fn conditional(campaign: &Campaign, own: &crate::fit::Conditional) -> ConditionalReport {
+    let parameter = |k: usize| campaign.parameters.get(k);
+    let id = |k: usize| parameter(k).map_or(String::new(), |p| p.id.clone());
+    let tilt = parameter(own.held).is_some_and(|p| p.kind == Kind::Tilt);
+    ConditionalReport {
+        held: id(own.held),
+        by: own.by * if tilt { ARCSEC } else { 1.0 },
+        unit: if tilt { "arcsec".into() } else { parameter(own.held).map_or(String::new(), |p| p.unit.clone()) },
+        shifts: own.shifts.iter().map(|(k, share)| (id(*k), *share)).collect(),
+    }
+}
+
 /// Correlations from covariances; 1 on the diagonal, null where a variance is zero.
 fn correlation(covariance: &[Vec<Option<f64>>]) -> Vec<Vec<Option<f64>>> {
     let element = |i: usize, j: usize| covariance.get(i).and_then(|row| row.get(j)).copied().flatten();
@@ -71,7 +114,9 @@ fn correlation(covariance: &[Vec<Option<f64>>]) -> Vec<Vec<Option<f64>>> {
 }
 
 fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
-    let total: f64 = contributions.iter().map(|c| c.u * c.u).sum();
+    let most = contributions.iter().map(|c| c.u).fold(0.0_f64, f64::max);
+    let square = |u: f64| if most > 0.0 { (u / most) * (u / most) } else { 0.0 };
+    let total: f64 = contributions.iter().map(|c| square(c.u)).sum();
     contributions
         .iter()
         .map(|c| BudgetReport {
@@ -83,7 +128,7 @@ fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
             c: c.sensitivity,
             source_u: c.source_u,
             dof: finite(c.dof),
-            share: if total > 0.0 { c.u * c.u / total } else { 0.0 },
+            share: if total > 0.0 { square(c.u) / total } else { 0.0 },
         })
         .collect()
 }
@@ -186,6 +231,12 @@ fn summary(fit: &Fit) -> FitSummary {
         variance: if estimated { "estimated" } else { "stated" }.into(),
         sensor_sd,
         at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
+        resolution: fit
+            .at_rounding()
+            .into_iter()
+            .filter_map(|sensor| Some((sensor.to_string(), fit.resolution_of(sensor)?)))
+            .collect(),
+        remarks: fit.remarks(),
         inconsistent_circles: fit
             .inconsistent_circles()
             .into_iter()

@@ -18,6 +18,9 @@ pub struct ConstraintsReport {
     /// Covariance of the constrained estimate on the active face (from the readings), in the order of `covariance`; null where no
     /// inequality is active. The parameters' own `u` and `interval` do not rely on it.
     pub on_face: Option<Vec<Vec<f64>>>,
+    /// Probability of a larger cost if the bounds that are active were true: chi-square, or F where the variance is estimated.
+    #[serde(default)]
+    pub p: Option<f64>,
     /// In words.
     pub verdict: String,
 }
@@ -96,13 +99,27 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
                     Some(format!("constraint {} ({}) costs {} in chi-square", c.index, c.text, significant(c.cost?)))
                 })
                 .collect();
-            if costs.is_empty() { "no bound is active: the estimate is the free one".into() } else { costs.join("; ") }
+            let contradicted = fit.bounds_p().filter(|p| *p < 1.0 - fit.settings.level).map_or(String::new(), |p| {
+                format!("; REJECTED: the readings contradict the bounds (p = {})", significant(p))
+            });
+            if costs.is_empty() {
+                "no bound is active: the estimate is the free one".into()
+            } else {
+                costs.join("; ") + &contradicted
+            }
         }
     };
     let matrix = |m: &faer::Mat<f64>| {
         (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>()
     };
-    Some(ConstraintsReport { status: status.into(), list, cost, on_face: on_face.map(matrix), verdict })
+    Some(ConstraintsReport {
+        status: status.into(),
+        list,
+        cost,
+        on_face: on_face.map(matrix),
+        p: fit.bounds_p(),
+        verdict,
+    })
 }
 
 /// A constraint as a line of text, angles in arcseconds where all its parameters are tilts.
@@ -110,7 +127,15 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
     let id = |k: &usize| campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
     let tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == crate::campaign::Kind::Tilt);
     let angles = |parameters: &[usize]| parameters.iter().all(tilt);
-    let number = super::table::trimmed;
+    // digits enough to tell bounds apart, without those of a change of units
+    let number = |x: f64| {
+        let text = super::table::significant(x, 12);
+        if text.contains('.') && !text.contains('e') {
+            text.trim_end_matches('0').trim_end_matches('.').to_string()
+        } else {
+            text
+        }
+    };
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let mut sum = String::new();

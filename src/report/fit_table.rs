@@ -2,6 +2,7 @@
 
 use super::FitReport;
 use super::table::{count, degrees_of_freedom, optional, plain, rounded, significant};
+use super::wrap::hanging;
 
 /// One line of the table of estimates.
 struct Line<'a> {
@@ -95,25 +96,8 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     text.push_str(&summary(report));
     text.push_str(&super::fit_checks_table::findings(report));
     text.push_str(&defects(report));
-    if let Some(record) = &report.convergence {
-        let steps = record.iterations.len();
-        let word = if record.converged { "converged" } else { "NOT converged" };
-        let why = if record.converged { String::new() } else { format!(" ({})", record.stop) };
-        if !record.held.is_empty() {
-            text.push_str(&format!(
-                "held at the reference point, which does not determine them (and the exact model beyond it too weakly): {}\n",
-                record.held.join(", ")
-            ));
-        }
-        text.push_str(&format!("Gauss-Newton {word} after {steps} iterations{why}; exact minus linear:"));
-        for p in &report.parameters {
-            if let Some(change) = record.change.get(&p.id) {
-                let (scale, unit) = if p.kind == "tilt" { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
-                text.push_str(format!(" {} {} {unit},", p.id, significant(change * scale, 3)).trim_end_matches(' '));
-            }
-        }
-        text = text.trim_end_matches(',').to_string() + "\n";
-    }
+    text.push_str(&instead(report));
+    text.push_str(&estimator(report));
     if with_readings {
         text.push('\n');
         text.push_str(&readings(report));
@@ -154,10 +138,15 @@ fn summary(report: &FitReport) -> String {
             for (sensor, sd) in &fit.sensor_sd {
                 match sd {
                     Some(sd) => {
-                        let how = if fit.at_rounding.contains(sensor) {
-                            "the rounding of its readings, which show no scatter"
-                        } else {
-                            "estimated from these readings"
+                        let how = match fit.resolution.get(sensor) {
+                            Some(step) => format!(
+                                "that of rounding to {} (its last digit, over sqrt 12): its readings scatter no more",
+                                significant(*step, 1)
+                            ),
+                            None if fit.at_rounding.contains(sensor) => {
+                                "the rounding of its readings, which show no scatter".into()
+                            }
+                            None => "estimated from these readings".to_string(),
                         };
                         text.push_str(&format!("residual sd of {sensor}: {}, {how}\n", significant(*sd, 4)));
                     }
@@ -176,11 +165,8 @@ fn summary(report: &FitReport) -> String {
             significant(circle.mean_residual_deg, 4)
         ));
     }
-    if let Some(error) = fit.linearisation_error.filter(|e| *e > 0.1 && report.estimator == "linear") {
-        text.push_str(&format!(
-            "note: the exact model differs from the linear one by up to {} standard uncertainties of a reading; use --exact\n",
-            significant(error, 2)
-        ));
+    for remark in &fit.remarks {
+        text.push_str(&(hanging(&format!("note: {remark}"), 2) + "\n"));
     }
     if !report.known.is_empty() {
         let known: Vec<String> = report.known.iter().map(known_text).collect();
@@ -202,6 +188,90 @@ fn known_text(known: &super::KnownReport) -> String {
     )
 }
 
+/// How far the estimator went, and what it changed.
+fn estimator(report: &FitReport) -> String {
+    let mut text = String::new();
+    let differ: Vec<String> =
+        report.nonlinear.iter().map(|(id, share)| format!("{id} {} u", significant(*share, 2))).collect();
+    let Some(record) = &report.convergence else {
+        if !differ.is_empty() {
+            let line = format!(
+                "note: one linear step is not enough here: Gauss-Newton would go on by more than 0.1 u in {}; fit without --linear",
+                differ.join(", ")
+            );
+            text.push_str(&(hanging(&line, 2) + "\n"));
+        }
+        return text;
+    };
+    if !record.moved.is_empty() {
+        let line = format!(
+            "no reading responds to {} at the reference point, where all that they are multiplied by is zero: started beside it",
+            record.moved.join(", ")
+        );
+        text.push_str(&(hanging(&line, 2) + "\n"));
+    }
+    if !record.held.is_empty() {
+        let line = format!(
+            "held where the iteration began, since the exact model determines them too weakly beyond it: {}",
+            record.held.join(", ")
+        );
+        text.push_str(&(hanging(&line, 2) + "\n"));
+    }
+    let steps = count(record.iterations.len(), "iteration");
+    let line = if record.converged {
+        let linear = if differ.is_empty() {
+            "the linear estimates (--linear) are the same within 0.1 u".to_string()
+        } else {
+            format!(
+                "the linear estimates (--linear) differ by more than 0.1 u (exact minus linear): {}",
+                differ.join(", ")
+            )
+        };
+        format!("Gauss-Newton converged after {steps}; {linear}")
+    } else {
+        format!("Gauss-Newton NOT converged after {steps} ({})", record.stop)
+    };
+    text.push_str(&(hanging(&line, 2) + "\n"));
+    text
+}
+
+/// Values of what is determined where single parameters are not, and which estimates hold only given what is held.
+fn instead(report: &FitReport) -> String {
+    let mut text = String::new();
+    if !report.estimable_combinations.is_empty() {
+        let rows: Vec<Vec<String>> = report
+            .estimable_combinations
+            .iter()
+            .map(|own| {
+                let (value, u, expanded, unit) = match own.arcsec {
+                    Some(a) => (a.value, a.u, a.expanded, "arcsec"),
+                    None => (Some(own.value), own.u, own.expanded, own.unit.as_str()),
+                };
+                vec![
+                    own.text.clone(),
+                    optional(value, |v| rounded(v, u)),
+                    optional(u, |u| rounded(u, Some(u))),
+                    optional(expanded, |e| rounded(e, u)),
+                    unit.to_string(),
+                ]
+            })
+            .collect();
+        text.push_str(&plain(&["estimable combination", "estimate", "u", "U", "unit"], &rows));
+    }
+    for own in &report.conditional {
+        let shifts: Vec<String> = own.shifts.iter().map(|(id, u)| format!("{id} {} u", significant(*u, 2))).collect();
+        let line = format!(
+            "U holds only for {} as held: another value of it, {} {} away, changes {}",
+            own.held,
+            significant(own.by, 3),
+            own.unit,
+            shifts.join(", ")
+        );
+        text.push_str(&(hanging(&line.replace("  ", " "), 2) + "\n"));
+    }
+    text
+}
+
 fn defects(report: &FitReport) -> String {
     let mut text = String::new();
     for defect in &report.not_estimable {
@@ -211,7 +281,11 @@ fn defects(report: &FitReport) -> String {
         }
         let only: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
         if only.is_empty() {
-            text.push_str(" no reading responds to it");
+            text.push_str(if defect.weak {
+                " no reading responds to it at this point"
+            } else {
+                " no reading responds to it"
+            });
         } else {
             let verb = if only.len() == 1 { "is" } else { "are" };
             text.push_str(&format!(" only {} {verb} estimable here", only.join(" and ")));
@@ -221,7 +295,7 @@ fn defects(report: &FitReport) -> String {
                 let keys: Vec<String> = position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
                 text.push_str(&format!("\n  a reading at {} would separate it\n", keys.join(", ")));
             }
-            None => text.push_str("\n  no position of this bench would separate it\n"),
+            None => text.push_str(&format!("\n  {}\n", defect.nowhere())),
         }
     }
     text

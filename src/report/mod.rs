@@ -62,8 +62,8 @@ pub use diagnose::{
     UnexplainedReport, alias_note, diagnose_report, diagnose_table,
 };
 pub use fit::{
-    ArcsecReport, BudgetReport, ConvergenceReport, CovarianceReport, DerivedReport, FitReport, FitSummary,
-    IterationReport, KnownReport, ParameterReport, ReadingReport,
+    ArcsecReport, BudgetReport, CombinationValueReport, ConditionalReport, ConvergenceReport, CovarianceReport,
+    DerivedReport, FitReport, FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
 pub use fit_build::fit_report;
 pub use provenance::Input;

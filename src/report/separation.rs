@@ -21,6 +21,21 @@ pub struct NotEstimableReport {
     pub estimable: Vec<CombinationReport>,
     /// The further position that would separate it, as reading keys; null if no position of this bench would.
     pub separate_by: Option<PositionReport>,
+    /// Do readings respond to it, but only in the second order, or through a factor that they do not tell from zero? Then nothing is known of
+    /// other positions.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub weak: bool,
+}
+
+impl NotEstimableReport {
+    /// What is said where no position is named that would separate it.
+    pub(super) fn nowhere(&self) -> &'static str {
+        if self.weak {
+            "beyond this point readings respond to it, through what is zero here or hardly told from zero: state a value, a prior or a start"
+        } else {
+            "no position of this bench would separate it"
+        }
+    }
 }
 
 /// A position as reading keys, for example `{ "alpha_deg": 270, "gamma_deg_s": 20 }`.
@@ -52,6 +67,7 @@ pub(super) fn not_estimable(campaign: &Campaign, separation: &Separation) -> Not
         hides,
         estimable: separation.estimable.iter().map(combination).collect(),
         separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
+        weak: separation.is_weak,
     }
 }
 

@@ -69,6 +69,9 @@ pub struct Propagated {
     pub symmetric: (f64, f64),
     /// Shortest coverage interval.
     pub shortest: (f64, f64),
+    /// Where the two ends of the symmetric interval may lie, so many trials being no more: order statistics that hold each with a
+    /// probability of 0.9999, whatever the distribution.
+    pub ends: [(f64, f64); 2],
 }
 
 /// What the trials say.
@@ -147,7 +150,8 @@ pub fn monte_carlo(
         .map(|(k, column)| {
             column.par_sort_unstable_by(f64::total_cmp);
             let (symmetric, shortest) = intervals(column, level);
-            Propagated { mean: means[k], sd: covariance[k][k].sqrt(), symmetric, shortest }
+            let ends = sampling(column, level);
+            Propagated { mean: means[k], sd: covariance[k][k].sqrt(), symmetric, shortest, ends }
         })
         .collect();
     Some(MonteCarlo { trials: kept, asked: trials, seed, outputs, covariance, ellipsoid_factor })
@@ -228,6 +232,22 @@ fn intervals(sorted: &[f64], level: f64) -> ((f64, f64), (f64, f64)) {
         }
     }
     (symmetric, shortest)
+}
+
+/// Where the ends of the symmetric interval may lie: the number of trials below a quantile is binomial, so its standard deviation is
+/// `sqrt(m p (1 - p))` places in the order (the sampling error that JCGM 101, 7.9 is about).
+fn sampling(sorted: &[f64], level: f64) -> [(f64, f64); 2] {
+    /// Two-sided probability 1e-4 of the normal distribution.
+    const DEVIATE: f64 = 3.9;
+    let m = sorted.len() as f64;
+    let at = |place: f64| {
+        sorted.get((place.max(0.0) as usize).min(sorted.len().saturating_sub(1))).copied().unwrap_or_default()
+    };
+    let end = |p: f64| {
+        let reach = 1.0 + DEVIATE * (m * p * (1.0 - p)).sqrt();
+        (at((m * p - reach).floor()), at((m * p + reach).ceil()))
+    };
+    [end(0.5 * (1.0 - level)), end(0.5 * (1.0 + level))]
 }
 
 /// The `level` quantile of `sqrt((y - mean)' C^-1 (y - mean))`.

@@ -101,7 +101,7 @@ pub fn draw<'a>(visible: &'a [(Candidate, f64)], generator: &mut Pcg64Mcg) -> &'
 
 /// The linear model of a campaign at its exact fit.
 pub fn fitted(campaign: &Campaign) -> Fit {
-    fit(campaign, &fit::Settings { exact: true, ..fit::Settings::default() }).unwrap()
+    fit(campaign, &fit::Settings::default()).unwrap()
 }
 
 /// Cosines between columns outside the model.

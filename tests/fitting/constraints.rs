@@ -1,11 +1,11 @@
 //! Constraints: an inactive one changes nothing, an active one is met to the last digit, and the rest is least squares on what is left.
 
-use crate::support::{ARCSEC, campaign, fit_with, fitted};
+use crate::support::{ARCSEC, campaign, fit_with, linear as fitted};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use tumble::campaign::{Campaign, Constraint};
-use tumble::fit::{Constraints, Fit, Settings, State};
+use tumble::fit::{Constraints, Estimator, Fit, Settings, State};
 
 const TABLE_1: &str = "li2012/li2012-table1.campaign.json";
 const INF: f64 = f64::INFINITY;
@@ -51,7 +51,7 @@ fn an_active_bound_is_met_and_the_rest_is_least_squares_on_the_face() {
     let plain = campaign(TABLE_1);
     let free = fitted(&plain);
     let limit = -150.0 * ARCSEC;
-    for settings in [Settings::default(), Settings { exact: true, ..Settings::default() }] {
+    for settings in [Settings { estimator: Estimator::Linear, ..Settings::default() }, Settings::default()] {
         let bounded = fit_with(&with(&[range(&plain, &[("dtheta_y2", 1.0)], limit, INF)]), settings);
         let fixed = fit_with(&with(&[range(&plain, &[("dtheta_y2", 1.0)], limit, limit)]), settings);
         assert_eq!(active(&bounded), vec![0]);
@@ -80,10 +80,10 @@ fn an_active_cone_is_met_and_its_normal_carries_the_gradient() {
     let plain = campaign(TABLE_1);
     let (y2, z2) = (index(&plain, "dtheta_y2"), index(&plain, "dtheta_z2"));
     let limit = 120.0 * ARCSEC;
-    for exact in [false, true] {
+    for estimator in [Estimator::Linear, Estimator::Exact] {
         let fit = fit_with(
             &with(&[Constraint::Norm { of: vec![y2, z2], at_most: limit }]),
-            Settings { exact, ..Settings::default() },
+            Settings { estimator, ..Settings::default() },
         );
         assert_eq!(active(&fit), vec![0]);
         assert!((fit.point[y2].hypot(fit.point[z2]) / limit - 1.0).abs() < 1e-12);

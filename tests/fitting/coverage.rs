@@ -8,7 +8,7 @@ use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
 use tumble::campaign::{Campaign, Constraint, Role};
 use tumble::design::Model;
-use tumble::fit::{self, Remount, Settings};
+use tumble::fit::{self, Estimator, Remount, Settings};
 use tumble::wire;
 
 const CAMPAIGNS: usize = 20_000;
@@ -64,7 +64,7 @@ fn coverage(
     disturb: impl Fn(&mut Campaign, &mut Pcg64Mcg) + Sync,
 ) -> Vec<f64> {
     let values = truth_values(campaign);
-    let settings = Settings { exact: false, ..*settings };
+    let settings = Settings { estimator: Estimator::Linear, ..*settings };
     let hits: Vec<[bool; 6]> = (0..CAMPAIGNS)
         .into_par_iter()
         .map(|k| {

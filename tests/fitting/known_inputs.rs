@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use tumble::campaign::{Campaign, Role};
-use tumble::fit::{Fit, Settings};
+use tumble::fit::{Estimator, Fit, Settings};
 
 /// The campaign with a known value moved, and with a standard uncertainty for it.
 fn with_known(campaign: &Campaign, id: &str, by: f64, u: f64) -> Campaign {
@@ -35,8 +35,8 @@ fn assert_follows(campaign: &Campaign, id: &str, u: f64, settings: Settings) {
 fn a_scale_factor_scales_the_angles() {
     for name in ["gyro-1", "gyro-2", "gyro-3", "accelerometer-1"] {
         let campaign = campaign(&format!("simulated/{name}.campaign.json"));
-        for exact in [false, true] {
-            assert_follows(&campaign, "kI", 1e-3, Settings { exact, ..Settings::default() });
+        for estimator in [Estimator::Linear, Estimator::Exact] {
+            assert_follows(&campaign, "kI", 1e-3, Settings { estimator, ..Settings::default() });
         }
         let fit = fitted(&with_known(&campaign, "kI", 0.0, 1e-3));
         let angle = fit.parameters.iter().find(|p| p.id == "dtheta_y2").expect("a tilt");

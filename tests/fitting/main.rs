@@ -1,8 +1,10 @@
 //! A campaign fitted: published tables, simulated truths, constraints, robust estimates, coverage.
 
+mod bilinear;
 mod closed_form;
 mod constraints;
 mod coverage;
+mod edges;
 mod gum;
 mod known_inputs;
 mod monte_carlo;

@@ -50,7 +50,7 @@ fn linear_fits_take_the_scripts_first_step() {
     for name in names() {
         let truth = json(&format!("simulated/{name}.truth.json"));
         let Some(step) = truth["linear_step"].as_object() else { continue };
-        let fit = fitted(&campaign(&format!("simulated/{name}.campaign.json")));
+        let fit = linear(&campaign(&format!("simulated/{name}.campaign.json")));
         for (id, expected) in step {
             let expected = number(expected);
             // printed by the script with 11 digits

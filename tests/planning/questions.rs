@@ -69,7 +69,7 @@ fn a_measured_campaign_is_judged_at_its_fit() {
     };
     let measured = simulate::simulate(&schedule, &truth, 5).unwrap();
     assert!(measured.readings.rows.iter().all(|r| r.observations[0].samples == 25.0));
-    let fitted = fit::fit(&measured, &fit::Settings { exact: true, ..fit::Settings::default() }).unwrap();
+    let fitted = fit::fit(&measured, &fit::Settings::default()).unwrap();
     let noise = Noise::with_fit(&measured, &[], &[], Some(&fitted)).unwrap();
     let judged = plan::judged_at(&measured, &[], Some(&fitted)).unwrap();
     let judgement = plan::judge(&judged.campaign, &noise, &Costs::default()).unwrap();

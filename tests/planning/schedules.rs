@@ -22,7 +22,7 @@ fn bound_of_the_parabola() {
 #[test]
 fn judgement_promises_what_the_fit_delivers() {
     let campaign = published();
-    let fitted = fit::fit(&campaign, &fit::Settings { exact: true, ..fit::Settings::default() }).unwrap();
+    let fitted = fit::fit(&campaign, &fit::Settings::default()).unwrap();
     let noise = Noise::with_fit(&campaign, &[], &[], Some(&fitted)).unwrap();
     let judged = plan::judged_at(&campaign, &[], Some(&fitted)).unwrap().campaign;
     let judgement = plan::judge(&judged, &noise, &Costs::default()).unwrap();

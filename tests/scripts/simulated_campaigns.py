@@ -1,7 +1,7 @@
 """Noiseless campaigns with a known truth: tests/data/simulated/NAME.campaign.json and NAME.truth.json.
 
 Readings come from exact_simulator.py (no small angles, 80-bit floats) and are written with all the digits of a double, so an
-exact fit of the campaign (`--exact`) must bring the truth back. That it can is checked here by a Gauss-Newton iteration of
+fit of the campaign must bring the truth back. That it can is checked here by a Gauss-Newton iteration of
 its own (central differences in 80-bit floats, numpy least squares in doubles) which starts where the campaign says: tilts
 and coefficients at 0 or at their "start", knowns at their values. The truth file holds
     truth        every value the simulator used, knowns too (tilts in rad, coefficients in the bench's units)
@@ -9,7 +9,7 @@ and coefficients at 0 or at their "start", knowns at their values. The truth fil
     rank_at_start, condition_at_start   of the column-scaled rows at the reference point, all readings weighted alike
                                         (condition null where the rank is less than the unknowns)
     gauss_newton { steps, error }       largest |found - truth| / max(|truth|, 1e-3) after those steps
-    linear_step  { name: value }        one least-squares step from the reference point: what a fit without --exact gives
+    linear_step  { name: value }        one least-squares step from the reference point: what a fit with --linear gives
                                         (one sensor, full rank; good to 1e-9 of the largest step)
 Run: python3 tests/scripts/simulated_campaigns.py   (seeded, deterministic; half a minute)
 """

@@ -4,7 +4,7 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use tumble::campaign::Campaign;
-use tumble::fit::{Fit, Settings};
+use tumble::fit::{Estimator, Fit, Settings};
 use tumble::{fit, wire};
 
 /// One arcsecond in radians.
@@ -41,9 +41,14 @@ pub fn fitted(campaign: &Campaign) -> Fit {
     fit_with(campaign, Settings::default())
 }
 
-/// The fit of a campaign by Gauss-Newton.
+/// The fit of a campaign by Gauss-Newton, as by default.
 pub fn exact(campaign: &Campaign) -> Fit {
-    fit_with(campaign, Settings { exact: true, ..Settings::default() })
+    fit_with(campaign, Settings { estimator: Estimator::Exact, ..Settings::default() })
+}
+
+/// The fit of a campaign by one linear step from the reference point.
+pub fn linear(campaign: &Campaign) -> Fit {
+    fit_with(campaign, Settings { estimator: Estimator::Linear, ..Settings::default() })
 }
 
 /// The fit of a campaign.

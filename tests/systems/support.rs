@@ -35,7 +35,7 @@ pub fn truth(path: &str) -> Truth {
 }
 
 pub fn exact() -> Settings {
-    Settings { exact: true, ..Settings::default() }
+    Settings::default()
 }
 
 /// The truth as values of all parameters of a campaign.

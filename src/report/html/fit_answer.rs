@@ -50,13 +50,25 @@ pub(super) fn answer(of: &Fit, report: &FitReport) -> Section {
     for (tone, text) in checks_page::verdicts(report) {
         section = section.verdict(tone, text);
     }
-    if let Some(error) = fit.linearisation_error.filter(|e| *e > 0.1 && report.estimator == "linear") {
+    for remark in &fit.remarks {
+        section = section.verdict(Tone::Caution, format!("{remark}."));
+    }
+    for (sensor, step) in &fit.resolution {
         section = section.verdict(
             Tone::Caution,
             format!(
-                "The exact model differs from the linear one by up to {} standard uncertainties of a reading: fit again with `--exact`.",
-                significant(error, 2)
+                "The readings of `{sensor}` scatter no more than their last digit shows: u is that of rounding to {}.",
+                significant(*step, 1)
             ),
+        );
+    }
+    let differ: Vec<String> =
+        report.nonlinear.iter().map(|(id, share)| format!("`{id}` {} u", significant(*share, 2))).collect();
+    if report.convergence.is_none() && !differ.is_empty() {
+        let what = differ.join(", ");
+        section = section.verdict(
+            Tone::Caution,
+            format!("One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in {what}. Fit without `--linear`."),
         );
     }
     if let Some(record) = &report.convergence {
@@ -64,14 +76,41 @@ pub(super) fn answer(of: &Fit, report: &FitReport) -> Section {
         let word = if record.converged { "converged" } else { "did not converge" };
         let steps = cells::count(record.iterations.len(), "iteration");
         let why = if record.converged { String::new() } else { format!(": {}", record.stop) };
-        section = section.verdict(tone, format!("Gauss-Newton {word} after {steps}{why}."));
-        if !record.held.is_empty() {
-            let what = format!(
-                "The reference point does not determine {}, and the exact model beyond it too weakly: they kept their reference values.",
-                cells::names(&record.held.iter().map(String::as_str).collect::<Vec<_>>())
-            );
-            section = section.prose(what);
+        let linear = match (record.converged, differ.is_empty()) {
+            (false, _) => String::new(),
+            (true, true) => {
+                " The linear estimates (one step from the reference point) are the same within 0.1 u.".into()
+            }
+            (true, false) => format!(
+                " The linear estimates (one step from the reference point) differ by more than 0.1 u (exact minus linear): {}.",
+                differ.join(", ")
+            ),
+        };
+        section = section.verdict(tone, format!("Gauss-Newton {word} after {steps}{why}.{linear}"));
+        if !record.moved.is_empty() {
+            section = section.prose(format!(
+                "No reading responds to {} at the reference point, where all that they are multiplied by is zero: the fit started beside it.",
+                cells::names(&record.moved)
+            ));
         }
+        if !record.held.is_empty() {
+            section = section.prose(format!(
+                "Held where the iteration began, since the exact model determines them too weakly beyond it: {}.",
+                cells::names(&record.held)
+            ));
+        }
+    }
+    for own in &report.conditional {
+        let shifts: Vec<String> = own.shifts.iter().map(|(id, u)| format!("`{id}` {} u", significant(*u, 2))).collect();
+        section = section.verdict(
+            Tone::Caution,
+            format!(
+                "U holds only for `{}` as held: another value of it, {} away, changes {}.",
+                own.held,
+                with_unit(own.by, &own.unit),
+                shifts.join(", ")
+            ),
+        );
     }
     section.prose(summary(of, report))
 }

@@ -101,10 +101,34 @@ pub(super) fn not_estimable(report: &FitReport) -> Section {
                 let keys: Vec<String> = position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
                 section.prose(format!("What would separate it: a further reading at {}.", cells::names(&keys)))
             }
+            None if defect.weak => section.prose(format!("But {}.", defect.nowhere())),
             None => {
                 section.prose("No position of this bench would separate it: it takes another bench, or a known value.")
             }
         };
+    }
+    if !report.estimable_combinations.is_empty() {
+        let mut table = Table::new(&[
+            ("determined instead", Align::Left),
+            ("estimate", Align::Decimal),
+            ("u", Align::Decimal),
+            ("U", Align::Decimal),
+            ("unit", Align::Left),
+        ]);
+        for own in &report.estimable_combinations {
+            let (value, u, expanded, unit) = match own.arcsec {
+                Some(a) => (a.value, a.u, a.expanded, "arcsec"),
+                None => (Some(own.value), own.u, own.expanded, own.unit.as_str()),
+            };
+            table.row(vec![
+                format!("`{}`", own.text),
+                cells::value(value, u),
+                cells::value(u, u),
+                cells::value(expanded, u),
+                unit.to_string(),
+            ]);
+        }
+        section = section.table(table);
     }
     section
 }

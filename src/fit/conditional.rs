@@ -1,0 +1,95 @@
+//! What estimates owe to the values at which something that is not estimable is held.
+//!
+//! To the first order nothing: no reading changes along a free direction, and an estimable parameter has no part in it. In the second order a
+//! scale factor changes with a mounting angle that hides in an installation error, and its uncertainty does not contain that.
+
+use super::parameters::ParameterResult;
+use super::{Settings, State, step};
+use crate::campaign::{Campaign, Kind};
+use crate::design::{self, Model};
+use crate::error::Result;
+use crate::estimate::Estimate;
+
+/// How estimates follow a free direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conditional {
+    /// Index of the rank defect.
+    pub defect: usize,
+    /// The parameter that is held, by index.
+    pub held: usize,
+    /// By how much it was moved, in its unit, what goes with it following.
+    pub by: f64,
+    /// Estimable parameters (by index) that then change by more than a tenth of their standard uncertainty, and by how many of it.
+    pub shifts: Vec<(usize, f64)>,
+}
+
+/// A tilt is moved by this, rad; where none takes part, coefficients by this share of themselves.
+const MOVED: f64 = 1e-3;
+/// Shifts below this share of the standard uncertainty are not listed.
+const SHIFT: f64 = 0.1;
+/// More directions than this, or more rows, are not tried.
+const MOST: usize = 12;
+const MOST_ROWS: usize = 50_000;
+
+/// Move along each free direction both ways, fit the rest again there by one step, and see what has changed.
+pub(super) fn conditional(
+    campaign: &Campaign,
+    model: &Model,
+    point: &[f64],
+    estimate: &Estimate,
+    parameters: &[ParameterResult],
+    settings: &Settings,
+) -> Result<Vec<Conditional>> {
+    let mut found = Vec::new();
+    let defects = &estimate.free_directions;
+    let rows = campaign.readings.rows.len() * campaign.bench.sensors.len();
+    if defects.is_empty() || defects.len() > MOST || rows > MOST_ROWS || !campaign.constraints.is_empty() {
+        return Ok(found);
+    }
+    let basis = estimate.factor.basis();
+    let outside: Vec<usize> = (0..campaign.unknowns()).filter(|k| !basis.contains(k)).collect();
+    let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|own| own.kind == Kind::Tilt);
+    for (defect, direction) in defects.iter().enumerate() {
+        let Some(held) = direction.terms.iter().map(|(k, _)| *k).find(|k| outside.contains(k)) else { continue };
+        let tilts = direction.terms.iter().filter(|(k, _)| is_tilt(k)).map(|(_, c)| c.abs());
+        let steepest = tilts.fold(0.0_f64, f64::max);
+        let size = |(k, c): &(usize, f64)| point.get(*k).map_or(0.0, |x| (x / c).abs());
+        let length = if steepest > 0.0 {
+            MOVED / steepest
+        } else {
+            MOVED * direction.terms.iter().map(size).filter(|x| x.is_finite()).fold(0.0_f64, f64::max)
+        };
+        if length == 0.0 {
+            continue;
+        }
+        let mut shifts: Vec<(usize, f64)> = Vec::new();
+        for sign in [1.0, -1.0] {
+            let mut moved = point.to_vec();
+            for (k, c) in &direction.terms {
+                if let Some(x) = moved.get_mut(*k) {
+                    *x += sign * length * c;
+                }
+            }
+            let mut design = design::assemble(campaign, model, &moved)?;
+            for k in &outside {
+                design.jacobian.col_as_slice_mut(*k).fill(0.0);
+            }
+            let Ok(again) = step::solve(campaign, &design, settings) else { continue };
+            for (k, result) in parameters.iter().enumerate().filter(|(_, own)| own.state != State::NotEstimable) {
+                let Some(u) = result.uncertainty.map(|own| own.u).filter(|u| *u > 0.0) else { continue };
+                let along = direction.terms.iter().find(|(j, _)| *j == k).map_or(0.0, |(_, c)| sign * length * c);
+                let share = (again.change.get(k).copied().unwrap_or_default() + along).abs() / u;
+                match shifts.iter_mut().find(|(j, _)| *j == k) {
+                    Some((_, before)) => *before = before.max(share),
+                    None => shifts.push((k, share)),
+                }
+            }
+        }
+        shifts.retain(|(_, share)| *share > SHIFT && share.is_finite());
+        let by = direction.terms.iter().find(|(k, _)| *k == held).map_or(0.0, |(_, c)| (length * c).abs());
+        if !shifts.is_empty() {
+            found.push(Conditional { defect, held, by, shifts });
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,84 @@
+//! What a person should look at though nothing is wrong with the question: angles that may be radians, an absurd condition number.
+
+use super::Fit;
+use crate::campaign::{Campaign, JointState};
+use std::f64::consts::TAU;
+
+/// Above this the scaled columns are so nearly dependent that units cannot be the reason.
+const ABSURD: f64 = 1e6;
+/// A value read as radians is this near (degrees) to a multiple of `STEP` degrees: three decimals of a radian.
+const NEAR: f64 = 0.06;
+const STEP: f64 = 5.0;
+/// A decimal has so many places at most; more digits are those of a computation.
+const PLACES: usize = 12;
+
+/// The last decimal place that a sensor's readings show, as the finest of all; `None` where they have the digits of a computation.
+///
+/// `0.0614, -0.06` are read to 0.0001: a number that ends in zeros does not show where its digits end, so the finest of all counts.
+pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut most: Option<usize> = None;
+    for value in values {
+        let text = format!("{value}");
+        let places = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        if places > PLACES || text.chars().filter(char::is_ascii_digit).count() > 14 {
+            return None;
+        }
+        most = Some(most.unwrap_or(0).max(places));
+    }
+    most.map(|places| 10f64.powi(-(places as i32)))
+}
+
+pub(super) fn remarks(fit: &Fit) -> Vec<String> {
+    let campaign = &fit.campaign;
+    let absurd = fit.estimate.condition.filter(|condition| *condition > ABSURD);
+    let mut found: Vec<String> = angles(campaign)
+        .into_iter()
+        .filter_map(|(name, values)| {
+            radians(&values, fit.estimate.condition.unwrap_or(1.0))
+                .then(|| format!("all values of {name} lie within 6.3 degrees and would go round the circle as radians: are they radians?"))
+        })
+        .collect();
+    if let Some(condition) = absurd {
+        found.push(format!(
+            "condition {condition:.1e}: the readings hardly tell some parameters apart; look at the units of the inputs and at the correlations"
+        ));
+    }
+    found
+}
+
+/// Each joint's commanded angles and each column in degrees that a model line uses.
+fn angles(campaign: &Campaign) -> Vec<(String, Vec<f64>)> {
+    let mut found: Vec<(String, Vec<f64>)> = Vec::new();
+    for (k, joint) in campaign.bench.joints().enumerate() {
+        let angle = |state: &JointState| match state {
+            JointState::Held { angle_deg } | JointState::Passing { angle_deg, .. } => Some(*angle_deg),
+            _ => None,
+        };
+        let states = campaign.readings.rows.iter().filter_map(|reading| reading.joints.get(k));
+        found.push((format!("{joint}_deg"), states.filter_map(angle).collect()));
+    }
+    let used: Vec<&str> = campaign.bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+    for (k, column) in campaign.readings.columns.iter().enumerate() {
+        if column.ends_with("_deg") && used.contains(&column.as_str()) && found.iter().all(|(name, _)| name != column) {
+            let values = campaign.readings.rows.iter().filter_map(|reading| reading.columns.get(k).copied().flatten());
+            found.push((column.clone(), values.collect()));
+        }
+    }
+    found
+}
+
+/// Would these numbers make more sense as radians: all within a turn of radians, and as such multiples of five degrees, or all round the
+/// circle while as degrees they leave the rows nearly dependent?
+fn radians(values: &[f64], condition: f64) -> bool {
+    let mut distinct: Vec<f64> = values.iter().copied().filter(|x| *x != 0.0).collect();
+    distinct.sort_by(f64::total_cmp);
+    distinct.dedup();
+    let (Some(least), Some(most)) = (distinct.first(), distinct.last()) else { return false };
+    if distinct.len() < 3 || distinct.iter().any(|x| x.abs() > TAU + 1e-3) {
+        return false;
+    }
+    let off = |x: f64, step: f64| (x / step - (x / step).round()).abs() * step;
+    let multiples = distinct.iter().all(|x| off(x.to_degrees(), STEP) < NEAR);
+    let decimal = distinct.iter().all(|x| off(*x, 0.1) < 1e-9);
+    (multiples && !decimal) || (most - least > 4.0 && distinct.len() >= 6 && !decimal && condition > 1e3)
+}

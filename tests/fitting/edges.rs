@@ -1,0 +1,102 @@
+//! Questions at the edge of what numbers say: readings without scatter, bounds that contradict, numbers beyond a square, lines without a value.
+
+use crate::support::*;
+use tumble::fit::{self, Constraints, Settings};
+
+fn line(readings: &[(f64, f64)], more: &str) -> String {
+    let readings: Vec<String> = readings.iter().map(|(x, y)| format!("{{\"x\": {x:e}, \"y\": {y:e}}}")).collect();
+    format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "b0 + b1*x" }} }} }},
+            "estimate": {{ "b0": {{}}, "b1": {{}} }}, {more} "readings": [ {} ] }}"#,
+        readings.join(", ")
+    )
+}
+
+fn refused(text: &str) -> tumble::error::Malformed {
+    fit::fit(&parse(text), &Settings::default()).expect_err("refused")
+}
+
+/// Readings that are all 1.25 are known to half a hundredth, not to 1e-92: u of their mean is 0.01/sqrt 12/sqrt 4.
+#[test]
+fn readings_without_scatter_have_the_uncertainty_of_their_last_digit() {
+    let text = |values: [&str; 4]| {
+        let readings: Vec<String> = values.iter().map(|y| format!("{{\"y\": {y}}}")).collect();
+        format!(
+            r#"{{ "bench": {{ "id": "mean", "sensors": {{ "y": {{ "model": "m" }} }} }}, "estimate": {{ "m": {{}} }}, "readings": [ {} ] }}"#,
+            readings.join(", ")
+        )
+    };
+    let fit = fitted(&parse(&text(["1.25"; 4])));
+    assert_within(uncertainty(&fit, "m"), 0.01 / 48f64.sqrt(), 1e-15, "u of equal readings");
+    assert_eq!(fit.resolution_of("y"), Some(0.01));
+    // a scatter that the digits do show is left as it is: 1.2 and 1.3 twice each
+    let fit = fitted(&parse(&text(["1.2", "1.3", "1.2", "1.3"])));
+    assert_within(uncertainty(&fit, "m"), (0.01_f64 / 3.0 / 4.0).sqrt(), 1e-15, "u of a scatter");
+    assert_eq!(fit.resolution_of("y"), None);
+}
+
+/// 3 <= b0 <= 4 and b0 <= 2.9999999: no solver's tolerance decides, and the printed bound is the one that was asked.
+#[test]
+fn bounds_that_contradict_by_little_are_contradictory() {
+    let more = r#""constraints": [ { "of": { "b0": 1 }, "between": [3, 4] }, { "of": { "b0": -2 }, "between": [-5.9999998, 10] } ],"#;
+    let fit = fitted(&parse(&line(&[(0.0, 1.1), (1.0, 3.0), (2.0, 4.2)], more)));
+    assert!(matches!(&fit.constraints, Constraints::Contradictory(named) if *named == [0, 1]), "{:?}", fit.constraints);
+    let report = tumble::report::fit_report(&fit).constraints.expect("constraints");
+    assert_eq!(report.list[1].text, "-5.9999998 <= -2*b0 <= 10");
+}
+
+/// A bound far from the readings is a rejected answer; one that they hardly mind is not.
+#[test]
+fn a_bound_that_the_readings_contradict_is_rejected() {
+    let fit = |bound: f64| {
+        let more = format!(r#""constraints": [ {{ "of": {{ "b1": 1 }}, "between": [{bound}, 1000] }} ],"#);
+        fitted(&parse(&line(&[(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.9), (4.0, 9.1)], &more)))
+    };
+    let far = fit(100.0);
+    assert!(far.is_rejected() && far.bounds_p().expect("active") < 1e-6);
+    let near = fit(2.01);
+    assert!(!near.is_rejected() && near.bounds_p().expect("active") > 0.05, "{:?}", near.bounds_p());
+}
+
+/// Squares of 1e-200 are zero: refused, with the reading.
+#[test]
+fn numbers_beyond_a_square_are_refused_with_their_place() {
+    let small = refused(&line(&[(0.0, 1e-200), (1.0, 3e-200), (2.0, 4e-200)], ""));
+    assert!(small.what().contains("largest reading of y") && small.place().path == "readings[2]", "{small:?}");
+    let large = refused(&line(&[(0.0, 1.0), (1e150, 3.0), (2.0, 4.0)], ""));
+    assert!(large.what().contains("column x") && large.place().path == "readings[1]", "{large:?}");
+    let known = line(&[(0.0, 1.0), (1.0, 3.0), (2.0, 4.0)], r#""known": { "c": { "value": 1e300 } },"#)
+        .replace("b0 + b1*x", "b0 + b1*x + c");
+    assert_eq!(refused(&known).place().path, "known.c");
+}
+
+/// b1/x at x = 0: which reading, which term, which inputs.
+#[test]
+fn a_term_without_a_value_is_named() {
+    let text = line(&[(1.0, 1.0), (2.0, 3.0), (0.0, 4.0)], "").replace("b0 + b1*x", "b0 + (b1 + 1)/x");
+    let error = refused(&text);
+    assert_eq!(error.place().path, "readings[2]");
+    assert!(error.what().contains("model line of y has no value"), "{error:?}");
+    assert_eq!(error.finding(), Some("(b1 + 1)/x with b1 = 0, x = 0"));
+}
+
+/// Radians in a column of degrees are remarked; degrees are not.
+#[test]
+fn radians_under_degrees_are_remarked() {
+    let campaign = |scale: f64| {
+        let readings: Vec<String> = (0..8)
+            .map(|k| {
+                let degrees = 45.0 * f64::from(k);
+                let value = 1.3 * degrees.to_radians().sin() + 0.01 + 1e-4 * f64::from(k % 3);
+                format!("{{\"beta_deg\": {:.4}, \"V\": {value:.5}}}", degrees * scale)
+            })
+            .collect();
+        parse(&format!(
+            r#"{{ "bench": "accelerometer-plumb-plane", "estimate": {{ "kI": {{}}, "V0": {{}} }}, "readings": [ {} ] }}"#,
+            readings.join(", ")
+        ))
+    };
+    assert!(fitted(&campaign(1.0)).remarks().is_empty());
+    let remarks = fitted(&campaign(1f64.to_radians())).remarks();
+    assert!(remarks.iter().any(|remark| remark.contains("beta_deg") && remark.contains("radians")), "{remarks:?}");
+}
