@@ -20,7 +20,7 @@
 //! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
 //! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
 //! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |
-//! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks |
+//! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks; what scatters |
 //! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |

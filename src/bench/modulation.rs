@@ -43,4 +43,11 @@ impl Modulation {
     pub fn factor(&self, angles: &[f64], scratch: &mut Scratch) -> f64 {
         self.tape.value(angles, scratch)
     }
+
+    /// The factor's derivatives by the joints' angles, in chain order.
+    pub fn slopes(&self, angles: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+        let mut slopes = vec![0.0; angles.len()];
+        self.tape.gradient(angles, scratch, &mut slopes);
+        slopes
+    }
 }

@@ -6,10 +6,12 @@
 
 mod parameters;
 mod readings;
+mod scatter;
 mod units;
 
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
+pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};
 pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
@@ -30,6 +32,8 @@ pub struct Campaign {
     pub constraints: Vec<Constraint>,
     /// Quantities computed from parameters.
     pub derived: Vec<Derived>,
+    /// What scatters beyond the readings' own noise.
+    pub scatter: Vec<Scatter>,
     /// The readings, or the positions of a schedule.
     pub readings: Readings,
 }
@@ -117,7 +121,15 @@ impl Campaign {
                 parameters.push(Parameter::assumed_zero(&bench, &units, name, *kind));
             }
         }
-        Ok(Campaign { bench, units, parameters, constraints: Vec::new(), derived: Vec::new(), readings })
+        Ok(Campaign {
+            bench,
+            units,
+            parameters,
+            constraints: Vec::new(),
+            derived: Vec::new(),
+            scatter: Vec::new(),
+            readings,
+        })
     }
 
     /// How many parameters are estimated; they are the first of [`Campaign::parameters`].

@@ -1,4 +1,4 @@
-//! Rate and specific force at the sensor at one instant, and their exact derivatives with respect to every tilt.
+//! Rate and specific force at the sensor at one instant, and their exact derivatives with respect to every tilt and, where asked for, joint.
 
 use crate::algebra::Scratch;
 use crate::bench::{Axis, Bench, Link, sin_cos_deg};
@@ -24,6 +24,12 @@ pub struct Kinematics {
     pub rate_by_tilt: Vec<Vector3<f64>>,
     /// d force / d tilt, for each tilt in chain order.
     pub force_by_tilt: Vec<Vector3<f64>>,
+    /// Are derivatives by the joints' angles wanted too?
+    pub wants_joints: bool,
+    /// d rate / d angle (rad) of each joint in chain order; empty where not wanted.
+    pub rate_by_joint: Vec<Vector3<f64>>,
+    /// d force / d angle (rad) of each joint in chain order; empty where not wanted.
+    pub force_by_joint: Vec<Vector3<f64>>,
     turns: Vec<Turn>,
     angles: Vec<f64>,
     scratch: Scratch,
@@ -45,10 +51,12 @@ struct Turn {
     sin_cos: (f64, f64),
     /// The factor of a tilt.
     factor: f64,
+    /// A joint's own rate, in the bench's unit.
+    rate: f64,
 }
 
 impl Turn {
-    const NONE: Turn = Turn { angle: 0.0, in_degrees: true, sin_cos: (0.0, 1.0), factor: 1.0 };
+    const NONE: Turn = Turn { angle: 0.0, in_degrees: true, sin_cos: (0.0, 1.0), factor: 1.0, rate: 0.0 };
 
     fn to(&mut self, angle: f64, in_degrees: bool) {
         if angle != self.angle || in_degrees != self.in_degrees {
@@ -65,7 +73,7 @@ impl Turn {
 /// `S_k = Rn^T ... R(k+1)^T` are all later rotations, multiplied up from the sensor back to the ground. `tilts` are in radians, in chain
 /// order; missing joints or tilts count as zero. No small angles anywhere.
 pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
-    let Kinematics { rate, force, rate_by_tilt, force_by_tilt, turns, angles, scratch } = out;
+    let Kinematics { rate, force, rate_by_tilt, force_by_tilt, turns, angles, scratch, .. } = out;
     (*rate, *force) = (bench.earth_rate(), bench.specific_force());
     rate_by_tilt.clear();
     force_by_tilt.clear();
@@ -81,6 +89,7 @@ pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kin
                 turn.to(instant.angle_deg.get(joint).copied().unwrap_or_default(), true);
                 let turning = instant.rate_deg_s.get(joint).copied().unwrap_or_default() * per_deg_s;
                 joint += 1;
+                turn.rate = turning;
                 *rate = about.to_inner(rate, turn.sin_cos);
                 *force = about.to_inner(force, turn.sin_cos);
                 if turning != 0.0 {
@@ -99,6 +108,10 @@ pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kin
             }
         }
     }
+    if out.wants_joints {
+        by_joints(bench, tilts, out);
+    }
+    let Kinematics { rate_by_tilt, force_by_tilt, turns, .. } = out;
     // from the sensor back to the ground: later rotations carry the derivatives to the sensor
     let mut later = [Vector3::x(), Vector3::y(), Vector3::z()];
     let mut derivatives = rate_by_tilt.iter_mut().zip(force_by_tilt.iter_mut()).rev();
@@ -113,6 +126,57 @@ pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kin
         if turn.angle != 0.0 {
             turn_back(&mut later, *about, turn.sin_cos);
         }
+    }
+}
+
+/// Derivatives by the joints' angles, once `turns` are those of this instant: a joint turns what comes to it, and through the factors of
+/// tilts also what comes to those.
+fn by_joints(bench: &Bench, tilts: &[f64], out: &mut Kinematics) {
+    let Kinematics { rate, force, rate_by_joint, force_by_joint, turns, angles, scratch, .. } = out;
+    for list in [&mut *rate_by_joint, &mut *force_by_joint] {
+        list.clear();
+        list.resize(angles.len(), Vector3::zeros());
+    }
+    // in the sensor's frame a rotation about `axis` at some place of the chain changes v by -(S axis) x v_there, carried by S; and the
+    // rotations' own rates that enter later are not turned: so from the sensor back, undoing what each link has done
+    let (mut rate, mut force) = (*rate, *force);
+    let mut later = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let (mut joint, mut tilt) = (angles.len(), tilts.len());
+    for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
+        let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
+        let [x, y, z] = &later;
+        let to_sensor = |v: &Vector3<f64>| x * v.x + y * v.y + z * v.z;
+        let turned = |v: &Vector3<f64>| to_sensor(&about.derivative(v));
+        match link {
+            Link::Joint { .. } => {
+                joint = joint.saturating_sub(1);
+                if let (Some(by_rate), Some(by_force)) = (rate_by_joint.get_mut(joint), force_by_joint.get_mut(joint)) {
+                    *by_rate += turned(&rate);
+                    *by_force += turned(&force);
+                }
+            }
+            Link::Tilt { times, .. } => {
+                tilt = tilt.saturating_sub(1);
+                let size = tilts.get(tilt).copied().unwrap_or_default();
+                if let Some(times) = times.as_ref().filter(|_| size != 0.0) {
+                    let slopes = times.slopes(angles, scratch);
+                    for ((slope, by_rate), by_force) in
+                        slopes.iter().zip(rate_by_joint.iter_mut()).zip(force_by_joint.iter_mut())
+                    {
+                        *by_rate += turned(&rate) * (size * slope);
+                        *by_force += turned(&force) * (size * slope);
+                    }
+                }
+            }
+        }
+        // back into the frame before this link
+        let (sin, cos) = turn.sin_cos;
+        if turn.angle != 0.0 {
+            rate = about.to_inner(&rate, (-sin, cos));
+            force = about.to_inner(&force, (-sin, cos));
+            turn_back(&mut later, *about, turn.sin_cos);
+        }
+        rate -= about.unit() * turn.rate;
     }
 }
 
@@ -147,6 +211,33 @@ fn turn_back(later: &mut [Vector3<f64>; 3], about: Axis, (sin, cos): (f64, f64))
 mod tests {
     use super::*;
     use nalgebra::Rotation3;
+
+    /// Derivatives by the joints' angles, turning joints and tilts that follow the angles included, against central differences.
+    #[test]
+    fn derivatives_by_joints_are_differences() {
+        let text = crate::bench::built_in("imu-three-axis-table").map(|own| own.text).unwrap_or_default();
+        let source = crate::wire::Source { name: "imu".into(), text: text.into() };
+        let bench = crate::wire::read_bench(&source).unwrap();
+        let instant = Instant { angle_deg: vec![37.0, -122.0, 200.0], rate_deg_s: vec![0.0, 15.0, -3.0] };
+        let tilts: Vec<f64> = (0..bench.tilts().count()).map(|k| 1e-2 * (k as f64 - 4.0)).collect();
+        let mut found = Kinematics { wants_joints: true, ..Kinematics::default() };
+        kinematics(&bench, &tilts, &instant, &mut found);
+        for joint in 0..3 {
+            let h = 1e-3_f64;
+            let at = |step: f64| {
+                let mut moved = instant.clone();
+                moved.angle_deg[joint] += step;
+                let mut out = Kinematics::default();
+                kinematics(&bench, &tilts, &moved, &mut out);
+                (out.rate, out.force)
+            };
+            let ((rate_up, force_up), (rate_down, force_down)) = (at(h), at(-h));
+            let step = 2.0 * h.to_radians();
+            // h^2 of the third derivative (1.7e-5 rad squared), and eps/h of rounding in rates of 15
+            assert!((found.rate_by_joint[joint] - (rate_up - rate_down) / step).norm() < 1e-8, "{joint}");
+            assert!((found.force_by_joint[joint] - (force_up - force_down) / step).norm() < 1e-8, "{joint}");
+        }
+    }
 
     /// Every rotation as a matrix, and derivatives by central differences: nothing shared with what is tested but the chain.
     #[test]

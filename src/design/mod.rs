@@ -32,6 +32,8 @@ pub struct DesignMatrix {
     pub predicted: Vec<f64>,
     /// rows x parameters; the first columns belong to the estimated parameters.
     pub jacobian: Mat<f64>,
+    /// rows x joints, by the joints' angles in radians; without columns where the model was not asked for them.
+    pub by_joint: Mat<f64>,
 }
 
 /// The value that a row predicts.
@@ -73,7 +75,9 @@ fn nearest_turn(campaign: &Campaign, origin: Option<&RowOrigin>, value: f64) -> 
 /// Errors: `Missing` for a column that a model line uses and a reading lacks, with the reading's place.
 pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<DesignMatrix> {
     let rows = rows(campaign);
-    let mut jacobian = Mat::zeros(rows.len(), campaign.parameters.len());
+    let parameters = campaign.parameters.len();
+    let mut jacobian = Mat::zeros(rows.len(), parameters);
+    let mut by_joint = Mat::zeros(rows.len(), model.joint_derivatives());
     let mut predicted = vec![0.0; rows.len()];
     let mut work = model.workspace();
     let mut sensors = Vec::new();
@@ -88,10 +92,13 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
                 *slot = nearest_turn(campaign, of_reading.get(place), value);
             }
             for (j, derivative) in gradient.iter().enumerate() {
-                jacobian[(i, j)] = *derivative;
+                match j.checked_sub(parameters) {
+                    None => jacobian[(i, j)] = *derivative,
+                    Some(joint) => by_joint[(i, joint)] = *derivative,
+                }
             }
         })?;
         start += of_reading.len();
     }
-    Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian })
+    Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian, by_joint })
 }

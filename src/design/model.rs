@@ -15,6 +15,8 @@ pub struct Model {
     /// Parameter index of each tilt, in chain order.
     tilts: Vec<usize>,
     parameters: usize,
+    /// Joints by whose angles predictions are differentiated too; 0 where nobody asks.
+    joints: usize,
 }
 
 /// Buffers that predictions reuse.
@@ -54,12 +56,26 @@ impl Model {
             })
             .collect::<Result<_>>()?;
         let tilts = campaign.bench.tilts().filter_map(|name| campaign.parameter_index(name)).collect();
-        Ok(Model { sensors, tilts, parameters: campaign.parameters.len() })
+        let deviates = campaign.scatter.iter().any(|line| line.is_of_a_joint());
+        let joints = if deviates { campaign.bench.joints().count() } else { 0 };
+        Ok(Model { sensors, tilts, parameters: campaign.parameters.len(), joints })
+    }
+
+    /// The same, with derivatives by the angles of all joints.
+    pub fn with_joints(campaign: &Campaign) -> Result<Self> {
+        Ok(Model { joints: campaign.bench.joints().count(), ..Model::new(campaign)? })
+    }
+
+    /// How many derivatives by joints' angles follow those by parameters in a gradient: all joints, or none.
+    pub fn joint_derivatives(&self) -> usize {
+        self.joints
     }
 
     /// Buffers for [`Model::predict`].
     pub fn workspace(&self) -> Workspace {
-        Workspace::default()
+        let mut work = Workspace::default();
+        work.kinematics.wants_joints = self.joints > 0;
+        work
     }
 
     /// The tilts of the chain among the values of all parameters, in chain order.
@@ -89,7 +105,8 @@ impl Model {
         Ok(mean)
     }
 
-    /// The same for several sensors of one reading, which share the inputs: `visit(place in sensors, mean, gradient)`.
+    /// The same for several sensors of one reading, which share the inputs: `visit(place in sensors, mean, gradient)`; where wanted, derivatives
+    /// by the joints' angles (rad) follow those by the parameters.
     pub fn predict_all(
         &self,
         campaign: &Campaign,
@@ -116,7 +133,7 @@ impl Model {
                 .expected(format!("a number for {column} in every reading"))
                 .at_path(row.place.clone()));
             }
-            gathered.restart(*sensor, model.smoothness_for(&row.joints), self.parameters);
+            gathered.restart(*sensor, model.smoothness_for(&row.joints), self.parameters + self.joints);
         }
         for first in 0..sensors.len() {
             // sensors of one smoothness average over the same instants
@@ -144,7 +161,7 @@ impl Model {
                 model.fill(&context, inputs);
                 slopes.resize(model.slots.len(), 0.0);
                 own.mean += weight * model.tape.gradient(inputs, scratch, slopes);
-                own.add(&model.slots, slopes, &self.tilts, at, weight);
+                own.add(&model.slots, slopes, (&self.tilts, self.parameters), at, weight);
             }
         });
     }
@@ -187,7 +204,14 @@ impl Gathered {
     }
 
     /// Add one instant: slopes by parameters as they are, slopes by inputs through the inputs' derivatives by the tilts.
-    fn add(&mut self, slots: &[Slot], slopes: &[f64], tilts: &[usize], at: &Kinematics, weight: f64) {
+    fn add(
+        &mut self,
+        slots: &[Slot],
+        slopes: &[f64],
+        (tilts, parameters): (&[usize], usize),
+        at: &Kinematics,
+        weight: f64,
+    ) {
         let mut add = |parameter: usize, derivative: f64, size: f64| {
             if let (Some(sum), Some(sizes)) = (self.gradient.get_mut(parameter), self.magnitude.get_mut(parameter)) {
                 *sum += weight * derivative;
@@ -201,14 +225,20 @@ impl Gathered {
                 Slot::Parameter(k) => add(*k, *slope, slope.abs()),
                 Slot::Rate(direction) => accumulate(&mut by_rate, direction, *slope),
                 Slot::Force(direction) => accumulate(&mut by_force, direction, *slope),
-                Slot::Joint(_) | Slot::Column(_) => {}
+                // without derivatives by joints there is no such place, and nothing is added
+                Slot::Joint(k) => add(parameters + k, *slope, slope.abs()),
+                Slot::Column(_) => {}
             }
         }
-        for (by_input, by_tilt) in [(by_rate, &at.rate_by_tilt), (by_force, &at.force_by_tilt)] {
-            let [sum, size] = by_input;
+        let by_rate = (by_rate, &at.rate_by_tilt, &at.rate_by_joint);
+        let by_force = (by_force, &at.force_by_tilt, &at.force_by_joint);
+        for ([sum, size], by_tilt, by_joint) in [by_rate, by_force] {
             if size != Vector3::zeros() {
                 for (parameter, derivative) in tilts.iter().zip(by_tilt) {
                     add(*parameter, sum.dot(derivative), size.dot(&derivative.abs()));
+                }
+                for (joint, derivative) in by_joint.iter().enumerate() {
+                    add(parameters + joint, sum.dot(derivative), size.dot(&derivative.abs()));
                 }
             }
         }

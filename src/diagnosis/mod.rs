@@ -84,7 +84,7 @@ pub use settings::Settings;
 pub use steps::{GapStep, Step};
 
 use crate::campaign::{Campaign, JointState};
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Fit, Stop};
 use crate::simulate::Regressor;
 
@@ -236,6 +236,12 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
 }
 
 fn diagnose_readings(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
+    if let Some(line) = campaign.scatter.first() {
+        return Err(Malformed::new(Fault::Value, "a diagnosis does not take what scatters into account yet")
+            .expected("a campaign without lines of \"scatter\"; `tumble fit` takes them")
+            .found(line.name(campaign))
+            .at_path(line.place.clone()));
+    }
     let assumed = assumptions::hold(campaign)?;
     let question = campaign;
     let campaign = &assumed.campaign;

@@ -51,8 +51,12 @@ pub(super) fn positions(
     let mut candidates = fit::candidates(campaign);
     candidates.rows.truncate(LOOKED_AT);
     let sd = |sensor| SensorNoise { sd: sd(campaign, sensor), from: NoiseSource::Stated };
-    let noise =
-        Noise { sensors: (0..campaign.bench.sensors.len()).map(sd).collect(), remount: Vec::new(), tilts: None };
+    let noise = Noise {
+        sensors: (0..campaign.bench.sensors.len()).map(sd).collect(),
+        remount: Vec::new(),
+        lines: Vec::new(),
+        tilts: None,
+    };
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
     let terms: Vec<Term> = rivals.iter().map(|c| term(c)).collect();
     let least = plan::telling(&there, &offer, &term(effect), &terms).unwrap_or_default();

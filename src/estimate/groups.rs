@@ -8,7 +8,7 @@
 
 use super::compress::Compressed;
 use super::factor::Factor;
-use super::{Estimate, Group, Settings, System};
+use super::{Estimate, Group, Settings, System, scatter};
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
@@ -244,7 +244,7 @@ impl Estimate {
     ///
     /// With `G_g = Q_g' Q_g` and `W = 2 S^-1`, the covariance of the relative variances, the addition is
     /// `2 T (sum_g W_gg G_g - sum_gh W_gh G_g G_h) T'`, `T T'` being the covariance with known scales: Kenward and Roger's formula for
-    /// `V = diag(s_g^2 u^2)`.
+    /// `V = diag(s_g^2 u^2)` (`scatter/cost.rs`).
     pub fn scale_uncertainty(&self, system: &System) -> Option<ScaleUncertainty> {
         let count = count(&system.group);
         if self.group_iterations == 0 || count == 0 {
@@ -260,22 +260,16 @@ impl Estimate {
         let size: Vec<usize> = members.iter().map(Vec::len).collect();
         let information = Information::new(members.iter().map(block).collect(), &size);
         let determined = information.determined();
-        let inverse =
-            information.among(&determined).col_piv_qr().solve(Mat::<f64>::identity(determined.len(), determined.len()));
-        let mut relative = Mat::<f64>::zeros(count, count);
-        let mut middle = Mat::<f64>::zeros(q.ncols(), q.ncols());
-        for (a, &g) in determined.iter().enumerate() {
-            let gram = &information.gram;
-            middle += &gram[g] * faer::Scale(4.0 * inverse[(a, a)]);
-            let mut along = Mat::<f64>::zeros(q.ncols(), q.ncols());
-            for (b, &h) in determined.iter().enumerate() {
-                relative[(g, h)] = 2.0 * inverse[(a, b)];
-                along += &gram[h] * faer::Scale(4.0 * inverse[(a, b)]);
-            }
-            middle -= &gram[g] * along;
-        }
+        let mut s = information.s.clone();
+        s.resize_with(count, count, |_, _| 0.0);
+        let relative = scatter::spread(&s, &determined);
         let directions = self.factor.whitened_directions();
-        let correction = &directions * middle * directions.transpose();
+        let gram = &information.gram;
+        let crossing = |g: usize, h: usize| {
+            let product = &gram[g] * &gram[h];
+            if g == h { &gram[g] - product } else { product * faer::Scale(-1.0) }
+        };
+        let correction = scatter::correction(&directions, &relative, crossing);
         let finite =
             |matrix: &Mat<f64>| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)).all(|value| value.is_finite());
         (finite(&relative) && finite(&correction)).then_some(ScaleUncertainty { relative, correction })

@@ -19,9 +19,7 @@
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it |
 //! | `active_set.rs` | Newton's method on the active constraints, to the last digit |
-//! | `components.rs` | variance components and shared offsets (REML), by whitened rows |
-//! | `whitening.rs` | the covariance that they come to, and rows made independent by it |
-//! | `helmert.rs` | equations for the components, and what estimating them costs |
+//! | `scatter/` | what scatters beyond the rows' own noise: whitening, REML, Kenward and Roger |
 //! | `fold.rs` | the same estimate from rows that come in blocks |
 //!
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
@@ -31,7 +29,6 @@ mod active_set;
 mod adjust;
 mod basis;
 mod compensated;
-mod components;
 mod compress;
 mod condition;
 mod cone_program;
@@ -39,20 +36,19 @@ mod equalities;
 mod factor;
 mod fold;
 mod groups;
-mod helmert;
 mod inequalities;
 mod refine;
-mod whitening;
+pub mod scatter;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
-pub use components::{Component, Components, adjust_components};
 pub(crate) use cone_program::solver_settings;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub use fold::{Fold, Folded};
 pub use groups::{ScaleHints, ScaleUncertainty};
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
+pub use scatter::{Felt, Line, LineState, Memory, Pattern, Scattered, Whitening, adjust_scattered};
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;

@@ -40,7 +40,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     };
     let u: Vec<f64> = system.u.iter().enumerate().map(|(i, u)| u * scale(i)).collect();
     let mut checks = Checks::default();
-    if step.robust.is_none() && step.indicators.is_none() {
+    if step.robust.is_none() && step.scattered.is_none() {
         let cells = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, level);
     }
@@ -65,27 +65,25 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         // residuals are not those of least squares here
         return checks;
     }
-    let whitened = match (&step.indicators, &step.whitened_residuals) {
-        (Some(indicators), Some(residuals)) => Whitened {
-            q: estimate.factor.thin_q(),
-            residuals: residuals.clone(),
-            indicators: indicators.clone(),
+    let whitened = match &step.scattered {
+        Some(found) => Whitened {
+            sd: found.whitening.sd().to_vec(),
+            redundancy: found.redundancy.clone(),
+            residuals: found.standardized.clone(),
+            remainder: Box::new(|row| found.whitening.remainder(row, found.estimate.factor.thin_q())),
             dof: estimate.dof,
             variance_known: true,
         },
-        _ => {
-            let weight = estimate.factor.weight();
-            Whitened {
-                q: estimate.factor.thin_q(),
-                residuals: estimate.residuals.iter().zip(weight).map(|(v, w)| v * w).collect(),
-                indicators: weight.iter().enumerate().map(|(i, w)| vec![(i, *w)]).collect(),
-                dof: estimate.dof,
-                variance_known: system.group.iter().all(|g| *g == Group::Known),
-            }
-        }
+        None => Whitened::independent(
+            estimate.factor.thin_q(),
+            estimate.factor.weight(),
+            &estimate.residuals,
+            estimate.dof,
+            system.group.iter().all(|g| *g == Group::Known),
+        ),
     };
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
-    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.indicators.is_none();
+    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
     let common = if alone { scale(0) } else { 1.0 };
     checks.snooping = quality::snoop(&whitened, readings, level);
     if !step.noise.determined {

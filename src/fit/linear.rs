@@ -1,12 +1,12 @@
 //! A linear step as Gauss-Newton needs it on its way: where to go, and how far from the readings that is.
 
+use super::Settings;
 use super::step::{self, Step};
 use super::system::{rounding, weigh};
-use super::{Remount, Settings};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{self, Group, ScaleHints, System};
+use crate::estimate::{self, Group, ScaleHints, System, Whitening};
 
 /// The solution of one linear problem.
 pub(super) struct Linear {
@@ -27,8 +27,8 @@ pub(super) struct Linear {
 enum Weights {
     /// One weight for each row; robust ones included.
     Rows(Vec<f64>),
-    /// For each reading's unit error, what it is in the whitened rows.
-    Whitened(Vec<Vec<(usize, f64)>>),
+    /// What scatters beyond the rows' own noise.
+    Whitened(Box<Whitening>),
 }
 
 impl Linear {
@@ -39,7 +39,7 @@ impl Linear {
         before: Option<&Linear>,
         settings: &Settings,
     ) -> Result<Self> {
-        let plain = campaign.constraints.is_empty() && settings.robust.is_none() && settings.remount == Remount::No;
+        let plain = campaign.constraints.is_empty() && settings.robust.is_none() && campaign.scatter.is_empty();
         if !plain {
             return Ok(Linear::from(step::solve(campaign, design, settings)?));
         }
@@ -64,17 +64,7 @@ impl Linear {
     pub fn merit(&self, values: &[f64]) -> f64 {
         match &self.weights {
             Weights::Rows(weights) => values.iter().zip(weights).map(|(v, w)| (v * w).powi(2)).sum(),
-            Weights::Whitened(columns) => {
-                let mut whitened = vec![0.0; values.len()];
-                for (v, column) in values.iter().zip(columns) {
-                    for (row, entry) in column {
-                        if let Some(sum) = whitened.get_mut(*row) {
-                            *sum += entry * v;
-                        }
-                    }
-                }
-                whitened.iter().map(|v| v * v).sum()
-            }
+            Weights::Whitened(whitening) => whitening.whiten(values).iter().map(|v| v * v).sum(),
         }
     }
 }
@@ -82,8 +72,8 @@ impl Linear {
 impl From<Step> for Linear {
     fn from(step: Step) -> Self {
         let estimate = &step.estimate;
-        let weights = match step.indicators {
-            Some(columns) => Weights::Whitened(columns),
+        let weights = match step.scattered {
+            Some(found) => Weights::Whitened(Box::new(found.whitening)),
             None => {
                 // the scale of one group alone changes nothing
                 let scale = |g: usize| {

@@ -19,6 +19,7 @@ mod ranges;
 mod remarks;
 mod robust;
 mod rules;
+mod scatter;
 mod separate;
 mod starts;
 mod step;
@@ -28,11 +29,12 @@ pub use checks::Checks;
 pub use conditional::Conditional;
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
-pub use noise::{Noise, Source};
+pub use noise::{Noise, Source, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, draw};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
+pub use scatter::{own_noise, scatter_lines, stated_variances, whitening};
 pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
@@ -291,6 +293,8 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
             })
             .at_path("readings"));
     }
+    let spelled_out = scatter::spelled_out(campaign, settings.remount)?;
+    let campaign: &Campaign = &spelled_out;
     let model = Model::new(campaign)?;
     let reference = campaign.reference_point();
     let design = design::assemble(campaign, &model, &reference)?;
@@ -320,7 +324,9 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let combinations = grounds.combinations(&point);
     let known_sensitivities = grounds.known_sensitivities();
     let quality = quality::rows(&system, &estimate);
-    let global_test = quality::global_test(&system, &estimate, settings.level);
+    // with an estimated variance among them, chi-square is what that variance makes it
+    let stated = noise.sources.iter().all(|source| !source.estimated);
+    let global_test = quality::global_test(&system, &estimate, settings.level).filter(|_| stated);
     let judged = match judged_at {
         Some(point) if !estimate.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
         _ => None,
@@ -330,7 +336,8 @@ pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
     let nonlinearity = nonlinearity(campaign, &parameters, &point, at_solution, settings, convergence.as_ref())?;
     Ok(Fit {
         campaign: campaign.clone(),
-        settings: *settings,
+        // the campaign has what it stands for
+        settings: Settings { remount: Remount::No, ..*settings },
         design,
         system,
         estimate,
@@ -379,7 +386,7 @@ fn nonlinearity(
     Ok(parameters.iter().enumerate().map(of).collect())
 }
 
-/// Robust estimates stand alone: neither constraints nor shared offsets are supported beside them.
+/// Robust estimates stand alone: neither constraints nor shared deviations are supported beside them.
 fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
     if let Remount::Stated(u) = settings.remount
         && !(u > 0.0 && u.is_finite())
@@ -396,9 +403,13 @@ fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
             .expected("constraints with least squares, or a robust estimate without constraints")
             .at_path("constraints"));
     }
-    if settings.remount != Remount::No {
-        return Err(Malformed::new(Fault::Value, "robust estimation beside remounting offsets is not supported")
-            .expected("one of --robust and --remount"));
+    if settings.remount != Remount::No || !campaign.scatter.is_empty() {
+        return Err(Malformed::new(
+            Fault::Value,
+            "robust estimation beside deviations that several readings share is not supported: the weight of one reading cannot say which of \
+             them is bad",
+        )
+        .expected("a robust estimate without \"scatter\" and --remount, or least squares with them"));
     }
     Ok(())
 }

@@ -1,30 +1,41 @@
 //! What scatters in the readings, and how each estimated parameter follows it: the Type A side of every budget.
 
-use super::system::Remounting;
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Deviating, Scatter, Size};
 use crate::design::DesignMatrix;
-use crate::estimate::{Component, Components, Estimate, Group, ScaleUncertainty, System};
-use crate::uncertainty::monte_carlo::Scatter;
+use crate::estimate::{Estimate, Group, LineState, ScaleUncertainty, Scattered, System};
+use crate::uncertainty::monte_carlo;
 use crate::uncertainty::{Contribution, Evaluation};
 use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Par};
 
-/// One independent source of scatter with its variance component.
+/// One independent source of scatter.
 #[derive(Debug, Clone)]
 pub struct Source {
-    /// `readings of V`, `remounting of V`, `priors`.
+    /// `readings of V`, `beta per position`, `priors`.
     pub name: String,
-    /// Type A where its variance comes from readings (or is that of single readings), B for priors and stated offsets.
+    /// Type A where its size comes from readings (or is that of single readings), B for priors and stated deviations.
     pub evaluation: Evaluation,
-    /// Variance component; multiplies the squares of the rows' standard deviations.
+    /// Its variance in internal units; a factor where the rows have stated uncertainties.
     pub variance: f64,
     /// Is the variance estimated from these readings?
     pub estimated: bool,
     /// Degrees of freedom of the variance; infinite where it is known.
     pub dof: f64,
-    /// Rows and the standard deviation that a unit component gives each.
-    pub rows: Vec<(usize, f64)>,
-    /// The offset that each row shares; empty where rows are independent.
-    pub offset: Vec<usize>,
+    /// Its part of the covariance of the unknowns.
+    pub share: Mat<f64>,
+    /// The line of the campaign's scatter, if it is one.
+    pub line: Option<usize>,
+    /// What became of it.
+    pub state: LineState,
+    /// Correlation time of a line that has one, and its standard uncertainty where it was estimated.
+    pub tau: Option<(f64, Option<f64>)>,
+    /// At zero: the standard deviation that it could have, one standard uncertainty above.
+    pub could_be: Option<f64>,
+    /// Number of deviations; rows for the readings of a sensor.
+    pub levels: usize,
+    /// Where it stands among the estimated variances.
+    component: Option<usize>,
 }
 
 /// All sources, and how the unknowns follow each reading.
@@ -36,7 +47,7 @@ pub struct Noise {
     pub sensitivities: Mat<f64>,
     /// Covariance of the unknowns from all sources.
     pub covariance: Mat<f64>,
-    /// Covariance of the estimated variances, where they were estimated together.
+    /// Covariance of the estimated variances relative to them, where they were estimated together.
     spread: Option<Mat<f64>>,
     /// Small-sample addition to the covariance, contained in it.
     correction: Option<Mat<f64>>,
@@ -44,87 +55,67 @@ pub struct Noise {
     pub determined: bool,
 }
 
-impl Source {
-    /// `s' V s` for a component of one.
-    fn form(&self, weights: &[f64]) -> f64 {
-        let part = |(row, u): &(usize, f64)| weights.get(*row).copied().unwrap_or_default() * u;
-        if self.offset.is_empty() {
-            return self.rows.iter().map(|row| part(row).powi(2)).sum();
-        }
-        let mut sums = vec![0.0; self.offset.iter().max().map_or(0, |most| most + 1)];
-        for (row, offset) in self.rows.iter().zip(&self.offset) {
-            if let Some(sum) = sums.get_mut(*offset) {
-                *sum += part(row);
-            }
-        }
-        sums.iter().map(|sum| sum * sum).sum()
-    }
-}
-
-/// Sources of a system: each sensor's readings, then priors, then offsets that remounting adds.
-pub(super) fn sources(
-    campaign: &Campaign,
-    design: &DesignMatrix,
-    system: &System,
-    remounting: Option<&Remounting>,
-) -> Vec<Source> {
+/// The rows of each source of single rows: each sensor's readings, then the priors.
+fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<(Source, Vec<usize>)> {
     let sensors = campaign.bench.sensors.len();
-    let mut sources: Vec<Source> = Vec::new();
+    let mut sources = Vec::new();
     for s in 0..=sensors {
-        let rows: Vec<(usize, f64)> = (0..system.observed.len())
-            .filter(|i| design.rows.get(*i).map_or(sensors, |origin| origin.sensor) == s)
-            .filter_map(|i| system.u.get(i).map(|u| (i, *u)))
-            .collect();
-        let Some(group) = rows.first().and_then(|(i, _)| system.group.get(*i)) else { continue };
+        let of = |i: &usize| design.rows.get(*i).map_or(sensors, |origin| origin.sensor) == s;
+        let rows: Vec<usize> = (0..system.observed.len()).filter(of).collect();
+        let Some(group) = rows.first().and_then(|i| system.group.get(*i)) else { continue };
         let name = campaign.bench.sensors.get(s).map_or("priors".to_string(), |s| format!("readings of {}", s.id));
-        sources.push(Source {
+        let component = if let Group::Estimated(g) = group { Some(*g) } else { None };
+        let source = Source {
             name,
             evaluation: if s == sensors { Evaluation::TypeB } else { Evaluation::TypeA },
             variance: 1.0,
-            estimated: matches!(group, Group::Estimated(_)),
+            estimated: component.is_some(),
             dof: f64::INFINITY,
-            rows,
-            offset: Vec::new(),
-        });
-    }
-    for shared in remounting.map(|r| r.shared.as_slice()).unwrap_or_default() {
-        sources.push(Source {
-            name: format!("remounting of {}", shared.sensor),
-            evaluation: if shared.variance.is_some() { Evaluation::TypeB } else { Evaluation::TypeA },
-            variance: shared.variance.unwrap_or(0.0),
-            estimated: shared.variance.is_none(),
-            dof: f64::INFINITY,
-            rows: shared.rows.iter().map(|row| (*row, 1.0)).collect(),
-            offset: shared.offset.clone(),
-        });
+            share: Mat::new(),
+            line: None,
+            state: if component.is_some() { LineState::Estimated } else { LineState::Stated },
+            tau: None,
+            could_be: None,
+            levels: rows.len(),
+            component,
+        };
+        sources.push((source, rows));
     }
     sources
 }
 
-/// The same as variance components.
-pub(super) fn components(sources: &[Source]) -> Vec<Component> {
-    sources
-        .iter()
-        .map(|source| Component {
-            rows: source.rows.clone(),
-            offset: source.offset.clone(),
-            known: (!source.estimated).then_some(source.variance),
-        })
-        .collect()
+/// `sum over rows of s s' u^2 variance`.
+fn share(sensitivities: &Mat<f64>, rows: &[usize], u: &[f64], variance: f64) -> Mat<f64> {
+    let n = sensitivities.nrows();
+    let scaled = Mat::from_fn(n, rows.len(), |j, k| {
+        let i = rows[k];
+        sensitivities[(j, i)] * u.get(i).copied().unwrap_or_default()
+    });
+    let mut out = Mat::zeros(n, n);
+    matmul(&mut out, Accum::Replace, &scaled, scaled.transpose(), variance, Par::Seq);
+    out
 }
 
 impl Noise {
     /// Independent readings: the variances are the squares of the estimate's group scales.
-    pub(super) fn independent(mut sources: Vec<Source>, system: &System, estimate: &Estimate) -> Self {
-        for source in &mut sources {
-            let group = source.rows.first().and_then(|(row, _)| system.group.get(*row));
-            if let Some(Group::Estimated(g)) = group {
-                source.variance = estimate.group_scale.get(*g).copied().flatten().unwrap_or(1.0).powi(2);
-                source.dof = estimate.group_redundancy.get(*g).copied().unwrap_or_default();
+    pub(super) fn independent(
+        campaign: &Campaign,
+        design: &DesignMatrix,
+        system: &System,
+        estimate: &Estimate,
+    ) -> Self {
+        let sensitivities = estimate.factor.sensitivities();
+        let mut sources = Vec::new();
+        for (mut source, rows) in row_sources(campaign, design, system) {
+            if let Some(g) = source.component {
+                source.variance = estimate.group_scale.get(g).copied().flatten().unwrap_or(1.0).powi(2);
+                source.dof = estimate.group_redundancy.get(g).copied().unwrap_or_default();
             }
+            source.share = share(&sensitivities, &rows, &system.u, source.variance);
+            sources.push(source);
         }
         let mut noise = Noise {
-            sensitivities: estimate.factor.sensitivities(),
+            sensitivities,
             covariance: estimate.covariance.clone(),
             spread: None,
             correction: None,
@@ -133,115 +124,117 @@ impl Noise {
         };
         let several = estimate.scale_uncertainty(system).filter(|_| noise.determined);
         if let Some(ScaleUncertainty { relative, correction }) = several {
-            // which group each source's variance belongs to
-            let group = |source: &Source| match source.rows.first().and_then(|(row, _)| system.group.get(*row)) {
-                Some(Group::Estimated(g)) if source.estimated => Some(*g),
-                _ => None,
-            };
-            let count = noise.sources.len();
-            noise.spread = Some(Mat::from_fn(count, count, |a, b| {
-                let (a, b) = (&noise.sources[a], &noise.sources[b]);
-                let pair = group(a).zip(group(b));
-                pair.map_or(0.0, |(g, h)| relative[(g, h)] * a.variance * b.variance)
-            }));
+            noise.spread = Some(relative);
             noise.covariance += &correction;
             noise.correction = Some(correction);
         }
         noise
     }
 
-    /// Variances of a robust estimate: `variance` for every source that was estimated, the plain estimate's sensitivities.
-    pub(super) fn robust(mut sources: Vec<Source>, plain: &Estimate, factors: &[f64], covariance: Mat<f64>) -> Self {
-        for (source, factor) in sources.iter_mut().zip(factors) {
-            source.variance = *factor;
+    /// Variances of a robust estimate: `scale(g)` squared times `inflation`, the plain estimate's sensitivities.
+    pub(super) fn robust(
+        campaign: &Campaign,
+        design: &DesignMatrix,
+        system: &System,
+        plain: &Estimate,
+        factor: impl Fn(Option<usize>) -> f64,
+        covariance: Mat<f64>,
+    ) -> Self {
+        let sensitivities = plain.factor.sensitivities();
+        let mut sources = Vec::new();
+        for (mut source, rows) in row_sources(campaign, design, system) {
+            source.variance = factor(source.component);
             if source.evaluation == Evaluation::TypeA {
                 source.dof = plain.dof as f64;
             }
+            source.share = share(&sensitivities, &rows, &system.u, source.variance);
+            sources.push(source);
         }
-        Noise {
-            sources,
-            sensitivities: plain.factor.sensitivities(),
-            covariance,
-            spread: None,
-            correction: None,
-            determined: plain.dof > 0,
-        }
+        Noise { sources, sensitivities, covariance, spread: None, correction: None, determined: plain.dof > 0 }
     }
 
-    /// Estimated or stated variance components.
-    pub(super) fn from_components(mut sources: Vec<Source>, adjusted: &Components) -> Self {
-        for (k, (source, variance)) in sources.iter_mut().zip(&adjusted.variance).enumerate() {
-            source.variance = *variance;
-            let spread = adjusted.spread[(k, k)];
-            if source.estimated {
-                source.dof = if spread > 0.0 { 2.0 * variance * variance / spread } else { 0.0 };
+    /// Readings and lines of scatter together.
+    pub(super) fn scattered(
+        campaign: &Campaign,
+        design: &DesignMatrix,
+        own: &System,
+        found: &Scattered,
+        levels: &[usize],
+    ) -> Self {
+        let dof = |component: Option<usize>| {
+            let spread = component.map_or(0.0, |c| found.spread[(c, c)]);
+            if component.is_none() {
+                f64::INFINITY
+            } else if spread > 0.0 {
+                2.0 / spread
+            } else {
+                0.0
             }
+        };
+        let mut sources = Vec::new();
+        for (mut source, rows) in row_sources(campaign, design, own) {
+            if let Some(g) = source.component {
+                source.variance = found.group_variance.get(g).copied().flatten().unwrap_or(1.0);
+                source.dof = dof(source.component);
+            }
+            source.share = share(&found.sensitivities, &rows, &own.u, source.variance);
+            sources.push(source);
         }
-        let estimate = &adjusted.estimate;
-        let estimated = sources.iter().any(|s| s.estimated);
+        for (k, line) in campaign.scatter.iter().enumerate() {
+            let at = |list: &[f64]| list.get(k).copied().unwrap_or_default();
+            let state = found.state.get(k).copied().unwrap_or(LineState::NotFelt);
+            let estimated = line.size == Size::Estimated;
+            let component = found.component.get(k).copied().flatten();
+            sources.push(Source {
+                name: line.name(campaign),
+                evaluation: if estimated { Evaluation::TypeA } else { Evaluation::TypeB },
+                variance: at(&found.variance),
+                estimated,
+                dof: match line.size {
+                    Size::Stated { dof, .. } => dof,
+                    Size::Column(_) => f64::INFINITY,
+                    Size::Estimated if state == LineState::Estimated => dof(component),
+                    Size::Estimated => f64::INFINITY,
+                },
+                share: found.shares.get(k).cloned().unwrap_or_else(Mat::new),
+                line: Some(k),
+                state,
+                tau: found.tau.get(k).copied().flatten(),
+                could_be: found.could_be.get(k).copied().flatten(),
+                levels: levels.get(k).copied().unwrap_or_default(),
+                component: component.filter(|_| state == LineState::Estimated),
+            });
+        }
+        let estimated = sources.iter().any(|s| s.component.is_some());
         Noise {
+            sensitivities: found.sensitivities.clone(),
+            covariance: &found.estimate.covariance + &found.correction,
+            spread: estimated.then(|| found.spread.clone()),
+            correction: estimated.then(|| found.correction.clone()),
+            determined: found.group_variance.iter().all(Option::is_some),
             sources,
-            sensitivities: adjusted.sensitivities.clone(),
-            covariance: &estimate.covariance + &adjusted.correction,
-            spread: estimated.then(|| adjusted.spread.clone()),
-            correction: estimated.then(|| adjusted.correction.clone()),
-            determined: !estimated || estimate.dof > 0,
         }
     }
 
     /// Every source's covariance of the unknowns, factored, with its degrees of freedom.
-    pub(super) fn scatter(&self) -> Vec<Scatter> {
-        let (n, m) = (self.sensitivities.nrows(), self.sensitivities.ncols());
-        let mut all = Vec::new();
-        if self.sources.iter().any(|s| s.variance < 0.0) {
-            let dof = self.sources.iter().map(|s| s.dof).filter(|nu| *nu > 0.0).fold(f64::INFINITY, f64::min);
-            return vec![Scatter { factor: super::propagate::factor(&self.covariance), dof }];
-        }
-        for source in self.sources.iter().filter(|s| s.variance > 0.0) {
-            // columns of the square root of V: rows, or offsets
-            let count = if source.offset.is_empty() { m } else { source.offset.iter().max().map_or(0, |k| k + 1) };
-            let mut moved = Mat::<f64>::zeros(n, count);
-            for (at, (row, u)) in source.rows.iter().enumerate() {
-                let column = source.offset.get(at).copied().unwrap_or(*row);
-                for j in 0..n {
-                    moved[(j, column)] += self.sensitivities[(j, *row)] * u * source.variance.sqrt();
-                }
-            }
-            let factor = super::propagate::factor(&(&moved * moved.transpose()));
-            all.push(Scatter { factor, dof: source.dof });
-        }
-        if let Some(correction) = &self.correction {
-            all.push(Scatter { factor: super::propagate::factor(correction), dof: f64::INFINITY });
-        }
+    pub(super) fn scatter(&self) -> Vec<monte_carlo::Scatter> {
+        let factored =
+            |share: &Mat<f64>, dof: f64| monte_carlo::Scatter { factor: super::propagate::factor(share), dof };
+        let felt = self.sources.iter().filter(|s| s.variance > 0.0 && s.share.nrows() > 0);
+        let mut all: Vec<monte_carlo::Scatter> = felt.map(|source| factored(&source.share, source.dof)).collect();
+        all.extend(self.correction.as_ref().map(|correction| factored(correction, f64::INFINITY)));
         all
-    }
-
-    /// `d (c . x) / d y`.
-    pub(super) fn weights(&self, along: &[f64]) -> Vec<f64> {
-        let mut weights = vec![0.0; self.sensitivities.ncols()];
-        for (j, c) in along.iter().enumerate().take(self.sensitivities.nrows()) {
-            if *c != 0.0 {
-                for (i, weight) in weights.iter_mut().enumerate() {
-                    *weight += c * self.sensitivities[(j, i)];
-                }
-            }
-        }
-        weights
     }
 
     /// Contributions of the readings to `c . x`, and the degrees of freedom of the Type A part where they are not those of
     /// Welch and Satterthwaite for independent sources.
     pub(super) fn contributions(&self, along: &[f64]) -> (Vec<Contribution>, Option<f64>) {
-        let weights = self.weights(along);
-        let forms: Vec<f64> = self.sources.iter().map(|source| source.form(&weights)).collect();
-        if self.sources.iter().any(|s| s.variance < 0.0) {
-            return self.merged(along, &forms);
-        }
+        let forms: Vec<f64> = self.sources.iter().map(|source| form(&source.share, along).max(0.0)).collect();
         let mut contributions: Vec<Contribution> = self
             .sources
             .iter()
             .zip(&forms)
-            .filter(|(source, form)| **form * source.variance > 0.0)
+            .filter(|(_, form)| **form > 0.0)
             .map(|(source, form)| Contribution {
                 source: source.name.clone(),
                 evaluation: source.evaluation,
@@ -249,12 +242,12 @@ impl Noise {
                 estimate: None,
                 source_u: None,
                 sensitivity: None,
-                u: (form * source.variance).sqrt(),
+                u: form.sqrt(),
                 dof: source.dof,
             })
             .collect();
         let Some(dof) = self.together(&forms) else { return (contributions, None) };
-        let added = self.added(along);
+        let added = self.correction.as_ref().map_or(0.0, |correction| form(correction, along));
         if added > 0.0 {
             contributions.push(type_a("estimated weights (Kenward-Roger)".into(), added, dof));
         }
@@ -264,44 +257,25 @@ impl Noise {
     /// Degrees of freedom of all estimated variances together (Satterthwaite, with their covariance).
     fn together(&self, forms: &[f64]) -> Option<f64> {
         let spread = self.spread.as_ref()?;
-        let estimated = self.sources.iter().zip(forms).filter(|(s, _)| s.estimated);
-        let plain: f64 = estimated.map(|(s, form)| s.variance * form).sum();
+        let estimated: Vec<(usize, f64)> =
+            self.sources.iter().zip(forms).filter_map(|(s, form)| Some((s.component?, *form))).collect();
+        let plain: f64 = estimated.iter().map(|(_, form)| form).sum();
+        let inside = |g: usize| g < spread.nrows();
         let mut of_variance = 0.0;
-        for (g, a) in forms.iter().enumerate() {
-            for (h, b) in forms.iter().enumerate() {
-                of_variance += a * b * spread[(g, h)];
+        for (g, a) in estimated.iter().filter(|(g, _)| inside(*g)) {
+            for (h, b) in estimated.iter().filter(|(h, _)| inside(*h)) {
+                of_variance += a * b * spread[(*g, *h)];
             }
         }
         Some(if of_variance > 0.0 { 2.0 * plain * plain / of_variance } else { f64::INFINITY })
     }
+}
 
-    /// What the small-sample correction adds to the variance of `c . x`.
-    fn added(&self, along: &[f64]) -> f64 {
-        let Some(correction) = &self.correction else { return 0.0 };
-        let inside = |k: usize| k < correction.nrows();
-        let pairs =
-            along.iter().enumerate().flat_map(|(i, a)| along.iter().enumerate().map(move |(j, b)| (i, j, a * b)));
-        pairs.filter(|(i, j, _)| inside(*i) && inside(*j)).map(|(i, j, ab)| ab * correction[(i, j)]).sum()
-    }
-
-    /// With a negative variance among them, sources have no contributions of their own: all estimated ones as one.
-    fn merged(&self, along: &[f64], forms: &[f64]) -> (Vec<Contribution>, Option<f64>) {
-        let dof = self.together(forms).unwrap_or(f64::INFINITY);
-        let (mut names, mut square) = (Vec::new(), self.added(along).max(0.0));
-        let mut contributions = Vec::new();
-        for (source, form) in self.sources.iter().zip(forms) {
-            if source.estimated {
-                names.push(source.name.as_str());
-                square += source.variance * form;
-            } else if *form > 0.0 {
-                let mut own = type_a(source.name.clone(), source.variance * form, source.dof);
-                own.evaluation = source.evaluation;
-                contributions.push(own);
-            }
-        }
-        contributions.push(type_a(names.join(", "), square.max(0.0), dof));
-        (contributions, Some(dof))
-    }
+/// `c' M c`.
+fn form(matrix: &Mat<f64>, along: &[f64]) -> f64 {
+    let n = matrix.nrows();
+    let own: Vec<(usize, f64)> = along.iter().copied().enumerate().filter(|(j, c)| *c != 0.0 && *j < n).collect();
+    own.iter().map(|(i, a)| own.iter().map(|(j, b)| a * b * matrix[(*i, *j)]).sum::<f64>()).sum()
 }
 
 /// A Type A contribution of many readings.
@@ -316,4 +290,9 @@ fn type_a(source: String, variance: f64, dof: f64) -> Contribution {
         u: variance.sqrt(),
         dof,
     }
+}
+
+/// Is this line a correlation, which has no size of its own?
+pub fn is_correlation(line: &Scatter) -> bool {
+    matches!(line.of, Deviating::Correlated(..))
 }

@@ -1,16 +1,17 @@
 //! One linear step from a point: weights, covariance, constraints and robustness as asked for.
 
-use super::noise::{self, Noise};
+use super::Settings;
+use super::noise::Noise;
 use super::robust::{self, RobustRecord};
 use super::rules::{self, ActiveConstraint, Constraints, Rules};
-use super::system::{remounting, rounding, weigh};
-use super::{Remount, Settings};
+use super::scatter::{own_system, scatter_lines};
+use super::system::{rounding, weigh};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{
-    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, System, adjust, adjust_components, adjust_hinted,
-    adjust_on, restrict,
+    Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
+    adjust_on, adjust_scattered, restrict,
 };
 
 /// What one step found.
@@ -27,10 +28,8 @@ pub(super) struct Step {
     pub constraints: Constraints,
     /// What the robust estimator did.
     pub robust: Option<RobustRecord>,
-    /// The rows as they were adjusted: for each reading's unit error, what it is in the whitened rows.
-    pub indicators: Option<Vec<Vec<(usize, f64)>>>,
-    /// Residuals of whitened rows, where rows were whitened.
-    pub whitened_residuals: Option<Vec<f64>>,
+    /// The rows as they were adjusted, where something scatters beyond their own noise.
+    pub scattered: Option<Scattered>,
     /// Did inner iterations (scales, components, weights) settle?
     pub settled: bool,
 }
@@ -43,29 +42,16 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         Some(named) => (None, Some(named)),
         None => eliminate(&system, &rules, campaign.unknowns()),
     };
-    let remounting = match settings.remount {
-        Remount::No => None,
-        how => Some(remounting(campaign, design, how)),
-    };
-    let sources = noise::sources(campaign, design, &system, remounting.as_ref());
     let mut robust_record = None;
     let mut settled = true;
-    let (mut indicators, mut whitened_residuals) = (None, None);
+    let mut scattered = None;
     let (mut estimate, noise) = if let Some(method) = settings.robust {
         let found = robust::estimate(&system, design.rows.len(), method, &settings.adjust)?;
         let covariance = robust::covariance(&found, &system);
-        let factors: Vec<f64> = sources
-            .iter()
-            .map(|source| {
-                let group = source.rows.first().and_then(|(row, _)| system.group.get(*row));
-                let scale = match group {
-                    Some(Group::Estimated(g)) => found.scale.get(*g).copied().unwrap_or(1.0),
-                    _ => 1.0,
-                };
-                scale * scale * found.inflation
-            })
-            .collect();
-        let noise = Noise::robust(sources, &found.plain, &factors, covariance.clone());
+        let factor = |group: Option<usize>| {
+            group.and_then(|g| found.scale.get(g)).copied().unwrap_or(1.0).powi(2) * found.inflation
+        };
+        let noise = Noise::robust(campaign, design, &system, &found.plain, factor, covariance.clone());
         let mut estimate = found.plain.clone();
         estimate.solution = found.weighted.solution;
         estimate.residuals = found.weighted.residuals;
@@ -75,14 +61,22 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         settled = found.record.converged;
         robust_record = Some(found.record);
         (estimate, noise)
-    } else if remounting.is_some() {
-        let components = noise::components(&sources);
-        let adjusted = adjust_components(&system, &components, elimination.as_ref(), &settings.adjust)?;
-        settled = adjusted.converged;
-        indicators = Some(adjusted.indicators.clone());
-        whitened_residuals = Some(adjusted.estimate.residuals.clone());
-        let noise = Noise::from_components(sources, &adjusted);
-        (as_read(&system, &noise, adjusted.estimate), noise)
+    } else if !campaign.scatter.is_empty() {
+        let lines = scatter_lines(campaign, design, &system.u);
+        let own = own_system(campaign, design, &system);
+        let least = rounding(campaign, design, &system);
+        let found = adjust_scattered(&own, &lines, elimination.as_ref(), &least, &settings.adjust)?;
+        settled = found.converged;
+        let levels: Vec<usize> = campaign
+            .scatter
+            .iter()
+            .zip(&lines)
+            .map(|(own, line)| if own.over.is_some() { line.levels() } else { own.per.levels(campaign).1 })
+            .collect();
+        let noise = Noise::scattered(campaign, design, &own, &found, &levels);
+        let estimate = as_read(&system, &noise, &found);
+        scattered = Some(found);
+        (estimate, noise)
     } else {
         let estimate = match &elimination {
             Some(elimination) => adjust_on(&system, elimination, &settings.adjust)?,
@@ -92,7 +86,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             }
         };
         settled = settled && estimate.group_converged;
-        let noise = Noise::independent(sources, &system, &estimate);
+        let noise = Noise::independent(campaign, design, &system, &estimate);
         (estimate, noise)
     };
     let mut change = estimate.solution.clone();
@@ -100,7 +94,11 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         Some(named) => Constraints::Contradictory(named),
         None if campaign.constraints.is_empty() => Constraints::None,
         None => {
-            let (constraints, restricted) = inequalities(&system, &estimate, &rules, design);
+            // whitened rows have unit variance, whatever was estimated on the way
+            let whitened = scattered.is_some();
+            let known = || System { group: vec![Group::Known; system.group.len()], ..system.clone() };
+            let weighed = if whitened { known() } else { system.clone() };
+            let (constraints, restricted) = inequalities(&weighed, &estimate, &rules, design);
             change = restricted.unwrap_or(change);
             constraints
         }
@@ -108,17 +106,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
     if change != estimate.solution {
         estimate.residuals = residuals(&system, &change);
     }
-    Ok(Step {
-        system,
-        estimate,
-        change,
-        noise,
-        constraints,
-        robust: robust_record,
-        indicators,
-        whitened_residuals,
-        settled,
-    })
+    Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled })
 }
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.
@@ -203,8 +191,8 @@ fn inequalities(
 }
 
 /// An estimate from whitened rows, with residuals, leverages and redundancies of the readings as they were read.
-fn as_read(system: &System, noise: &Noise, whitened: Estimate) -> Estimate {
-    let mut estimate = whitened;
+fn as_read(system: &System, noise: &Noise, found: &Scattered) -> Estimate {
+    let mut estimate = found.estimate.clone();
     estimate.residuals = residuals(system, &estimate.solution);
     let m = system.observed.len();
     estimate.leverage = (0..m)
@@ -214,17 +202,11 @@ fn as_read(system: &System, noise: &Noise, whitened: Estimate) -> Estimate {
         })
         .collect();
     estimate.redundancy = estimate.leverage.iter().map(|h| 1.0 - h).collect();
-    let groups = system.group.iter().filter_map(|g| if let Group::Estimated(g) = g { Some(*g) } else { None }).max();
-    let scale_of = |g: usize| {
-        let own = |s: &&noise::Source| {
-            s.offset.is_empty()
-                && s.rows.first().is_some_and(|(row, _)| system.group.get(*row) == Some(&Group::Estimated(g)))
-        };
-        noise.sources.iter().find(own).filter(|_| noise.determined).map(|s| s.variance.sqrt())
-    };
-    estimate.group_scale = groups.map_or(Vec::new(), |most| (0..=most).map(scale_of).collect());
+    estimate.group_scale = found.group_variance.iter().map(|v| v.map(f64::sqrt)).collect();
     estimate.group_redundancy = vec![estimate.dof as f64; estimate.group_scale.len()];
     estimate.covariance = noise.covariance.clone();
+    estimate.group_iterations = found.iterations;
+    estimate.group_converged = found.converged;
     estimate
 }
 

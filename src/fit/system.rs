@@ -1,6 +1,6 @@
 //! From a design matrix and readings to the weighted system: one row for each value, then one for each prior.
 
-use super::{Remount, resolution};
+use super::resolution;
 use crate::campaign::{Campaign, Role};
 use crate::design::DesignMatrix;
 use crate::error::{Fault, Malformed, Result};
@@ -106,52 +106,6 @@ pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &Syst
 pub(super) fn sensor_resolution(campaign: &Campaign, sensor: usize) -> Option<f64> {
     let readings = campaign.readings.rows.iter();
     resolution(readings.flat_map(|r| r.observations.iter().filter(|o| o.sensor == sensor).map(|o| o.value)))
-}
-
-/// Offsets that readings of one position share.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Remounting {
-    /// One for each sensor that is read.
-    pub shared: Vec<SharedOffsets>,
-}
-
-/// The offsets of one sensor.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct SharedOffsets {
-    /// The sensor's name.
-    pub sensor: String,
-    /// Rows.
-    pub rows: Vec<usize>,
-    /// Which offset each row has a part in: that of its position, or one of its own where the reading has no label.
-    pub offset: Vec<usize>,
-    /// Variance of the offsets if it is stated.
-    pub variance: Option<f64>,
-}
-
-/// Readings that share a position label share an offset; a reading without one was mounted by itself.
-pub(super) fn remounting(campaign: &Campaign, design: &DesignMatrix, how: Remount) -> Remounting {
-    let variance = if let Remount::Stated(u) = how { Some(u * u) } else { None };
-    let mut shared = Vec::new();
-    for (s, sensor) in campaign.bench.sensors.iter().enumerate() {
-        let mut labels: Vec<&str> = Vec::new();
-        let mut numbers: std::collections::HashMap<&str, usize> = std::collections::HashMap::new();
-        let (mut rows, mut offset) = (Vec::new(), Vec::new());
-        for (i, origin) in design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == s) {
-            let label = campaign.readings.rows.get(origin.reading).map_or("", |r| r.position.as_str());
-            let number = if label.is_empty() { None } else { numbers.get(label).copied() };
-            let number = number.unwrap_or_else(|| {
-                labels.push(label);
-                numbers.insert(label, labels.len() - 1);
-                labels.len() - 1
-            });
-            rows.push(i);
-            offset.push(number);
-        }
-        if !rows.is_empty() {
-            shared.push(SharedOffsets { sensor: sensor.id.clone(), rows, offset, variance });
-        }
-    }
-    Remounting { shared }
 }
 
 /// For each sensor, whether its readings have stated uncertainties.

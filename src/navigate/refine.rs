@@ -20,7 +20,7 @@ const MOST_CHANGING: usize = 3;
 /// Share of the rows that single wrong values may make up.
 const SINGLE: f64 = 0.05;
 /// Cost of rank: what decides among causes that fit alike, in variances of the noise.
-pub(super) const RANK: f64 = 0.4;
+pub(super) const RANK: f64 = 2.0;
 
 /// A set of causes, refined.
 #[derive(Clone)]
@@ -209,9 +209,13 @@ impl Walk<'_> {
             }
             let (mut set, mut values) = (state.set.clone(), state.values.clone());
             if self.sharpen(&state, &mut set, &mut values)
-                && let Some(sharper) = self.refine(&set, &values, &state.out).filter(|own| own.rss < state.rss)
+                && let Some(sharper) = self.refine(&set, &values, &[])
             {
                 state = sharper;
+                let out = self.single(&state);
+                if out != state.out {
+                    state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
+                }
             }
             let linear = self.linear(&state);
             let now: Vec<usize> =
@@ -281,11 +285,11 @@ impl Walk<'_> {
             let mut fixed: Vec<Vec<f64>> =
                 set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause)).collect();
             fixed.push(laid.clone());
-            self.case.weigh(self.u, &state.out, &mut fixed);
+            self.case.weigh(self.u, &[], &mut fixed);
             let Some(residual) = fixed.pop() else { continue };
             let try_at = |time: f64| -> Option<(f64, f64)> {
                 let mut candidate = [self.case.columns.of(&make(time))];
-                self.case.weigh(self.u, &state.out, &mut candidate);
+                self.case.weigh(self.u, &[], &mut candidate);
                 let mut columns = fixed.clone();
                 columns.extend(candidate);
                 let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();

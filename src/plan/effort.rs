@@ -1,6 +1,6 @@
 //! What a reading costs in uncertainty and in work: noise of each sensor, scatter of each remounting, costs.
 
-use crate::campaign::{Campaign, Kind, Observation, Reading, Readings};
+use crate::campaign::{Campaign, Kind, Observation, Reading, Readings, Size};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 
@@ -42,6 +42,8 @@ pub struct Noise {
     pub sensors: Vec<SensorNoise>,
     /// Parameter (index) that takes a new value at each mounting, and the standard deviation of that value.
     pub remount: Vec<(usize, f64)>,
+    /// Variance of each line of the campaign's scatter: stated, or estimated from its readings.
+    pub lines: Vec<f64>,
     /// Expected size (standard deviation, radians) of estimated tilts without a start or prior: known inputs act through the tilts, and before
     /// anyone measures only the user knows how large they may be. `None`: not stated, and so not counted.
     pub tilts: Option<f64>,
@@ -108,6 +110,32 @@ impl Noise {
             let sd = (estimated.iter().map(|u| u * u).sum::<f64>() / estimated.len() as f64).sqrt();
             sensors.push(SensorNoise { sd, from: NoiseSource::Residuals });
         }
+        let mut lines = fit::stated_variances(campaign);
+        for (k, line) in campaign.scatter.iter().enumerate() {
+            if line.over.is_some() {
+                return Err(Malformed::new(Fault::Value, "a plan does not take noise that is correlated in time")
+                    .expected("lines of \"scatter\" per reading, position, campaign or column")
+                    .found(line.name(campaign))
+                    .at_path(line.place.clone()));
+            }
+            if line.size != Size::Estimated {
+                continue;
+            }
+            if residuals.is_none() && campaign.is_measured() {
+                residuals = Some(fit::fit(campaign, &fit::Settings::default())?);
+            }
+            let own = residuals.as_ref().and_then(|fit| fit.noise.sources.iter().find(|source| source.line == Some(k)));
+            let (Some(source), Some(slot)) = (own, lines.get_mut(k)) else {
+                return Err(Malformed::new(
+                    Fault::Missing,
+                    format!("how much {} scatters is not known", line.of_name(campaign)),
+                )
+                .expected("a standard deviation as its \"u\": a schedule has no readings to estimate it from")
+                .found("\"estimate\"")
+                .at_path(line.place.clone()));
+            };
+            *slot = source.variance;
+        }
         let mut scatter = Vec::new();
         for (id, sd) in remount {
             let Some(k) = campaign.parameter_index(id) else {
@@ -123,7 +151,7 @@ impl Noise {
             positive(*sd, &format!("the remounting scatter of {id}"))?;
             scatter.push((k, *sd));
         }
-        Ok(Noise { sensors, remount: scatter, tilts: None })
+        Ok(Noise { sensors, remount: scatter, lines, tilts: None })
     }
 
     /// Standard uncertainty of one sensor's value at a reading: as the reading states it, unless noise was given; a mean of `n` samples has the

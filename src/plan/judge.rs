@@ -1,17 +1,18 @@
 //! How well a schedule will do, before anyone measures.
 //!
-//! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. Remounting scatter enters as one
-//! more unknown for each mounting and scattering tilt, with a row that says "0 with this standard deviation": readings of one mounting share it.
+//! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. What scatters enters as one more
+//! unknown for each deviation, with a row that says "0 with this standard deviation": readings of one mounting, or level, share it.
 
 use super::derived::derived;
-use super::effort::{Costs, Noise, Work, mountings};
+use super::effort::{Costs, Noise, Work};
 use super::known::{ThroughTilts, contributions};
 use super::order::times;
 use super::point::{self, Lacking};
+use super::whitened::lines;
 use crate::campaign::{Campaign, Constraint, Kind, Reading, Role};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Group, System};
+use crate::estimate::{self, Group, Line, System};
 use crate::fit::{self, Separation};
 use crate::quality;
 use faer::Mat;
@@ -223,32 +224,38 @@ pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
     Ok(())
 }
 
-/// Rows of the schedule, priors, and for each mounting and scattering parameter one more unknown with its own prior row.
+/// Rows of the schedule, priors, and for each deviation of what scatters one more unknown with its own prior row.
 pub(crate) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> System {
     let n = campaign.unknowns();
     let rows = &campaign.readings.rows;
-    let mounting_of = mountings(rows);
-    let mountings = mounting_of.iter().max().map_or(0, |last| last + 1);
+    let stated: Vec<f64> = design
+        .rows
+        .iter()
+        .map(|origin| rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor)))
+        .collect();
+    let (lines, variance) = lines(campaign, design, noise, &stated);
     let priors = priors(campaign);
-    let scatter = noise.remount.len() * mountings;
+    let deviations: usize = lines.iter().map(Line::levels).sum();
     let m = design.rows.len();
-    let mut matrix = Mat::zeros(m + priors.len() + scatter, n + scatter);
-    let mut u = Vec::with_capacity(matrix.nrows());
-    for (i, origin) in design.rows.iter().enumerate() {
+    let mut matrix = Mat::zeros(m + priors.len() + deviations, n + deviations);
+    for i in 0..m {
         for j in 0..n {
             matrix[(i, j)] = design.jacobian[(i, j)];
         }
-        let mounting = mounting_of.get(origin.reading).copied().unwrap_or_default();
-        for (t, (parameter, sd)) in noise.remount.iter().enumerate() {
-            matrix[(i, n + t * mountings + mounting)] = sd * design.jacobian[(i, *parameter)];
-        }
-        u.push(rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor)));
     }
+    let mut first = n;
+    for (line, variance) in lines.iter().zip(&variance) {
+        for felt in &line.felt {
+            matrix[(felt.row, first + felt.level)] += felt.by * variance.sqrt();
+        }
+        first += line.levels();
+    }
+    let mut u = fit::own_noise(campaign, design, &stated);
     for (p, (k, prior_u)) in priors.iter().enumerate() {
         matrix[(m + p, *k)] = 1.0;
         u.push(*prior_u);
     }
-    for s in 0..scatter {
+    for s in 0..deviations {
         matrix[(m + priors.len() + s, n + s)] = 1.0;
         u.push(1.0);
     }

@@ -67,8 +67,13 @@ impl Pool {
             let all = campaign.with_readings(candidates.clone());
             let model = Model::new(&all)?;
             let point = all.reference_point();
-            let design =
-                design::DesignMatrix { rows: Vec::new(), point, predicted: Vec::new(), jacobian: Mat::zeros(0, 0) };
+            let design = design::DesignMatrix {
+                rows: Vec::new(),
+                point,
+                predicted: Vec::new(),
+                jacobian: Mat::zeros(0, 0),
+                by_joint: Mat::zeros(0, 0),
+            };
             fit::separations(&all, &model, &design, &estimate, &[])
         } else {
             Vec::new()

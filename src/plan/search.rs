@@ -52,6 +52,7 @@ impl<'a> Limits<'a> {
 
 /// Told how far a search is: what is done, and of how much.
 #[derive(Clone, Default)]
+#[allow(clippy::type_complexity)]
 pub struct Progress(Option<Arc<dyn Fn(&str, usize, usize) + Send + Sync>>);
 
 impl Progress {

@@ -2,10 +2,10 @@
 
 use super::effort::{Noise, mountings};
 use super::judge::priors;
-use crate::campaign::{Campaign, Reading, Readings};
-use crate::design::{self, Model};
-use crate::error::Result;
-use crate::estimate::{self, Estimate, Group, System};
+use crate::campaign::{Campaign, Per, Reading, Readings};
+use crate::design::{self, DesignMatrix, Model};
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::{self, Estimate, Felt, Group, Line, Pattern, System, Whitening};
 use crate::fit;
 use crate::simulate::{self, Regressor};
 use faer::Mat;
@@ -60,7 +60,7 @@ pub(super) fn adjusted(campaign: &Campaign, rows: &[Vec<f64>], n: usize) -> Resu
     fit::adjust_meeting_equations(campaign, &campaign.reference_point(), &system, &settings)
 }
 
-/// Rows divided by the Cholesky factor of their covariance, mounting by mounting, in the order of the mountings; then the columns of terms.
+/// Rows made independent of each other, mounting by mounting, in the order of the mountings; then the columns of terms.
 ///
 /// `further`: positions that are still to be taken. Where no reading has a value, every sensor is read at each.
 pub(super) fn whitened(
@@ -87,46 +87,46 @@ pub(super) fn whitened(
             list.push(i);
         }
     }
-    let mut all = Vec::with_capacity(design.rows.len());
-    for list in members {
-        let own: Vec<Vec<f64>> = list
-            .iter()
-            .map(|&i| (0..n).map(|j| design.jacobian[(i, j)]).chain(columns.iter().map(|c| c[i])).collect())
-            .collect();
-        let u: Vec<f64> = list
-            .iter()
-            .map(|&i| {
-                let origin = design.rows[i];
-                readings.rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor))
-            })
-            .collect();
-        let scatter: Vec<Vec<f64>> =
-            noise.remount.iter().map(|(k, sd)| list.iter().map(|&i| sd * design.jacobian[(i, *k)]).collect()).collect();
-        all.extend(divide_by_root(own, &u, &scatter));
+    let u: Vec<f64> = design
+        .rows
+        .iter()
+        .map(|origin| readings.rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor)))
+        .collect();
+    if let Some(line) = schedule.scatter.iter().find(|line| !matches!(line.per, Per::Reading | Per::Position)) {
+        return Err(Malformed::new(
+            Fault::Value,
+            format!("positions cannot be chosen where {} links them", line.name(&schedule)),
+        )
+        .expected("lines of \"scatter\" per reading or position; a schedule as it stands is judged with any")
+        .at_path(line.place.clone()));
     }
-    Ok(all)
+    let (lines, variance) = lines(&schedule, &design, noise, &u);
+    let own = fit::own_noise(&schedule, &design, &u);
+    let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &own, &lines, &variance);
+    let white: Vec<Vec<f64>> = (0..n)
+        .map(|j| whitening.whiten(design.jacobian.col_as_slice(j)))
+        .chain(columns.iter().map(|column| whitening.whiten(column)))
+        .collect();
+    let rows = members.into_iter().flatten().map(|i| white.iter().map(|column| column[i]).collect());
+    Ok(rows.collect())
 }
 
-/// `L^-1 A` with `L L' = diag(u^2) + sum s s'`.
-fn divide_by_root(mut rows: Vec<Vec<f64>>, u: &[f64], scatter: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let k = rows.len();
-    let mut l = vec![0.0; k * k];
-    for i in 0..k {
-        for j in 0..=i {
-            let own = if i == j { u[i] * u[i] } else { 0.0 };
-            let v = own + scatter.iter().map(|s| s[i] * s[j]).sum::<f64>();
-            let sum: f64 = (0..j).map(|c| l[i * k + c] * l[j * k + c]).sum();
-            l[i * k + j] = if i == j { (v - sum).max(own * 1e-12).sqrt() } else { (v - sum) / l[j * k + j] };
-        }
-        let (done, rest) = rows.split_at_mut(i);
-        if let Some(row) = rest.first_mut() {
-            for (j, before) in done.iter().enumerate() {
-                row.iter_mut().zip(before).for_each(|(a, b)| *a -= l[i * k + j] * b);
-            }
-            row.iter_mut().for_each(|a| *a /= l[i * k + i]);
-        }
+/// What scatters at a schedule, with its variances: the campaign's lines, and what every mounting scatters.
+pub(super) fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u: &[f64]) -> (Vec<Line>, Vec<f64>) {
+    let mut lines = fit::scatter_lines(campaign, design, u);
+    let mut variance = noise.lines.clone();
+    variance.resize(lines.len(), 0.0);
+    let mounting_of = mountings(&campaign.readings.rows);
+    for (k, sd) in &noise.remount {
+        let felt = design.rows.iter().enumerate().map(|(row, origin)| Felt {
+            row,
+            level: mounting_of.get(origin.reading).copied().unwrap_or_default(),
+            by: design.jacobian[(row, *k)],
+        });
+        lines.push(Line { felt: felt.collect(), variance: Some(sd * sd), memory: None });
+        variance.push(sd * sd);
     }
-    rows
+    (lines, variance)
 }
 
 /// Columns of effects at the rows of a schedule. At further positions, what hangs on a reading already taken (one bad reading, a remounting,

@@ -7,15 +7,16 @@
 use crate::uncertainty::quantiles;
 use faer::MatRef;
 
-/// A system after its adjustment, as snooping sees it: whitened residuals and the readings' unit errors in the whitened rows.
-#[derive(Debug, Clone)]
+/// A system after its adjustment, as snooping sees it: standardised residuals, and what a unit error of a reading leaves of itself.
 pub struct Whitened<'a> {
-    /// Thin orthonormal basis of the whitened rows, `m x rank`.
-    pub q: MatRef<'a, f64>,
-    /// Whitened residuals, `m`.
+    /// Standard deviation of each reading's own noise.
+    pub sd: Vec<f64>,
+    /// Redundancy number of each reading, the diagonal of `P`.
+    pub redundancy: Vec<f64>,
+    /// Standardised residuals, `P y`: readings first, what else has a row after them.
     pub residuals: Vec<f64>,
-    /// For each reading, its unit error in the whitened rows (row and value).
-    pub indicators: Vec<Vec<(usize, f64)>>,
+    /// `P e_i` for a reading.
+    pub remainder: Box<dyn Fn(usize) -> Vec<f64> + 'a>,
     /// Degrees of freedom.
     pub dof: usize,
     /// Is the common variance known to be 1? Otherwise it is estimated from these residuals.
@@ -53,42 +54,52 @@ const UNCHECKED: f64 = 1e-9;
 /// Most suspects.
 const MOST: usize = 50;
 
-impl Whitened<'_> {
-    /// Square of a reading's unit error in the whitened rows.
-    fn size(&self, row: usize) -> f64 {
-        self.indicators.get(row).map_or(0.0, |column| column.iter().map(|(_, c)| c * c).sum())
-    }
-
-    /// A reading's unit error along a direction.
-    fn along(&self, row: usize, unit: &[f64]) -> f64 {
-        let column = self.indicators.get(row).map(Vec::as_slice).unwrap_or_default();
-        column.iter().map(|(i, c)| unit.get(*i).copied().unwrap_or_default() * c).sum()
-    }
-
-    /// `c' P Q_vv P c` of each reading: one over the variance of its shift.
-    fn redundancy(&self, row: usize) -> f64 {
-        let Some(column) = self.indicators.get(row) else { return 0.0 };
-        let whole = self.size(row);
-        let mut square = whole;
-        for k in 0..self.q.ncols() {
-            square -= column.iter().map(|(i, c)| self.q[(*i, k)] * c).sum::<f64>().powi(2);
+impl<'a> Whitened<'a> {
+    /// Readings that are independent of each other, from the orthonormal basis `q` of the weighted rows.
+    pub fn independent(
+        q: MatRef<'a, f64>,
+        weight: &[f64],
+        residuals: &[f64],
+        dof: usize,
+        variance_known: bool,
+    ) -> Self {
+        let used = |i: usize| (0..q.ncols()).map(|k| q[(i, k)] * q[(i, k)]).sum::<f64>();
+        let remainder = move |row: usize| {
+            let mut rest = vec![0.0; q.nrows()];
+            if let Some(own) = rest.get_mut(row) {
+                *own = 1.0;
+            }
+            for _ in 0..2 {
+                for k in 0..q.ncols() {
+                    let along: f64 = rest.iter().enumerate().map(|(i, r)| q[(i, k)] * r).sum();
+                    rest.iter_mut().enumerate().for_each(|(i, r)| *r -= along * q[(i, k)]);
+                }
+            }
+            rest
+        };
+        Whitened {
+            sd: weight.iter().map(|w| 1.0 / w).collect(),
+            redundancy: (0..weight.len()).map(|i| 1.0 - used(i)).collect(),
+            residuals: residuals.iter().zip(weight).map(|(v, w)| v * w).collect(),
+            remainder: Box::new(remainder),
+            dof,
+            variance_known,
         }
-        if square > UNCHECKED * whole { square } else { 0.0 }
     }
 
-    /// The part of a reading's unit error that no unknown and none of `extra` explains.
+    fn sd(&self, row: usize) -> f64 {
+        self.sd.get(row).copied().unwrap_or(1.0)
+    }
+
+    /// A reading's redundancy number, zero where no other reading checks it.
+    fn checked(&self, row: usize) -> f64 {
+        self.redundancy.get(row).copied().filter(|r| *r > UNCHECKED).unwrap_or(0.0)
+    }
+
+    /// The part of a reading's standardised error that no unknown and none of `extra` explains.
     fn remainder(&self, extra: &[Vec<f64>], row: usize) -> Vec<f64> {
-        let mut rest = vec![0.0; self.residuals.len()];
-        for (i, c) in self.indicators.get(row).map(Vec::as_slice).unwrap_or_default() {
-            if let Some(slot) = rest.get_mut(*i) {
-                *slot = *c;
-            }
-        }
+        let mut rest = (self.remainder)(row);
         for _ in 0..2 {
-            for k in 0..self.q.ncols() {
-                let along: f64 = rest.iter().enumerate().map(|(i, r)| self.q[(i, k)] * r).sum();
-                rest.iter_mut().enumerate().for_each(|(i, r)| *r -= along * self.q[(i, k)]);
-            }
             for unit in extra {
                 let along: f64 = rest.iter().zip(unit).map(|(r, u)| r * u).sum();
                 rest.iter_mut().zip(unit).for_each(|(r, u)| *r -= along * u);
@@ -100,17 +111,16 @@ impl Whitened<'_> {
     /// The fault of each reading that a test at 0.1 % finds with 80 % power, in its own unit, for a common variance `s^2`.
     pub fn detectable(&self, s: f64) -> Vec<Option<f64>> {
         let delta = super::baarda_delta();
-        (0..self.indicators.len())
-            .map(|row| Some(self.redundancy(row)).filter(|r| *r > 0.0).map(|r| delta * s / r.sqrt()))
-            .collect()
+        let own = |row: usize| Some(self.checked(row)).filter(|r| *r > 0.0);
+        (0..self.sd.len()).map(|row| own(row).map(|r| delta * s * self.sd(row) / r.sqrt())).collect()
     }
 }
 
 /// Search for bad readings among the first `readings` rows; `None` where nothing can be tested.
 pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snooping> {
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-    let readings = readings.min(system.indicators.len());
-    let mut tested = (0..readings).filter(|row| system.redundancy(*row) > 0.0).count();
+    let readings = readings.min(system.sd.len());
+    let mut tested = (0..readings).filter(|row| system.checked(*row) > 0.0).count();
     tested = tested.max(1);
     let single_level = -((level.ln()) / tested as f64).exp_m1();
     let mut residuals = system.residuals.clone();
@@ -122,18 +132,14 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
     }
     // more suspects than half of the redundancy, or than this many, are no longer a few bad readings: the model is wrong
     let most = (system.dof / 2).clamp(1, MOST);
-    let mut redundancies: Vec<f64> = (0..readings).map(|row| system.redundancy(row)).collect();
-    let whole: Vec<f64> = (0..readings).map(|row| system.size(row)).collect();
+    let mut redundancies: Vec<f64> = (0..readings).map(|row| system.checked(row)).collect();
     while rows.len() < most && system.dof > rows.len() + spare {
         let square = norm(&residuals);
         let mut best: Option<(usize, f64)> = None;
         for row in (0..readings).filter(|row| !rows.contains(row)) {
             let left = redundancies.get(row).copied().unwrap_or_default();
-            let redundancy = if left > UNCHECKED * whole.get(row).copied().unwrap_or_default() { left } else { 0.0 };
-            let along: f64 = system
-                .indicators
-                .get(row)
-                .map_or(0.0, |c| c.iter().map(|(i, c)| residuals.get(*i).copied().unwrap_or_default() * c).sum());
+            let redundancy = if left > UNCHECKED { left } else { 0.0 };
+            let along = residuals.get(row).copied().unwrap_or_default();
             if redundancy > 0.0 && best.is_none_or(|(_, gain)| along * along / redundancy > gain) {
                 best = Some((row, along * along / redundancy));
             }
@@ -149,7 +155,7 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
         let along: f64 = unit.iter().zip(&residuals).map(|(u, v)| u * v).sum();
         residuals.iter_mut().zip(&unit).for_each(|(v, u)| *v -= along * u);
         for (row, left) in redundancies.iter_mut().enumerate() {
-            *left -= system.along(row, &unit).powi(2);
+            *left -= unit.get(row).copied().unwrap_or_default().powi(2);
         }
         extra.push(unit);
         rows.push(row);
@@ -204,8 +210,10 @@ fn together(system: &Whitened<'_>, rows: &[usize], tested: usize) -> Option<Vec<
     }
     let variance = if system.variance_known { 1.0 } else { dot(&rest, &rest) / dof.max(1) as f64 };
     for (a, row) in rows.iter().enumerate() {
-        let u = (variance * inverse[(a, a)]).sqrt();
-        let w = shift[(a, 0)] / u;
+        // the shift of a standardised reading, in the reading's unit
+        let sd = system.sd(*row);
+        let u = (variance * inverse[(a, a)]).sqrt() * sd;
+        let w = shift[(a, 0)] * sd / u;
         let single = if system.variance_known {
             quantiles::chi_square_survival(w * w, 1.0)?
         } else if u > 0.0 {
@@ -214,7 +222,7 @@ fn together(system: &Whitened<'_>, rows: &[usize], tested: usize) -> Option<Vec<
             0.0
         };
         let p = -(tested as f64 * (-single).ln_1p()).exp_m1();
-        suspects.push(Suspect { row: *row, shift: shift[(a, 0)], u, w, p });
+        suspects.push(Suspect { row: *row, shift: shift[(a, 0)] * sd, u, w, p });
     }
     Some(suspects)
 }

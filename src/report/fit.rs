@@ -1,8 +1,9 @@
 //! The fit report (`--json`): its keys and what they mean.
 
-use super::fit_checks::{ChecksReport, RobustReport, ScatterReport};
+use super::fit_checks::{ChecksReport, RobustReport};
 use super::fit_constraints::ConstraintsReport;
 use super::monte_carlo::MonteCarloReport;
+use super::scatter::ScatterReport;
 use super::separation::NotEstimableReport;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@ use super::fit::{
     ReadingReport,
 };
 use super::separation::not_estimable;
-use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints};
+use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, scatter};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::fit::{Fit, State};
 use crate::uncertainty::{Combined, Contribution, Evaluation};
@@ -33,7 +33,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
         correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
         covariance: CovarianceReport { order, matrix },
-        scatter: fit_checks::scatter(fit),
+        scatter: scatter::scatter(fit),
         checks: fit_checks::checks(fit),
         constraints: fit_constraints::constraints(fit),
         robust: fit_checks::robust(fit),

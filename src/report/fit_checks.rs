@@ -6,19 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A source of scatter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ScatterReport {
-    /// `readings of V`, `remounting of V`, `priors`.
-    pub source: String,
-    /// Its standard deviation in the sensor's unit, zero for a variance that came out negative; a factor where uncertainties are stated.
-    pub sd: Option<f64>,
-    /// Degrees of freedom of the standard deviation; null for infinite.
-    pub dof: Option<f64>,
-    /// Was it estimated from these readings?
-    pub estimated: bool,
-}
-
 /// Do the readings agree with the model?
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChecksReport {
@@ -131,20 +118,6 @@ pub struct RobustReport {
 fn shown(fit: &Fit, parameter: usize) -> f64 {
     let tilt = fit.parameters.get(parameter).is_some_and(|p| p.kind == crate::campaign::Kind::Tilt);
     if tilt { super::ARCSEC } else { 1.0 }
-}
-
-/// The sources of scatter.
-pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
-    fit.noise
-        .sources
-        .iter()
-        .map(|source| ScatterReport {
-            source: source.name.clone(),
-            sd: (fit.noise.determined || !source.estimated).then(|| source.variance.max(0.0).sqrt()),
-            dof: finite(source.dof),
-            estimated: source.estimated,
-        })
-        .collect()
 }
 
 /// The robust estimator's record, where one was asked for.

@@ -70,16 +70,6 @@ fn correlations(report: &FitReport) -> String {
 /// What was found beside the estimates: sentences under the table.
 pub fn findings(report: &FitReport) -> String {
     let mut text = String::new();
-    for source in report.scatter.iter().filter(|s| s.source.starts_with("remounting")) {
-        if let Some(sd) = source.sd {
-            let how = match (source.estimated, source.dof) {
-                (true, Some(dof)) => format!("estimated, {} degrees of freedom", significant(dof, 2)),
-                (true, None) => "estimated".into(),
-                (false, _) => "stated".into(),
-            };
-            text.push_str(&format!("{}: sd {} ({how})\n", source.source, significant(sd, 3)));
-        }
-    }
     if let Some(robust) = &report.robust {
         let word = if robust.converged { "settled" } else { "did NOT settle" };
         text.push_str(&format!("robust estimate ({}) {word} after {} steps", robust.method, robust.iterations));

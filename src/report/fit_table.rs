@@ -95,6 +95,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     text.push('\n');
     text.push_str(&summary(report));
     text.push_str(&super::fit_checks_table::findings(report));
+    text.push_str(&super::scatter::table(&report.scatter));
     text.push_str(&defects(report));
     text.push_str(&instead(report));
     text.push_str(&estimator(report));

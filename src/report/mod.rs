@@ -49,6 +49,7 @@ mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod scatter;
 mod separation;
 pub mod series;
 pub mod table;
@@ -67,11 +68,12 @@ pub use fit::{
 };
 pub use fit_build::fit_report;
 pub use provenance::Input;
+pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 
 pub use fit_checks::{
-    ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, ScatterReport,
-    SnoopingReport, SuspectReport,
+    ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, SnoopingReport,
+    SuspectReport,
 };
 pub use fit_constraints::{ConstraintReport, ConstraintsReport};
 pub use foresight::{

@@ -29,6 +29,7 @@ pub struct Foreseen<'a> {
 }
 
 /// The report of a plan.
+#[allow(clippy::too_many_arguments)]
 pub fn plan_report(
     campaign: &Campaign,
     noise: &Noise,

@@ -1,17 +1,20 @@
 //! Readings from a truth: exact rotations, means over turns, hidden effects, seeded noise.
 //!
 //! ```text
-//! reading_i = f(inputs_i; true values) + sum_e c_e g_e,i + sd / sqrt(n_i) * z_i,   z_i ~ N(0, 1), seeded
+//! reading_i = f(inputs_i; true values) + sum_e c_e g_e,i + sum_k d_k,l(i) df/d_k + sd / sqrt(n_i) * z_i,   z_i ~ N(0, 1), seeded
 //! ```
 //!
 //! `f` is the bench's model line at the true tilts, `g_e` the regressor of a hidden effect at the same instants. The truth stays apart
-//! from the campaign that comes out. Deliberately absent: correlated noise, quantisation other than rounding to decimals.
+//! from the campaign that comes out; `d_k` are the deviations of the campaign's lines of scatter. Deliberately absent: quantisation other than
+//! rounding to decimals.
 
 mod columns;
+mod deviations;
 mod regressor;
 
 pub(crate) use columns::indicator;
 pub use columns::{Table, columns};
+pub use deviations::TrueScatter;
 pub use regressor::Regressor;
 
 use crate::algebra::Expression;
@@ -32,6 +35,8 @@ pub struct Truth {
     pub noise: Vec<Noise>,
     /// Effects that the model line does not have.
     pub effects: Vec<Hidden>,
+    /// Sizes of the campaign's lines of scatter where they are not those that it states.
+    pub scatter: Vec<TrueScatter>,
 }
 
 /// Noise of one sensor.
@@ -125,6 +130,19 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         .collect();
     let wanted: Vec<(&Regressor, Option<usize>)> = apart.iter().map(|h| (&h.regressor, h.sensor)).collect();
     let effects = columns(&campaign, &rows, &tilts, &point, &wanted)?;
+    let own_sd: Vec<f64> = rows
+        .iter()
+        .map(|origin| {
+            let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |reading| reading.samples);
+            truth.noise.get(origin.sensor).copied().unwrap_or_default().sd / samples.sqrt()
+        })
+        .collect();
+    let (added, own_sd) = if campaign.scatter.is_empty() {
+        (vec![0.0; rows.len()], own_sd)
+    } else {
+        let design = design::assemble(&campaign, &model, &point)?;
+        deviations::deviations(&campaign, &design, truth, &own_sd, seed)?
+    };
     let mut generator = Pcg64Mcg::seed_from_u64(seed);
     let mut gradient = vec![0.0; campaign.parameters.len()];
     let mut work = model.workspace();
@@ -135,7 +153,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         let z: f64 = StandardNormal.sample(&mut generator);
         let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |reading| reading.samples);
         let sd = noise.sd / samples.sqrt();
-        value += sd * z;
+        value += added.get(i).copied().unwrap_or_default() + own_sd.get(i).copied().unwrap_or(sd) * z;
         if let Some(decimals) = noise.decimals {
             let scale = 10f64.powi(decimals.min(300) as i32);
             let rounded = (value * scale).round() / scale;

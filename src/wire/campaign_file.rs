@@ -2,7 +2,7 @@
 
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, DerivedFile, Fetch, Named, Source, csv_readings, read_bench};
+use super::{BenchFile, DerivedFile, Fetch, Named, ScatterFile, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{self, Asked, Campaign, Constraint, Distribution, Given, Known, Prior, Role};
@@ -31,6 +31,9 @@ pub struct CampaignFile {
     /// Quantities computed from parameters, each a line of algebra, or `{ "line", "unit" }`.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub derived: Named<DerivedFile>,
+    /// What scatters beyond the readings' own noise, one line each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scatter: Vec<ScatterFile>,
     /// The readings, or the path of a CSV file with the same keys as columns.
     pub readings: ReadingsRef,
 }
@@ -203,7 +206,7 @@ impl CampaignFile {
             })?;
             campaign.derived.push(derived);
         }
-        Ok(campaign)
+        campaign.with_scatter(self.scatter.into_iter().map(ScatterFile::into_request).collect())
     }
 }
 

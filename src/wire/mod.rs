@@ -17,6 +17,7 @@ mod mission_file;
 mod motion_file;
 mod named;
 mod readings_file;
+mod scatter_file;
 mod schema;
 mod truth_file;
 mod write;
@@ -39,8 +40,9 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
+pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub use schema::{SCHEMAS, schema};
-pub use truth_file::{HiddenFile, NoiseFile, TrueValueFile, TruthFile, read_truth};
+pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;

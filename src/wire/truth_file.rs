@@ -4,7 +4,7 @@ use super::locate::in_source;
 use super::{Named, Source, parse};
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
-use crate::simulate::{Hidden, Noise, Truth};
+use crate::simulate::{Hidden, Noise, TrueScatter, Truth};
 use crate::units::Conversion;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,20 @@ pub struct TruthFile {
     /// Effects that the campaign's model does not have: drift, steps, bad readings, anything that `diagnose` could name.
     #[serde(default)]
     pub effects: Vec<HiddenFile>,
+    /// What scatters in truth, by the name of the campaign's line (`beta per position`, `V over time_s`): needed where the campaign estimates it.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub scatter: Named<TrueScatterFile>,
+}
+
+/// True size of a line of scatter.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrueScatterFile {
+    /// Standard deviation, in the unit of the campaign's line.
+    pub sd: f64,
+    /// Correlation time, where the line is correlated over a time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tau: Option<f64>,
 }
 
 /// A true value.
@@ -147,7 +161,33 @@ impl TruthFile {
             }
             effects.push(hidden);
         }
-        Ok(Truth { point, noise, effects })
+        let mut scatter = Vec::with_capacity(self.scatter.0.len());
+        for (name, own) in &self.scatter.0 {
+            let path = format!("scatter.{name}");
+            let Some(line) = campaign.scatter.iter().position(|line| line.name(campaign) == *name) else {
+                let names: Vec<String> = campaign.scatter.iter().map(|line| line.name(campaign)).collect();
+                return Err(Malformed::new(
+                    Fault::UnknownName,
+                    format!("the campaign has no line of scatter '{name}'"),
+                )
+                .expected(if names.is_empty() {
+                    "none: it has no lines".into()
+                } else {
+                    format!("one of {}", names.join(", "))
+                })
+                .found(format!("'{name}'"))
+                .at_path("scatter"));
+            };
+            let usable = own.sd >= 0.0 && own.sd.is_finite() && own.tau.is_none_or(|tau| tau > 0.0 && tau.is_finite());
+            if !usable {
+                return Err(Malformed::new(Fault::Value, "the size of the deviations cannot be used")
+                    .expected("sd zero or positive, tau positive")
+                    .at_path(path));
+            }
+            let shown = campaign.scatter.get(line).map_or(1.0, |line| line.shown);
+            scatter.push(TrueScatter { line, sd: own.sd / shown, tau: own.tau });
+        }
+        Ok(Truth { point, noise, effects, scatter })
     }
 }
 

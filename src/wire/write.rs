@@ -6,7 +6,7 @@ use super::bench_file::{
 use super::campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
-use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile};
+use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, ScatterFile};
 use crate::bench::{Axis, Bench, ForceUnit, Link, RateUnit, Sensor};
 use crate::campaign::{Campaign, Constraint, Derived, Distribution, Reading, Role};
 use nalgebra::Vector3;
@@ -110,6 +110,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         estimate: Named(estimate),
         constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
         derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), derived_file(d))).collect()),
+        scatter: campaign.scatter.iter().filter_map(|line| ScatterFile::of(campaign, line)).collect(),
         readings: ReadingsRef::Inline(
             campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),
         ),

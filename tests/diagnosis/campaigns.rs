@@ -53,7 +53,9 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     let base = given.iter().zip(&point).enumerate();
     let without_tilt = base.map(|(k, (given, own))| if k < truth.len() { *own } else { *given }).collect();
     let known = vec![Noise { sd, stated: true, decimals: None }];
-    let quiet = simulate(&plan, &Truth { point: without_tilt, noise: known, effects: Vec::new() }, seed).unwrap();
+    let quiet =
+        simulate(&plan, &Truth { point: without_tilt, noise: known, effects: Vec::new(), scatter: Vec::new() }, seed)
+            .unwrap();
     let mut extended = catalogue.to_vec();
     extended.extend(
         OUTSIDE.iter().filter(|term| !term.contains("alpha") || schedule_name != "A24").map(|term| Effect {
@@ -101,7 +103,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         effects.push(Hidden::new(&plan, &candidate.regressor, sign * t * u, candidate.sensor).unwrap());
         strength.push((t, left_of(&model, &candidate.column) * t * u / sd));
     }
-    let campaign = simulate(&plan, &Truth { point, noise, effects }, seed).unwrap();
+    let campaign = simulate(&plan, &Truth { point, noise, effects, scatter: Vec::new() }, seed).unwrap();
     let found = diagnose(&campaign, catalogue, &Settings::default()).unwrap();
     hidden.extend(chosen.iter().map(|(c, _)| c.regressor.clone()));
     let stands = mode != "mixed" || strength[0].0 / (1.0 + strength[1].1 * strength[1].1).sqrt() >= 8.0;

@@ -7,6 +7,7 @@ mod nist_strd;
 mod properties;
 mod quantiles;
 mod reference_sets;
+mod scatter;
 mod small_angle_rows;
 #[path = "../support/mod.rs"]
 mod support;

@@ -11,6 +11,8 @@ mod monte_carlo;
 mod published_tables;
 mod rank_defect;
 mod robust;
+mod scatter;
+mod scatter_coverage;
 mod simulated;
 #[path = "../support/mod.rs"]
 mod support;

@@ -137,12 +137,12 @@ fn outputs_are_whole_and_agree() {
         serde_json::from_str(&fs::read_to_string(folder.path().join("r.json")).unwrap()).unwrap();
     let schema = tumble::report::schema("navigate-report").unwrap();
     assert!(jsonschema::is_valid(&schema, &report));
-    assert_eq!(report["results"].as_array().unwrap().len(), 2);
+    assert_eq!(report["results"].as_array().unwrap().len(), 3);
     assert!(fs::read_to_string(folder.path().join("r.html")).unwrap().contains("<svg"));
 
     let mut csv = csv::Reader::from_path(folder.path().join("r.csv")).unwrap();
     let rows: Vec<csv::StringRecord> = csv.records().map(Result::unwrap).collect();
-    assert_eq!(rows.len(), 14); // 7 rows of 2 scenarios
+    assert_eq!(rows.len(), 21); // 7 rows of 2 scenarios and of the perfect unit
     use parquet::file::reader::{FileReader, SerializedFileReader};
     let file = fs::File::open(folder.path().join("r.parquet")).unwrap();
     let reader = SerializedFileReader::new(file).unwrap();
@@ -159,7 +159,7 @@ fn outputs_are_whole_and_agree() {
         }
         count += 1;
     }
-    assert_eq!(count, 14);
+    assert_eq!(count, 21);
 }
 
 #[test]

@@ -53,6 +53,7 @@ fn effects_of_the_smallest_size_are_found_with_the_promised_power() {
                 value: share * prospect.minimal.unwrap(),
                 sensor: Some(0),
             }],
+            scatter: vec![],
         };
         let found = |share: f64| {
             (0..100)

@@ -66,6 +66,7 @@ fn a_measured_campaign_is_judged_at_its_fit() {
         point: vec![0.01, 1.3, 0.02],
         noise: vec![simulate::Noise { sd: 5e-3, stated: false, decimals: None }],
         effects: vec![],
+        scatter: vec![],
     };
     let measured = simulate::simulate(&schedule, &truth, 5).unwrap();
     assert!(measured.readings.rows.iter().all(|r| r.observations[0].samples == 25.0));
@@ -96,7 +97,8 @@ fn simulated_means_of_n_samples_scatter_by_the_root_of_n_less() {
         (0..2000).collect::<Vec<_>>()
     ));
     let noise = |stated| simulate::Noise { sd: 1.0, stated, decimals: None };
-    let truth = |stated| simulate::Truth { point: vec![0.0], noise: vec![noise(stated)], effects: vec![] };
+    let truth =
+        |stated| simulate::Truth { point: vec![0.0], noise: vec![noise(stated)], effects: vec![], scatter: vec![] };
     let measured = simulate::simulate(&schedule, &truth(false), 1).unwrap();
     let square = measured.readings.rows.iter().map(|r| r.observations[0].value.powi(2)).sum::<f64>() / 2000.0;
     assert!((square.sqrt() / 0.2 - 1.0).abs() < 4.0 * 0.016, "{}", square.sqrt());

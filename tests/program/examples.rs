@@ -123,3 +123,23 @@ fn your_own_positions_hold_their_truth() {
     let kind = gyro_z.budget.iter().find(|line| line.source.contains("kI")).expect("a line for kI");
     assert!(digits(kind.u, 129.68 * ARCSEC * 0.004 / 2.9222) > 3.0);
 }
+
+/// The truth behind example 40 (tests/scripts/position_scatter_example.py): with its line, the intervals hold it; without, they do not.
+#[test]
+fn position_scatter_holds_its_truth_with_the_line_only() {
+    let folder = root().join("examples/40-position-scatter");
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).expect("a file");
+    let truth: serde_json::Value = serde_json::from_str(&text("truth.json")).expect("JSON");
+    let outside = |name: &str| {
+        let fit = fitted(&parse(&text(name)));
+        let held = |p: &&tumble::fit::ParameterResult| {
+            let truth = truth[&p.id].as_f64().expect("a number");
+            p.interval.is_some_and(|(low, high)| low <= truth && truth <= high)
+        };
+        fit.parameters.len() - fit.parameters.iter().filter(held).count()
+    };
+    // 15 intervals of 95 %: three outside have a probability of 4 %
+    assert!(outside("with.campaign.json") <= 2);
+    assert!(outside("estimated.campaign.json") <= 2);
+    assert!(outside("without.campaign.json") > 2);
+}

@@ -137,23 +137,6 @@ pub(super) fn conditions(report: &FitReport) -> Section {
         let steps = cells::count(robust.iterations, "step");
         section = section.prose(format!("Robust estimator: {}, {steps} of reweighting. {down}", robust.method));
     }
-    if report.scatter.iter().any(|s| s.source.starts_with("remounting")) {
-        let mut table = Table::new(&[
-            ("source of scatter", Align::Left),
-            ("standard deviation", Align::Right),
-            ("\u{3bd}", Align::Right),
-            ("", Align::Left),
-        ]);
-        for s in &report.scatter {
-            table.row(vec![
-                s.source.clone(),
-                cells::digits(s.sd, 3),
-                cells::dof(s.dof, s.sd.is_some()),
-                if s.estimated { "estimated from these readings" } else { "as stated" }.into(),
-            ]);
-        }
-        section = section.table(table);
-    }
     section
 }
 

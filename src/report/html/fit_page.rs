@@ -1,7 +1,9 @@
 //! The page of a fit: the answer first, then where it comes from, then what it rests on.
 
 use super::fit_figures::{residual_figures, spread_figures};
-use super::{Page, Section, checks_page, compare_page, fit_answer, fit_correction, fit_estimates, fit_readings};
+use super::{
+    Page, Section, checks_page, compare_page, fit_answer, fit_correction, fit_estimates, fit_readings, scatter_page,
+};
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::report::{CompareReport, FitReport, Input, VERSION};
@@ -21,6 +23,7 @@ pub fn fit_page(fit: &Fit, report: &FitReport, comparison: Option<&CompareReport
         .section(fit_estimates::not_estimable(report))
         .section(fit_correction::correction(fit, report))
         .section(fit_estimates::budget(report)?)
+        .section(scatter_page::scatter(report))
         .section(checks_page::monte_carlo(report))
         .section(residuals(fit, report)?)
         .section(checks_page::checks(report))

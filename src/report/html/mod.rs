@@ -47,6 +47,7 @@ mod navigate;
 mod navigate_diagnose;
 mod page;
 mod plan_page;
+mod scatter_page;
 
 pub use compare_page::compare_page;
 pub use diagnose_figure::diagnose_svg;

@@ -1,0 +1,354 @@
+//! Deviations taken out of the rows by Householder reflections, front by front.
+//!
+//! ```text
+//! Q' [R^-1/2 Z S; L] = [T; 0],      Q2' [R^-1/2 y; 0] = W y,      W' W = V^-1
+//! ```
+//!
+//! `S` are the standard deviations, so that every deviation has unit variance, and `L` holds the deviations' own rows: ones, or the steps of a
+//! chain. Rows are exchanged so that the largest element is the pivot, which keeps small rows accurate beside large ones (A. J. Cox,
+//! N. J. Higham, "Stability of Householder QR factorization for weighted least squares problems", 1998). The reflections are kept: backwards
+//! they give sensitivities, predicted deviations and redundancies without a difference of large numbers.
+
+use super::{Line, Pattern};
+use faer::{Mat, MatRef};
+
+/// Everything known: standard deviations of the rows, and variances of the lines.
+#[derive(Debug, Clone)]
+pub struct Whitening {
+    pattern: Pattern,
+    /// Standard deviation of each row's own noise.
+    sd: Vec<f64>,
+    parts: Vec<Part>,
+    /// `sum log` of the diagonal of `T`, less that of `L`.
+    log_diagonal: f64,
+}
+
+/// The reflections of one front.
+#[derive(Debug, Clone)]
+struct Part {
+    /// Rows that come from the front before.
+    carried: usize,
+    /// All rows.
+    rows: usize,
+    /// Reflections below and on the diagonal, `T` above it; column by column.
+    matrix: Vec<f64>,
+    /// Diagonal of `T`.
+    diagonal: Vec<f64>,
+    /// `2 / v'v` of each reflection.
+    beta: Vec<f64>,
+    /// With which row each row was exchanged.
+    exchanged: Vec<usize>,
+}
+
+/// A vector in the rows and the deviations' own rows.
+#[derive(Debug, Clone)]
+pub(super) struct Augmented {
+    pub rows: Vec<f64>,
+    pub deviations: Vec<f64>,
+}
+
+impl Part {
+    fn reflect(&self, values: &mut [f64]) {
+        for (j, beta) in self.beta.iter().enumerate() {
+            values.swap(j, self.exchanged[j]);
+            self.apply(j, *beta, values);
+        }
+    }
+
+    fn reflect_back(&self, values: &mut [f64]) {
+        for (j, beta) in self.beta.iter().enumerate().rev() {
+            self.apply(j, *beta, values);
+            values.swap(j, self.exchanged[j]);
+        }
+    }
+
+    fn apply(&self, j: usize, beta: f64, values: &mut [f64]) {
+        let v = &self.matrix[j * self.rows + j..(j + 1) * self.rows];
+        let values = &mut values[j..];
+        let along: f64 = v.iter().zip(values.iter()).map(|(v, y)| v * y).sum::<f64>() * beta;
+        values.iter_mut().zip(v).for_each(|(y, v)| *y -= along * v);
+    }
+
+    fn factorise(&mut self, columns: usize) {
+        let m = self.rows;
+        for j in 0..columns {
+            let column = &self.matrix[j * m..(j + 1) * m];
+            let pivot = (j..m).max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs())).unwrap_or(j);
+            (0..columns).for_each(|k| self.matrix.swap(k * m + j, k * m + pivot));
+            // reflections that were made keep their rows: the exchange belongs to what comes after
+            (0..j).for_each(|k| self.matrix.swap(k * m + j, k * m + pivot));
+            let column = &mut self.matrix[j * m..(j + 1) * m];
+            let norm = column[j..].iter().map(|a| a * a).sum::<f64>().sqrt();
+            let head = column[j];
+            let diagonal = if head > 0.0 { -norm } else { norm };
+            column[j] = head - diagonal;
+            let square: f64 = column[j..].iter().map(|a| a * a).sum();
+            let beta = if square > 0.0 { 2.0 / square } else { 0.0 };
+            self.exchanged.push(pivot);
+            self.beta.push(beta);
+            self.diagonal.push(diagonal);
+            let (done, rest) = self.matrix.split_at_mut((j + 1) * m);
+            let v = &done[j * m + j..];
+            for k in 0..columns - j - 1 {
+                let other = &mut rest[k * m + j..(k + 1) * m];
+                let along = v.iter().zip(other.iter()).map(|(v, y)| v * y).sum::<f64>() * beta;
+                other.iter_mut().zip(v).for_each(|(y, v)| *y -= along * v);
+            }
+        }
+    }
+}
+
+impl Whitening {
+    /// Take the deviations of `lines` out of rows whose own noise has the standard deviations `sd`; `variance` is that of each line's
+    /// deviations. A line without a variance, or of variance zero, changes nothing.
+    ///
+    /// ```
+    /// use tumble::estimate::{Felt, Line, Pattern, Whitening};
+    /// // two readings of unit noise share an offset of variance 3: V = [4 3; 3 4], and y' V^-1 y = 2/7 for y = (1, 1)
+    /// let felt = vec![Felt { row: 0, level: 0, by: 1.0 }, Felt { row: 1, level: 0, by: 1.0 }];
+    /// let lines = [Line { felt, variance: Some(3.0), memory: None }];
+    /// let whitening = Whitening::new(&Pattern::new(2, &lines), &[1.0, 1.0], &lines, &[3.0]);
+    /// let white = whitening.whiten(&[1.0, 1.0]);
+    /// assert!((white.iter().map(|v| v * v).sum::<f64>() - 2.0 / 7.0).abs() < 1e-15);
+    /// ```
+    pub fn new(pattern: &Pattern, sd: &[f64], lines: &[Line], variance: &[f64]) -> Self {
+        let mut felt: Vec<Vec<(usize, f64)>> = vec![Vec::new(); pattern.rows];
+        // the deviation's own row: its coefficient, and that of the one before in its chain
+        let mut chain = vec![(1.0, 0.0); pattern.deviations];
+        for ((line, start), variance) in lines.iter().zip(&pattern.first).zip(variance) {
+            let size = variance.max(0.0).sqrt();
+            for own in line.felt.iter().filter(|own| own.row < pattern.rows) {
+                felt[own.row].push((start + own.level, own.by * size / sd[own.row]));
+            }
+            let Some(memory) = &line.memory else { continue };
+            let tau = memory.tau.unwrap_or(0.0);
+            for level in 0..line.levels() {
+                let Some(from) = pattern.before[start + level] else { continue };
+                let at = |l: usize| memory.time.get(l).copied().unwrap_or(0.0);
+                let dt = (at(level) - at(from - start)).abs() / tau;
+                let left = (-(-2.0 * dt).exp_m1()).max(f64::MIN_POSITIVE).sqrt();
+                chain[start + level] = if dt < 40.0 { (1.0 / left, -(-dt).exp() / left) } else { (1.0, 0.0) };
+            }
+        }
+        let mut parts: Vec<Part> = Vec::with_capacity(pattern.fronts.len());
+        let mut place = vec![usize::MAX; pattern.deviations];
+        let mut log_diagonal = 0.0;
+        for (f, front) in pattern.fronts.iter().enumerate() {
+            let last = if front.begins {
+                None
+            } else {
+                f.checked_sub(1).and_then(|b| parts.last().zip(pattern.fronts.get(b)))
+            };
+            let carried = last.map_or(0, |(_, before)| before.columns.len() - before.leaving);
+            let columns = front.columns.len();
+            let rows = carried + front.entering.len() + front.rows.len();
+            let mut matrix = vec![0.0; rows * columns];
+            front.columns.iter().enumerate().for_each(|(k, d)| place[*d] = k);
+            if let Some((part, before)) = last {
+                let from = before.leaving;
+                for a in from..before.columns.len() {
+                    let column = place[before.columns[a]];
+                    for i in from..=a {
+                        let value = if i == a { part.diagonal[a] } else { part.matrix[a * part.rows + i] };
+                        matrix[column * rows + i - from] = value;
+                    }
+                }
+            }
+            for (i, d) in front.entering.iter().enumerate() {
+                let (own, from) = chain[*d];
+                matrix[place[*d] * rows + carried + i] = own;
+                log_diagonal -= own.ln();
+                if let Some(other) = pattern.before[*d].filter(|_| from != 0.0) {
+                    matrix[place[other] * rows + carried + i] = from;
+                }
+            }
+            for (i, row) in front.rows.iter().enumerate() {
+                for (d, value) in &felt[*row] {
+                    matrix[place[*d] * rows + carried + front.entering.len() + i] += value;
+                }
+            }
+            let mut part =
+                Part { carried, rows, matrix, diagonal: Vec::new(), beta: Vec::new(), exchanged: Vec::new() };
+            part.factorise(columns);
+            log_diagonal += part.diagonal.iter().take(front.leaving).map(|d| d.abs().ln()).sum::<f64>();
+            parts.push(part);
+        }
+        Whitening { pattern: pattern.clone(), sd: sd.to_vec(), parts, log_diagonal }
+    }
+
+    /// `W y`: as many independent values of unit variance.
+    pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
+        let rows = values.iter().zip(&self.sd).map(|(y, sd)| y / sd).collect();
+        self.forward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }).rows
+    }
+
+    /// `W A`, column by column.
+    pub fn whiten_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
+        let mut out = columns.clone();
+        for j in 0..out.ncols() {
+            let white = self.whiten(out.col_as_slice(j));
+            out.col_as_slice_mut(j).copy_from_slice(&white);
+        }
+        out
+    }
+
+    /// `W' w`: a vector of whitened rows carried back to the readings, `W' W y = V^-1 y`.
+    pub fn carry_back(&self, white: &[f64]) -> Vec<f64> {
+        let back = self.backward(Augmented { rows: white.to_vec(), deviations: vec![0.0; self.pattern.deviations] });
+        back.rows.iter().zip(&self.sd).map(|(v, sd)| v / sd).collect()
+    }
+
+    /// What a unit error of a row, in units of the row's own noise, leaves of itself when the deviations and an orthonormal basis `q` of the
+    /// whitened rows are taken out: rows first, then deviations.
+    pub fn remainder(&self, row: usize, q: MatRef<'_, f64>) -> Vec<f64> {
+        let mut rows = vec![0.0; self.pattern.rows];
+        if let Some(own) = rows.get_mut(row) {
+            *own = 1.0;
+        }
+        let mut white = self.forward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }).rows;
+        for _ in 0..2 {
+            for k in 0..q.ncols() {
+                let along: f64 = white.iter().enumerate().map(|(i, r)| q[(i, k)] * r).sum();
+                white.iter_mut().enumerate().for_each(|(i, r)| *r -= along * q[(i, k)]);
+            }
+        }
+        let back = self.backward(Augmented { rows: white, deviations: vec![0.0; self.pattern.deviations] });
+        [back.rows, back.deviations].concat()
+    }
+
+    /// Standard deviation of each row's own noise.
+    pub fn sd(&self) -> &[f64] {
+        &self.sd
+    }
+
+    /// `log det V`.
+    pub fn log_determinant(&self) -> f64 {
+        2.0 * (self.log_diagonal + self.sd.iter().map(|sd| sd.ln()).sum::<f64>())
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.pattern.rows
+    }
+
+    pub(super) fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    /// `Q' v`: what leaves with the deviations, and the whitened rows.
+    pub(super) fn forward(&self, mut vector: Augmented) -> Augmented {
+        let mut carried: Vec<f64> = Vec::new();
+        let mut local: Vec<f64> = Vec::new();
+        for (front, part) in self.pattern.fronts.iter().zip(&self.parts) {
+            local.clear();
+            if part.carried > 0 {
+                local.extend(&carried);
+            }
+            local.extend(front.entering.iter().map(|d| vector.deviations[*d]));
+            local.extend(front.rows.iter().map(|row| vector.rows[*row]));
+            part.reflect(&mut local);
+            let (leaving, columns) = (front.leaving, front.columns.len());
+            // an entering deviation's slot was read already, one that left is never read again
+            front.columns.iter().zip(&local).take(leaving).for_each(|(d, v)| vector.deviations[*d] = *v);
+            carried.clear();
+            carried.extend(&local[leaving..columns]);
+            front.rows.iter().zip(&local[columns..]).for_each(|(row, v)| vector.rows[*row] = *v);
+        }
+        vector
+    }
+
+    /// `Q v`, the inverse of [`Whitening::forward`].
+    pub(super) fn backward(&self, mut vector: Augmented) -> Augmented {
+        let mut passed: Vec<f64> = Vec::new();
+        let mut local: Vec<f64> = Vec::new();
+        let mut own = vec![0.0; self.pattern.deviations];
+        for (front, part) in self.pattern.fronts.iter().zip(&self.parts).rev() {
+            local.clear();
+            local.extend(front.columns.iter().take(front.leaving).map(|d| vector.deviations[*d]));
+            if front.columns.len() > front.leaving {
+                local.extend(&passed);
+            }
+            local.extend(front.rows.iter().map(|row| vector.rows[*row]));
+            part.reflect_back(&mut local);
+            passed.clear();
+            passed.extend(&local[..part.carried]);
+            let entering = front.entering.len();
+            front.entering.iter().zip(&local[part.carried..]).for_each(|(d, v)| own[*d] = *v);
+            front.rows.iter().zip(&local[part.carried + entering..]).for_each(|(row, v)| vector.rows[*row] = *v);
+        }
+        vector.deviations = own;
+        vector
+    }
+
+    /// Rows of the orthonormal basis that the deviations span, front by front: `visit(rows, deviations' own rows, Q1)` with `Q1` row by row in
+    /// that order. Only where every block is one front.
+    pub(super) fn spans(&self, mut visit: impl FnMut(&[usize], &[usize], &Mat<f64>)) {
+        for (front, part) in self.pattern.fronts.iter().zip(&self.parts) {
+            let columns = front.columns.len();
+            let mut span = Mat::zeros(part.rows, columns);
+            for j in 0..columns {
+                let column = span.col_as_slice_mut(j);
+                column[j] = 1.0;
+                part.reflect_back(column);
+            }
+            visit(&front.rows, &front.entering, &span);
+        }
+    }
+
+    /// Squared norms of the rows of that basis in general, by the covariance of each front's deviations, from the last front to the first.
+    pub(super) fn span_norms(&self) -> Augmented {
+        let mut norms =
+            Augmented { rows: vec![0.0; self.pattern.rows], deviations: vec![0.0; self.pattern.deviations] };
+        let mut staying: Vec<Vec<f64>> = Vec::new();
+        let fronts: Vec<(&super::pattern::Front, &Part)> = self.pattern.fronts.iter().zip(&self.parts).collect();
+        for (f, (front, part)) in fronts.iter().enumerate().rev() {
+            let (n, leaving) = (front.columns.len(), front.leaving);
+            if leaving == n {
+                staying.clear();
+            }
+            // Q1 of this front's rows: rows of `part` times F, with F F' the covariance in the basis of T
+            // columns of `factor`: how the front's first n transformed rows follow independent unit variables
+            let unit = self.front_factor(n, leaving, &staying);
+            let mut columns: Vec<Vec<f64>> = Vec::with_capacity(unit.len());
+            for column in unit {
+                let mut local = vec![0.0; part.rows];
+                local[..n].copy_from_slice(&column);
+                part.reflect_back(&mut local);
+                columns.push(local);
+            }
+            let square = |i: usize| columns.iter().map(|c| c[i] * c[i]).sum::<f64>();
+            let after = part.carried + front.entering.len();
+            front.entering.iter().enumerate().for_each(|(i, d)| norms.deviations[*d] = square(part.carried + i));
+            front.rows.iter().enumerate().for_each(|(i, row)| norms.rows[*row] = square(after + i));
+            // Gram matrix of the carried rows goes to the front before
+            let begins = front.begins || f == 0;
+            let carried = if begins { 0 } else { part.carried };
+            staying = (0..carried)
+                .map(|a| (0..carried).map(|b| columns.iter().map(|c| c[a] * c[b]).sum()).collect())
+                .collect();
+        }
+        norms
+    }
+
+    /// Columns whose Gram matrix is the identity for what leaves and `staying` for what stays.
+    fn front_factor(&self, n: usize, leaving: usize, staying: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut columns: Vec<Vec<f64>> =
+            (0..leaving).map(|j| (0..n).map(|i| f64::from(u8::from(i == j))).collect()).collect();
+        let k = staying.len();
+        let mut lower = vec![vec![0.0; k]; k];
+        for j in 0..k {
+            let own: f64 = staying[j][j] - (0..j).map(|c| lower[j][c] * lower[j][c]).sum::<f64>();
+            lower[j][j] = own.max(0.0).sqrt();
+            for i in j + 1..k {
+                let rest = staying[i][j] - (0..j).map(|c| lower[i][c] * lower[j][c]).sum::<f64>();
+                lower[i][j] = if lower[j][j] > 0.0 { rest / lower[j][j] } else { 0.0 };
+            }
+        }
+        columns.extend((0..k).map(|j| {
+            let mut column = vec![0.0; n];
+            column[leaving..].iter_mut().zip(&lower).for_each(|(slot, row)| *slot = row[j]);
+            column
+        }));
+        columns
+    }
+}

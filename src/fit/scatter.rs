@@ -1,0 +1,131 @@
+//! A campaign's lines of scatter as the adjustment takes them: which rows feel which deviation, by the exact derivatives of the model lines.
+
+use super::Remount;
+use crate::campaign::{Campaign, Deviating, Per, Scatter, Size};
+use crate::design::DesignMatrix;
+use crate::error::Result;
+use crate::estimate::{Felt, Line, Memory, Pattern, System, Whitening};
+use std::borrow::Cow;
+
+/// The campaign with the shorthand `--remount` spelled out: each sensor's offset per position.
+pub(super) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'_, Campaign>> {
+    let size = match remount {
+        Remount::No => return Ok(Cow::Borrowed(campaign)),
+        Remount::Estimate => Size::Estimated,
+        Remount::Stated(sd) => Size::Stated { sd, dof: f64::INFINITY },
+    };
+    let mut campaign = campaign.clone();
+    for s in 0..campaign.bench.sensors.len() {
+        let read = campaign.readings.rows.iter().any(|r| r.observations.iter().any(|o| o.sensor == s));
+        if read {
+            campaign.add_scatter(Scatter {
+                of: Deviating::Sensor(s),
+                per: Per::Position,
+                size: size.clone(),
+                over: None,
+                shown: 1.0,
+                unit: campaign.bench.sensors.get(s).map(|own| own.unit.clone()).unwrap_or_default(),
+                place: "--remount".into(),
+            })?;
+        }
+    }
+    Ok(Cow::Owned(campaign))
+}
+
+/// The lines at a design's point, one for each line of the campaign, in its order.
+///
+/// `u` are the standard uncertainties of the rows: a correlation of sensors shares out a part of them, see [`own_noise`].
+pub fn scatter_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<Line> {
+    campaign.scatter.iter().map(|line| scatter_line(campaign, design, u, line)).collect()
+}
+
+fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Scatter) -> Line {
+    let (level_of, _) = line.per.levels(campaign);
+    let readings = &campaign.readings;
+    let column = |name: &str| readings.columns.iter().position(|c| c == name);
+    let value = |reading: usize, k: Option<usize>| {
+        readings.rows.get(reading).and_then(|r| r.columns.get(k?).copied().flatten())
+    };
+    let size_column = if let Size::Column(name) = &line.size { Some(column(name)) } else { None };
+    let time = line.over.as_ref().map(|over| column(&over.column));
+    let mut numbers: std::collections::HashMap<(usize, u64), usize> = std::collections::HashMap::new();
+    let (mut felt, mut times, mut runs) = (Vec::new(), Vec::new(), Vec::new());
+    for (row, origin) in design.rows.iter().enumerate() {
+        let by = match &line.of {
+            Deviating::Sensor(s) => f64::from(u8::from(origin.sensor == *s)),
+            Deviating::Joint(joint) if *joint < design.by_joint.ncols() => design.by_joint[(row, *joint)],
+            Deviating::Parameter(k) if *k < design.jacobian.ncols() => design.jacobian[(row, *k)],
+            Deviating::Correlated(sensors, r) => match sensors.iter().position(|s| *s == origin.sensor) {
+                None => 0.0,
+                Some(at) => {
+                    let sign = if *r < 0.0 && at == 1 { -1.0 } else { 1.0 };
+                    sign * r.abs().sqrt() * u.get(row).copied().unwrap_or_default()
+                }
+            },
+            _ => 0.0,
+        };
+        let by = match size_column {
+            None => by,
+            Some(k) => by * value(origin.reading, k).unwrap_or_default().to_radians(),
+        };
+        let Some(level) = level_of.get(origin.reading).copied().flatten() else { continue };
+        if by == 0.0 {
+            continue;
+        }
+        let at = time.map_or(0.0, |k| value(origin.reading, k).unwrap_or_default() + 0.0);
+        let next = numbers.len();
+        let level = *numbers.entry((level, at.to_bits())).or_insert_with(|| {
+            times.push(at);
+            runs.push(level);
+            next
+        });
+        felt.push(Felt { row, level, by });
+    }
+    let memory = line.over.as_ref().map(|over| Memory { time: times, run: runs, tau: over.tau });
+    let variance = match line.size {
+        Size::Stated { sd, .. } => Some(sd * sd),
+        Size::Column(_) => Some(1.0),
+        Size::Estimated => None,
+    };
+    let variance = if matches!(line.of, Deviating::Correlated(..)) { Some(1.0) } else { variance };
+    Line { felt, variance, memory }
+}
+
+/// What the rows keep of their standard uncertainties where a correlation shares out a part: `sqrt(1 - |r|) u`.
+pub fn own_noise(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<f64> {
+    let mut own = u.to_vec();
+    for line in &campaign.scatter {
+        let Deviating::Correlated(sensors, r) = &line.of else { continue };
+        for (origin, slot) in design.rows.iter().zip(&mut own) {
+            if sensors.contains(&origin.sensor) {
+                *slot *= (1.0 - r.abs()).sqrt();
+            }
+        }
+    }
+    own
+}
+
+/// The whitening of a system of this campaign, every standard deviation known: `sd` of the rows' own noise (priors included), and the variance
+/// of each line of the campaign (those of a fit, or [`stated_variances`]).
+///
+/// Whitened columns have the inner products of `V^-1`, so that whatever holds for independent rows of unit variance holds for them.
+pub fn whitening(campaign: &Campaign, design: &DesignMatrix, sd: &[f64], variance: &[f64]) -> Whitening {
+    let lines = scatter_lines(campaign, design, sd);
+    let own = own_noise(campaign, design, sd);
+    Whitening::new(&Pattern::new(sd.len(), &lines), &own, &lines, variance)
+}
+
+/// The variances of a campaign's lines as far as they are stated; zero for those to be estimated.
+pub fn stated_variances(campaign: &Campaign) -> Vec<f64> {
+    let of = |line: &Scatter| match (&line.of, &line.size) {
+        (Deviating::Correlated(..), _) | (_, Size::Column(_)) => 1.0,
+        (_, Size::Stated { sd, .. }) => sd * sd,
+        (_, Size::Estimated) => 0.0,
+    };
+    campaign.scatter.iter().map(of).collect()
+}
+
+/// The system with the rows' own noise alone.
+pub(super) fn own_system(campaign: &Campaign, design: &DesignMatrix, system: &System) -> System {
+    System { u: own_noise(campaign, design, &system.u), ..system.clone() }
+}

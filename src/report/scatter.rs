@@ -1,0 +1,167 @@
+//! What scatters, as a fit report says it: every source with its size, where that comes from, and its part in each parameter.
+
+use super::finite;
+use super::table::{percent, plain, significant};
+use crate::campaign::Size;
+use crate::estimate::LineState;
+use crate::fit::{Fit, Source};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A source of scatter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ScatterReport {
+    /// As budgets name it: `readings of V`, `beta per position`, `priors`.
+    pub source: String,
+    /// What deviates: a sensor, joint, tilt or coefficient.
+    pub of: String,
+    /// How often it takes a new value: `reading`, `position`, `campaign` or a column.
+    pub per: String,
+    /// How many values it took; readings for a sensor's own noise.
+    pub levels: usize,
+    /// Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be told.
+    pub sd: Option<f64>,
+    /// Standard uncertainty of an estimated standard deviation; at zero, what it could be.
+    pub u_sd: Option<f64>,
+    /// Unit of the standard deviation.
+    pub unit: String,
+    /// Degrees of freedom of the standard deviation; null for infinite.
+    pub dof: Option<f64>,
+    /// `stated` or `estimated`.
+    pub from: String,
+    /// Was it estimated from these readings?
+    pub estimated: bool,
+    /// Did its estimate come out at zero?
+    pub at_zero: bool,
+    /// Correlation time, where deviations are correlated in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tau: Option<f64>,
+    /// Standard uncertainty of an estimated correlation time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_tau: Option<f64>,
+    /// What a person must know of it, in a sentence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+    /// Share of each parameter's variance.
+    pub share: BTreeMap<String, f64>,
+}
+
+/// The sources of scatter of a fit.
+pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
+    fit.noise.sources.iter().map(|source| one(fit, source)).collect()
+}
+
+fn one(fit: &Fit, source: &Source) -> ScatterReport {
+    let line = source.line.and_then(|k| fit.campaign.scatter.get(k));
+    let sensor = source.name.strip_prefix("readings of ").unwrap_or_default();
+    let unit_of_sensor = || {
+        let own = fit.campaign.bench.sensors.iter().find(|s| s.id == sensor);
+        own.filter(|_| source.estimated).map(|s| s.unit.clone()).unwrap_or_default()
+    };
+    let shown = line.map_or(1.0, |line| line.shown);
+    let told = match source.state {
+        LineState::Inseparable | LineState::NotFelt => false,
+        _ => line.is_some() || fit.noise.determined || !source.estimated,
+    };
+    let each = line.is_some_and(|line| matches!(line.size, Size::Column(_)));
+    let correlation = line.is_some_and(crate::fit::is_correlation);
+    let sd = (told && !each && !correlation).then(|| source.variance.sqrt() * shown);
+    let own = source.estimated && source.dof.is_finite() && source.dof > 0.0;
+    let u_sd = match source.state {
+        LineState::AtZero => source.could_be.map(|sd| sd * shown),
+        _ => sd.filter(|_| own).map(|sd| sd / (2.0 * source.dof).sqrt()),
+    };
+    let share = fit.parameters.iter().filter_map(|p| {
+        let total: f64 = p.budget.iter().map(|c| c.u * c.u).sum();
+        let part: f64 = p.budget.iter().filter(|c| c.source == source.name).map(|c| c.u * c.u).sum();
+        (total > 0.0).then(|| (p.id.clone(), part / total))
+    });
+    ScatterReport {
+        source: source.name.clone(),
+        of: line.map_or_else(|| sensor.to_string(), |line| line.of_name(&fit.campaign)),
+        per: line.map_or("reading".to_string(), |line| line.per.name().to_string()),
+        levels: source.levels,
+        sd,
+        u_sd,
+        unit: line.map_or_else(unit_of_sensor, |line| line.unit.clone()),
+        dof: finite(source.dof),
+        from: if source.estimated { "estimated" } else { "stated" }.into(),
+        estimated: source.estimated,
+        at_zero: source.state == LineState::AtZero,
+        tau: source.tau.map(|(tau, _)| tau),
+        u_tau: source.tau.and_then(|(_, u)| u),
+        note: note(fit, source, each),
+        share: share.collect(),
+    }
+}
+
+/// What the numbers alone do not say.
+fn note(fit: &Fit, source: &Source, each: bool) -> Option<String> {
+    let text = match source.state {
+        LineState::AtZero => "the readings scatter no more than without it: estimated as zero".to_string(),
+        LineState::NotFelt => "no reading feels it here".to_string(),
+        LineState::Inseparable => {
+            let others: Vec<&str> = fit
+                .noise
+                .sources
+                .iter()
+                .filter(|other| other.estimated && other.state == LineState::Estimated)
+                .map(|other| other.name.as_str())
+                .collect();
+            format!(
+                "these readings cannot tell it from {}: their sum is used; repeated readings at one level would separate them",
+                if others.is_empty() { "what else scatters".to_string() } else { others.join(" and ") }
+            )
+        }
+        _ if source.line.is_none() && source.estimated && !fit.noise.determined => {
+            "no degrees of freedom are left to estimate it".to_string()
+        }
+        _ if each => "in each reading as stated".to_string(),
+        _ => return None,
+    };
+    Some(text)
+}
+
+/// Is there more to say than the readings' own noise?
+pub(super) fn is_worth_a_table(sources: &[ScatterReport]) -> bool {
+    sources.iter().any(|s| !s.source.starts_with("readings of ") && s.source != "priors")
+}
+
+/// Cells of the table of what scatters: source, standard deviation, how it is known, levels, largest share of a
+/// parameter's variance.
+pub(super) fn cells(source: &ScatterReport) -> Vec<String> {
+    let sd = match (source.sd, source.tau) {
+        (Some(sd), None) => format!("{} {}", significant(sd, 3), source.unit),
+        (Some(sd), Some(tau)) => format!("{} {}, tau {}", significant(sd, 3), source.unit, significant(tau, 3)),
+        (None, _) => "-".into(),
+    };
+    let u = source.u_sd.map_or("-".to_string(), |u| significant(u, 2));
+    let largest = source.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0);
+    vec![
+        source.source.clone(),
+        sd.trim_end().to_string(),
+        u,
+        if source.at_zero { "estimated: zero".into() } else { source.from.clone() },
+        source.levels.to_string(),
+        largest.map_or("-".to_string(), |(id, share)| format!("{} % of {id}", percent(*share))),
+    ]
+}
+
+/// Heads of that table.
+pub(super) const HEADS: [&str; 6] = ["what scatters", "sd", "u(sd)", "from", "levels", "largest share"];
+
+/// The table for a terminal, with its notes.
+pub(super) fn table(sources: &[ScatterReport]) -> String {
+    if !is_worth_a_table(sources) {
+        return String::new();
+    }
+    let rows: Vec<Vec<String>> = sources.iter().map(cells).collect();
+    let mut text = format!("\n{}", plain(&HEADS, &rows));
+    for source in sources {
+        if let Some(note) = &source.note {
+            text.push_str(&format!("{}: {note}\n", source.source));
+        }
+    }
+    text
+}

@@ -1,0 +1,75 @@
+//! Deviations drawn for a campaign's lines of scatter, felt by the readings through the model's derivatives.
+
+use super::Truth;
+use crate::campaign::{Campaign, Size};
+use crate::design::DesignMatrix;
+use crate::error::{Fault, Malformed, Result};
+use crate::fit;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+
+/// Size of a line's deviations in truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueScatter {
+    /// Index of the line in the campaign.
+    pub line: usize,
+    /// Standard deviation, in radians or the parameter's or sensor's unit.
+    pub sd: f64,
+    /// Correlation time, where the line has one.
+    pub tau: Option<f64>,
+}
+
+/// What deviations add to each row, and the standard deviation of its own noise. `sd` is that of the whole noise of each row.
+///
+/// Errors: a line whose size or correlation time neither the campaign nor the truth states.
+pub(super) fn deviations(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    truth: &Truth,
+    sd: &[f64],
+    seed: u64,
+) -> Result<(Vec<f64>, Vec<f64>)> {
+    let mut added = vec![0.0; design.rows.len()];
+    // a stream of its own: the same seed gives the same noise with and without scatter
+    let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x5ca7_7e25_0000_0001);
+    let stated = fit::stated_variances(campaign);
+    for (k, (line, asked)) in fit::scatter_lines(campaign, design, sd).iter().zip(&campaign.scatter).enumerate() {
+        let told = truth.scatter.iter().find(|own| own.line == k);
+        let missing = |what: &str| {
+            Malformed::new(
+                Fault::Missing,
+                format!("{what} of {} is to be estimated, and nothing says what it is in truth", asked.name(campaign)),
+            )
+            .expected(format!(
+                "in the truth file, \"scatter\": {{ \"{}\": {{ \"sd\": a number }} }}",
+                asked.name(campaign)
+            ))
+            .at_path(asked.place.clone())
+        };
+        let size = match (told, &asked.size) {
+            (Some(own), _) => own.sd,
+            (None, Size::Estimated) => return Err(missing("the standard deviation")),
+            (None, _) => stated.get(k).copied().unwrap_or_default().sqrt(),
+        };
+        let mut drawn: Vec<f64> = (0..line.levels()).map(|_| StandardNormal.sample(&mut random)).collect();
+        if let Some(memory) = &line.memory {
+            let tau = told.and_then(|own| own.tau).or(memory.tau).ok_or_else(|| missing("the correlation time"))?;
+            let mut order: Vec<usize> = (0..drawn.len()).collect();
+            order.sort_by(|a, b| memory.run[*a].cmp(&memory.run[*b]).then(memory.time[*a].total_cmp(&memory.time[*b])));
+            for pair in order.windows(2) {
+                let (from, to) = (pair[0], pair[1]);
+                if memory.run[from] == memory.run[to] {
+                    let left = (-(memory.time[to] - memory.time[from]).abs() / tau).exp();
+                    drawn[to] = left * drawn[from] + (1.0 - left * left).sqrt() * drawn[to];
+                }
+            }
+        }
+        for felt in &line.felt {
+            if let (Some(slot), Some(z)) = (added.get_mut(felt.row), drawn.get(felt.level)) {
+                *slot += felt.by * size * z;
+            }
+        }
+    }
+    Ok((added, fit::own_noise(campaign, design, sd)))
+}

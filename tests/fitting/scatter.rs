@@ -1,0 +1,181 @@
+//! Scatter lines in campaigns: what is refused and where, what shorthands mean, what the report says.
+
+use crate::support::{ARCSEC, assert_within, fit_with, fitted, parse, uncertainty, value};
+use tumble::campaign::Campaign;
+use tumble::estimate::LineState;
+use tumble::fit::{self, Remount, Settings};
+use tumble::{report, simulate, wire};
+
+/// An accelerometer on a head, read twice at each of eight positions on two days.
+fn head(scatter: &str, extra: &str) -> String {
+    let readings: Vec<String> = (0..16)
+        .map(|k| {
+            let (position, angle) = (k / 2, 45 * (k / 2));
+            let wiggle = ((k * 7 + 3) % 5) as f64 - 2.0 + ((position * 5 + 1) % 7) as f64 - 3.0;
+            let v = 2e-3 + 1.3 * (angle as f64).to_radians().cos() + 1e-5 * wiggle;
+            format!(
+                r#"{{"position": "p{position}", "day": {}, "who": "{}", "time_s": {k}, "same": 1, "head_deg": {angle}, "V": {v}, "V_u": 1e-5{extra}}}"#,
+                k / 8,
+                if k % 3 == 0 { "A" } else { "B" }
+            )
+        })
+        .collect();
+    format!(
+        r#"{{"bench": {{"id": "head", "chain": [{{"joint": "head", "about": "x"}}, {{"tilt": "seat", "about": "x"}}],
+            "sensors": {{"V": {{"unit": "V", "axes": {{"I": "z"}}, "model": "b0 + kI*a_I"}}}}}},
+            "estimate": {{"b0": {{}}, "kI": {{"start": 1.3}}}}, "scatter": [{scatter}], "readings": [{}]}}"#,
+        readings.join(",")
+    )
+}
+
+fn refused(scatter: &str) -> (String, String) {
+    let source = wire::Source { name: "head".into(), text: head(scatter, "") };
+    let error = wire::read_campaign(&source, &mut |_| unreachable!()).expect_err(scatter);
+    (error.place().path.clone(), error.to_string())
+}
+
+/// Each mistake has its sentence and its place.
+#[test]
+fn scatter_lines_that_say_nothing_are_refused() {
+    let line = r#"{"of": "head", "per": "position", "u": 5, "unit": "arcsec"}"#;
+    for (scatter, path, words) in [
+        (r#"{"of": [], "per": "reading", "u": 1}"#, "scatter[0].of", "scatter line of nothing"),
+        (
+            r#"{"of": "tail", "per": "reading", "u": 1}"#,
+            "scatter[0].of",
+            "'tail' is no sensor, joint, tilt or coefficient",
+        ),
+        (r#"{"of": "V", "u": 1}"#, "scatter[0]", "how often it takes a new value is not said"),
+        (r#"{"of": "V", "per": "position"}"#, "scatter[0].u", "the size of the deviations is not said"),
+        (r#"{"of": "V", "per": "position", "u": 0}"#, "scatter[0].u", "without a positive standard deviation"),
+        (r#"{"of": "V", "per": "position", "u": -1e-3}"#, "scatter[0].u", "without a positive standard deviation"),
+        (r#"{"of": "head", "per": "position", "u": 5}"#, "scatter[0].u", "is an angle, and its u has no unit"),
+        (r#"{"of": "head", "per": "position", "u": 5, "unit": "mV"}"#, "scatter[0].unit", "head"),
+        (r#"{"of": "V", "per": "week", "u": 1}"#, "scatter[0].per", "the readings have no column 'week'"),
+        (r#"{"of": "V", "per": "same", "u": 1}"#, "scatter[0].per", "same is the same in all readings"),
+        (r#"{"of": "V", "per": "time_s", "u": 1}"#, "scatter[0].per", "time_s is different in every reading"),
+        (
+            r#"{"of": "V", "tau": 30, "per": "reading", "u": 1}"#,
+            "scatter[0].tau",
+            "a correlation time without an order",
+        ),
+        (r#"{"of": "V", "over": "time_s", "u": 1}"#, "scatter[0].over", "how long the noise is correlated is not said"),
+        (r#"{"of": "V", "over": "time_s", "tau": 0, "u": 1}"#, "scatter[0].tau", "correlation time is not positive"),
+        (r#"{"of": "V", "over": "clock", "tau": 3, "u": 1}"#, "scatter[0].over", "no column 'clock'"),
+        (r#"{"of": "V", "per": "position", "u": 1, "dof": 0}"#, "scatter[0].dof", "degrees of freedom"),
+        (
+            r#"{"of": ["V"], "per": "reading", "correlation": 0.3}"#,
+            "scatter[0].correlation",
+            "no correlation of sensors",
+        ),
+        (&format!("{line}, {line}"), "scatter[1]", "scatters twice"),
+    ] {
+        let (found, text) = refused(scatter);
+        assert_eq!(found, path, "{scatter}: {text}");
+        assert!(text.contains(words), "{scatter}: {text}");
+    }
+}
+
+fn campaign(scatter: &str, extra: &str) -> Campaign {
+    parse(&head(scatter, extra))
+}
+
+/// `<joint>_u` beside `<joint>_deg` is a line per position; a `per` column may be a text.
+#[test]
+fn shorthands_are_the_lines_that_they_stand_for() {
+    let long = fitted(&campaign(r#"{"of": "head", "per": "position", "u": 5, "unit": "arcsec"}"#, ""));
+    let short = fitted(&campaign("", &format!(r#", "head_u": {}"#, 5.0 / 3600.0)));
+    for id in ["b0", "kI"] {
+        assert_within(value(&short, id), value(&long, id), 1e-15, id);
+        assert_within(uncertainty(&short, id), uncertainty(&long, id), 1e-12 * uncertainty(&long, id), id);
+    }
+    assert_eq!(short.noise.sources[1].name, "head per position");
+    let remount = fit_with(&campaign("", ""), Settings { remount: Remount::Stated(3e-5), ..Settings::default() });
+    let line = fitted(&campaign(r#"{"of": "V", "per": "position", "u": 3e-5, "unit": "V"}"#, ""));
+    assert_within(value(&remount, "kI"), value(&line, "kI"), 1e-15, "kI");
+    assert_within(uncertainty(&remount, "kI"), uncertainty(&line, "kI"), 1e-15, "u");
+    let who = campaign(r#"{"of": "b0", "per": "who", "u": 1e-5}"#, "");
+    assert_eq!(fitted(&who).noise.sources[1].levels, 2);
+}
+
+/// A tilt that the bench has and nobody asks for deviates all the same; every line is a source of every budget.
+#[test]
+fn every_line_is_a_source_of_the_budget() {
+    let lines = r#"{"of": "seat", "per": "position", "u": 4, "unit": "arcsec", "dof": 8},
+        {"of": "b0", "per": "day", "u": 2e-5}, {"of": "kI", "per": "campaign", "u": 1e-4}"#;
+    let fit = fitted(&campaign(lines, ""));
+    let report = report::fit_report(&fit);
+    let names: Vec<&str> = report.scatter.iter().map(|s| s.source.as_str()).collect();
+    assert_eq!(names, ["readings of V", "seat per position", "b0 per day", "kI per campaign"]);
+    let seat = &report.scatter[1];
+    assert_eq!((seat.levels, seat.unit.as_str(), seat.from.as_str(), seat.dof), (8, "arcsec", "stated", Some(8.0)));
+    assert_within(seat.sd.unwrap(), 4.0, 1e-12, "sd");
+    for p in &report.parameters {
+        let total: f64 = p.budget.iter().map(|line| line.u * line.u).sum();
+        assert_within(total.sqrt(), p.u.unwrap(), 1e-12 * p.u.unwrap(), &p.id);
+        assert!(
+            p.budget.iter().all(|line| (line.evaluation == "B") == (line.source != "readings of V")),
+            "{:?}",
+            p.budget
+        );
+    }
+    // kI deviates once in the campaign: its own uncertainty cannot be less
+    let own = report.parameters[1].budget.iter().find(|line| line.source == "kI per campaign").unwrap();
+    assert_within(own.u, 1e-4, 1e-12, "kI per campaign");
+    assert_within(ARCSEC * 4.0, fit.noise.sources[1].variance.sqrt(), 1e-18, "radians inside");
+}
+
+/// One reading a position: the sum of offsets and noise stays, and the report says why there is one number.
+#[test]
+fn what_one_reading_a_position_cannot_tell_is_said() {
+    let mut single = campaign(r#"{"of": "V", "per": "position", "u": "estimate"}"#, "");
+    single.readings.rows = single.readings.rows.into_iter().step_by(2).collect();
+    for reading in &mut single.readings.rows {
+        reading.observations[0].u = None;
+    }
+    let fit = fitted(&single);
+    let plain = fitted(&Campaign { scatter: Vec::new(), ..single.clone() });
+    assert_eq!(fit.noise.sources[1].state, LineState::Inseparable);
+    assert_within(uncertainty(&fit, "kI"), uncertainty(&plain, "kI"), 1e-9 * uncertainty(&plain, "kI"), "the sum");
+    let table = report::table::fit(&report::fit_report(&fit), false);
+    assert!(table.contains("V per position: these readings cannot tell it from readings of V"), "{table}");
+}
+
+/// What `simulate` draws is what `fit` finds.
+#[test]
+fn simulated_deviations_come_back() {
+    let lines = r#"{"of": "head", "per": "position", "u": "estimate", "unit": "arcsec"}, {"of": "V", "over": "time_s", "tau": 4, "u": 1e-4}"#;
+    let schedule = campaign(lines, "");
+    let truth = |text: &str| wire::read_truth(&wire::Source { name: "truth".into(), text: text.into() }, &schedule);
+    let sizes =
+        r#"{"values": {"b0": {"value": 0.002}, "kI": {"value": 1.3}}, "scatter": {"head per position": {"sd": 40}}}"#;
+    let drawn = truth(sizes).unwrap();
+    let mut sum = 0.0;
+    for seed in 0..40 {
+        let campaign = simulate::simulate(&schedule, &drawn, seed).unwrap();
+        for reading in &campaign.readings.rows {
+            let exact = 2e-3
+                + 1.3
+                    * (reading.columns.iter().flatten().next().map_or(0.0, |_| 0.0)
+                        + reading.joints[0].keys().0.unwrap().to_radians().cos());
+            sum += (reading.observations[0].value - exact).powi(2);
+        }
+    }
+    // half of the 40 arcsec at a mean square of sin 1/2, and the samples: 1e-8 + (1.3 x 1.94e-4)^2 / 2
+    let expected = 1e-8 + 0.5 * (1.3 * 40.0 * ARCSEC).powi(2);
+    let found = sum / (40.0 * 16.0);
+    assert!((found / expected - 1.0).abs() < 0.25, "{found:e} {expected:e}");
+    let missing = simulate::simulate(&schedule, &truth(r#"{"values": {}}"#).unwrap(), 1).unwrap_err();
+    assert!(missing.to_string().contains("head per position"), "{missing}");
+    assert!(truth(r#"{"scatter": {"tail": {"sd": 1}}}"#).is_err());
+    let written = serde_json::to_string(&wire::campaign_file(&schedule, wire::BenchRef::Named("x".into()))).unwrap();
+    assert!(written.contains(r#""scatter":[{"of":"head","per":"position","u":"estimate","unit":"arcsec"},{"of":"V","u":0.0001,"unit":"V","over":"time_s","tau":4.0}]"#), "{written}");
+}
+
+/// A robust weight is of one reading, a deviation of several: refused with the reason.
+#[test]
+fn robust_beside_scatter_is_refused() {
+    let campaign = campaign(r#"{"of": "V", "per": "position", "u": 3e-5}"#, "");
+    let settings = Settings { robust: Some(fit::RobustMethod::Huber), ..Settings::default() };
+    assert!(fit::fit(&campaign, &settings).unwrap_err().to_string().contains("deviations that several readings share"));
+}
