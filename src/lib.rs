@@ -18,13 +18,17 @@
 //! | [`units`] | the field's units: parsed, converted, their dimensions |
 //! | [`algebra`] | a model line: parsed, printed, differentiated |
 //! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
+//! | [`record`] | tables of samples: CSV in its dialects, gzip, Parquet, in blocks |
+//! | [`reduce`] | segments of a record, their means, the uncertainty of means of correlated samples |
+//! | [`noise`] | Allan deviations of a record, and the coefficients of IEEE Std 952 |
 //! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
 //! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |
 //! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks; what scatters |
 //! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
 //! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
 //! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
-//! | [`mod@compare`] | the published closed forms beside least squares; misprints |
+//! | [`mod@compare`] | the published closed forms beside least squares; misprints; calibrations of one unit |
+//! | [`correction`] | readings of a calibrated unit turned back into rates and forces; the same as source code |
 //! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
 //! | [`plan`] | a schedule judged before anyone measures; the best positions |
 //! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
@@ -47,14 +51,18 @@ pub mod bench;
 pub mod campaign;
 pub mod cli;
 pub mod compare;
+pub mod correction;
 pub mod design;
 pub mod diagnosis;
 pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod navigate;
+pub mod noise;
 pub mod plan;
 pub mod quality;
+pub mod record;
+pub mod reduce;
 pub mod report;
 pub mod simulate;
 pub mod uncertainty;

@@ -62,7 +62,7 @@ impl Expression {
                     Operator::Divide if right == Dependence::None => left,
                     Operator::Power if exponent == Some(0.0) => Dependence::None,
                     Operator::Power if exponent == Some(1.0) => left,
-                    Operator::Power if left.max(right) == Dependence::None => Dependence::None,
+                    Operator::Power | Operator::Atan2 if left.max(right) == Dependence::None => Dependence::None,
                     _ => Dependence::Other,
                 },
             };
@@ -159,7 +159,8 @@ fn binary_harmonics(operator: Operator, left: Harmonics, right: Harmonics) -> (O
             }
             None => (None, None),
         },
-        Operator::Divide => (None, None),
+        Operator::Atan2 if left.degree == Some(0) && right.degree == Some(0) => (Some(0), Some(0.0)),
+        Operator::Divide | Operator::Atan2 => (None, None),
     }
 }
 
@@ -181,6 +182,7 @@ fn smoothness(node: Node<'_, (Option<bool>, Option<f64>)>, depends: &dyn Fn(&str
             let smooth = match operator {
                 Operator::Add | Operator::Subtract | Operator::Multiply => true,
                 Operator::Divide => !right,
+                Operator::Atan2 => !left && !right,
                 Operator::Power if right => !left && base.is_some_and(|base| base > 0.0),
                 Operator::Power => !left || exponent.is_some_and(|exponent| exponent >= 0.0 && exponent.fract() == 0.0),
             };
@@ -211,6 +213,7 @@ fn angle_degree(node: Node<'_, (Option<f64>, Option<f64>)>, degree: &dyn Fn(&str
                 Operator::Add | Operator::Subtract => (left == right).then_some(left),
                 Operator::Multiply => Some(left + right),
                 Operator::Divide => Some(left - right),
+                Operator::Atan2 => (left == right).then_some(1.0),
                 Operator::Power => match exponent {
                     Some(exponent) => Some(left * exponent),
                     None => (left == 0.0 && right == 0.0).then_some(0.0),

@@ -1,7 +1,7 @@
 //! One spelling for terms that are the same product or sum in another order.
 
 use super::expression::{Expression, Node};
-use super::function::{Operator, integer_power, small_integer};
+use super::function::{ATAN2, Operator, integer_power, small_integer};
 use super::print::number;
 use std::collections::BTreeMap;
 
@@ -58,6 +58,9 @@ fn sum_of(node: Node<'_, Sum>) -> Sum {
         Node::Binary(Operator::Subtract, left, right) => left.added(right.scaled(-1.0)),
         Node::Binary(Operator::Multiply, left, right) => left.multiplied(right),
         Node::Binary(Operator::Divide, left, right) => left.multiplied(right.raised(-1)),
+        Node::Binary(Operator::Atan2, y, x) => {
+            Sum::factor(Base::Operand(format!("{ATAN2}({},{})", y.text(), x.text())), 1)
+        }
         Node::Binary(Operator::Power, left, right) => match right.number().and_then(small_integer) {
             Some(exponent) => left.raised(exponent),
             None => Sum::factor(Base::Power(format!("{}^{}", left.operand(), right.operand())), 1),

@@ -110,7 +110,12 @@ pub(super) enum Operator {
     Multiply,
     Divide,
     Power,
+    /// `atan2(y, x)`, the angle of the point (x, y), in radians from -pi to pi.
+    Atan2,
 }
+
+/// The function of two arguments, written as a call.
+pub(super) const ATAN2: &str = "atan2";
 
 impl Operator {
     pub(super) fn symbol(self) -> char {
@@ -120,6 +125,7 @@ impl Operator {
             Operator::Multiply => '*',
             Operator::Divide => '/',
             Operator::Power => '^',
+            Operator::Atan2 => ',',
         }
     }
 
@@ -129,6 +135,7 @@ impl Operator {
             Operator::Subtract => left - right,
             Operator::Multiply => left * right,
             Operator::Divide => left / right,
+            Operator::Atan2 => left.atan2(right),
             Operator::Power => match small_integer(right) {
                 Some(exponent) => integer_power(left, exponent),
                 None => left.powf(right),

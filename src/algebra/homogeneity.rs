@@ -30,8 +30,8 @@ pub enum Reason {
     Terms,
     /// What a function or an exponent takes: a pure number, or radians.
     Argument,
-    /// A number is added to it.
-    Number,
+    /// It is added to one, as in `1 + eps` and `1 - 2*face`; of other numbers (`t - 20`) nothing is said: they may carry a unit.
+    One,
 }
 
 /// A product of powers that must be a pure number.
@@ -134,19 +134,29 @@ fn rule<'a>(node: Node<'a, State<'a>>, relations: &mut Vec<Relation<'a>>) -> Sta
                 radian()
             }
         },
-        Node::Binary(Operator::Add | Operator::Subtract, left, right) => match (left.number, right.number) {
-            (Some(_), Some(_)) => Powers::default(),
-            (Some(_), None) | (None, Some(_)) => {
-                let kept = if left.number.is_some() { right.powers } else { left.powers };
-                require(kept.clone(), Reason::Number);
-                kept.of_sum()
+        Node::Binary(node_operator @ (Operator::Add | Operator::Subtract), left, right) => {
+            match (left.number, right.number) {
+                (Some(_), Some(_)) => Powers::default(),
+                (Some(_), None) | (None, Some(_)) => {
+                    let one = left.number == Some(1.0)
+                        || (right.number == Some(1.0) && matches!(node_operator, Operator::Add));
+                    let kept = if left.number.is_some() { right.powers } else { left.powers };
+                    if one {
+                        require(kept.clone(), Reason::One);
+                    }
+                    kept.of_sum()
+                }
+                (None, None) => {
+                    require(left.powers.clone().times(&right.powers, -1.0), Reason::Terms);
+                    // a factor pi may convert an angle: the other term says more
+                    if left.powers.pi { right.powers.of_sum() } else { left.powers.of_sum() }
+                }
             }
-            (None, None) => {
-                require(left.powers.clone().times(&right.powers, -1.0), Reason::Terms);
-                // a factor pi may convert an angle: the other term says more
-                if left.powers.pi { right.powers.of_sum() } else { left.powers.of_sum() }
-            }
-        },
+        }
+        Node::Binary(Operator::Atan2, y, x) => {
+            require(y.powers.times(&x.powers, -1.0), Reason::Terms);
+            radian()
+        }
         Node::Binary(Operator::Multiply, left, right) => left.powers.times(&right.powers, 1.0),
         Node::Binary(Operator::Divide, left, right) => left.powers.times(&right.powers, -1.0),
         Node::Binary(Operator::Power, left, right) => match right.number {

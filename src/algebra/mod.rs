@@ -10,13 +10,14 @@
 //!
 //! Grammar: names `[A-Za-z_][A-Za-z0-9_]*`, numbers (`1`, `1.5`, `.5`, `1e-3`), `pi`, `+ - * /` from the left, `^` from the
 //! right and tighter than the minus sign (`-x^2` is `-(x^2)`), parentheses, and the functions of [`Function`].
-//! Deliberately absent: implicit multiplication, comparison, functions of two arguments, simplification.
+//! and `atan2(y, x)`. Deliberately absent: implicit multiplication, comparison, other functions of two arguments, simplification.
 
 mod analysis;
 mod canonical;
 mod expression;
 mod function;
 mod homogeneity;
+mod language;
 mod parse;
 mod print;
 mod tape;
@@ -26,5 +27,6 @@ pub use analysis::NameDegree;
 pub use expression::Expression;
 pub use function::Function;
 pub use homogeneity::{Homogeneity, Powers, Reason, Relation};
+pub use language::Language;
 pub use tape::{Scratch, Tape};
 pub use terms::Term;

@@ -1,7 +1,7 @@
 //! From text to the postfix order of its tree, and from chumsky's findings to errors a person can use.
 
 use super::expression::Item;
-use super::function::{Function, Operator};
+use super::function::{ATAN2, Function, Operator};
 use crate::error::{Fault, Malformed, Result};
 use chumsky::error::{RichPattern, RichReason};
 use chumsky::pratt::{infix, left, prefix, right};
@@ -59,6 +59,9 @@ fn line<'a>() -> impl Parser<'a, &'a str, Vec<Item>, extra::Err<Refusal<'a>>> {
                 vec![Item::Number(number)]
             },
         );
+        let pair = line.clone().then_ignore(just(',')).then(line.clone()).delimited_by(just('('), just(')'));
+        let two = text::ascii::keyword(ATAN2).then_ignore(text::whitespace()).ignore_then(pair);
+        let two = two.map(|(y, x)| binary(Operator::Atan2, y, x)).boxed();
         let group = line.delimited_by(just('('), just(')')).boxed();
         let word = text::ascii::ident();
         let call =
@@ -71,12 +74,12 @@ fn line<'a>() -> impl Parser<'a, &'a str, Vec<Item>, extra::Err<Refusal<'a>>> {
             argument
         });
         let name = word.then_ignore(text::whitespace().then(just('(')).not()).validate(|word: &str, extra, emitter| {
-            if Function::from_name(word).is_some() {
+            if Function::from_name(word).is_some() || word == ATAN2 {
                 emitter.emit(Rich::custom(extra.span(), no_argument(word, extra.span())));
             }
             vec![if word == "pi" { Item::Pi } else { Item::Name(word.to_string()) }]
         });
-        let operand = choice((number, call, name, group)).labelled("operand").padded().boxed();
+        let operand = choice((number, two, call, name, group)).labelled("operand").padded().boxed();
 
         let sign = |symbol| just(symbol).labelled("operator").padded();
         operand
@@ -115,10 +118,10 @@ fn too_deep(text: &str) -> Option<usize> {
             ')' => depth = outside.pop().unwrap_or(0),
             '^' => depth += 1,
             '-' if !after_operand => depth += 1,
-            '+' | '-' | '*' | '/' => depth = outside.last().map_or(0, |outer| outer + 1),
+            '+' | '-' | '*' | '/' | ',' => depth = outside.last().map_or(0, |outer| outer + 1),
             _ => {}
         }
-        after_operand = !matches!(c, '(' | '+' | '-' | '*' | '/' | '^');
+        after_operand = !matches!(c, '(' | '+' | '-' | '*' | '/' | '^' | ',');
         if depth > DEEPEST {
             return Some(start);
         }
@@ -165,7 +168,12 @@ fn number_too_large(text: &str, span: SimpleSpan) -> Malformed {
 }
 
 fn unknown_function(word: &str, span: SimpleSpan) -> Malformed {
-    let functions: Vec<&str> = Function::ALL.iter().map(|function| function.name()).collect();
+    if word == ATAN2 {
+        return Malformed::new(Fault::Syntax, "atan2 takes two arguments")
+            .expected("atan2(y, x)")
+            .at_span(span.start, span.end - span.start);
+    }
+    let functions: Vec<&str> = Function::ALL.iter().map(|function| function.name()).chain([ATAN2]).collect();
     Malformed::new(Fault::UnknownName, "the model line calls an unknown function")
         .expected(format!("an operator, or a function: {}", functions.join(" ")))
         .found(found_at(word, 0).0)

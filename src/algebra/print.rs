@@ -1,7 +1,7 @@
 //! The tree as text, with as few parentheses as the grammar allows.
 
 use super::expression::{Expression, Node};
-use super::function::Operator;
+use super::function::{ATAN2, Operator};
 use std::fmt;
 
 /// How tightly a piece of text holds together, from a sum to a single operand.
@@ -43,11 +43,12 @@ fn piece(node: Node<'_, Piece>) -> Piece {
         Node::Name(name) => (name.to_string(), Binding::Operand),
         Node::Negate(x) => (format!("-{}", x.at_least(Binding::Minus)), Binding::Minus),
         Node::Call(function, x) => (format!("{}({})", function.name(), x.text), Binding::Operand),
+        Node::Binary(Operator::Atan2, y, x) => (format!("{ATAN2}({}, {})", y.text, x.text), Binding::Operand),
         Node::Binary(operator, left, right) => {
             let (own, least_left, least_right) = match operator {
                 Operator::Add | Operator::Subtract => (Binding::Sum, Binding::Sum, Binding::Product),
                 Operator::Multiply | Operator::Divide => (Binding::Product, Binding::Product, Binding::Minus),
-                Operator::Power => (Binding::Power, Binding::Operand, Binding::Minus),
+                Operator::Power | Operator::Atan2 => (Binding::Power, Binding::Operand, Binding::Minus),
             };
             let space = if own == Binding::Sum { " " } else { "" };
             let mut text = left.at_least(least_left);

@@ -163,6 +163,12 @@ impl Tape {
                     bars[left] += bar / registers[right];
                     bars[right] -= bar * value / registers[right];
                 }
+                Step::Binary(Operator::Atan2, left, right) => {
+                    let (y, x) = (registers[left], registers[right]);
+                    let size = x.hypot(y);
+                    bars[left] += bar * (x / size) / size;
+                    bars[right] -= bar * (y / size) / size;
+                }
                 Step::Binary(Operator::Power, left, right) => {
                     let (base, exponent) = (registers[left], registers[right]);
                     if exponent != 0.0 {

@@ -36,6 +36,7 @@ impl Expression {
                 Node::Call(..) => Some(vec![Term::default()]),
                 Node::Binary(operator, (left, _), (right, exponent)) => match operator {
                     Operator::Add | Operator::Subtract => sum(left, right),
+                    Operator::Atan2 => Some(vec![Term::default()]),
                     Operator::Multiply => product(left, right),
                     Operator::Divide => product(left, right.and_then(|terms| power(&terms, -1.0))),
                     Operator::Power => exponent.and_then(|exponent| left.and_then(|terms| power(&terms, exponent))),

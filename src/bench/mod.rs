@@ -9,11 +9,13 @@
 //! active and take sensor components to the ground. Deliberately absent: lever arms, dynamics, file formats (`wire` knows those).
 
 mod builtin;
+mod gravity;
 mod modulation;
 mod rotation;
 
 pub use crate::units::STANDARD_GRAVITY_M_S2;
 pub use builtin::{BuiltIn, built_in, built_ins};
+pub use gravity::{GravityFrom, NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2, normal_gravity};
 pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
 
@@ -44,6 +46,8 @@ pub struct Bench {
     pub chain: Vec<Link>,
     /// The sensors that are read, in the file's order.
     pub sensors: Vec<Sensor>,
+    /// Relative standard uncertainties of the rates of turning joints, common to all readings; none for those not listed.
+    pub rate_u: Vec<(String, f64)>,
 }
 
 /// Where the bench stands.
@@ -51,10 +55,16 @@ pub struct Bench {
 pub struct Site {
     /// Geodetic latitude in degrees, north positive.
     pub latitude_deg: f64,
+    /// Its standard uncertainty, in degrees.
+    pub latitude_u_deg: f64,
     /// Rotation rate of the Earth in degrees per hour.
     pub earth_rate_deg_h: f64,
     /// Local gravity in units of standard gravity.
     pub gravity_g: f64,
+    /// Its standard uncertainty, in units of standard gravity.
+    pub gravity_u_g: f64,
+    /// Where it comes from.
+    pub gravity_from: GravityFrom,
 }
 
 /// Units in which the inputs enter the model lines.
@@ -183,11 +193,26 @@ pub struct Sensor {
     pub model: Expression,
 }
 
+/// Most joints of a chain: positions that tell unknowns apart are sought over all of them.
+const MOST_JOINTS: usize = 64;
+/// Most joints and tilts together.
+const MOST_LINKS: usize = 512;
+
 impl Bench {
     /// Check what no single entry can know: repeated names, axes that clash, direction cosines that are none.
     ///
     /// Errors: `NameClash` for a joint, tilt, sensor or axis that repeats; `Value` for numbers out of range.
     pub fn checked(self) -> Result<Self> {
+        let joints = self.joints().count();
+        for (what, found, most) in [("joints", joints, MOST_JOINTS), ("joints and tilts", self.chain.len(), MOST_LINKS)]
+        {
+            if found > most {
+                return Err(Malformed::new(Fault::Value, format!("the chain has too many {what}"))
+                    .expected(format!("at most {most}"))
+                    .found(found.to_string())
+                    .at_path("chain"));
+            }
+        }
         for (k, link) in self.chain.iter().enumerate() {
             let path = format!("chain[{k}]");
             identifier(link.name()).map_err(|e| e.at_path(&path))?;
@@ -251,6 +276,24 @@ impl Bench {
                 .found(site.latitude_deg.to_string())
                 .at_path("site.latitude_deg"));
         }
+        for (joint, u) in &self.rate_u {
+            let path = format!("rate_u_ppm.{joint}");
+            if !self.joints().any(|own| own == joint) {
+                let joints: Vec<&str> = self.joints().collect();
+                return Err(Malformed::new(Fault::UnknownName, format!("the chain has no joint '{joint}'"))
+                    .expected(format!("a joint of the chain: {}", joints.join(", ")))
+                    .found(format!("'{joint}'"))
+                    .at_path(path));
+            }
+            if !(*u >= 0.0 && u.is_finite()) {
+                return Err(Malformed::new(
+                    Fault::Value,
+                    format!("the uncertainty of the rate of '{joint}' cannot be used"),
+                )
+                .expected("zero or a positive number of ppm")
+                .at_path(path));
+            }
+        }
         Ok(self)
     }
 
@@ -294,7 +337,7 @@ pub(crate) fn identifier(name: &str) -> Result<()> {
     let mut letters = name.chars();
     let good = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
         && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if good && (name == "pi" || Function::from_name(name).is_some()) {
+    if good && (name == "pi" || name == "atan2" || Function::from_name(name).is_some()) {
         return Err(Malformed::new(Fault::NameClash, format!("'{name}' is a function or constant of the algebra"))
             .expected("another name")
             .found(format!("'{name}'")));

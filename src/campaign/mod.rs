@@ -4,11 +4,17 @@
 //! Tilts are in radians, joints in degrees (exact at quarter turns), rates in degrees per second. Deliberately absent: file formats
 //! (`wire`), rows (`design`).
 
+mod identity;
+mod inputs;
+mod limits;
 mod parameters;
 mod readings;
 mod scatter;
 mod units;
 
+pub use identity::{Condition, Identity, Instrument, UnitUnderTest};
+pub use inputs::{GRAVITY, LATITUDE, RATE};
+pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
 pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};
@@ -36,6 +42,12 @@ pub struct Campaign {
     pub scatter: Vec<Scatter>,
     /// The readings, or the positions of a schedule.
     pub readings: Readings,
+    /// The unit under test, when, where, by whom, with what.
+    pub identity: Identity,
+    /// Limits that results are judged by.
+    pub limits: Vec<Limit>,
+    /// The rule of that judgement.
+    pub decision: Decision,
 }
 
 /// What a campaign asks for, before it is matched with the bench's names.
@@ -75,8 +87,11 @@ impl Campaign {
     /// input, or both known and estimated.
     pub fn new(bench: Bench, request: Request, readings: Readings) -> Result<Self> {
         let names = parameter_names(&bench, &readings);
+        let inputs = Parameter::inputs(&bench);
         let check = |section: &str, name: &str| -> Result<()> {
-            if names.iter().any(|(known, _)| known == name) {
+            if names.iter().any(|(known, _)| known == name)
+                || inputs.iter().any(|input| section == "known" && input.id == name)
+            {
                 return Ok(());
             }
             let path = format!("{section}.{name}");
@@ -113,11 +128,22 @@ impl Campaign {
         for (name, asked) in request.estimate {
             parameters.push(Parameter::estimated(&bench, &units, &name, kind_of(&name), asked)?);
         }
-        for (name, given) in request.known {
+        // an input of the bench has its value from the bench
+        for (name, given) in request.known.into_iter().filter(|(name, _)| !inputs.iter().any(|own| own.id == *name)) {
             parameters.push(Parameter::known(&bench, &units, &name, kind_of(&name), given)?);
         }
+        parameters.extend(inputs);
         for (name, kind) in &names {
             if !parameters.iter().any(|p| p.id == *name) {
+                if let Some(input) = input_meant(&bench, name) {
+                    let what = format!(
+                        "'{name}' in a model line is neither known nor estimated: is the input '{input}' meant?"
+                    );
+                    let expected = format!(
+                        "{input} in the model line, or '{name}' in known or estimate where it is a coefficient"
+                    );
+                    return Err(Malformed::new(Fault::UnknownName, what).expected(expected).at_path("bench"));
+                }
                 parameters.push(Parameter::assumed_zero(&bench, &units, name, *kind));
             }
         }
@@ -127,8 +153,11 @@ impl Campaign {
             parameters,
             constraints: Vec::new(),
             derived: Vec::new(),
-            scatter: Vec::new(),
             readings,
+            identity: Identity::default(),
+            limits: Vec::new(),
+            decision: Decision::default(),
+            scatter: Vec::new(),
         })
     }
 
@@ -203,6 +232,16 @@ pub(crate) fn is_axis_input(bench: &Bench, name: &str) -> bool {
     matches!(axis, "x" | "y" | "z") || bench.sensors.iter().any(|sensor| sensor.axes.iter().any(|(own, _)| own == axis))
 }
 
+/// The input along an axis whose name differs from this one by case and underscores alone (`aI`, `W_I`).
+fn input_meant(bench: &Bench, name: &str) -> Option<String> {
+    let plain = |name: &str| name.replace('_', "").to_lowercase();
+    let own = bench.sensors.iter().flat_map(|sensor| sensor.axes.iter().map(|(axis, _)| axis.as_str()));
+    let frame = ["x", "y", "z"].into_iter().filter(|_| !bench.chain.is_empty());
+    own.chain(frame)
+        .flat_map(|axis| [format!("w_{axis}"), format!("a_{axis}")])
+        .find(|input| input != name && plain(input) == plain(name))
+}
+
 fn input_description(bench: &Bench, readings: &Readings, name: &str) -> String {
     if is_axis_input(bench, name) {
         format!("{name}, a rate or specific force along an axis")
@@ -246,6 +285,8 @@ pub(crate) fn derived(campaign: &Campaign, id: &str, line: Expression, unit: Opt
         });
     };
     let wanted = campaign.units.parse(text).map_err(|e| e.at_path("unit"))?;
+    // K/1.299 - 1 is a pure number whatever the unit of K: that of 1.299 is K's
+    let own = if line.is_less_one() && wanted.dimension().is_number() { Some(Unit::one()) } else { own };
     let to = match &own {
         Some(own) => own.conversion(&wanted).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of the derived quantity '{id}' has another dimension"))

@@ -13,6 +13,8 @@ pub enum Kind {
     Tilt,
     /// A coefficient of a model line, in the units that make its term the sensor's unit.
     Coefficient,
+    /// An input of the bench that is known with an uncertainty: gravity, latitude, the rate of a joint.
+    Input,
 }
 
 /// A parameter of the model.
@@ -207,7 +209,7 @@ fn meaning(bench: &Bench, id: &str) -> String {
 pub(super) fn internal_unit(units: &Inferred, id: &str, kind: Kind) -> Option<Unit> {
     match kind {
         Kind::Tilt => Unit::parse("rad").ok(),
-        Kind::Coefficient => units.unit(id).cloned(),
+        Kind::Coefficient | Kind::Input => units.unit(id).cloned(),
     }
 }
 
@@ -223,7 +225,7 @@ fn conversion(units: &Inferred, id: &str, kind: Kind, unit: Option<&str>, path: 
     let Some(internal) = internal else { return Ok((Conversion::NONE, given.symbol().to_string())) };
     let what = match kind {
         Kind::Tilt => format!("'{id}' (a tilt is an angle)"),
-        Kind::Coefficient => format!("'{id}'"),
+        Kind::Coefficient | Kind::Input => format!("'{id}'"),
     };
     let to = given.conversion_for(&internal, &what).map_err(|e| e.at_path(&path))?;
     // the same size: as the user writes it

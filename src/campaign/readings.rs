@@ -2,6 +2,9 @@
 
 use crate::error::{Fault, Malformed, Result};
 
+/// Most turns of one reading: a mean over part turns is taken panel by panel.
+const MOST_TURNS: f64 = 10_000.0;
+
 /// All readings of a campaign, in the file's order.
 #[derive(Debug, Clone, Default)]
 pub struct Readings {
@@ -128,6 +131,14 @@ impl JointState {
             if !(turns > 0.0) {
                 return Err(Malformed::new(Fault::Value, format!("{joint}_turns must be positive"))
                     .expected("a positive number of turns; the sign of the rate is the sense")
+                    .found(turns.to_string())
+                    .at_path(format!("{joint}_turns")));
+            }
+            if turns > MOST_TURNS {
+                return Err(Malformed::new(Fault::Value, format!("{joint}_turns is too large"))
+                    .expected(format!(
+                        "at most {MOST_TURNS} turns in one reading; a mean over so many is one over whole turns"
+                    ))
                     .found(turns.to_string())
                     .at_path(format!("{joint}_turns")));
             }

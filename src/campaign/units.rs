@@ -43,15 +43,15 @@ impl Inferred {
             for relation in line.relations {
                 let Some(row) = system.row(bench, columns, &relation.powers) else { continue };
                 let stage = match relation.reason {
-                    Reason::Number if row.open.keys().all(|k| system.is(*k, Open::Column)) => Stage::Indicator,
-                    Reason::Number => Stage::Number,
+                    Reason::One if row.open.keys().all(|k| system.is(*k, Open::Column)) => Stage::Indicator,
+                    Reason::One => Stage::One,
                     Reason::Terms => Stage::Terms,
                     Reason::Argument => Stage::Argument,
                 };
                 found.push((k, stage, row));
             }
         }
-        // stated units come before what a number is added to, which need not be a pure number
+        // stated units come before what is added to one, which need not be a pure number
         for (name, unit) in stated {
             let atom = system.known(unit.clone());
             let mut row = Row::default();
@@ -62,7 +62,7 @@ impl Inferred {
         found.sort_by_key(|(_, stage, _)| *stage);
         let mut conflicts = Vec::new();
         for (sensor, stage, row) in found {
-            let left = system.require(row, stage == Stage::Number);
+            let left = system.require(row, stage == Stage::One);
             if let Some(left) = left.filter(|_| matches!(stage, Stage::Line | Stage::Terms))
                 && !left.dimension().is_angle_or_number()
             {
@@ -171,7 +171,7 @@ pub fn coefficient_unit(bench: &Bench, columns: &[String], coefficient: &str) ->
 /// Equations in the order in which they are taken: an earlier one decides where two disagree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Stage {
-    /// `1 - 2*face`: a column to which a number is added is a pure number.
+    /// `1 - 2*face`: a column that is added to one is a pure number.
     Indicator,
     /// The line has its sensor's unit.
     Line,
@@ -181,8 +181,8 @@ enum Stage {
     Argument,
     /// What a person says.
     Stated,
-    /// What a number is added to is a pure number, where nothing else has decided.
-    Number,
+    /// What is added to one is a pure number, where nothing else has decided.
+    One,
 }
 
 /// What is not known to have a unit.

@@ -29,10 +29,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
                 rows.push(vec![bench.id.clone(), format!("{} (sensors: {})", bench.title, sensors.join(", "))]);
             }
             let title = "what it is";
-            super::print(&wrap::last_column(&table::plain(&["id", title], &rows), title));
+            super::print(&wrap::last_column(&table::plain(&["id", title], &rows), title))?;
         }
         Arguments::Show { id } => match bench::built_in(id) {
-            Some(built_in) => super::print(built_in.text),
+            Some(built_in) => super::print(built_in.text)?,
             None => {
                 let ids: Vec<&str> = bench::built_ins().iter().map(|b| b.id).collect();
                 return Err(Malformed::new(Fault::UnknownName, format!("no built-in bench is called '{id}'"))

@@ -25,7 +25,7 @@ pub(super) struct SchemaArguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     for path in &arguments.files {
         let line = check(path)?;
-        super::print(&format!("{}: {line}\n", path.display()));
+        super::print(&format!("{}: {line}\n", path.display()))?;
     }
     Ok(Outcome::Done)
 }
@@ -69,6 +69,6 @@ pub(super) fn run_schema(arguments: &SchemaArguments) -> Result<Outcome> {
             .expected(format!("one of {}", crate::report::schemas().join(", ")))
             .found(format!("'{}'", arguments.kind)));
     };
-    super::print(&files::json(&schema)?);
+    super::print(&files::json(&schema)?)?;
     Ok(Outcome::Done)
 }

@@ -1,19 +1,27 @@
-//! `tumble compare CAMPAIGN`.
+//! `tumble compare CAMPAIGN` (published closed forms), `tumble compare A B ...` (calibrations of one unit).
 
-use super::{Outcome, files, pages};
-use crate::compare;
-use crate::error::Result;
+use super::outputs::Outputs;
+use super::{Outcome, calibrations, files, pages};
+use crate::compare::{self, calibrations::changes, calibrations::trends};
+use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::report::{self, html};
 use crate::wire;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to compare and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The campaign file (JSON), on a bench whose closed forms are published.
-    campaign: PathBuf,
+    /// A campaign on a bench whose closed forms are published; or two or more fit reports (`tumble fit --json`) of one unit.
+    #[arg(required = true, value_name = "CAMPAIGN|REPORT")]
+    files: Vec<PathBuf>,
+    /// Coverage probability of expanded uncertainties, for calibrations.
+    #[arg(long, default_value_t = 0.95, value_name = "P")]
+    level: f64,
+    /// Take inputs that two calibrations share (a reference standard) as independent.
+    #[arg(long)]
+    independent: bool,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -22,19 +30,89 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
-    let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
+    match arguments.files.as_slice() {
+        [campaign] => closed_forms(arguments, campaign),
+        [before, after] => two(arguments, before, after),
+        several => history(arguments, several),
+    }
+}
+
+/// The files that are asked for.
+fn outputs(arguments: &Arguments) -> Result<Outputs> {
+    let [html, md] = arguments.pages.paths();
+    Outputs::plan([html, md, arguments.json.as_deref()])
+}
+
+/// Write what is asked for, or print the table where nothing goes to stdout.
+fn finish(arguments: &Arguments, mut outputs: Outputs, page: &html::Page, json: String, table: &str) -> Result<()> {
+    outputs.extend(arguments.pages.page(page)?);
+    if let Some(path) = &arguments.json {
+        outputs.add(path, json);
+    }
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
+    if to_stdout { Ok(()) } else { super::print(table) }
+}
+
+fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {
+    if calibrations::is_report(&files::read(path)?) {
+        return Err(Malformed::new(Fault::Missing, "one calibration has nothing to be compared with")
+            .expected("a second fit report: tumble compare BEFORE AFTER")
+            .in_file(path.display().to_string()));
+    }
+    let (campaign, source, inputs) = files::campaign_and_inputs(path)?;
+    let outputs = outputs(arguments)?;
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
-    let report = report::compare_report(&comparison);
-    let pages = arguments.pages.page(&html::compare_page(&report, &inputs))?;
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
-    pages.write()?;
-    if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+    let mut report = report::compare_report(&comparison);
+    report.inputs = inputs.clone();
+    let page = html::compare_page(&report, &inputs);
+    finish(arguments, outputs, &page, files::json(&report)?, &report::table::compare(&report))?;
+    Ok(Outcome::Done)
+}
+
+fn check_level(level: f64) -> Result<()> {
+    if level > 0.0 && level < 1.0 {
+        return Ok(());
     }
-    if !to_stdout {
-        super::print(&report::table::compare(&report));
+    Err(Malformed::new(Fault::Value, "the level is no probability")
+        .expected("a number between 0 and 1, for example 0.95")
+        .found(level.to_string()))
+}
+
+fn two(arguments: &Arguments, before: &Path, after: &Path) -> Result<Outcome> {
+    check_level(arguments.level)?;
+    let (before, after) = (calibrations::read(before)?, calibrations::read(after)?);
+    let outputs = outputs(arguments)?;
+    let found = changes(&before.determination(), &after.determination(), arguments.level, !arguments.independent);
+    if found.changes.is_empty() {
+        return Err(Malformed::new(Fault::Value, "the two calibrations have no quantity in common")
+            .expected("two fits of the same bench")
+            .found(format!("benches {} and {}", before.report.bench, after.report.bench)));
     }
+    let report = report::changes_report(&found, before.summary(), after.summary());
+    let page = html::changes_page(&report)?;
+    finish(arguments, outputs, &page, files::json(&report)?, &report::changes_table(&report))?;
+    Ok(if report.is_changed() { Outcome::Rejected } else { Outcome::Done })
+}
+
+fn history(arguments: &Arguments, paths: &[PathBuf]) -> Result<Outcome> {
+    check_level(arguments.level)?;
+    let mut stored = paths.iter().map(|path| calibrations::read(path)).collect::<Result<Vec<_>>>()?;
+    if let Some(undated) = stored.iter().find(|own| own.day().is_none()) {
+        return Err(Malformed::new(Fault::Missing, "a history needs the date of each calibration")
+            .expected("\"date\": \"YYYY-MM-DD\" in each campaign")
+            .found(format!("no date in {}", undated.summary().file)));
+    }
+    let outputs = outputs(arguments)?;
+    stored.sort_by(|a, b| a.day().unwrap_or_default().total_cmp(&b.day().unwrap_or_default()));
+    let all: Vec<_> = stored.iter().map(|own| own.determination()).collect();
+    let last = stored.last();
+    let limits = |id: &str| last.and_then(|own| own.limits(id));
+    let summaries = stored.iter().map(|own| own.summary()).collect();
+    let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
+    let page = html::history_page(&report)?;
+    finish(arguments, outputs, &page, files::json(&report)?, &report::history_table(&report))?;
     Ok(Outcome::Done)
 }

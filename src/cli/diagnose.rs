@@ -1,6 +1,7 @@
 //! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
 
-use super::pages::{self, Ready};
+use super::outputs::Outputs;
+use super::pages;
 use super::{Outcome, files};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
@@ -65,32 +66,39 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let catalogue = Catalogue::new(own)?;
     let model_names = arguments.write_model.as_deref().map(ModelNames::new).transpose()?;
+    let [html, md] = arguments.pages.paths();
+    let [bench, repaired] = match &model_names {
+        Some(names) => [Some(names.bench.as_path()), Some(names.campaign.as_path())],
+        None => [None, None],
+    };
+    let (svg, json) = (arguments.svg.as_deref(), arguments.json.as_deref());
+    let mut outputs = Outputs::plan([html, md, svg, json, bench, repaired])?;
     let settings = diagnosis::Settings::at(arguments.significance);
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, &source))?;
-    let report = report::diagnose_report(&campaign, &diagnosis, &settings);
-    // every text is made before any is written
-    let mut ready = match arguments.pages.is_asked_for() {
-        true => arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs)?)?,
-        false => Ready::default(),
-    };
+    let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
+    report.inputs = inputs.clone();
+    if arguments.pages.is_asked_for() {
+        outputs.extend(arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs)?)?);
+    }
     if let Some(path) = &arguments.svg {
-        ready.add(path, html::diagnose_svg(&campaign, &diagnosis, &report)?);
+        outputs.add(path, html::diagnose_svg(&campaign, &diagnosis, &report)?);
     }
     if let Some(path) = &arguments.json {
-        ready.add(path, files::json(&report)?);
+        outputs.add(path, files::json(&report)?);
     }
     if let Some(names) = &model_names {
-        names.add(&mut ready, &diagnosis)?;
+        names.add(&mut outputs, &diagnosis)?;
     }
-    ready.write()?;
-    if !ready.to_stdout() {
-        super::print(&report::diagnose_table(&report));
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
+    if !to_stdout {
+        super::print(&report::diagnose_table(&report))?;
     }
     if let Some(names) = &model_names {
-        eprintln!("{}", names.note(&diagnosis));
+        super::note(&names.note(&diagnosis));
         if let Some(note) = report::alias_note(&report) {
-            eprintln!("{}", report::wrap::hanging(&format!("note: {note}"), 2));
+            super::note(&report::wrap::hanging(&format!("note: {note}"), 2));
         }
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
@@ -151,15 +159,15 @@ impl ModelNames {
     }
 
     /// Both files, if anything was repaired.
-    fn add(&self, ready: &mut Ready, diagnosis: &Diagnosis) -> Result<()> {
+    fn add(&self, outputs: &mut Outputs, diagnosis: &Diagnosis) -> Result<()> {
         let Some(repaired) = &diagnosis.repaired else { return Ok(()) };
         let mut bench = wire::bench_file(&repaired.bench);
         bench.id = self.stem.clone();
         let added: Vec<&str> = diagnosis.effects.iter().map(|finding| finding.effect.regressor.as_str()).collect();
         bench.title = format!("{} with {}", bench.title, added.join(", ")).trim().to_string();
         let campaign = wire::campaign_file(repaired, BenchRef::Named(self.name.clone()));
-        ready.add(&self.bench, files::json(&bench)?);
-        ready.add(&self.campaign, files::json(&campaign)?);
+        outputs.add(&self.bench, files::json(&bench)?);
+        outputs.add(&self.campaign, files::json(&campaign)?);
         Ok(())
     }
 

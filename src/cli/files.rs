@@ -1,12 +1,18 @@
-//! Reading and writing files. Nothing is ever half-written: a temporary name first, then a rename.
+//! Reading files (`outputs` writes them).
 
+use super::session;
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::report::Input;
 use crate::wire::{self, MissionFile, Source};
 use serde::Serialize;
-use std::io::Write;
+use std::io::Read;
 use std::path::{Path, PathBuf};
+
+/// Largest file that is read: a campaign takes several times its size in memory.
+const MOST_BYTES: u64 = 1 << 30;
+/// Bytes that are read before they are looked at.
+const BLOCK: u64 = 1 << 20;
 
 /// Read a file as text.
 pub(super) fn read(path: &Path) -> Result<Source> {
@@ -19,11 +25,50 @@ pub(super) fn read_input(path: &Path) -> Result<(Source, Input)> {
     if path.is_dir() {
         return Err(Malformed::new(Fault::File, format!("'{name}' is a folder")).expected("a file").in_file(name));
     }
-    let bytes = std::fs::read(path).map_err(|error| {
-        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
-    })?;
+    let bytes = bytes(path, &name)?;
+    session::reads(path);
     let input = Input::new(&name, &bytes);
     Ok((Source::from_bytes(name, bytes)?, input))
+}
+
+/// The name and the digest of a file that is too large to be read at once.
+pub(super) fn input(path: &Path) -> Result<Input> {
+    let name = path.display().to_string();
+    let fault = |error: std::io::Error| Malformed::new(Fault::File, format!("cannot read '{name}': {error}"));
+    let mut file = std::fs::File::open(path).map_err(fault)?;
+    Input::read(&name, &mut file).map_err(fault)
+}
+
+/// The bytes of a text file, no more than [`MOST_BYTES`]; a device of zeros is found out in its first block.
+fn bytes(path: &Path, name: &str) -> Result<Vec<u8>> {
+    let cannot = |error: std::io::Error| {
+        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
+    };
+    let mut file = std::fs::File::open(path).map_err(cannot)?;
+    let expected = file.metadata().map_or(0, |there| there.len());
+    let mut bytes = Vec::with_capacity(expected.min(MOST_BYTES) as usize);
+    loop {
+        let begin = bytes.len();
+        let read = Read::by_ref(&mut file).take(BLOCK).read_to_end(&mut bytes).map_err(cannot)?;
+        let utf_16 = bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
+        let zero = bytes.get(begin..).and_then(|block| block.iter().position(|byte| *byte == 0));
+        if let Some(at) = zero.filter(|_| !utf_16) {
+            return Err(Malformed::new(Fault::Syntax, format!("'{name}' is not a text file"))
+                .expected("UTF-8 text")
+                .found(format!("a zero byte at offset {}", begin + at)));
+        }
+        if bytes.len() as u64 > MOST_BYTES || (utf_16 && begin > 0 && read > 0) {
+            return Err(Malformed::new(Fault::File, format!("'{name}' is too large to be read at once"))
+                .expected(format!("a file of at most {} MiB", MOST_BYTES >> 20))
+                .found(match expected {
+                    0 => "more".to_string(),
+                    _ => format!("{} MiB", expected >> 20),
+                }));
+        }
+        if read == 0 {
+            return Ok(bytes);
+        }
+    }
 }
 
 /// Read a campaign; what it refers to is looked for beside it. Also gives its source, for errors that come later.
@@ -51,61 +96,10 @@ pub(super) fn mission(path: &Path) -> Result<(MissionFile, Source)> {
     Ok((file, source))
 }
 
-/// The name that a file has until it is whole.
-pub(super) fn temporary(path: &Path) -> PathBuf {
-    let mut name = path.file_name().map(|n| n.to_os_string()).unwrap_or_default();
-    name.push(format!(".{}.tmp", std::process::id()));
-    path.with_file_name(name)
-}
-
-/// Write a file whole or not at all.
-pub(super) fn write(path: &Path, text: &str) -> Result<()> {
-    write_all(&[&(path.to_path_buf(), text.to_string())])
-}
-
-/// Write several files, each whole; where one of them cannot be written, none is.
-pub(super) fn write_all(files: &[&(PathBuf, String)]) -> Result<()> {
-    let fault = |path: &Path, error: &dyn std::fmt::Display| {
-        Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
-            .expected("a folder that can be written to")
-    };
-    let whole = |path: &Path, text: &str| {
-        std::fs::File::create(temporary(path)).and_then(|mut file| {
-            file.write_all(text.as_bytes())?;
-            file.sync_all()
-        })
-    };
-    let written = files.iter().try_for_each(|(path, text)| {
-        if path.is_dir() {
-            return Err(fault(path, &"it is a folder"));
-        }
-        whole(path, text).map_err(|error| fault(path, &error))
-    });
-    let renamed = written.and_then(|()| {
-        files
-            .iter()
-            .try_for_each(|(path, _)| std::fs::rename(temporary(path), path).map_err(|error| fault(path, &error)))
-    });
-    if renamed.is_err() {
-        // those that were renamed are gone from here already
-        files.iter().for_each(|(path, _)| drop(std::fs::remove_file(temporary(path))));
-    }
-    renamed
-}
-
 /// A value as JSON text that ends with a line break.
 pub(super) fn json(value: &impl Serialize) -> Result<String> {
     match serde_json::to_string_pretty(value) {
         Ok(text) => Ok(text + "\n"),
         Err(error) => Err(Malformed::new(Fault::Value, format!("the report cannot be written as JSON: {error}"))),
     }
-}
-
-/// Write text to a file, or to stdout for `-`.
-pub(super) fn write_or_print(path: &Path, text: &str) -> Result<()> {
-    if path == Path::new("-") {
-        super::print(text);
-        return Ok(());
-    }
-    write(path, text)
 }

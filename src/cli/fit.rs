@@ -1,7 +1,8 @@
 //! `tumble fit CAMPAIGN`.
 
+use super::outputs::Outputs;
 use super::{Outcome, files, pages};
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
 use crate::report;
 use crate::wire;
@@ -23,23 +24,26 @@ pub(super) struct Arguments {
     #[arg(long)]
     relative: bool,
     /// Coverage probability of expanded uncertainties.
-    #[arg(long, default_value_t = 0.95, value_name = "P")]
+    #[arg(long, default_value_t = 0.95, value_name = "P", allow_negative_numbers = true)]
     level: f64,
     /// Bear bad readings: Huber, Tukey (bisquare) or L1 instead of least squares.
     #[arg(long, value_name = "METHOD", value_parser = robust_method)]
     robust: Option<RobustMethod>,
     /// Readings that share a position share a random offset: 'estimate' its variance, or state its standard uncertainty.
-    #[arg(long, value_name = "estimate|U", value_parser = remount)]
+    #[arg(long, value_name = "estimate|U", value_parser = remount, allow_negative_numbers = true)]
     remount: Option<Remount>,
     /// Propagate distributions by so many Monte Carlo trials beside the first order (GUM Supplements 1 and 2).
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     monte_carlo: Option<usize>,
     /// Seed of the Monte Carlo.
-    #[arg(long, default_value_t = 1, value_name = "SEED", requires = "monte_carlo")]
+    #[arg(long, default_value_t = 1, value_name = "SEED", requires = "monte_carlo", allow_negative_numbers = true)]
     seed: u64,
     /// Also print the uncertainty budget of every quantity, and the correlations.
     #[arg(long)]
     budget: bool,
+    /// Also print how readings are corrected: matrix, bias, and where the first order holds.
+    #[arg(long)]
+    correction: bool,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -69,9 +73,20 @@ fn remount(text: &str) -> std::result::Result<Remount, String> {
     }
 }
 
+/// Most numbers that a Monte Carlo may keep: 4 GiB.
+const MOST_VALUES: usize = 1 << 29;
+
 /// Monte Carlo with a bar on stderr (only where that is a terminal).
 fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> {
-    let bar = indicatif::ProgressBar::new(trials as u64);
+    // every trial of every output is kept, once as drawn and once in its column
+    let values = trials.saturating_mul(2 * (fit.parameters.len() + fit.derived.len()) + 1);
+    if values > MOST_VALUES {
+        let most = MOST_VALUES / (2 * (fit.parameters.len() + fit.derived.len()) + 1);
+        return Err(Malformed::new(Fault::Value, "so many trials do not fit into memory")
+            .expected(format!("--monte-carlo of at most {most} for this campaign"))
+            .found(trials.to_string()));
+    }
+    let bar = super::bar(trials as u64);
     let drawn = fit::draw(fit, trials, seed, &|block| bar.inc(block as u64));
     bar.finish_and_clear();
     drawn
@@ -79,6 +94,8 @@ fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> 
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source, inputs) = files::campaign_and_inputs(&arguments.campaign)?;
+    let [html, md] = arguments.pages.paths();
+    let mut outputs = Outputs::plan([html, md, arguments.certificate.path(), arguments.json.as_deref()])?;
     let weighting = if arguments.relative { Weighting::Relative } else { Weighting::AsStated };
     let settings = fit::Settings {
         estimator: if arguments.linear { Estimator::Linear } else { Estimator::Exact },
@@ -90,21 +107,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let fit = fit::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::fit_report(&fit);
+    report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
     }
-    let pages = arguments.pages.fit(&fit, &report, &inputs)?.and(arguments.certificate.make(&fit, &report, &source)?);
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-") || pages.to_stdout();
-    pages.write()?;
+    outputs.extend(arguments.pages.fit(&fit, &report, &inputs)?);
+    outputs.extend(arguments.certificate.make(&fit, &report, &source)?);
     if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+        outputs.add(path, files::json(&report)?);
     }
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
     if !to_stdout {
-        super::print(&report::table::fit(&report, arguments.readings));
+        super::print(&report::table::fit(&report, arguments.readings))?;
+        if arguments.correction {
+            super::print(&report::correction_table(&report))?;
+        }
         if arguments.budget {
-            super::print(&report::fit_checks_table::budget(&report));
+            super::print(&report::fit_checks_table::budget(&report))?;
         }
     }
-    Ok(if fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
+    let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == "fail");
+    Ok(if fails || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

@@ -2,53 +2,88 @@
 //!
 //! Results go to stdout, progress, notes and errors to stderr. Exit codes: 0 done; 1 the question is malformed; 2 done, and the answer is
 //! "rejected" (rank defect, failed global test, missing effect).
+#![deny(clippy::print_stdout, clippy::print_stderr)] // both panic where nobody listens
 
+mod apply;
 mod bench;
+mod calibrations;
 mod check;
 mod compare;
 mod diagnose;
+mod export;
 mod files;
 mod fit;
+mod help;
+mod log;
 mod navigate;
 mod navigate_diagnose;
+mod noise;
+mod outputs;
 mod pages;
 mod plan;
+mod reduce;
+mod session;
+mod shell;
 mod show_error;
 mod simulate;
 
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Calibrate inertial sensors from multi-position tests.
 #[derive(Debug, Parser)]
-#[command(name = "tumble", version, about, max_term_width = 100)]
+#[command(name = "tumble", version, about, max_term_width = 100, after_help = help::PROGRAM)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Let an output replace an existing campaign, bench or other file that is no report.
+    #[arg(long, global = true)]
+    force: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Estimate every angle and coefficient of a campaign, each with its uncertainty.
+    #[command(after_help = help::FIT)]
     Fit(fit::Arguments),
-    /// The same angles by the published closed forms, side by side with least squares and the printed table.
+    /// The published closed forms beside least squares; or two calibrations of one unit, or the history of many.
+    #[command(after_help = help::COMPARE)]
     Compare(compare::Arguments),
+    /// Correct a record with a calibration.
+    Apply(apply::Arguments),
+    /// Write a calibration's correction as source code, or for another program.
+    Export(export::Arguments),
     /// Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink.
+    #[command(after_help = help::DIAGNOSE)]
     Diagnose(diagnose::Arguments),
     /// Readings from a schedule and a truth, with seeded noise and hidden effects.
+    #[command(after_help = help::SIMULATE)]
     Simulate(simulate::Arguments),
     /// What calibration errors do to a strapdown navigator over hours.
+    #[command(after_help = help::NAVIGATE)]
     Navigate(navigate::Arguments),
     /// How well a schedule will do before anyone measures, and the best positions to choose or add.
+    #[command(after_help = help::PLAN)]
     Plan(Box<plan::Arguments>),
+    /// From a logger's samples to readings: segments, means, and an uncertainty that holds for correlated noise.
+    Reduce(Box<reduce::Arguments>),
+    /// Allan deviations of a record at rest, and its noise coefficients (IEEE Std 952) with uncertainties.
+    Noise(noise::Arguments),
     /// Built-in benches: list them, or show one as a file.
-    #[command(subcommand)]
+    #[command(subcommand, after_help = help::BENCH)]
     Bench(bench::Arguments),
     /// Check bench and campaign files without fitting anything.
+    #[command(after_help = help::CHECK)]
     Check(check::Arguments),
     /// Print the JSON Schema of a kind of file.
     Schema(check::SchemaArguments),
+    /// Print a completion script for a shell.
+    #[command(after_help = help::COMPLETIONS)]
+    Completions(shell::CompletionsArguments),
+    /// Print the manual page of the program, or of one command.
+    #[command(after_help = help::MAN)]
+    Man(shell::ManArguments),
 }
 
 /// How a command that could be carried out ended.
@@ -66,11 +101,19 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             let malformed = error.use_stderr();
-            // printing can fail only where there is no terminal left to tell
-            let _ = error.print();
-            return ExitCode::from(u8::from(malformed));
+            return match error.print().or_else(outputs::reader_left) {
+                Err(error) if !malformed => {
+                    show_error::show(&not_printed(&error));
+                    ExitCode::from(1)
+                }
+                // an error that cannot be told still has its exit code
+                _ => ExitCode::from(u8::from(malformed)),
+            };
         }
     };
+    if cli.force {
+        session::allow_replacing();
+    }
     match run(cli.command) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Rejected) => ExitCode::from(2),
@@ -85,20 +128,73 @@ fn run(command: Command) -> Result<Outcome> {
     match command {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Apply(arguments) => apply::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Navigate(arguments) => navigate::run(&arguments),
+        Command::Reduce(arguments) => reduce::run(&arguments),
+        Command::Noise(arguments) => noise::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments),
+        Command::Man(arguments) => shell::man(&arguments),
     }
 }
 
-/// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error.
-fn print(text: &str) {
+/// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
+fn print(text: &str) -> Result<()> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes());
-    let _ = out.flush();
+    let text = visible(text);
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
+}
+
+fn not_printed(error: &std::io::Error) -> Malformed {
+    Malformed::new(Fault::File, format!("cannot write to standard output: {error}"))
+        .expected("a terminal, a file or a pipe that takes the whole text")
+}
+
+/// A text without what would steer a terminal: a control character of a user's name becomes a mark as long in bytes.
+fn visible(text: &str) -> std::borrow::Cow<'_, str> {
+    let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t' | '\r');
+    if !text.contains(steers) {
+        return text.into();
+    }
+    text.chars()
+        .map(|c| match (steers(c), c.len_utf8()) {
+            (false, _) => c,
+            (true, 1) => '?',
+            (true, _) => '\u{bf}',
+        })
+        .collect::<String>()
+        .into()
+}
+
+/// May stderr have colours? (<https://no-color.org>)
+fn colours() -> bool {
+    use std::io::IsTerminal;
+    let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    std::io::stderr().is_terminal() && !set("NO_COLOR") && !is_dumb()
+}
+
+/// A bar on stderr; it is not drawn where stderr is no terminal, or a dumb one.
+fn bar(length: u64) -> indicatif::ProgressBar {
+    match is_dumb() {
+        true => indicatif::ProgressBar::hidden(),
+        false => indicatif::ProgressBar::new(length),
+    }
+}
+
+/// Is the terminal one that knows neither colours nor a cursor?
+fn is_dumb() -> bool {
+    std::env::var_os("TERM").is_some_and(|term| term == "dumb")
+}
+
+/// Print a line to stderr; where nobody listens there is nobody to tell.
+fn note(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

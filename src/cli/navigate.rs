@@ -1,5 +1,6 @@
 //! `tumble navigate MISSION`.
 
+use super::outputs::{self, Outputs, Stream};
 use super::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::carry::{self, SourceCovariance};
@@ -14,7 +15,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
-use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
@@ -63,7 +63,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         None => None,
     };
     let scenarios = study::scenarios(&mission.errors, file.scenarios.separation());
-    let mut outputs = Outputs::open(arguments, &scenarios)?;
+    let paths = [&arguments.json, &arguments.html, &arguments.csv, &arguments.parquet, &arguments.measured];
+    let mut outputs = Outputs::plan(paths.map(|path| path.as_deref()))?;
+    let mut tables = Tables::open(arguments, &outputs, &scenarios)?;
     let mut instruments = Instruments::new(arguments, &mission)?;
 
     let bar = bar("flying");
@@ -71,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let flown = study::fly(&mission, &scenarios, &mut |motion, row, progress| {
         show(&bar, progress);
         instruments.measure(motion, row);
-        match outputs.push(motion, row) {
+        match tables.push(motion, row) {
             Ok(()) => Continue::Yes,
             Err(error) => {
                 fault = Some(error);
@@ -88,19 +90,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         None => Vec::new(),
     };
     let report = report::navigate_report(&mission, &scenarios, &flown, &carried);
-    outputs.finish()?;
+    tables.finish(&mut outputs)?;
     if let Some(path) = &arguments.measured {
-        files::write(path, &wire::write_measured(&instruments.measured, &mission))?;
+        outputs.add(path, wire::write_measured(&instruments.measured, &mission));
     }
     if let Some(path) = &arguments.html {
-        files::write(path, &report::html::render(&report::html::navigate_page(&report, &flown)?)?)?;
+        outputs.add(path, report::html::render(&report::html::navigate_page(&report, &flown)?)?);
     }
-    let to_stdout = arguments.json.as_deref().is_some_and(|path| path.as_os_str() == "-");
     if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+        outputs.add(path, files::json(&report)?);
     }
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
     if !to_stdout {
-        super::print(&report::navigate_table(&report));
+        super::print(&report::navigate_table(&report))?;
     }
     Ok(Outcome::Done)
 }
@@ -166,7 +169,7 @@ impl Instruments {
 
 /// A bar on stderr, with the time left; it is not drawn where stderr is no terminal.
 fn bar(what: &str) -> ProgressBar {
-    let bar = ProgressBar::new(1);
+    let bar = super::bar(1);
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left") {
         bar.set_style(style);
     }
@@ -179,66 +182,45 @@ fn show(bar: &ProgressBar, progress: Progress) {
     bar.set_position(progress.done);
 }
 
-/// A file that appears under its name only when it is whole.
-struct Output {
+/// A time series in the making.
+struct Table {
     path: PathBuf,
-    temporary: PathBuf,
-    series: Option<Series<BufWriter<File>>>,
+    series: Series<BufWriter<Stream>>,
 }
 
-struct Outputs<'a> {
+/// The time series that are asked for.
+struct Tables<'a> {
     scenarios: &'a [Scenario],
-    files: Vec<Output>,
+    tables: Vec<Table>,
 }
 
-impl<'a> Outputs<'a> {
-    fn open(arguments: &Arguments, scenarios: &'a [Scenario]) -> Result<Self> {
-        let mut files = Vec::new();
+impl<'a> Tables<'a> {
+    fn open(arguments: &Arguments, outputs: &Outputs, scenarios: &'a [Scenario]) -> Result<Self> {
+        let mut tables = Vec::new();
         for (path, parquet) in [(&arguments.csv, false), (&arguments.parquet, true)] {
             let Some(path) = path else { continue };
-            let temporary = files::temporary(path);
-            let series = File::create(&temporary)
-                .map(BufWriter::new)
-                .and_then(|to| if parquet { Series::parquet(to) } else { Series::csv(to) });
-            let series = Some(series.map_err(|error| fault(path, &error))?);
-            files.push(Output { path: path.clone(), temporary, series });
+            let to = BufWriter::new(outputs.open(path)?);
+            let series = if parquet { Series::parquet(to) } else { Series::csv(to) };
+            tables.push(Table { path: path.clone(), series: series.map_err(|error| outputs::fault(path, &error))? });
         }
-        Ok(Outputs { scenarios, files })
+        Ok(Tables { scenarios, tables })
     }
 
     fn push(&mut self, motion: &str, row: &Row<'_>) -> Result<()> {
-        for file in &mut self.files {
-            if let Some(series) = &mut file.series {
-                series.push(motion, self.scenarios, row).map_err(|error| fault(&file.path, &error))?;
-            }
+        for table in &mut self.tables {
+            let pushed = table.series.push(motion, self.scenarios, row);
+            pushed.map_err(|error| outputs::fault(&table.path, &error))?;
         }
         Ok(())
     }
 
-    fn finish(mut self) -> Result<()> {
-        for file in &mut self.files {
-            let Some(series) = file.series.take() else { continue };
-            let written = series
-                .finish()
-                .and_then(|buffer| buffer.into_inner().map_err(|error| error.into_error()))
-                .and_then(|whole| whole.sync_all())
-                .and_then(|()| std::fs::rename(&file.temporary, &file.path));
-            written.map_err(|error| fault(&file.path, &error))?;
+    fn finish(self, outputs: &mut Outputs) -> Result<()> {
+        for table in self.tables {
+            let whole = table.series.finish().and_then(|file| file.into_inner().map_err(|error| error.into_error()));
+            outputs.finish(whole.map_err(|error| outputs::fault(&table.path, &error))?);
         }
         Ok(())
     }
-}
-
-impl Drop for Output {
-    fn drop(&mut self) {
-        // gone already if it was renamed
-        let _ = std::fs::remove_file(&self.temporary);
-    }
-}
-
-fn fault(path: &Path, error: &std::io::Error) -> Malformed {
-    Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
-        .expected("a folder that can be written to")
 }
 
 pub(super) fn check(path: &Path) -> Result<String> {

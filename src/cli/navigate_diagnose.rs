@@ -1,6 +1,7 @@
 //! `tumble diagnose MISSION --measured FILE`.
 
-use super::pages::{Pages, Ready};
+use super::outputs::Outputs;
+use super::pages::Pages;
 use super::{Outcome, files};
 use crate::diagnosis::{Settings, Verdict};
 use crate::error::Result;
@@ -26,6 +27,8 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let (file, source) = files::mission(question.mission)?;
     let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
     let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
+    let [html, md] = question.pages.paths();
+    let mut outputs = Outputs::plan([html, md, question.json, question.svg, question.write_model])?;
     let settings = Settings::at(question.significance);
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
@@ -39,28 +42,27 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     bar.finish_and_clear();
     let diagnosis = found.map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
-    // every text is made before any is written
-    let mut ready = match question.pages.is_asked_for() {
-        true => question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?,
-        false => Ready::default(),
-    };
+    if question.pages.is_asked_for() {
+        outputs.extend(question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?);
+    }
     if let Some(path) = question.svg {
-        ready.add(path, report::html::navigate_diagnose_svg(&report, &diagnosis)?);
+        outputs.add(path, report::html::navigate_diagnose_svg(&report, &diagnosis)?);
     }
     if let Some(path) = question.json {
-        ready.add(path, files::json(&report)?);
+        outputs.add(path, files::json(&report)?);
     }
     let found = diagnosis.verdict == Verdict::EffectsFound;
     if let Some(path) = question.write_model.filter(|_| found) {
-        ready.add(path, files::json(&repaired(&file, &diagnosis))?);
+        outputs.add(path, files::json(&repaired(&file, &diagnosis))?);
     }
-    ready.write()?;
-    if !ready.to_stdout() {
-        super::print(&report::navigate_diagnose_table(&report));
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
+    if !to_stdout {
+        super::print(&report::navigate_diagnose_table(&report))?;
     }
     match question.write_model {
-        Some(path) if found => eprintln!("wrote {}", path.display()),
-        Some(_) => eprintln!("note: no error was found, so no mission is written"),
+        Some(path) if found => super::note(&format!("wrote {}", path.display())),
+        Some(_) => super::note("note: no error was found, so no mission is written"),
         None => {}
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })

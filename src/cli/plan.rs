@@ -1,5 +1,6 @@
 //! `tumble plan SCHEDULE`.
 
+use super::outputs::Outputs;
 use super::{Outcome, files, simulate};
 use crate::campaign::{Campaign, Kind, Reading, Readings};
 use crate::diagnosis;
@@ -146,6 +147,8 @@ const MOST_READINGS: usize = 100_000;
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
+    let (html, json) = (arguments.html.as_deref(), arguments.json.as_deref());
+    let mut outputs = Outputs::plan([arguments.write.as_deref(), html, json])?;
     // an option has no place in the file
     let located = |error: Malformed| match error.place().path.is_empty() {
         true => error,
@@ -249,18 +252,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         };
         let schedule = asked.with_readings(to_write(&asked.readings, run, kept, found.is_some()));
         let file = wire::campaign_file(&schedule, simulate::bench_ref(&schedule));
-        files::write_or_print(path, &files::json(&file)?)?;
+        outputs.add(path, files::json(&file)?);
     }
     if let Some(path) = &arguments.html {
         let page = report::html::plan_page(&campaign, &report, candidates.as_ref())?;
-        files::write(path, &report::html::render(&page)?)?;
+        outputs.add(path, report::html::render(&page)?);
     }
     if let Some(path) = &arguments.json {
-        files::write_or_print(path, &files::json(&report)?)?;
+        outputs.add(path, files::json(&report)?);
     }
-    let to_stdout = |path: &Option<PathBuf>| path.as_deref().is_some_and(|path| path.as_os_str() == "-");
-    if !to_stdout(&arguments.json) && !to_stdout(&arguments.write) {
-        super::print(&report::plan_table(&report, arguments.readings));
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
+    if !to_stdout {
+        super::print(&report::plan_table(&report, arguments.readings))?;
     }
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),

@@ -5,7 +5,6 @@ use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents, Report,
     Severity, SourceCode, SourceSpan, SpanContents,
 };
-use std::io::IsTerminal;
 use std::path::Path;
 
 /// Longest file that is read again to be quoted; beyond it a fault gets its place in words only.
@@ -13,31 +12,33 @@ const LARGEST_QUOTED: u64 = 256 * 1024 * 1024;
 /// Characters of a line that are quoted before the fault, and from it on.
 const BEFORE: usize = 110;
 const AFTER: usize = 110;
+/// Longest word of a message; of a longer one both ends are shown.
+const LONGEST_WORD: usize = 120;
 
 /// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
-    eprintln!("{}", render(error, std::io::stderr().is_terminal()));
+    super::note(&render(error, super::colours()));
 }
 
 fn render(error: &Malformed, colour: bool) -> String {
     let place = error.place();
     let mut help = String::new();
     if let Some(expected) = error.expectation() {
-        help.push_str(&format!("expected {expected}"));
+        help.push_str(&format!("expected {}", readable(expected)));
     }
     if let Some(found) = error.finding() {
         let start = if help.is_empty() { "" } else { "\n" };
-        help.push_str(&format!("{start}found {found}"));
+        help.push_str(&format!("{start}found {}", readable(found)));
     }
-    let mut message = format!("error: {}", error.what());
+    let mut message = format!("error: {}", readable(error.what()));
     if !place.file.is_empty() {
-        message.push_str(&format!("\n  in {}", place.file));
+        message.push_str(&format!("\n  in {}", readable(&place.file)));
         if place.line > 0 {
             message.push_str(&format!(", line {}, column {}", place.line, place.column));
         }
     }
     if !place.path.is_empty() {
-        message.push_str(&format!("\n  at {}", place.path));
+        message.push_str(&format!("\n  at {}", readable(&place.path)));
     }
     let mut diagnostic = MietteDiagnostic::new(message).with_severity(Severity::Error);
     if !help.is_empty() {
@@ -51,7 +52,11 @@ fn render(error: &Malformed, colour: bool) -> String {
         }
         None => Report::new(diagnostic),
     };
-    let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    let theme = match colour {
+        true => GraphicalTheme::unicode(),
+        false if super::is_dumb() => GraphicalTheme::none(),
+        false => GraphicalTheme::unicode_nocolor(),
+    };
     let mut out = String::new();
     let handler = GraphicalReportHandler::new_themed(theme).with_context_lines(1).with_width(110);
     match handler.render_report(&mut out, report.as_ref()) {
@@ -60,15 +65,43 @@ fn render(error: &Malformed, colour: bool) -> String {
     }
 }
 
+/// A sentence without what steers a terminal, its overlong words (a key of thousands of characters) cut in their middles.
+fn readable(sentence: &str) -> String {
+    let words = super::visible(sentence);
+    let cut = |word: &str| {
+        let letters: Vec<char> = word.chars().collect();
+        if letters.len() <= LONGEST_WORD {
+            return word.to_string();
+        }
+        let (first, last) = (letters.get(..LONGEST_WORD / 2), letters.get(letters.len() - LONGEST_WORD / 4..));
+        let ends = [first, last].map(|end| end.unwrap_or_default().iter().collect::<String>());
+        format!("{}\u{2026}{}", ends[0], ends[1])
+    };
+    words.split(' ').map(cut).collect::<Vec<_>>().join(" ")
+}
+
+/// Is this a file of ours, JSON or a table, that may be quoted? (A campaign can name any file that its reader may read.)
+fn may_be_quoted(text: &str) -> bool {
+    let is_name = |name: &str| {
+        let name = name.trim().trim_matches('"');
+        name.len() <= 60 && name.chars().all(|c| c.is_alphanumeric() || " _-+.()[]/%\u{b0}".contains(c))
+    };
+    let first = text.lines().find(|line| !line.starts_with('#') && !line.trim().is_empty()).unwrap_or_default();
+    let mut names = first.split([',', ';', '\t']);
+    text.trim_start().starts_with(['{', '[']) || (names.clone().count() > 1 && names.all(is_name))
+}
+
 /// The text of the file that the error stands in, if it is small enough to be quoted.
 fn quoted(file: &str) -> Option<String> {
     let path = Path::new(file);
-    let size = std::fs::metadata(path).ok()?.len();
-    if file.is_empty() || size > LARGEST_QUOTED {
+    let there = std::fs::metadata(path).ok()?;
+    // a pipe gives its text once only
+    if !there.is_file() || there.len() > LARGEST_QUOTED {
         return None;
     }
     let text = String::from_utf8(std::fs::read(path).ok()?).ok()?;
-    Some(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+    let text = text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text);
+    may_be_quoted(&text).then_some(text)
 }
 
 /// The line of a fault and its neighbours, each cut to what fits a terminal, with the number of its first line.
@@ -103,6 +136,7 @@ impl Excerpt {
             excerpt.push('\n');
             excerpt.push_str(&clipped(next.trim_end_matches('\r'), BEFORE));
         }
+        let excerpt = super::visible(&excerpt).into_owned();
         let line = before.bytes().filter(|b| *b == b'\n').count();
         Some(Excerpt { file: file.into(), text: excerpt, lines_before: line - usize::from(previous.is_some()), span })
     }

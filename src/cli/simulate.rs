@@ -1,5 +1,6 @@
 //! `tumble simulate SCHEDULE --truth F`.
 
+use super::outputs::Outputs;
 use super::{Outcome, files};
 use crate::error::Result;
 use crate::simulate;
@@ -26,10 +27,12 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (schedule, source) = files::campaign(&arguments.schedule)?;
     let truth = wire::read_truth(&files::read(&arguments.truth)?, &schedule)?;
+    let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
     let campaign =
         simulate::simulate(&schedule, &truth, arguments.seed).map_err(|error| wire::locate(error, &source))?;
     let file = wire::campaign_file(&campaign, bench_ref(&campaign));
-    files::write_or_print(&arguments.output, &files::json(&file)?)?;
+    outputs.add(&arguments.output, files::json(&file)?);
+    outputs.write()?;
     Ok(Outcome::Done)
 }
 

@@ -4,6 +4,7 @@
 //! estimator, and equal it to rounding as long as both use the same physics. Closed forms are data (`data/closed_forms`): symbols for
 //! readings, one line of algebra for each angle, and the table as printed.
 
+pub mod calibrations;
 mod closed_forms;
 mod formulas;
 mod misprints;

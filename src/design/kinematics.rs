@@ -258,7 +258,9 @@ mod tests {
                     }
                     Link::Tilt { times, .. } => {
                         tilt += 1;
-                        let angles: Vec<f64> = instant.angle_deg.iter().map(|a| a.to_radians()).collect();
+                        // factors follow the encoder, from 0 to 360 degrees
+                        let angles: Vec<f64> =
+                            instant.angle_deg.iter().map(|a| a.rem_euclid(360.0).to_radians()).collect();
                         let factor = times.as_ref().map_or(1.0, |t| t.factor(&angles, &mut Scratch::default()));
                         (factor * tilts[tilt - 1], 0.0)
                     }

@@ -7,6 +7,7 @@
 //! Nobody hand-derives rows: the papers' small-angle rows fall out, because at zero tilts the exact derivative *is* the small-angle
 //! coefficient. Deliberately absent: weights and solving (`estimate`), opinions about what is estimable.
 
+mod inputs;
 mod kinematics;
 mod line;
 mod mean;
@@ -100,5 +101,6 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
         })?;
         start += of_reading.len();
     }
+    inputs::fill(campaign, model, point, &rows, &mut jacobian)?;
     Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian, by_joint })
 }

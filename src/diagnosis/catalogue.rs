@@ -114,7 +114,7 @@ impl Effect {
         each("{joint}", campaign.bench.joints().map(str::to_string).collect());
         each("{turning}", turning(campaign));
         each("{tilt}", parameters(campaign, |role, kind| *role == Role::AssumedZero && kind == Kind::Tilt));
-        each("{known}", parameters(campaign, |role, _| matches!(role, Role::Known(_))));
+        each("{known}", parameters(campaign, |role, kind| matches!(role, Role::Known(_)) && kind != Kind::Input));
         each("{tau}", time_constants(campaign));
         let place = |filling: &Filling, key: &str| {
             let text = filling.iter().find(|(own, _)| *own == key).map(|(_, text)| text.as_str());

@@ -70,5 +70,6 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
     let mut repaired = Campaign::new(bench, request, readings)?;
     repaired.constraints = campaign.constraints.clone();
     repaired.derived = campaign.derived.clone();
+    repaired.identity = campaign.identity.clone();
     Ok(repaired)
 }

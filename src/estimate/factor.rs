@@ -295,6 +295,9 @@ fn out_of_range(j: usize) -> Malformed {
     .expected("units in which numbers lie between 1e-300 and 1e300")
 }
 
+/// From so many rows on reflections are applied one by one: joining them into blocks would pack kilobytes for each row.
+const TALL: usize = 8192;
+
 /// Column-pivoted Householder QR of the columns `active` of `scaled`, whose norms are 1.
 pub(super) fn pivoted_qr(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pivoted {
     let (m, k) = (scaled.nrows(), active.len());
@@ -303,7 +306,10 @@ pub(super) fn pivoted_qr(scaled: &Mat<f64>, active: &[usize], tolerance: f64) ->
     for (l, &j) in active.iter().enumerate() {
         work.col_as_slice_mut(l).copy_from_slice(scaled.col_as_slice(j));
     }
-    let block = qr::no_pivoting::factor::recommended_block_size::<f64>(m, k).clamp(1, size.max(1));
+    let block = match m > TALL {
+        true => 1,
+        false => qr::no_pivoting::factor::recommended_block_size::<f64>(m, k).clamp(1, size.max(1)),
+    };
     let mut coefficients = Mat::zeros(block, size);
     let (mut order, mut inverse) = (vec![0_usize; k], vec![0_usize; k]);
     let needed = StackReq::any_of(&[

@@ -1,6 +1,6 @@
 //! Combinations of parameters in the user's own words: "V0 - kI*dtheta_y0" rather than "V0 - 1.299*dtheta_y0".
 
-use crate::campaign::{Campaign, Role};
+use crate::campaign::{Campaign, Kind, Role};
 use crate::estimate::Combination;
 
 /// A combination of estimated parameters.
@@ -46,7 +46,8 @@ const SAME: f64 = 5e-6;
 fn known_as(campaign: &Campaign, coefficient: f64) -> Option<(&str, bool)> {
     campaign.parameters.iter().find_map(|parameter| match &parameter.role {
         Role::Known(known)
-            if known.value.abs() != 1.0
+            if parameter.kind != Kind::Input
+                && known.value.abs() != 1.0
                 && known.value != 0.0
                 && (known.value.abs() - coefficient.abs()).abs() <= SAME * known.value.abs() =>
         {

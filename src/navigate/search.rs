@@ -236,7 +236,7 @@ mod tests {
     fn five_correlated_columns_come_out_of_sixty() {
         let line = |f: &dyn Fn(f64) -> f64| unit((0..400).map(|i| f(f64::from(i) / 400.0)).collect());
         let columns: Vec<Vec<f64>> =
-            (0..60).map(|k| line(&|x| (x * (1.0 + 0.35 * f64::from(k))).sin() + 0.2 * x)).collect();
+            (0..60).map(|k| line(&|x| (x * (1.0 + 3.5 * f64::from(k))).sin() + 0.2 * x)).collect();
         let noise: Vec<f64> = (0..400).map(|i| 1.4 * (1e4 * f64::from(i) * f64::from(i)).sin()).collect();
         let mut residual = noise.clone();
         for (k, size) in [(3, 300.0), (14, -200.0), (25, 150.0), (40, 90.0), (55, 60.0)] {

@@ -1,6 +1,6 @@
 //! Every design there is, where there are few enough: the best of them is proven to be the best.
 
-use super::blocks::add_outer;
+use super::blocks::{add_outer, rank};
 use super::exchange::{Design, Problem, information, value};
 use super::prices::Till;
 use rayon::prelude::*;
@@ -16,6 +16,11 @@ const MOST_DEPTH: usize = 1000;
 ///
 /// With a budget, only designs to which nothing can be added are tried: more readings are never worse.
 pub(super) fn best(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
+    let n = problem.blocks.unknowns();
+    // so few rows leave a defect, whatever the rounding says
+    if problem.choose.saturating_mul(problem.blocks.rows()).saturating_add(rank(problem.base, n)) < n {
+        return Some((None, 0));
+    }
     let mut designs: Vec<Vec<(usize, usize)>> = Vec::new();
     match problem.prices {
         None => {
@@ -25,7 +30,6 @@ pub(super) fn best(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
         }
         Some(_) => within_budget(problem, &mut designs)?,
     }
-    let n = problem.blocks.unknowns();
     let evaluate = |design: &Vec<(usize, usize)>| {
         let mut m = problem.base.to_vec();
         for (j, times) in design {

@@ -52,7 +52,7 @@ impl<'a> Limits<'a> {
 
 /// Told how far a search is: what is done, and of how much.
 #[derive(Clone, Default)]
-#[allow(clippy::type_complexity)]
+#[allow(clippy::type_complexity, reason = "a function that is told of progress, in one place")]
 pub struct Progress(Option<Arc<dyn Fn(&str, usize, usize) + Send + Sync>>);
 
 impl Progress {

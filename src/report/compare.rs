@@ -1,7 +1,7 @@
 //! The comparison report (`tumble compare --json`): angles in arcseconds.
 
-use super::{ARCSEC, VERSION};
-use crate::campaign::Kind;
+use super::{ARCSEC, Input, VERSION};
+use crate::campaign::{Identity, Kind};
 use crate::compare::{Comparison, GroupComparison, value_of};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,6 +15,12 @@ pub struct CompareReport {
     pub report: String,
     /// Id of the bench.
     pub bench: String,
+    /// The unit under test, when, where, by whom, with what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
+    /// The files that the report was made from, with the SHA-256 of their bytes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Input>,
     /// Where the closed forms come from.
     pub source: String,
     /// What the groups are.
@@ -39,6 +45,16 @@ impl CompareReport {
     /// Are the formulas the square special case of least squares for these readings?
     pub fn is_square_case(&self) -> bool {
         self.largest_relative_difference.is_some_and(|difference| difference < SQUARE)
+    }
+
+    /// What stands in the rows: angles, coefficients, or both.
+    pub fn quantity(&self) -> &'static str {
+        let angles = self.all.quantities.iter().filter(|q| q.is_angle()).count();
+        match angles {
+            0 => "coefficient",
+            n if n == self.all.quantities.len() => "angle",
+            _ => "quantity",
+        }
     }
 }
 
@@ -68,6 +84,13 @@ pub struct QuantityReport {
     pub least_squares: Option<f64>,
     /// As printed.
     pub printed: Option<f64>,
+}
+
+impl QuantityReport {
+    /// Is it an angle?
+    pub fn is_angle(&self) -> bool {
+        self.unit == "arcsec"
+    }
 }
 
 /// A disagreement between print and computation.
@@ -135,6 +158,8 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
         tumble: VERSION.into(),
         report: "compare".into(),
         bench: comparison.all.campaign.bench.id.clone(),
+        identity: comparison.all.campaign.identity.clone(),
+        inputs: Vec::new(),
         source: comparison.source.clone(),
         group_title: comparison.group_title.clone(),
         groups: comparison.groups.iter().map(group).collect(),

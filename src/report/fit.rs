@@ -1,10 +1,14 @@
 //! The fit report (`--json`): its keys and what they mean.
 
+use super::Input;
+use super::conformity::ConformityReport;
 use super::fit_checks::{ChecksReport, RobustReport};
 use super::fit_constraints::ConstraintsReport;
 use super::monte_carlo::MonteCarloReport;
 use super::scatter::ScatterReport;
 use super::separation::NotEstimableReport;
+use super::site::SiteReport;
+use crate::campaign::Identity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -22,6 +26,17 @@ pub struct FitReport {
     pub model: BTreeMap<String, String>,
     /// `exact`, or `linear` with `--linear`.
     pub estimator: String,
+    /// The unit under test, when, where, by whom, with what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
+    /// The files that the report was made from, with the SHA-256 of their bytes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Input>,
+    /// Conformity with the limits of the campaign, where it has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conformity: Option<ConformityReport>,
+    /// Latitude, Earth rate and gravity.
+    pub site: SiteReport,
     /// The estimated parameters.
     pub parameters: Vec<ParameterReport>,
     /// Known parameters, as given.
@@ -50,6 +65,9 @@ pub struct FitReport {
     pub readings: Vec<ReadingReport>,
     /// Correlations of the estimated parameters.
     pub correlation: CovarianceReport,
+    /// How readings of this unit are corrected; absent where no sensor follows a rate or specific force that the fit determines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<crate::wire::CorrectionFile>,
     /// What scatters in the readings.
     pub scatter: Vec<ScatterReport>,
     /// Do the readings agree with the model?

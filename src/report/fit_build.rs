@@ -8,8 +8,10 @@ use super::fit::{
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, scatter};
 use crate::campaign::{Campaign, Kind, Role};
+use crate::correction::Calibration;
 use crate::fit::{Fit, State};
 use crate::uncertainty::{Combined, Contribution, Evaluation};
+use crate::wire::CorrectionFile;
 use std::collections::BTreeMap;
 
 /// The report of a fit.
@@ -22,11 +24,16 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
         .collect();
     FitReport {
+        correction: CorrectionFile::of(&Calibration::of(fit)),
         tumble: VERSION.into(),
         report: "fit".into(),
         bench: campaign.bench.id.clone(),
         model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
         estimator: fit.settings.estimator.name().into(),
+        identity: campaign.identity.clone(),
+        inputs: Vec::new(),
+        conformity: super::conformity::conformity(fit),
+        site: super::site::site(&campaign.bench),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
         derived: fit.derived.iter().zip(&campaign.derived).map(|(d, own)| derived(d, &own.unit)).collect(),

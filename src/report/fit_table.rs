@@ -37,6 +37,9 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     for (sensor, line) in &report.model {
         text.push_str(&format!("  {sensor} = {line}\n"));
     }
+    for (name, said) in report.identity.facts() {
+        text.push_str(&(super::wrap::hanging(&format!("  {name}: {said}"), 4) + "\n"));
+    }
     text.push('\n');
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     let mut rows: Vec<Vec<String>> = Vec::new();
@@ -93,6 +96,10 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     let expanded = format!("U ({} %)", significant(100.0 * level, 3).trim_end_matches('0').trim_end_matches('.'));
     text.push_str(&plain(&["parameter", "estimate", "u", &expanded, "dof", "k", "unit", "state"], &rows));
     text.push('\n');
+    if let Some(conformity) = &report.conformity {
+        text.push_str(&super::conformity::conformity_text(conformity));
+        text.push('\n');
+    }
     text.push_str(&summary(report));
     text.push_str(&super::fit_checks_table::findings(report));
     text.push_str(&super::scatter::table(&report.scatter));
@@ -173,6 +180,7 @@ fn summary(report: &FitReport) -> String {
         let known: Vec<String> = report.known.iter().map(known_text).collect();
         text.push_str(&format!("known: {}\n", known.join(", ")));
     }
+    text.push_str(&super::site::site_text(&report.site));
     if !report.assumed_zero.is_empty() {
         text.push_str(&format!("assumed zero: {}\n", report.assumed_zero.join(", ")));
     }

@@ -8,12 +8,13 @@
 //! | `fit.rs`, `fit_build.rs`, `fit_table.rs` | a fit: the keys of its report, the report from the fit, the table |
 //! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs`, `fit_checks_table.rs` | what that report says of the readings, the constraints and the Monte Carlo |
 //! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |
+//! | `changes.rs` | two calibrations of one unit, the history of many |
 //! | `diagnose/` | a diagnosis: gap, effects, verdict |
 //! | `plan.rs`, `plan_build.rs`, `plan_table.rs` | a schedule judged or chosen |
 //! | `foresight.rs`, `foresight_table.rs` | which effects a schedule would show |
 //! | `navigate.rs` | errors of a navigator over a mission |
 //! | `navigate_diagnose.rs`, `navigate_diagnose_table.rs` | effects found from the errors of a navigator |
-//! | `correction.rs` | the model lines solved for their inputs, the mounting of the sensors |
+//! | `correction.rs` | the correction of readings, for a person |
 //! | `separation.rs` | what is not estimable, and what would separate it |
 //! | `provenance.rs` | files that a report was made from |
 //! | `series.rs` | a mission over time as CSV or Parquet |
@@ -24,8 +25,10 @@
 //!
 //! Deliberately absent: computing anything.
 
+mod changes;
 mod compare;
 mod compare_table;
+pub(crate) mod conformity;
 mod correction;
 pub mod dcc;
 mod diagnose;
@@ -44,19 +47,30 @@ mod navigate;
 mod navigate_diagnose;
 mod navigate_diagnose_table;
 mod navigate_table;
+mod noise_analysis;
+mod noise_table;
 mod plan;
 mod plan_build;
 mod plan_table;
 pub mod plot;
 mod provenance;
+mod reduction;
+mod reduction_table;
 mod scatter;
 mod separation;
 pub mod series;
+mod site;
 pub mod table;
 pub mod wrap;
+mod xml;
 
+pub use changes::{
+    CalibratedReport, ChangeOfReport, ChangesReport, HistoryReport, TogetherReport, TrendReport, changes_report,
+    changes_table, date_of, determination, history_report, history_table,
+};
 pub use compare::{CompareReport, GroupReport, MisprintReport, QuantityReport, compare_report};
-pub use correction::{Correction, Direction, Mounting, corrections, mounting};
+pub use conformity::{ConformityReport, LimitedReport, conformity, conformity_text};
+pub use correction::{correction_lines, correction_table, given_sentence, validity_sentence};
 pub use diagnose::{
     AliasReport, AssertedReport, CellReport, ChangeReport, DiagnoseReport, EffectReport, GapReport, GapsReport,
     HoldoutReport, LevelReport, NoiseReport, PlaceReport, ResidualReport, SensorGapReport, StepReport,
@@ -68,8 +82,11 @@ pub use fit::{
 };
 pub use fit_build::fit_report;
 pub use provenance::Input;
+pub use reduction::{DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
+pub use reduction_table::reduce_table;
 pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
+pub use site::{GravityReport, SiteReport, gravity_text, site, site_text};
 
 pub use fit_checks::{
     ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, SnoopingReport,
@@ -92,6 +109,11 @@ pub use navigate_diagnose::{
 };
 pub use navigate_diagnose_table::navigate_diagnose_table;
 pub use navigate_table::navigate_table;
+pub use noise_analysis::{
+    AgreementReport, CoefficientReport, DeviationReport, DeviationsReport, NoiseAnalysisReport, NoiseColumnReport,
+    NoiseScatterReport, noise_column_report, noise_report,
+};
+pub use noise_table::{kalibr, noise_table};
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport,
     LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
@@ -119,10 +141,14 @@ pub fn schemas() -> Vec<&'static str> {
         .chain([
             "fit-report",
             "compare-report",
+            "compare-calibrations-report",
+            "compare-history-report",
             "diagnose-report",
             "plan-report",
             "navigate-report",
             "navigate-diagnose-report",
+            "noise-report",
+            "reduce-report",
         ])
         .collect()
 }
@@ -135,11 +161,15 @@ pub fn schemas() -> Vec<&'static str> {
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
     match kind {
         "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
+        "compare-calibrations-report" => Some(schemars::schema_for!(ChangesReport).to_value()),
+        "compare-history-report" => Some(schemars::schema_for!(HistoryReport).to_value()),
         "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
         "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
         "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
         "navigate-diagnose-report" => Some(schemars::schema_for!(NavigateDiagnoseReport).to_value()),
+        "noise-report" => Some(schemars::schema_for!(NoiseAnalysisReport).to_value()),
         "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
+        "reduce-report" => Some(schemars::schema_for!(ReduceReport).to_value()),
         _ => crate::wire::schema(kind),
     }
 }

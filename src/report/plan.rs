@@ -1,6 +1,7 @@
 //! The report of a plan: how well a schedule will do, and the better one.
 
 use super::{ForesightReport, NotEstimableReport, PositionReport};
+use crate::campaign::Identity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -14,6 +15,9 @@ pub struct PlanReport {
     pub report: String,
     /// Bench id.
     pub bench: String,
+    /// The unit under test, when, where, by whom, with what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
     /// Model line of each sensor.
     pub model: BTreeMap<String, String>,
     /// Noise of each sensor.

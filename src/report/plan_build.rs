@@ -29,7 +29,7 @@ pub struct Foreseen<'a> {
 }
 
 /// The report of a plan.
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments, reason = "each part of the report has its source")]
 pub fn plan_report(
     campaign: &Campaign,
     noise: &Noise,
@@ -95,6 +95,7 @@ pub fn plan_report(
         tumble: VERSION.into(),
         report: "plan".into(),
         bench: campaign.bench.id.clone(),
+        identity: campaign.identity.clone(),
         model: sensors.clone().map(|s| (s.id.clone(), s.model.to_string())).collect(),
         noise: sensors
             .zip(&noise.sensors)

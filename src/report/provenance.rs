@@ -1,9 +1,11 @@
 //! What a report was made from: names of the input files and digests of their bytes.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// An input file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Input {
     /// Its name, as the user gave it.
     pub name: String,
@@ -21,5 +23,18 @@ impl Input {
     pub fn new(name: impl Into<String>, bytes: &[u8]) -> Self {
         let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         Input { name: name.into(), sha256 }
+    }
+
+    /// An input that is read piece by piece.
+    pub fn read(name: &str, from: &mut impl std::io::Read) -> std::io::Result<Self> {
+        let (mut digest, mut piece) = (Sha256::new(), vec![0; 1 << 16]);
+        loop {
+            match from.read(&mut piece)? {
+                0 => break,
+                n => digest.update(piece.get(..n).unwrap_or_default()),
+            }
+        }
+        let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Input { name: name.into(), sha256 })
     }
 }

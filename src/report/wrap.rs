@@ -8,6 +8,11 @@ pub fn hanging(line: &str, indent: usize) -> String {
     within(line, indent, WIDTH)
 }
 
+/// The same within so many columns.
+pub fn narrow(line: &str, indent: usize, width: usize) -> String {
+    within(line, indent, width)
+}
+
 fn within(line: &str, indent: usize, width: usize) -> String {
     let mut text = String::with_capacity(line.len() + 16);
     let mut column = 0;

@@ -120,6 +120,11 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
     for reading in &mut campaign.readings.rows {
         *reading = reading.unread();
     }
+    // the campaign says what is claimed of its inputs, the world has the true ones
+    let mut world = campaign.clone();
+    for (parameter, value) in schedule.parameters.iter().zip(&point).filter(|(p, _)| p.kind == Kind::Input) {
+        world.shift_input(&parameter.id, value - parameter.reference());
+    }
     let model = Model::new(&campaign)?;
     let rows = design::rows(&campaign);
     let tilts = model.tilts_of(&point);
@@ -129,7 +134,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         .filter(|hidden| !matches!(hidden.regressor, Regressor::Tilt(_) | Regressor::Known(_)))
         .collect();
     let wanted: Vec<(&Regressor, Option<usize>)> = apart.iter().map(|h| (&h.regressor, h.sensor)).collect();
-    let effects = columns(&campaign, &rows, &tilts, &point, &wanted)?;
+    let effects = columns(&world, &rows, &tilts, &point, &wanted)?;
     let own_sd: Vec<f64> = rows
         .iter()
         .map(|origin| {
@@ -147,7 +152,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
     let mut gradient = vec![0.0; campaign.parameters.len()];
     let mut work = model.workspace();
     for (i, origin) in rows.iter().enumerate() {
-        let mut value = model.predict(schedule, origin.reading, origin.sensor, &point, &mut gradient, &mut work)?;
+        let mut value = model.predict(&world, origin.reading, origin.sensor, &point, &mut gradient, &mut work)?;
         value += apart.iter().zip(&effects).map(|(h, column)| h.value * column.get(i).unwrap_or(&0.0)).sum::<f64>();
         let noise = truth.noise.get(origin.sensor).copied().unwrap_or_default();
         let z: f64 = StandardNormal.sample(&mut generator);

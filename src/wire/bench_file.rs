@@ -1,8 +1,8 @@
 //! The bench file (`*.bench.json`).
 
-use super::Named;
+use super::{Named, SiteFile};
 use crate::algebra::Expression;
-use crate::bench::{Axis, Bench, EARTH_RATE_DEG_H, ForceUnit, Link, Modulation, RateUnit, Sensor, Site, Units};
+use crate::bench::{Axis, Bench, ForceUnit, Link, Modulation, RateUnit, Sensor, Units};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -34,21 +34,9 @@ pub struct BenchFile {
     pub chain: Vec<LinkFile>,
     /// The sensors, by the key that readings use.
     pub sensors: Named<SensorFile>,
-}
-
-/// Where the bench stands.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SiteFile {
-    /// Geodetic latitude in degrees, north positive.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub latitude_deg: Option<f64>,
-    /// Earth rate in degrees per hour; 15.041067 unless given. 0 switches the Earth-rate correction off.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub earth_rate_deg_h: Option<f64>,
-    /// Local gravity in units of standard gravity; 1 unless given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gravity_g: Option<f64>,
+    /// Relative standard uncertainties of the rates of turning joints in ppm: one error of the table, common to all readings.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub rate_u_ppm: Named<f64>,
 }
 
 /// Units of the inputs.
@@ -191,33 +179,9 @@ impl BenchFile {
                 ForceFile::MetresPerSecondSquared => ForceUnit::MetresPerSecondSquared,
             },
         };
-        Bench { id: self.id, title: self.title, source: self.source, notes: self.notes, site, units, chain, sensors }
-            .checked()
-    }
-}
-
-impl SiteFile {
-    fn into_site(self) -> Result<Site> {
-        let earth_rate_deg_h = match (self.latitude_deg, self.earth_rate_deg_h) {
-            (None, None) => 0.0,
-            (None, Some(rate)) if rate != 0.0 => {
-                return Err(Malformed::new(Fault::Missing, "an Earth rate needs a latitude")
-                    .expected("latitude_deg beside earth_rate_deg_h")
-                    .at_path("site"));
-            }
-            (_, Some(rate)) => rate,
-            (Some(_), None) => EARTH_RATE_DEG_H,
-        };
-        let gravity_g = self.gravity_g.unwrap_or(1.0);
-        for (key, value) in [("earth_rate_deg_h", earth_rate_deg_h), ("gravity_g", gravity_g)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(Malformed::new(Fault::Value, format!("{key} cannot be used"))
-                    .expected("zero or a positive number")
-                    .found(value.to_string())
-                    .at_path(format!("site.{key}")));
-            }
-        }
-        Ok(Site { latitude_deg: self.latitude_deg.unwrap_or(0.0), earth_rate_deg_h, gravity_g })
+        let rate_u = self.rate_u_ppm.0.into_iter().map(|(joint, ppm)| (joint, ppm * 1e-6)).collect();
+        let (id, title, source, notes) = (self.id, self.title, self.source, self.notes);
+        Bench { rate_u, id, title, source, notes, site, units, chain, sensors }.checked()
     }
 }
 

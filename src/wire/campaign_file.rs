@@ -1,16 +1,21 @@
 //! The campaign file (`*.campaign.json`): what was measured on a bench, and what is asked.
 
+use super::limits_file::{self, DecisionFile, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, DerivedFile, Fetch, Named, ScatterFile, Source, csv_readings, read_bench};
+use super::{BenchFile, DerivedFile, Fetch, Named, ScatterFile, SiteFile, Source, csv_readings, read_bench};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
-use crate::campaign::{self, Asked, Campaign, Constraint, Distribution, Given, Known, Prior, Role};
+use crate::campaign::{
+    self, Asked, Campaign, Condition, Constraint, Distribution, Given, Identity, Instrument, Known, Prior, Role,
+    UnitUnderTest,
+};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// A campaign: a bench, what is known, what is asked, and the readings. Without sensor values it is a schedule.
@@ -19,6 +24,12 @@ use std::fmt;
 pub struct CampaignFile {
     /// A built-in bench id, the path of a bench file, or the bench itself.
     pub bench: BenchRef,
+    /// Where the bench stands: what is said here replaces what the bench says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub site: Option<SiteFile>,
+    /// Relative standard uncertainties of the rates of turning joints in ppm; they replace the bench's.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub rate_u_ppm: Named<f64>,
     /// Known parameters with their Type B standard uncertainties.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub known: Named<KnownFile>,
@@ -31,6 +42,36 @@ pub struct CampaignFile {
     /// Quantities computed from parameters, each a line of algebra, or `{ "line", "unit" }`.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub derived: Named<DerivedFile>,
+    /// Limits of estimated parameters and derived quantities: `[lower, upper]`, or `{ "between": [lower, upper], "unit": ... }`.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub limits: Named<LimitFile>,
+    /// How conformity with the limits is decided: `simple` unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decision: Option<DecisionFile>,
+    /// The unit under test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitUnderTest>,
+    /// Date of the measurement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+    /// Place of the measurement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
+    /// Who measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
+    /// Instruments and their traceability.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instruments: Vec<Instrument>,
+    /// The procedure that was followed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub procedure: Option<String>,
+    /// Conditions, for example `"temperature_c": 23.1`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub environment: BTreeMap<String, Condition>,
+    /// A remark.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
     /// What scatters beyond the readings' own noise, one line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<ScatterFile>,
@@ -177,10 +218,17 @@ pub struct ConstraintFile {
 impl CampaignFile {
     /// Turn the file into a checked campaign, fetching the bench and the CSV that it refers to.
     pub fn into_campaign(self, fetch: Fetch<'_>) -> Result<Campaign> {
-        let bench = match self.bench {
+        let mut bench = match self.bench {
             BenchRef::Inline(file) => file.into_bench().map_err(|e| e.under("bench"))?,
             BenchRef::Named(name) => named_bench(&name, fetch)?,
         };
+        if let Some(site) = self.site {
+            bench.site = Some(site.over(bench.site.as_ref()).into_site()?);
+        }
+        if !self.rate_u_ppm.is_empty() {
+            bench.rate_u = self.rate_u_ppm.0.into_iter().map(|(joint, ppm)| (joint, ppm * 1e-6)).collect();
+        }
+        let bench = bench.checked()?;
         let readings = match self.readings {
             ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
             ReadingsRef::Path(path) => csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?)?,
@@ -206,12 +254,24 @@ impl CampaignFile {
             })?;
             campaign.derived.push(derived);
         }
+        campaign.limits = limits_file::limits(&campaign, self.limits)?;
+        campaign.decision = self.decision.unwrap_or_default().decision();
+        campaign.identity = Identity {
+            unit: self.unit,
+            date: self.date,
+            place: self.place,
+            operator: self.operator,
+            instruments: self.instruments,
+            procedure: self.procedure,
+            environment: self.environment,
+            note: self.note,
+        };
         campaign.with_scatter(self.scatter.into_iter().map(ScatterFile::into_request).collect())
     }
 }
 
 /// A built-in bench, or one that `fetch` finds.
-fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
+pub(super) fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
     if let Some(built_in) = bench::built_in(name) {
         return read_bench(&Source { name: format!("{name} (built in)"), text: built_in.text.into() });
     }

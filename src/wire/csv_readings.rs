@@ -1,7 +1,7 @@
 //! Readings from a CSV file: the first line names the columns, which are the keys of a JSON reading.
 
 use super::locate::{CsvRow, csv_place, csv_row};
-use super::readings_file::{Cell, from_cells};
+use super::readings_file::{Cell, MOST_READINGS, from_cells, too_many};
 use super::{Named, Source};
 use crate::bench::Bench;
 use crate::campaign::Readings;
@@ -33,34 +33,68 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
                 .in_file(&source.name));
         }
     }
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| csv_error(&error, source))?;
-        let line = line_of(&record, &source.text);
-        let place = csv_place(line, &source.name);
-        if let Some((name, text)) =
-            headers.iter().zip(&record).find(|(name, text)| *name != "position" && is_decimal_comma(text))
-        {
-            let error = Malformed::new(Fault::Value, format!("'{name}' has a decimal comma"));
-            let error = error.expected("a number with a decimal point").found(format!("'{text}'"));
-            return Err(at_line(error.at_path(format!("{place}{name}")), source));
-        }
+    let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
+    let mut records = records.map_err(|error| csv_error(&error, source))?;
+    // a spreadsheet writes the empty rows below its table, too
+    records.retain(|record| record.iter().any(|text| !text.is_empty()));
+    let mark = decimal_mark(&headers, &records, delimiter, source)?;
+    let mut rows = Vec::with_capacity(records.len());
+    for record in &records {
+        let place = csv_place(line_of(record, &source.text), &source.name);
         let cells = headers
             .iter()
             .zip(record.iter())
             .map(|(name, text)| {
-                let cell = match text.parse::<f64>() {
+                let cell = match number(text, mark) {
                     _ if text.is_empty() => Cell::Nothing(()),
                     _ if name == "position" => Cell::Text(text.to_string()),
-                    Ok(value) => Cell::Number(value),
-                    Err(_) => Cell::Text(text.to_string()),
+                    Some(value) => Cell::Number(value),
+                    None => Cell::Text(text.to_string()),
                 };
                 (name.to_string(), cell)
             })
             .collect();
         rows.push((place, Named(cells)));
+        if rows.len() as f64 > MOST_READINGS {
+            return Err(too_many(rows.len()).in_file(&source.name));
+        }
     }
     from_cells(bench, rows).map_err(|error| at_line(error, source))
+}
+
+/// The decimal mark of a table: a comma where commas do not part its cells, some number has one and none has a point.
+///
+/// Errors: a number with a comma where commas part the cells, or beside numbers with a point.
+fn decimal_mark(
+    headers: &csv::StringRecord,
+    records: &[csv::StringRecord],
+    delimiter: u8,
+    source: &Source,
+) -> Result<char> {
+    let cells = || {
+        records.iter().flat_map(|record| {
+            let named = headers.iter().zip(record).filter(|(name, _)| *name != "position");
+            named.map(move |(name, text)| (record, name, text))
+        })
+    };
+    let Some((record, name, text)) = cells().find(|(_, _, text)| is_decimal_comma(text)) else { return Ok('.') };
+    let pointed = cells().find(|(_, _, text)| text.contains('.') && text.parse::<f64>().is_ok());
+    let error = Malformed::new(Fault::Value, format!("'{name}' has a decimal comma"));
+    let error = match (delimiter, pointed) {
+        (b',', _) => error.expected("a number with a decimal point (or a file whose cells are parted by semicolons)"),
+        (_, Some((other, _, pointed))) => error.expected(format!(
+            "one decimal mark in the whole file; line {} has '{pointed}'",
+            line_of(other, &source.text)
+        )),
+        (_, None) => return Ok(','),
+    };
+    let place = csv_place(line_of(record, &source.text), &source.name);
+    Err(at_line(error.found(format!("'{text}'")).at_path(format!("{place}{name}")), source))
+}
+
+/// A cell as a number with this decimal mark.
+fn number(text: &str, mark: char) -> Option<f64> {
+    if mark == '.' { text.parse().ok() } else { text.replace(mark, ".").parse().ok() }
 }
 
 /// Would a cell be a number with a point for its comma?
@@ -99,14 +133,12 @@ pub(super) fn at_line(error: Malformed, source: &Source) -> Malformed {
     }
 }
 
-/// Comma, unless the first line has semicolons or tabs and no comma (as spreadsheets write where the comma is a decimal mark).
+/// What parts the names of the first line most often: a comma, a semicolon or a tab.
 pub(super) fn delimiter(text: &str) -> u8 {
     let first = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
-    match (first.contains(','), first.contains(';'), first.contains('\t')) {
-        (false, true, _) => b';',
-        (false, false, true) => b'\t',
-        _ => b',',
-    }
+    let times = |delimiter: &u8| first.bytes().filter(|b| b == delimiter).count();
+    // the last of several that are as frequent is taken
+    b"\t;,".iter().copied().max_by_key(times).unwrap_or(b',')
 }
 
 pub(super) fn csv_error(error: &csv::Error, source: &Source) -> Malformed {

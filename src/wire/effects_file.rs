@@ -6,6 +6,7 @@ use crate::diagnosis::{self, Applies, Effect};
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 
 /// A catalogue of effects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -69,6 +70,7 @@ pub enum AppliesFile {
 pub fn read_effects(source: &Source) -> Result<Vec<Effect>> {
     let file: EffectsFile = parse(source)?;
     let mut effects = Vec::with_capacity(file.effects.len());
+    let mut seen: HashMap<String, Vec<(Applies, String)>> = HashMap::new();
     for (k, own) in file.effects.into_iter().enumerate() {
         let path = format!("effects[{k}]");
         if own.term.trim().is_empty() || own.name.trim().is_empty() {
@@ -96,29 +98,34 @@ pub fn read_effects(source: &Source) -> Result<Vec<Effect>> {
             place: path.clone(),
         };
         effect.check().map_err(|error| locate(error.at_path(format!("{path}.term")), source))?;
-        if let Some(first) = effects.iter().find(|other| is_same(other, &effect)) {
+        let places = seen.entry(canonical(&effect)).or_default();
+        if let Some((_, first)) = places.iter().find(|(applies, _)| meet(*applies, effect.applies)) {
             return Err(locate(
                 Malformed::new(Fault::NameClash, format!("the effect '{}' is there twice", effect.term))
-                    .expected(format!("each term once for a sensor ({} has it already)", first.place))
+                    .expected(format!("each term once for a sensor ({first} has it already)"))
                     .found(format!("'{}' again", effect.term))
                     .at_path(format!("{path}.term")),
                 source,
             ));
         }
+        places.push((effect.applies, effect.place.clone()));
         effects.push(effect);
     }
     Ok(effects)
 }
 
-/// Do two effects of one catalogue append the same term to the line of the same sensor?
-fn is_same(one: &Effect, other: &Effect) -> bool {
-    let term = |effect: &Effect| match Expression::parse(&effect.term) {
+/// The term that an effect appends, in the form that equal terms share.
+fn canonical(effect: &Effect) -> String {
+    match Expression::parse(&effect.term) {
         Ok(line) => line.canonical(),
         // placeholders, and what is no term: as it is written
         Err(_) => effect.term.split_whitespace().collect(),
-    };
-    let meet = one.applies == other.applies || one.applies == Applies::Any || other.applies == Applies::Any;
-    meet && term(one) == term(other)
+    }
+}
+
+/// Can one sensor have both?
+fn meet(one: Applies, other: Applies) -> bool {
+    one == other || one == Applies::Any || other == Applies::Any
 }
 
 /// The catalogue that ships with the program.

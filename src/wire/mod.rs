@@ -5,26 +5,34 @@
 
 mod bench_file;
 mod campaign_file;
+mod correction_file;
 mod csv_readings;
 mod derived_file;
 mod effects_file;
 mod imu_errors_file;
 mod kind;
 mod lab;
+mod limits_file;
 mod locate;
 mod measured_file;
 mod mission_file;
 mod motion_file;
 mod named;
 mod readings_file;
+mod reduced;
 mod scatter_file;
 mod schema;
+mod site_file;
+mod strict;
 mod truth_file;
 mod write;
 
-pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, SiteFile, UnitsFile};
+pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile};
 pub use campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
+};
+pub use correction_file::{
+    CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
 pub use derived_file::{DerivedFile, DerivedLine};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
@@ -33,6 +41,7 @@ pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
     MethodFile, PersonFile, read_lab,
 };
+pub use limits_file::{DecisionFile, LimitFile, LimitInUnit};
 use locate::in_source;
 pub use locate::{line_and_column, locate};
 pub use measured_file::{read_measured, write_measured};
@@ -40,8 +49,10 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
+pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub use schema::{SCHEMAS, schema};
+pub use site_file::{GravityFile, SiteFile};
 pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
@@ -65,6 +76,12 @@ impl Source {
     /// Errors: `Syntax` with the line of the first byte that is not UTF-8; UTF-16 is recognised and named.
     pub fn from_bytes(name: impl Into<String>, bytes: Vec<u8>) -> Result<Self> {
         let name = name.into();
+        // what is no JSON is a table: spreadsheets write those in many encodings
+        if !name.to_ascii_lowercase().ends_with(".json")
+            && let Some(text) = crate::record::table_text(&name, &bytes)?
+        {
+            return Ok(Source { name, text });
+        }
         if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
             return Err(Malformed::new(Fault::Syntax, "the file is UTF-16")
                 .expected("UTF-8 text (in a spreadsheet: save as 'CSV UTF-8')")
@@ -121,7 +138,7 @@ pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.
 pub fn parse<T: DeserializeOwned>(source: &Source) -> Result<T> {
     let mut json = serde_json::Deserializer::from_str(&source.text);
-    let parsed = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+    let parsed = serde_path_to_error::deserialize(strict::Strict(&mut json)).map_err(|error| {
         let path = error.path().to_string();
         let inner = error.into_inner();
         json_error(&inner, if path == "." { String::new() } else { path }, source)
@@ -160,6 +177,7 @@ fn json_fault(message: &str, is_data: bool, is_eof: bool) -> Malformed {
     }
     let fault = if is_data { Fault::Value } else { Fault::Syntax };
     if let Some((what, expected)) = message.split_once(", expected ") {
+        let expected = if expected.starts_with("struct ") { "an object { ... }" } else { expected };
         return Malformed::new(fault, what).expected(expected);
     }
     if let Some(expected) = message.strip_prefix("expected ") {

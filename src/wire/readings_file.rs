@@ -26,7 +26,7 @@ pub enum Cell {
 }
 
 /// More readings than this are refused before their lists are expanded: each takes about a kilobyte.
-const MOST_READINGS: f64 = 2e6;
+pub(super) const MOST_READINGS: f64 = 2e6;
 
 /// JSON readings to domain readings; lists of a schedule are expanded.
 pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Readings> {
@@ -50,8 +50,15 @@ pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Rea
     from_cells(bench, expanded)
 }
 
+/// The error for a table of so many readings.
+pub(super) fn too_many(found: usize) -> Malformed {
+    Malformed::new(Fault::Value, "there are too many readings")
+        .expected(format!("at most {MOST_READINGS:.0}"))
+        .found(format!("{found} up to here"))
+}
+
 /// Replace lists by one row for each of their values; the last list of a row runs fastest.
-fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
+pub(super) fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec<(String, ReadingFile)>) -> Result<()> {
     let Some(at) = row.0.iter().position(|(_, cell)| matches!(cell, Cell::List(_))) else {
         out.push((place.to_string(), row));
         return Ok(());
@@ -143,6 +150,19 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
             .found(format!("'{column}', {clash}"))
             .at_path(format!("{place}.{column}")));
     }
+    for column in &columns {
+        if let Some(axis) = undeclared_axis(bench, column) {
+            let place = rows.iter().find(|(_, row)| row.get(column).is_some()).map_or("readings", |(place, _)| place);
+            let axes: Vec<&str> =
+                bench.sensors.iter().flat_map(|s| s.axes.iter().map(|(axis, _)| axis.as_str())).collect();
+            return Err(Malformed::new(
+                Fault::UnknownName,
+                format!("'{column}' is called like an input along an axis, but no axis is called '{axis}' and no model line uses it"),
+            )
+            .expected(format!("another name for the column (inputs along the axes {} come from the chain)", axes.join(", ")))
+            .at_path(format!("{place}.{column}")));
+        }
+    }
     let rows: Vec<Reading> =
         rows.into_iter().map(|(place, row)| reading(bench, &joints, &columns, place, row)).collect::<Result<_>>()?;
     // in a schedule an uncertainty stands for a value still to be read; among values, the value is missing
@@ -157,6 +177,14 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
     Ok(Readings { columns, rows })
 }
 
+/// The axis of a column `w_<axis>` or `a_<axis>` that the bench does not have, unless a model line uses that name.
+fn undeclared_axis<'a>(bench: &Bench, column: &'a str) -> Option<&'a str> {
+    let axis = column.strip_prefix("w_").or_else(|| column.strip_prefix("a_"))?;
+    let has_axes = bench.sensors.iter().any(|sensor| !sensor.axes.is_empty());
+    let used = bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column));
+    (has_axes && axis.chars().count() <= 2 && !used).then_some(axis)
+}
+
 fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, row: ReadingFile) -> Result<Reading> {
     let mut position = String::new();
     let mut samples = 1.0;
@@ -164,6 +192,7 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
     let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); bench.sensors.len()];
     let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
     let mut numbers: Vec<Option<f64>> = vec![None; columns.len()];
+    let keys: Vec<String> = row.0.iter().map(|(key, _)| key.clone()).take(30).collect();
     for (key, cell) in row.0 {
         let meaning = meaning(bench, &key);
         let number = match (cell, &meaning) {
@@ -217,7 +246,15 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
         .iter()
         .zip(&states)
         .map(|(joint, [deg, deg_s, turns])| {
-            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|e| e.under(&place))
+            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
+                let error = match error.finding() {
+                    Some("neither") if keys.iter().all(|key| is_plain(key)) => {
+                        error.found(format!("neither among {}", keys.join(", ")))
+                    }
+                    _ => error,
+                };
+                error.under(&place)
+            })
         })
         .collect::<Result<_>>()?;
     let (mut observations, mut planned_u) = (Vec::new(), Vec::new());
@@ -245,4 +282,9 @@ fn not_a_number(place: &str, key: &str, found: &str) -> Malformed {
         .expected("a finite number; leave the value out where nothing was read")
         .found(found.to_string())
         .at_path(format!("{place}.{key}"))
+}
+
+/// Is this what a person would call a column? What is not may be a line of a file that is no table, and is not quoted.
+fn is_plain(key: &str) -> bool {
+    key.chars().all(|c| c.is_alphanumeric() || " _-.()[]/°%²".contains(c)) && key.chars().count() <= 60
 }

@@ -1,14 +1,13 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
-use super::bench_file::{
-    AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, SiteFile, UnitsFile,
-};
+use super::bench_file::{AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, UnitsFile};
 use super::campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
-use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, ScatterFile};
+use super::limits_file::{DecisionFile, limits_file};
+use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, ScatterFile, SiteFile};
 use crate::bench::{Axis, Bench, ForceUnit, Link, RateUnit, Sensor};
-use crate::campaign::{Campaign, Constraint, Derived, Distribution, Reading, Role};
+use crate::campaign::{Campaign, Constraint, Decision, Derived, Distribution, Kind, Reading, Role};
 use nalgebra::Vector3;
 
 /// The file that describes this bench.
@@ -45,14 +44,11 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         title: bench.title.clone(),
         source: bench.source.clone(),
         notes: bench.notes.clone(),
-        site: bench.site.map(|site| SiteFile {
-            latitude_deg: Some(site.latitude_deg),
-            earth_rate_deg_h: Some(site.earth_rate_deg_h),
-            gravity_g: Some(site.gravity_g),
-        }),
+        site: bench.site.as_ref().map(SiteFile::of),
         units: UnitsFile { rate, force },
         chain: bench.chain.iter().map(link).collect(),
         sensors: Named(bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor_file(sensor))).collect()),
+        rate_u_ppm: Named(bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect()),
     }
 }
 
@@ -80,7 +76,8 @@ fn sensor_file(sensor: &Sensor) -> SensorFile {
 pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
     let mut known = Vec::new();
     let mut estimate = Vec::new();
-    for parameter in &campaign.parameters {
+    // inputs of the bench are written with its site
+    for parameter in campaign.parameters.iter().filter(|p| p.kind != Kind::Input) {
         let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
         match &parameter.role {
             Role::Estimated { start, prior } => {
@@ -104,12 +101,34 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
             Role::AssumedZero => {}
         }
     }
+    // a bench that stands elsewhere keeps the campaign's site, unless it is the campaign's own
+    let named = !matches!(bench, BenchRef::Inline(_));
+    let own_site = match &bench {
+        BenchRef::Named(id) => crate::bench::built_in(id)
+            .and_then(|own| super::read_bench(&super::Source { name: id.clone(), text: own.text.into() }).ok())
+            .and_then(|own| own.site),
+        BenchRef::Inline(_) => None,
+    };
     CampaignFile {
+        site: campaign.bench.site.as_ref().filter(|site| named && own_site.as_ref() != Some(*site)).map(SiteFile::of),
+        rate_u_ppm: Named(
+            campaign.bench.rate_u.iter().filter(|_| named).map(|(joint, u)| (joint.clone(), u * 1e6)).collect(),
+        ),
         bench,
         known: Named(known),
         estimate: Named(estimate),
         constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
         derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), derived_file(d))).collect()),
+        limits: limits_file(campaign),
+        decision: (campaign.decision != Decision::default()).then(|| DecisionFile::of(campaign.decision)),
+        unit: campaign.identity.unit.clone(),
+        date: campaign.identity.date.clone(),
+        place: campaign.identity.place.clone(),
+        operator: campaign.identity.operator.clone(),
+        instruments: campaign.identity.instruments.clone(),
+        procedure: campaign.identity.procedure.clone(),
+        environment: campaign.identity.environment.clone(),
+        note: campaign.identity.note.clone(),
         scatter: campaign.scatter.iter().filter_map(|line| ScatterFile::of(campaign, line)).collect(),
         readings: ReadingsRef::Inline(
             campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),

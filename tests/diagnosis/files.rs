@@ -34,8 +34,17 @@ fn measured(folder: &Path, change: impl Fn(&mut Value), effects: Value, seed: u6
     fs::write(folder.join("schedule.json"), schedule.to_string()).unwrap();
     fs::write(folder.join("truth.json"), truth.to_string()).unwrap();
     let seed = seed.to_string();
-    let arguments =
-        ["simulate", "schedule.json", "--truth", "truth.json", "--seed", &seed, "-o", "measured.campaign.json"];
+    let arguments = [
+        "simulate",
+        "schedule.json",
+        "--truth",
+        "truth.json",
+        "--seed",
+        &seed,
+        "-o",
+        "measured.campaign.json",
+        "--force",
+    ];
     let (code, _, errors) = tumble(folder, &arguments);
     assert_eq!(code, 0, "{errors}");
 }
@@ -202,6 +211,7 @@ fn the_page_says_what_the_report_says() {
     let (head, rest) = page.split_once("<style>").unwrap();
     let (_, rest) = rest.split_once("</style>").unwrap();
     let closed = format!("{head}{rest}").replace("<!DOCTYPE html>", "").replace("<meta charset=\"utf-8\">", "");
+    let closed = closed.replace("<meta name=\"color-scheme\" content=\"light dark\">", "");
     let tree = element(&closed.replace("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">", ""));
     let headings: Vec<String> = tree.all("h2").into_iter().map(|h| h.text).collect();
     for heading in [

@@ -312,3 +312,18 @@ fn the_order_of_readings_does_not_matter() {
     assert_eq!(one.regressor, other.regressor);
     assert!((one.value.unwrap() - other.value.unwrap()).abs() < 1e-9 * one.value.unwrap().abs());
 }
+
+/// Every reading moved by one standard uncertainty or thirty: the prediction of left-out positions is always a number.
+#[test]
+fn the_prediction_of_left_out_positions_is_a_number() {
+    let campaign = simulated(&gyro(), &gyro_truth(), 4);
+    for k in 0..campaign.readings.rows.len().min(8) {
+        for size in [1e-4, 3e-3] {
+            let mut moved = campaign.clone();
+            moved.readings.rows[k].observations[0].value += size;
+            let report = serde_json::to_value(diagnosed(&moved)).unwrap();
+            let holdout = &report["holdout"];
+            assert!(holdout.is_null() || holdout["before"].is_number(), "{k}, {size}: {holdout}");
+        }
+    }
+}

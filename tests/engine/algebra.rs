@@ -188,7 +188,7 @@ fn an_unknown_function_is_told_the_known_ones() {
         assert_eq!(error.fault(), Fault::UnknownName, "{text:?}");
         assert_eq!(error.place().span, Some((start, length)), "{text:?}");
         assert_eq!(error.finding(), Some(found));
-        let functions = "sin cos tan asin acos atan sqrt abs sign exp step";
+        let functions = "sin cos tan asin acos atan sqrt abs sign exp step atan2";
         assert!(error.expectation().unwrap().ends_with(functions), "{error}");
     }
 }
@@ -429,4 +429,43 @@ fn missing_inputs_are_not_numbers_and_short_gradients_are_filled_as_far_as_they_
     let mut gradient = [f64::NAN; 2];
     assert_eq!(tape.gradient(&[1.0, 0.0, 2.0], &mut Scratch::default(), &mut gradient), 3.0);
     assert_eq!(gradient, [1.0, 0.0]);
+}
+
+/// The angle in all four quadrants and on the axes, its derivatives by central differences, its print and its canonical form.
+#[test]
+fn atan2_gives_the_angle_in_every_quadrant() {
+    let line = Expression::parse("2*atan2(b, a) + c").expect("a line");
+    assert_eq!(line.to_string(), "2*atan2(b, a) + c");
+    assert_eq!(Expression::parse(&line.to_string()).expect("again"), line);
+    assert_eq!(Expression::parse("c + atan2(b*2, a)*2").expect("a line").canonical(), "c+2*atan2(2*b,a)");
+    let tape = Tape::compile(&line, &["a", "b", "c"]).expect("a tape");
+    let mut scratch = Scratch::default();
+    for k in 0..16 {
+        let angle = std::f64::consts::PI * (f64::from(k) / 8.0 - 0.9999);
+        let point = [3e-3 * angle.cos(), 3e-3 * angle.sin(), 1.0];
+        let mut gradient = [0.0; 3];
+        let value = tape.gradient(&point, &mut scratch, &mut gradient);
+        assert!((value - 2.0 * angle - 1.0).abs() < 1e-14, "{angle}: {value}");
+        for j in 0..3 {
+            let step = 1e-8;
+            let moved = |by: f64| {
+                let mut at = point;
+                at[j] += by;
+                at
+            };
+            let (above, below) =
+                (tape.value(&moved(step), &mut Scratch::default()), tape.value(&moved(-step), &mut Scratch::default()));
+            let turn = 4.0 * std::f64::consts::PI;
+            let slope = ((above - below + 0.5 * turn).rem_euclid(turn) - 0.5 * turn) / (2.0 * step);
+            assert!((slope - gradient[j]).abs() < 1e-5 * (1.0 + slope.abs()), "{angle} {j}: {slope} {}", gradient[j]);
+        }
+    }
+    let one = |name: &str| (name != "c").then_some(1.0);
+    assert_eq!(Expression::parse("atan2(b, a)").expect("a line").angle_degree(&one), Some(1.0));
+    for (text, span) in
+        [("atan2(a)", (0, 5)), ("1 + atan2", (4, 5)), ("atan2(a, b, c)", (10, 1)), ("sin(a, b)", (5, 1))]
+    {
+        let error = Expression::parse(text).expect_err(text);
+        assert_eq!(error.place().span, Some(span), "{text}: {error}");
+    }
 }

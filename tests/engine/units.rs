@@ -88,10 +88,10 @@ fn every_coefficient_of_a_built_in_bench_has_its_unit() {
         (
             "gyro-skew-triad",
             &[
-                ("D1 D2 D3", "deg/h"),
-                ("E1x E1y E1z E2x E2y E2z E3x E3y E3z", "1"),
-                ("G1x G1y G1z G2x G2y G2z G3x G3y G3z", "deg/h/g"),
-                ("P1x P1y P1z P2x P2y P2z P3x P3y P3z", "deg/h/g^2"),
+                ("D1 D2 D3", "pulse/s"),
+                ("E1x E1y E1z E2x E2y E2z E3x E3y E3z", "pulse/s/(deg/h)"),
+                ("G1x G1y G1z G2x G2y G2z G3x G3y G3z", "pulse/s/g"),
+                ("P1x P1y P1z P2x P2y P2z P3x P3y P3z", "pulse/s/g^2"),
                 ("DI1 DI2 DI3 DS1 DS2 DS3", "deg/h/g"),
             ],
         ),
@@ -146,6 +146,8 @@ fn units_follow_from_the_line() {
         ("a + b*x", "", "deg/s", "a -, b -"),
         ("a + b*x", "mm", "deg/s", "a mm, b -"),
         ("a + b*x", "Grad", "deg/s", "a Grad, b -"),
+        ("a + b*(x - 20)", "degC", "deg/s", "a degC, b -"),
+        ("a*(1 - 2*x) + b*x", "degC", "deg/s", "a degC, b degC"),
         ("K*(w_I - gamma_deg_s)", "V", "deg/s", "K V/(deg/s)"),
     ];
     for (line, sensor, rate, expected) in cases {
@@ -188,6 +190,7 @@ fn numbers_of_a_campaign_are_converted() {
            "constraints": [ { "of": { "V0": 1 }, "between": [-20, 20], "unit": "mV" },
                             { "of": { "dtheta_y2": 1 }, "between": [null, 100], "unit": "urad" } ],
            "derived": { "ratio": "V0/kI", "twice": "2*dtheta_y2", "bias": { "line": "V0/kI", "unit": "deg/h" },
+                        "error": { "line": "kI/2.9 - 1", "unit": "ppm" },
                         "azimuth": { "line": "dtheta_y2/2", "unit": "arcsec" } }"#,
     ));
     let known = |id: &str| match &campaign.parameters[campaign.parameter_index(id).expect("a parameter")].role {
@@ -218,6 +221,7 @@ fn numbers_of_a_campaign_are_converted() {
     let unit_of =
         |id: &str| campaign.derived.iter().find(|d| d.id == id).map(|d| (d.unit.as_str(), d.line.to_string()));
     assert_eq!(unit_of("bias"), Some(("deg/h", "V0/kI*3600".to_string())));
+    assert_eq!(unit_of("error"), Some(("ppm", "(kI/2.9 - 1)*1000000".to_string())));
     assert_eq!(unit_of("azimuth").map(|(unit, _)| unit), Some("arcsec"));
     let truth = r#"{ "values": { "kI": { "value": -167.4297, "unit": "V/(rad/s)" } },
         "noise": { "V": { "sd": 0.5, "unit": "mV" } },

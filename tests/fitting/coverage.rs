@@ -1,7 +1,9 @@
-//! Stated 95 % intervals hold what they promise: 20,000 seeded campaigns for each schedule, coverage 95 +- 0.5 % for every parameter.
+//! Stated 95 % intervals hold what they promise: in a long run 20,000 seeded campaigns for each schedule, coverage 95 +- 0.5 % for every
+//! parameter; else 1,500 campaigns and +- 1.8 %.
 //!
 //! The standard error of a coverage from 20,000 campaigns is 0.15 %, so 0.5 % is more than three of them. The table is printed.
 
+use crate::draws::draws;
 use rand_distr::{ChiSquared, Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
@@ -11,7 +13,11 @@ use tumble::design::Model;
 use tumble::fit::{self, Estimator, Remount, Settings};
 use tumble::wire;
 
-const CAMPAIGNS: usize = 20_000;
+/// Campaigns for each schedule.
+fn campaigns() -> usize {
+    draws(1_500, 20_000)
+}
+
 const SIGMA: f64 = 2e-4;
 
 /// Two rates at each of these positions of the gyro's table, `repeats` times.
@@ -65,7 +71,7 @@ fn coverage(
 ) -> Vec<f64> {
     let values = truth_values(campaign);
     let settings = Settings { estimator: Estimator::Linear, ..*settings };
-    let hits: Vec<[bool; 6]> = (0..CAMPAIGNS)
+    let hits: Vec<[bool; 6]> = (0..campaigns())
         .into_par_iter()
         .map(|k| {
             let mut random =
@@ -82,7 +88,7 @@ fn coverage(
         })
         .collect();
     let rates: Vec<f64> =
-        (0..6).map(|j| 100.0 * hits.iter().filter(|h| h[j]).count() as f64 / CAMPAIGNS as f64).collect();
+        (0..6).map(|j| 100.0 * hits.iter().filter(|h| h[j]).count() as f64 / hits.len() as f64).collect();
     let cells: Vec<String> = rates.iter().map(|r| format!("{r:7.2}")).collect();
     println!("{name:<58} {}", cells.join(" "));
     rates
@@ -106,7 +112,7 @@ fn known_ki(campaign: &mut Campaign, value: f64, u: f64) {
 fn stated_intervals_hold_95_percent() {
     let plain = Settings::default();
     let mut table: Vec<(String, Vec<f64>)> = Vec::new();
-    println!("coverage of 95 % intervals over {CAMPAIGNS} campaigns each, in percent");
+    println!("coverage of 95 % intervals over {} campaigns each, in percent", campaigns());
     println!("{:<58} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}", "schedule", "V0", "y0", "x0", "y1", "y2", "z2");
     let mut run = |name: &str,
                    campaign: &Campaign,
@@ -193,9 +199,10 @@ fn stated_intervals_hold_95_percent() {
             }
         }
     });
+    let slack = 0.5 * (20_000.0 / campaigns() as f64).sqrt();
     for (name, rates) in &table {
         for rate in rates {
-            assert!((rate - 95.0).abs() <= 0.5, "{name}: {rates:?}");
+            assert!((rate - 95.0).abs() <= slack, "{name}: {rates:?}");
         }
     }
 }

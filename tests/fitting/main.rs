@@ -2,8 +2,11 @@
 
 mod bilinear;
 mod closed_form;
+mod conformity;
 mod constraints;
 mod coverage;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod edges;
 mod gum;
 mod known_inputs;
@@ -14,5 +17,6 @@ mod robust;
 mod scatter;
 mod scatter_coverage;
 mod simulated;
+mod site;
 #[path = "../support/mod.rs"]
 mod support;

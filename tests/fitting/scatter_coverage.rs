@@ -61,7 +61,7 @@ fn coverage(
                 Pcg64Mcg::seed_from_u64((k as u64).wrapping_mul(0x5851_f42d_4c95_7f2d) ^ name.len() as u64);
             let mut own = campaign.clone();
             draw(&mut own, &mut random);
-            let fit = fit::fit(&own, &Settings { exact: true, ..Settings::default() }).unwrap();
+            let fit = fit::fit(&own, &Settings::default()).unwrap();
             let held =
                 |j: usize| fit.parameters[j].interval.is_some_and(|(low, high)| low <= point[j] && point[j] <= high);
             (0..n).map(held).collect()

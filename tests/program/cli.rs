@@ -189,6 +189,82 @@ fn lists_fit_a_terminal_and_are_complete() {
     }
 }
 
+#[test]
+fn completions_and_manual_pages_are_printed() {
+    for (shell, word) in [("bash", "complete -F"), ("zsh", "#compdef tumble"), ("fish", "complete -c tumble")] {
+        let run = tumble(&["completions", shell]);
+        assert!(run.code == 0 && run.stdout.contains(word) && run.stdout.contains("diagnose"), "{shell}");
+    }
+    let page = tumble(&["man"]).stdout;
+    assert!(page.contains(".TH tumble 1") && page.contains("diagnose"), "{page}");
+    let page = tumble(&["man", "fit"]).stdout;
+    assert!(page.contains("robust") && page.contains("Exit codes"), "{page}");
+    let run = tumble(&["man", "fti"]);
+    assert!(run.code == 1 && run.stderr.contains("fit, compare"), "{}", run.stderr);
+}
+
+#[test]
+fn every_command_of_work_shows_examples_and_exit_codes() {
+    for command in ["fit", "compare", "diagnose", "simulate", "navigate", "plan", "check"] {
+        let help = tumble(&[command, "--help"]).stdout;
+        assert!(help.contains(&format!("  tumble {command} ")) && help.contains("Exit codes"), "{command}: {help}");
+    }
+    // a negative number is a value, not an option
+    let told = tumble(&["fit", TABLE_1, "--monte-carlo", "-5"]).stderr;
+    assert!(!told.contains("-- -5") && told.contains("invalid value '-5'"), "{told}");
+    let told = tumble(&["fit", TABLE_1, "--monte-carlo", "99999999999999"]).stderr;
+    assert!(told.contains("do not fit into memory"), "{told}");
+}
+
+/// Keys of thousands of characters do not bury the message; what is no table of ours is not quoted.
+#[test]
+fn messages_stay_readable() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        path.display().to_string()
+    };
+    let head = r#""bench": "gyro-turntable", "known": { "kI": { "value": -2.9 } }, "estimate": { "V0": {} }"#;
+    let key = "k".repeat(5000);
+    let told = tumble(&["fit", &write("key.campaign.json", &format!(r#"{{ {head}, "{key}": 1 }}"#))]).stderr;
+    assert!(told.len() < 3000 && told.contains("unknown key") && told.contains("expected"), "{told}");
+    write("secrets", "root:$6$abc:19000:0:99999:7:::\ndaemon:*:19000:0:99999:7:::\n");
+    for campaign in [
+        format!(r#"{{ {head}, "readings": "secrets" }}"#),
+        r#"{ "bench": "secrets", "estimate": {}, "readings": [] }"#.to_string(),
+    ] {
+        let told = tumble(&["fit", &write("leak.campaign.json", &campaign)]);
+        assert!(told.code == 1 && !told.stderr.contains("$6$") && !told.stderr.contains("daemon"), "{}", told.stderr);
+    }
+    let list = r#"{ "bench": "gyro-turntable", "known": { "kI": { "value": -2.9 } }, "estimate": { "V0": [null, 5, 1, "V"] }, "readings": [] }"#;
+    let told = tumble(&["check", &write("list.campaign.json", list)]);
+    assert!(told.code == 1 && told.stderr.contains("an object"), "{}", told.stderr);
+}
+
+/// A column that looks like an input of an axis that is not there, and a coefficient that looks like an input, are asked about.
+#[test]
+fn names_that_are_nearly_inputs_are_asked_about() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("near.campaign.json");
+    let check = |model: &str, reading: &str| {
+        let text = format!(
+            r#"{{ "bench": {{ "id": "b", "units": {{ "force": "g" }}, "chain": [ {{ "joint": "beta", "about": "x" }} ],
+              "sensors": {{ "V": {{ "unit": "V", "axes": {{ "I": "y" }}, "model": "{model}" }} }} }},
+              "estimate": {{ "b": {{}} }}, "readings": [ {{ "beta_deg": 0, {reading} "V": 1 }} ] }}"#
+        );
+        std::fs::write(&path, text).expect("written");
+        let mut run = tumble(&["check", path.to_str().expect("a path")]);
+        run.stderr = run.stderr.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+        run
+    };
+    assert_eq!(check("b + a_I", "").code, 0);
+    assert!(check("b + aI", "").stderr.contains("is the input 'a_I' meant?"));
+    let run = check("b + a_I", "\"w_Q\": 1,");
+    assert!(run.code == 1 && run.stderr.contains("no axis is called 'Q'"), "{}", run.stderr);
+    assert_eq!(check("b*w_Q + a_I", "\"w_Q\": 1,").code, 0);
+}
+
 /// `tumble ... | head` closes the pipe early: no panic, no message.
 #[test]
 fn a_reader_that_goes_away_is_no_error() {

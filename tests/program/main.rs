@@ -2,8 +2,10 @@
 
 mod bad_input;
 mod cli;
+mod conformity;
 mod dcc;
 mod examples;
+mod files;
 mod html;
 #[path = "../markup/mod.rs"]
 mod markup;

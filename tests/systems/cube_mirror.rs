@@ -1,5 +1,6 @@
 //! Attitude by a cube mirror and two theodolites.
 
+use crate::draws::draws;
 use crate::support::*;
 use tumble::campaign::{Campaign, Role};
 use tumble::compare;
@@ -209,7 +210,7 @@ fn estimated_weights_cost_what_is_added_for_them() {
     for o in stated.readings.rows.iter_mut().flat_map(|row| &mut row.observations) {
         o.u = Some(sd(o.sensor));
     }
-    let count = 2000;
+    let count = draws(400, 2000);
     let slack = 5.0 * (0.95f64 * 0.05 / count as f64).sqrt();
     let mut random = random(22);
     let point = point(&estimated, &truth);

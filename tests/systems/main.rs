@@ -3,6 +3,8 @@
 
 mod cube_mirror;
 mod dividing_head;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod imu_table;
 mod independent;
 mod readmes;

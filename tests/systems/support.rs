@@ -1,6 +1,7 @@
 //! Shared by the tests of the published systems: campaigns from files, truths, seeded readings, coverage.
 #![allow(dead_code)]
 
+use crate::draws::draws;
 use rand_distr::{Distribution as _, StandardNormal, Uniform};
 use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use std::collections::BTreeMap;
@@ -109,6 +110,7 @@ pub fn coverage(
     settings: &Settings,
     most: f64,
 ) {
+    let count = draws(count / 5, count);
     let mut random = random(20120143);
     let point = point(campaign, truth);
     let mut inside: BTreeMap<String, usize> = BTreeMap::new();

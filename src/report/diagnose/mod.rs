@@ -13,8 +13,8 @@ pub use gap::{
 pub use table::diagnose_table;
 pub use words::alias_note;
 
-use super::{PositionReport, VERSION, fit_constraints, position_keys};
-use crate::campaign::Campaign;
+use super::{Input, PositionReport, VERSION, fit_constraints, position_keys};
+use crate::campaign::{Campaign, Identity};
 use crate::diagnosis::{self, Diagnosis, Held};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,6 +29,12 @@ pub struct DiagnoseReport {
     pub report: String,
     /// Id of the bench.
     pub bench: String,
+    /// The unit under test, when, where, by whom, with what.
+    #[serde(default, skip_serializing_if = "Identity::is_empty")]
+    pub identity: Identity,
+    /// The files that the report was made from, with the SHA-256 of their bytes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Input>,
     /// `effects-found`, `partly-explained`, `nothing-missing`, `unexplained`, or `not-diagnosable` (no redundancy).
     pub verdict: String,
     /// Probability of reporting anything when nothing is missing.
@@ -139,6 +145,8 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         tumble: VERSION.into(),
         report: "diagnose".into(),
         bench: campaign.bench.id.clone(),
+        identity: campaign.identity.clone(),
+        inputs: Vec::new(),
         verdict: diagnosis.verdict.name().into(),
         significance: settings.significance,
         effects: effects::effects(campaign, diagnosis),

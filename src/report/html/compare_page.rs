@@ -3,7 +3,7 @@
 use super::fit_page::colophon;
 use super::{Align, Page, Section, Table, Tone, cells};
 use crate::report::table::significant;
-use crate::report::{CompareReport, Input};
+use crate::report::{CompareReport, Input, QuantityReport};
 
 /// The page of a comparison.
 pub fn compare_page(report: &CompareReport, inputs: &[Input]) -> Page {
@@ -34,7 +34,7 @@ pub(super) fn section(report: &CompareReport) -> Section {
     }
     let printed = report.printed.is_some();
     let mut columns = vec![
-        ("angle", Align::Left),
+        (report.quantity(), Align::Left),
         ("mean of closed forms", Align::Decimal),
         ("least squares, all readings", Align::Decimal),
     ];
@@ -44,10 +44,9 @@ pub(super) fn section(report: &CompareReport) -> Section {
     columns.push(("unit", Align::Left));
     let mut table = Table::new(&columns);
     for q in &report.all.quantities {
-        let mut row =
-            vec![format!("`{}`", q.id), cells::decimals(q.closed_form, 3), cells::decimals(q.least_squares, 3)];
+        let mut row = vec![format!("`{}`", q.id), number(q.closed_form, q, 3), number(q.least_squares, q, 3)];
         if printed {
-            row.push(cells::decimals(q.printed, 1));
+            row.push(number(q.printed, q, 1));
         }
         row.push(q.unit.clone());
         table.row(row);
@@ -55,10 +54,15 @@ pub(super) fn section(report: &CompareReport) -> Section {
     section.table(table)
 }
 
+/// Angles with so many decimals, coefficients with digits enough for any unit.
+fn number(value: Option<f64>, of: &QuantityReport, decimals: usize) -> String {
+    if of.is_angle() { cells::decimals(value, decimals) } else { cells::digits(value, 7) }
+}
+
 fn groups(report: &CompareReport) -> Section {
     let mut table = Table::new(&[
         (&report.group_title, Align::Left),
-        ("angle", Align::Left),
+        (report.quantity(), Align::Left),
         ("closed form", Align::Decimal),
         ("least squares, no Earth rate", Align::Decimal),
         ("least squares", Align::Decimal),
@@ -70,10 +74,10 @@ fn groups(report: &CompareReport) -> Section {
             table.row(vec![
                 if k == 0 { group.group.map_or("all".into(), |g| g.to_string()) } else { String::new() },
                 format!("`{}`", q.id),
-                cells::decimals(q.closed_form, 3),
-                cells::decimals(q.without_earth_rate, 3),
-                cells::decimals(q.least_squares, 3),
-                cells::decimals(q.printed, 1),
+                number(q.closed_form, q, 3),
+                number(q.without_earth_rate, q, 3),
+                number(q.least_squares, q, 3),
+                number(q.printed, q, 1),
                 q.unit.clone(),
             ]);
             if let Some(row) = table.rows.last_mut() {

@@ -28,6 +28,7 @@ pub fn diagnose_page(
         page.facts.push(("Source".into(), bench.source.clone()));
     }
     page.facts.extend(inputs.first().map(|input| ("Campaign".to_string(), input.name.clone())));
+    page.facts.extend(campaign.identity.facts());
     page.colophon = colophon(inputs);
     page = page.section(answer(campaign, diagnosis, report)?);
     let mut missing = Section::new("What is missing");

@@ -1,5 +1,7 @@
 //! Text into HTML.
 
+use crate::report::xml;
+
 /// Code up to this length stays on one line.
 const SHORT: usize = 30;
 
@@ -44,7 +46,7 @@ pub(crate) fn escape(text: &str) -> String {
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
             '\t' | '\n' | '\r' => out.push(c),
-            c if c.is_control() => out.push('\u{fffd}'),
+            c if !xml::is_allowed(c) => out.push('\u{fffd}'),
             c => out.push(c),
         }
     }
@@ -59,6 +61,6 @@ mod tests {
     fn markup_of_the_user_stays_text() {
         assert_eq!(inline("<i> `a<b` & c"), "&lt;i&gt; <code class=\"short\">a&lt;b</code> &amp; c");
         assert_eq!(inline("one ` alone"), "one ` alone");
-        assert_eq!(escape("a\u{0}b"), "a\u{fffd}b");
+        assert_eq!(escape("a\u{0}b\u{ffff}"), "a\u{fffd}b\u{fffd}");
     }
 }

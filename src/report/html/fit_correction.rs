@@ -1,62 +1,35 @@
 //! Section of a fit's page on its use: the correction to apply, and the mounting of the sensors.
 
 use super::{Align, Block, Section, Table, Tone, cells};
-use crate::fit::Fit;
-use crate::report::{FitReport, corrections, mounting};
+use crate::report::{FitReport, correction_lines, given_sentence, validity_sentence};
+use crate::wire::{CorrectionFile, MountingFile};
 
-/// The model lines solved for their inputs, and the sensors' axes on the mounting face.
-pub(super) fn correction(fit: &Fit, report: &FitReport) -> Section {
+/// Readings to inputs: the first order with numbers, where it holds, and the sensors' axes on the mounting face.
+pub(super) fn correction(report: &FitReport) -> Section {
     let mut section = Section::new("The correction to apply");
-    let corrections = corrections(fit);
-    let symbolic: Vec<String> = corrections.iter().map(|c| c.symbolic.clone()).collect();
-    let numeric: Vec<String> = corrections.iter().filter_map(|c| c.numeric.clone()).collect();
-    if !symbolic.is_empty() {
-        section = section.prose("The model line solved for its input:").block(Block::Formula(symbolic));
-    }
-    if !numeric.is_empty() {
-        section = section
-            .prose("With the numbers of this calibration, two digits beyond their uncertainty:")
-            .block(Block::Formula(numeric));
-    }
-    for c in corrections.iter().filter(|c| !c.missing.is_empty()) {
-        section = section.verdict(
-            Tone::Caution,
-            format!("`{}` cannot be corrected by itself: {} not estimable here.", c.sensor, is_or_are(&c.missing)),
-        );
-    }
-    if corrections.iter().any(|c| c.iterate) {
-        section = section.prose("Where the input stands on the right too, begin with zero there and repeat; two or three rounds are enough for small nonlinear terms.");
-    }
-    let shared = corrections
-        .iter()
-        .any(|c| c.symbolic.matches("w_").count() + c.symbolic.matches("a_").count() > 1 && !c.iterate);
-    if shared {
-        section = section.prose("Other rates and forces on the right come from the other sensors: correct all, then repeat with the corrected values.");
-    }
-    if let Some(mounting) = mounting(fit) {
-        let tilts = cells::names(&mounting.tilts);
-        if mounting.missing.is_empty() && !mounting.directions.is_empty() {
-            let mut table = Table::new(&[
-                ("input", Align::Left),
-                ("x", Align::Decimal),
-                ("y", Align::Decimal),
-                ("z", Align::Decimal),
-            ]);
-            for d in &mounting.directions {
-                let mut row = vec![format!("`{}` of `{}`", d.input, d.sensor)];
-                row.extend(d.cosines.iter().map(|c| format!("{c:.9}")));
-                table.row(row);
-            }
-            table.caption = "Direction cosines of the corrected inputs on the mounting face".into();
-            section = section
-                .prose(format!("The corrected input points along the sensor's own axis. On the mounting face (the frame after the last joint) that axis is turned by {tilts}; a rate or force known there has this component along it:"))
-                .table(table);
-        } else if !mounting.missing.is_empty() {
-            section = section.prose(format!(
-                "The rotation from the sensor's axis to the mounting face needs {tilts}; {} not estimable here.",
-                is_or_are(&mounting.missing)
-            ));
+    let Some(correction) = &report.correction else {
+        let missing: Vec<&str> =
+            report.parameters.iter().filter(|p| p.state == "not-estimable").map(|p| p.id.as_str()).collect();
+        if !missing.is_empty() {
+            let verb = if missing.len() == 1 { "is" } else { "are" };
+            let text = format!("Readings cannot be corrected: {} {verb} not estimable here.", cells::names(&missing));
+            section = section.verdict(Tone::Caution, text);
         }
+        return section;
+    };
+    section = section
+        .prose("All sensors are solved together for the inputs that they determine. To first order, with the numbers of this calibration:")
+        .block(Block::Formula(correction_lines(correction)))
+        .prose(validity_sentence(correction));
+    if let Some(sentence) = given_sentence(correction) {
+        section = section.prose(sentence);
+    }
+    for (sensor, why) in &correction.left_out {
+        section = section.verdict(Tone::Caution, format!("`{sensor}` is left out of the correction: {why}."));
+    }
+    section = section.prose("`tumble apply` corrects a record by the exact lines, `tumble export` writes them as source code; both read the JSON report of this fit.");
+    if let Some(mounting) = &correction.mounting {
+        section = mounted(section, correction, mounting);
         let others: Vec<&str> = report
             .parameters
             .iter()
@@ -72,6 +45,26 @@ pub(super) fn correction(fit: &Fit, report: &FitReport) -> Section {
     section
 }
 
-fn is_or_are(names: &[String]) -> String {
-    format!("{} {}", cells::names(names), if names.len() == 1 { "is" } else { "are" })
+fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFile) -> Section {
+    let tilts = cells::names(&mounting.tilts);
+    if !mounting.missing.is_empty() {
+        let verb = if mounting.missing.len() == 1 { "is" } else { "are" };
+        return section.prose(format!(
+            "The rotation from the sensors' axes to the mounting face needs {tilts}; {} {verb} not estimable here.",
+            cells::names(&mounting.missing)
+        ));
+    }
+    let mut table =
+        Table::new(&[("input", Align::Left), ("x", Align::Decimal), ("y", Align::Decimal), ("z", Align::Decimal)]);
+    for input in correction.inputs.iter().filter(|input| input.solved) {
+        let Some(d) = input.direction else { continue };
+        let cosine = |row: &[f64; 3]| row.iter().zip(&d).map(|(r, d)| r * d).sum::<f64>();
+        let mut cells = vec![format!("`{}`", input.id)];
+        cells.extend(mounting.rotation.iter().map(|row| format!("{:.9}", cosine(row))));
+        table.row(cells);
+    }
+    table.caption = "Direction cosines of the corrected inputs on the mounting face".into();
+    section
+        .prose(format!("A corrected input points along the sensors' own axes. On the mounting face (the frame after the last joint) these are turned by {tilts}; a rate or force known there has this component along them:"))
+        .table(table)
 }

@@ -4,6 +4,7 @@ use super::{FAR, Figure, cells};
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::report::plot::{self, Bar, Interval, Part, Residual};
+use crate::report::table::{rounded, significant};
 use crate::report::{BudgetReport, FitReport};
 
 /// More rows than this are no figure any more.
@@ -56,13 +57,21 @@ pub(super) fn estimate_figures(report: &FitReport) -> Result<Vec<Figure>> {
     Ok(vec![
         Figure {
             caption: format!("Angles with their expanded uncertainties ({}).", cells::level(level)),
-            description: String::new(),
+            description: listed(
+                angles.iter().map(|a| {
+                    format!("{} {} +- {} arcsec", a.id, rounded(a.value, Some(a.u)), significant(a.expanded, 3))
+                }),
+            ),
             svg: plot::values(&rows, "arcsec")?,
             wide: false,
         },
         Figure {
             caption: "Standard uncertainties, divided by each source's share of the variance.".into(),
-            description: String::new(),
+            description: listed(
+                bars.iter()
+                    .zip(&angles)
+                    .map(|(bar, a)| format!("{}: u {} arcsec, {}", a.id, significant(a.u, 3), shares(bar))),
+            ),
             svg: plot::bars(&bars, ("standard uncertainty", "arcsec"), plot::HALF)?,
             wide: false,
         },
@@ -84,7 +93,7 @@ pub(super) fn budget_figures(report: &FitReport) -> Result<Vec<Figure>> {
     }
     Ok(vec![Figure {
         caption: "Coefficients: each source's share of the variance. Sources below 0.5 % are left white.".into(),
-        description: String::new(),
+        description: listed(bars.iter().map(|bar| format!("{}: {}", bar.label, shares(bar)))),
         svg: plot::bars(&bars, ("share of the variance", "%"), plot::WIDE)?,
         wide: true,
     }])
@@ -137,7 +146,7 @@ pub(super) fn spread_figures(report: &FitReport) -> Result<Vec<Figure>> {
     if studentized.len() > 2 {
         figures.push(Figure {
             caption: "Normal plot of the studentized residuals with its pointwise 95 % band: normal residuals follow the line.".into(),
-            description: String::new(),
+            description: farthest(&studentized),
             svg: plot::normal(&studentized)?,
             wide: false,
         });
@@ -171,6 +180,31 @@ fn correlations(report: &FitReport) -> Vec<Vec<Option<f64>>> {
         .collect()
 }
 
+/// What a figure lists, in words; long lists are cut.
+fn listed(lines: impl Iterator<Item = String>) -> String {
+    const MOST: usize = 12;
+    let lines: Vec<String> = lines.collect();
+    let mut text = lines.iter().take(MOST).cloned().collect::<Vec<_>>().join("; ");
+    if lines.len() > MOST {
+        text.push_str(&format!("; and {} more, as in the table", lines.len() - MOST));
+    }
+    text + "."
+}
+
+/// The parts of a bar, in words.
+fn shares(bar: &Bar) -> String {
+    let whole: f64 = bar.parts.iter().map(|part| part.size).sum();
+    let part = |part: &Part| format!("{} {:.0} %", part.source, 100.0 * part.size / whole.max(f64::MIN_POSITIVE));
+    bar.parts.iter().map(part).collect::<Vec<_>>().join(", ")
+}
+
+/// The residuals of a normal plot, in words.
+fn farthest(studentized: &[f64]) -> String {
+    let (low, high) = studentized.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let n = studentized.len();
+    format!("{n} studentized residuals, from {} to {}.", significant(low, 3), significant(high, 3))
+}
+
 /// The largest correlation, in words.
 fn strongest(order: &[&str], matrix: &[Vec<Option<f64>>]) -> String {
     let mut best: Option<(f64, &str, &str)> = None;
@@ -183,5 +217,5 @@ fn strongest(order: &[&str], matrix: &[Vec<Option<f64>>]) -> String {
             }
         }
     }
-    best.map_or(String::new(), |(r, a, b)| format!("Strongest correlation: {r:.2} between `{a}` and `{b}`."))
+    best.map_or("No correlation.".into(), |(r, a, b)| format!("Strongest correlation: {r:.2} between {a} and {b}."))
 }

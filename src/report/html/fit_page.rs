@@ -2,7 +2,8 @@
 
 use super::fit_figures::{residual_figures, spread_figures};
 use super::{
-    Page, Section, checks_page, compare_page, fit_answer, fit_correction, fit_estimates, fit_readings, scatter_page,
+    Page, Section, checks_page, compare_page, conformity_page, fit_answer, fit_correction, fit_estimates, fit_readings,
+    scatter_page,
 };
 use crate::error::Result;
 use crate::fit::Fit;
@@ -19,9 +20,10 @@ pub fn fit_page(fit: &Fit, report: &FitReport, comparison: Option<&CompareReport
     page.colophon = colophon(inputs);
     let mut page = page
         .section(fit_answer::answer(fit, report))
+        .section(conformity_page::section(report))
         .section(fit_estimates::estimates(fit, report)?)
         .section(fit_estimates::not_estimable(report))
-        .section(fit_correction::correction(fit, report))
+        .section(fit_correction::correction(report))
         .section(fit_estimates::budget(report)?)
         .section(scatter_page::scatter(report))
         .section(checks_page::monte_carlo(report))
@@ -50,6 +52,7 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input]) -> Vec<(String, String
     if let Some(input) = inputs.first() {
         facts.push(("Campaign".into(), input.name.clone()));
     }
+    facts.extend(report.identity.facts());
     for (k, sensor) in bench.sensors.iter().enumerate() {
         let name = if k == 0 { "Model" } else { "" };
         facts.push((name.into(), format!("`{} = {}`", sensor.id, sensor.model)));

@@ -3,8 +3,8 @@
 use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::JointState;
 use crate::fit::Fit;
-use crate::report::FitReport;
 use crate::report::table::significant;
+use crate::report::{FitReport, gravity_text};
 
 /// What the fit takes for granted.
 pub(super) fn assumptions(fit: &Fit, report: &FitReport) -> Section {
@@ -13,12 +13,13 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport) -> Section {
         points.push(format!("Taken as zero, neither known nor estimated: {}.", cells::names(&report.assumed_zero)));
     }
     points.push(match fit.campaign.bench.site {
-        Some(site) => format!(
-            "Site: latitude {}\u{b0}, Earth rate {} deg/h, gravity {} g.",
-            site.latitude_deg, site.earth_rate_deg_h, site.gravity_g
-        ),
+        Some(site) => {
+            let said = gravity_text(&report.site).unwrap_or(format!("gravity {} g", site.gravity_g));
+            format!("Site: latitude {}\u{b0}, Earth rate {} deg/h, {said}.", site.latitude_deg, site.earth_rate_deg_h)
+        }
         None => "No site: no Earth rate, and gravity is 1 g.".into(),
     });
+    points.extend(report.site.warnings.iter().map(|warning| format!("Warning: {warning}.")));
     points.push(match report.estimator.as_str() {
         "linear" => "Linear: rows are exact derivatives at the reference point, and one step is taken from it.".into(),
         _ => "Exact: rows are exact derivatives, iterated to the solution.".into(),

@@ -23,17 +23,22 @@
 //! | `checks_page.rs` | what was checked: readings, constraints, Monte Carlo |
 //! | `fit_readings.rs` | what was assumed, and the readings one by one |
 //! | `fit_figures.rs` | its charts |
+//! | `changes_page.rs` | two calibrations of one unit, the history of many |
 //! | `compare_page.rs` | published closed forms beside least squares |
 //! | `diagnose_page.rs`, `diagnose_figure.rs` | a diagnosis, and its gap as a chart |
 //! | `plan_page.rs` | a schedule judged or chosen |
+//! | `reduction_page.rs` | from samples to readings |
+//! | `noise_page.rs` | the noise of a record |
 //! | `navigate.rs`, `navigate_diagnose.rs` | a mission, and a diagnosis of its errors |
 //!
 //! Deliberately absent: computation (a page shows what a report value says), colours (the template and `report::plot` have them), clocks
 //! (the same report always gives the same bytes).
 
 mod cells;
+mod changes_page;
 mod checks_page;
 mod compare_page;
+mod conformity_page;
 mod diagnose_figure;
 mod diagnose_page;
 mod escape;
@@ -45,18 +50,23 @@ mod fit_page;
 mod fit_readings;
 mod navigate;
 mod navigate_diagnose;
+mod noise_page;
 mod page;
 mod plan_page;
+mod reduction_page;
 mod scatter_page;
 
+pub use changes_page::{changes_page, history_page};
 pub use compare_page::compare_page;
 pub use diagnose_figure::diagnose_svg;
 pub use diagnose_page::diagnose_page;
 pub use fit_page::fit_page;
 pub use navigate::navigate_page;
 pub use navigate_diagnose::{navigate_diagnose_page, navigate_diagnose_svg};
+pub use noise_page::noise_page;
 pub use page::{Align, Block, Column, Figure, MarkedLine, Page, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
+pub use reduction_page::reduce_page;
 
 use crate::error::{Fault, Malformed, Result};
 use minijinja::syntax::SyntaxConfig;

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::navigate::run::NavigationError;
 use crate::navigate::study::Flown;
 use crate::report::plot::{Curve, curves};
-use crate::report::table::significant;
+use crate::report::table::{significant, trimmed};
 use crate::report::{ARCSEC, ErrorReport, NavigateReport};
 
 /// Scenarios that get figures of their own; single sources beyond them are in the table and in the series.
@@ -25,7 +25,7 @@ const QUANTITIES: [Quantity; 4] = [
 pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
     let title = if report.title.is_empty() { "Navigation errors" } else { &report.title };
     let mut page = Page::new(title);
-    page.subtitle = format!("{} h in steps of {} s", significant(report.duration_h, 6), report.step_s);
+    page.subtitle = format!("{} h in steps of {} s", trimmed(report.duration_h), report.step_s);
     page.facts.push(("Convention".into(), report.convention.clone()));
     page.facts.push(("Vertical channel".into(), report.vertical_channel.clone()));
     if let Some(periods) = report.periods {
@@ -33,6 +33,7 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
     }
     page.colophon.push(("tumble".into(), report.tumble.clone()));
     page = page
+        .section(answer(report))
         .section(warned(Section::new("Root mean square errors").table(results(report)), report))
         .section(Section::new("Against the first motion").table(ratios(report)))
         .section(carried(report));
@@ -55,7 +56,7 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
                 .collect();
             figures.push(Figure {
                 caption: format!("{what} of `{}`", scenario.id),
-                description: format!("{what} of {} against time", scenario.id),
+                description: in_words(&lines, what, unit, &scenario.id),
                 svg: curves(&lines, what, unit, "time, h")?,
                 wide: false,
             });
@@ -63,6 +64,57 @@ pub fn navigate_page(report: &NavigateReport, flown: &[Flown]) -> Result<Page> {
         page = page.section(Section::new(format!("Errors in time: {}", scenario.id)).figures(figures));
     }
     Ok(page)
+}
+
+/// A figure of curves for those who cannot see it.
+pub(super) fn in_words(lines: &[Curve], what: &str, unit: &str, of: &str) -> String {
+    let ends = lines.iter().map(|line| {
+        let most = line.points.iter().map(|(_, y)| y.abs()).filter(|y| y.is_finite()).fold(0.0, f64::max);
+        let last = line.points.last().map_or(f64::NAN, |(_, y)| *y);
+        format!("{}: at most {} {unit}, {} {unit} at the end", line.label, significant(most, 3), significant(last, 3))
+    });
+    format!("{what} of {of} against time; {}.", ends.collect::<Vec<_>>().join("; "))
+}
+
+/// The answer in sentences: where each motion ends, and by which error most.
+fn answer(report: &NavigateReport) -> Section {
+    const MOTIONS: usize = 4;
+    let mut motions: Vec<&str> = Vec::new();
+    for result in &report.results {
+        if !motions.contains(&result.motion.as_str()) {
+            motions.push(&result.motion);
+        }
+    }
+    let mut points = Vec::new();
+    for motion in motions.iter().take(MOTIONS) {
+        let own = || report.results.iter().filter(|r| r.motion == *motion);
+        let errors = |id: &str| report.scenarios.iter().find(|s| s.id == id).map_or(0, |s| s.errors.len());
+        // the scenario with most errors is the unit as it is; those with one are its sources
+        let Some(whole) = own().max_by_key(|r| errors(&r.scenario)) else { continue };
+        let mut text = format!(
+            "{}: after {} h the position is off by {} m (rms {} m), the azimuth by {} arcsec (rms {})",
+            capital(motion),
+            trimmed(whole.time_h),
+            cell(whole.position_m.last),
+            cell(whole.position_m.rms),
+            cell(whole.azimuth_arcsec.last),
+            cell(whole.azimuth_arcsec.rms),
+        );
+        let mut parts: Vec<_> = own().filter(|r| r.scenario != whole.scenario).collect();
+        parts.sort_by(|a, b| b.position_m.rms.unwrap_or(0.0).total_cmp(&a.position_m.rms.unwrap_or(0.0)));
+        let most: Vec<String> =
+            parts.iter().take(3).map(|r| format!("`{}` {} m", r.scenario, cell(r.position_m.rms))).collect();
+        if own().count() > 1 {
+            text.push_str(&format!(" with `{}`; most of it from {} (position, rms)", whole.scenario, most.join(", ")));
+        }
+        points.push(text + ".");
+    }
+    Section::new("The answer").list(points)
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
 /// What a reader of the table must know.

@@ -213,7 +213,7 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> 
             ];
             figures.push(Figure {
                 caption: format!("What is left of `{name}`{where_}, with two standard uncertainties"),
-                description: String::new(),
+                description: super::navigate::in_words(&lines, what, unit, "what was found"),
                 svg: curves(&lines, what, unit, "time, h")?,
                 wide: false,
             });

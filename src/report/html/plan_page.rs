@@ -1,6 +1,6 @@
 //! The page of a plan: the better schedule beside the given one, where its positions lie, and what rests on each reading.
 
-use super::{Align, Figure, Page, Section, Table, Tone};
+use super::{Align, Block, Figure, Page, Section, Table, Tone};
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
@@ -20,8 +20,9 @@ pub fn plan_page(campaign: &Campaign, report: &PlanReport, candidates: Option<&R
     let mut page = Page::new(if bench.title.is_empty() { bench.id.clone() } else { bench.title.clone() });
     page.subtitle = "Plan: what a schedule will reach before anyone measures".into();
     page.facts = vec![("Bench".into(), format!("`{}`", bench.id))];
-    page.facts.extend(report.model.iter().map(|(id, line)| (format!("Model of {id}"), format!("`{id} = {line}`"))));
-    page.facts.extend(report.noise.iter().map(|(id, noise)| {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    facts.extend(report.model.iter().map(|(id, line)| (format!("Model of {id}"), format!("`{id} = {line}`"))));
+    facts.extend(report.noise.iter().map(|(id, noise)| {
         (format!("Noise of {id}"), format!("{} {} ({})", significant(noise.sd, 4), noise.unit, noise.from))
     }));
     page.facts.push(("Judged at".into(), judged_at(&report.judged_at)));
@@ -33,16 +34,21 @@ pub fn plan_page(campaign: &Campaign, report: &PlanReport, candidates: Option<&R
     if let Some(improved) = improved {
         page = page.section(answer(improved)).section(order(improved));
     }
-    page = page.section(map(campaign, report, candidates)?).section(judged("The given schedule", &report.schedule));
-    if let Some(improved) = improved {
-        page = page.section(judged("The better schedule in full", &improved.judgement));
-    }
+    let given = judged("The given schedule", &report.schedule);
+    let map = map(campaign, report, candidates)?;
+    page = match improved {
+        Some(improved) => {
+            let full = judged("The better schedule in full", &improved.judgement);
+            page.section(map).section(given).section(full).section(readings("Its readings", &improved.judgement))
+        }
+        None => page.section(given).section(map).section(readings("What rests on each reading", &report.schedule)),
+    };
     let last = improved.map_or(&report.schedule, |improved| &improved.judgement);
     if let Some(effects) = &last.effects {
         let of = if improved.is_some() { "the better schedule" } else { "this schedule" };
         page = page.section(effects_section(effects, of));
     }
-    Ok(page)
+    Ok(page.section(Section::new("Model and noise").block(Block::Facts(facts))))
 }
 
 fn cell(value: Option<f64>) -> String {
@@ -252,6 +258,43 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
         let unit = if d.u_arcsec.is_some() { "arcsec" } else { "" };
         table.row(vec![format!("`{}`", d.id), cell(d.u_arcsec.or(d.u)), unit.to_string()]);
     }
+    let w = &j.work;
+    let work = format!(
+        "{} in {} with {}, cost {}; rank {}, {} degrees of freedom.",
+        count(w.readings, "reading"),
+        count(w.mountings, "mounting"),
+        count(w.rate_changes, "rate change"),
+        significant(w.cost, 4),
+        j.rank,
+        j.dof
+    );
+    let through = j.through_tilts.as_ref().map(|t| capital(&through_tilts(t))).unwrap_or_default();
+    let angles = j.parameters.iter().filter_map(|p| Some((p.id.as_str(), p.u_arcsec?)));
+    let (tone, verdict) = match (j.not_estimable.len(), angles.max_by(|a, b| a.1.total_cmp(&b.1))) {
+        (0, _) if j.lacking.is_some() => {
+            (Tone::Caution, "Not every unknown has a predicted uncertainty at the point that was judged.".into())
+        }
+        (0, Some((id, u))) => (
+            Tone::Good,
+            format!(
+                "Every unknown can be estimated; the least certain angle is `{id}` with u = {} arcsec.",
+                significant(u, 3)
+            ),
+        ),
+        (0, None) => (Tone::Good, "Every unknown can be estimated.".into()),
+        (n, _) => (Tone::Bad, format!("{} cannot be estimated.", count(n, "combination of unknowns"))),
+    };
+    Section::new(heading)
+        .verdict(tone, verdict)
+        .prose(work)
+        .prose(through)
+        .prose(j.lacking.as_ref().map(|own| format!("{}.", capital(&lacking_value(own)))).unwrap_or_default())
+        .list(defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())))
+        .table(table)
+}
+
+/// What rests on each reading.
+fn readings(heading: &str, j: &JudgementReport) -> Section {
     let mut readings = Table::new(&[
         ("#", Align::Right),
         ("position", Align::Left),
@@ -269,22 +312,5 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
         let leverage = format!("{:.3}", r.leverage);
         readings.row(vec![r.index.to_string(), keys(&r.at), r.sensor.clone(), leverage, cell(r.mdb), effect]);
     }
-    let w = &j.work;
-    let work = format!(
-        "{} in {} with {}, cost {}; rank {}, {} degrees of freedom.",
-        count(w.readings, "reading"),
-        count(w.mountings, "mounting"),
-        count(w.rate_changes, "rate change"),
-        significant(w.cost, 4),
-        j.rank,
-        j.dof
-    );
-    let through = j.through_tilts.as_ref().map(|t| capital(&through_tilts(t))).unwrap_or_default();
-    Section::new(heading)
-        .prose(work)
-        .prose(through)
-        .prose(j.lacking.as_ref().map(|own| format!("{}.", capital(&lacking_value(own)))).unwrap_or_default())
-        .list(defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())))
-        .table(table)
-        .table(readings)
+    Section::new(heading).table(readings)
 }

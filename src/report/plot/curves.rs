@@ -60,13 +60,14 @@ fn draw(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along: &str) 
 
     let colours = [SOFT, VERMILLION, BLUE, GREEN, ORANGE, PURPLE];
     let mut legend = left + 4;
+    let mut dashed = Vec::new();
     for (curve, colour) in curves.iter().zip(colours.iter().cycle()) {
         let finite = curve.points.iter().filter(|(x, y)| x.is_finite() && y.is_finite());
         let path: Vec<(i32, i32)> = finite.map(|(px, py)| (x(*px), y(at(*py)))).collect();
         let sample = vec![(legend, 16), (legend + 50, 16)];
         for path in [path, sample].into_iter().filter(|path| path.len() > 1) {
             if curve.dashed {
-                area.draw(&plotters::element::DashedPathElement::new(path, 12, 8, colour.stroke_width(3)))?;
+                dashed.push((path, colour));
             } else {
                 area.draw(&PathElement::new(path, colour.stroke_width(3)))?;
             }
@@ -74,6 +75,10 @@ fn draw(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along: &str) 
         let place = (legend + 58, 16);
         area.draw(&Text::new(curve.label.clone(), place, style(SMALL, &SOFT, HPos::Left, VPos::Center)))?;
         legend += 90 + text_width(&curve.label, SMALL);
+    }
+    // over the solid ones, which show through its gaps
+    for (path, colour) in dashed {
+        area.draw(&plotters::element::DashedPathElement::new(path, 12, 8, colour.stroke_width(3)))?;
     }
     let title = style(SMALL, &SOFT, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
     area.draw(&Text::new(scale::title(what, unit, exponent), (8, (TOP + BOTTOM) / 2), title))?;

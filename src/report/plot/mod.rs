@@ -12,6 +12,9 @@
 //! | `positions.rs` | positions as spots |
 //! | `gap.rs` | residuals before and after a repair |
 //! | `curves.rs` | quantities against time |
+//! | `history.rs` | a quantity over calendar time |
+//! | `record.rs` | a whole record with its segments |
+//! | `deviations.rs` | Allan deviations against averaging time |
 //! | `scale.rs`, `rules.rs` | powers of a thousand, ticks and their numbers; the rules at them |
 //!
 //! Deliberately absent: computation; a chart gets the numbers that it shows.
@@ -19,9 +22,12 @@
 mod bars;
 mod correlation;
 mod curves;
+mod deviations;
 mod gap;
+mod history;
 mod normal;
 mod positions;
+mod record;
 mod residuals;
 mod rules;
 mod scale;
@@ -30,12 +36,16 @@ mod values;
 pub use bars::{Bar, Part, bars};
 pub use correlation::correlation;
 pub use curves::{Curve, curves};
+pub use deviations::{DeviationPoint, deviations};
 pub use gap::{GapPanel, GapPoint, gap};
+pub use history::{History, history};
 pub use normal::normal;
 pub use positions::{Spot, positions};
+pub use record::record;
 pub use residuals::{Residual, residuals};
 pub use values::{Interval, values};
 
+use super::xml;
 use crate::error::{Fault, Malformed, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -76,7 +86,8 @@ fn svg(width: u32, height: u32, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result
         draw(&area.margin(TOP, 0, 0, 0)).and_then(|()| Ok(area.present()?))
     };
     match drawn {
-        Ok(()) => Ok(text),
+        Ok(()) if text.chars().all(xml::is_allowed) => Ok(text),
+        Ok(()) => Ok(text.chars().map(|c| if xml::is_allowed(c) { c } else { '\u{fffd}' }).collect()),
         Err(error) => Err(Malformed::new(Fault::Value, format!("the chart cannot be drawn: {error}"))),
     }
 }
@@ -112,9 +123,9 @@ mod tests {
         let wild = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MAX, -f64::MAX, f64::MIN_POSITIVE, 1.0, 1.0 + 1e-15];
         for a in wild {
             for b in wild {
-                let row = |value, bar| Interval { label: "<&\"\u{0}x".into(), value, expanded: bar };
+                let row = |value, bar| Interval { label: "<&\"\u{0}\u{ffff}\u{1b}x".into(), value, expanded: bar };
                 let text = values(&[row(a, b), row(b, a)], "angle, arcsec").unwrap();
-                assert!(!text.contains("<&") && !text.contains('\u{0}'));
+                assert!(!text.contains("<&") && text.chars().all(xml::is_allowed));
                 assert!(values(&[row(a, a)], "angle").is_ok());
                 let part = |size| Part { source: "readings".into(), type_b: false, size };
                 let bar = |size| Bar { label: "x".into(), parts: vec![part(size), part(a)] };

@@ -1,0 +1,59 @@
+"""Reading records and Allan deviations beside peers, one thread each, in one run: python benches/peers/records.py [SAMPLES]
+
+Needs numpy, polars and allantools (PyPI) and target/release/tumble. Prints seconds and ratios; times of the program hold its start.
+"""
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+os.environ["POLARS_MAX_THREADS"] = "1"
+os.environ["OMP_NUM_THREADS"] = "1"
+import allantools  # noqa: E402
+import numpy as np  # noqa: E402
+import polars as pl  # noqa: E402
+
+TUMBLE = os.path.join(os.path.dirname(__file__), "../../target/release/tumble")
+count = int(float(sys.argv[1])) if len(sys.argv) > 1 else 10_000_000
+
+
+def best(work, times=3):
+    """Shortest of several runs, in processor seconds of this process and its children."""
+    def spent():
+        t = os.times()
+        return t.user + t.system + t.children_user + t.children_system
+    found = []
+    for _ in range(times):
+        start = spent()
+        work()
+        found.append(spent() - start)
+    return min(found)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    rng = np.random.default_rng(1)
+    values = np.round(rng.standard_normal((count, 3)), 5)
+    frame = pl.DataFrame({"time_s": np.arange(count) / 200.0, **{f"g{k}": values[:, k] for k in range(3)}})
+    csv, parquet = os.path.join(folder, "log.csv"), os.path.join(folder, "log.parquet")
+    frame.write_csv(csv)
+    frame.write_parquet(parquet, compression="snappy")
+
+    def tumble(*arguments):
+        subprocess.run([TUMBLE, *arguments], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    times = os.path.join(folder, "times.csv")
+    with open(times, "w") as to:
+        to.write("start_s,end_s\n")
+        to.writelines(f"{k * count / 200 / 20},{(k + 1) * count / 200 / 20}\n" for k in range(20))
+    polars_csv = best(lambda: pl.read_csv(csv))
+    reduce_csv = best(lambda: tumble("reduce", csv, "--times", times))
+    print(f"CSV of {os.path.getsize(csv) / 1e6:.0f} MB: polars reads {polars_csv:.2f} s, tumble reads and reduces {reduce_csv:.2f} s, ratio {reduce_csv / polars_csv:.2f}")
+    polars_parquet = best(lambda: pl.read_parquet(parquet))
+    reduce_parquet = best(lambda: tumble("reduce", parquet, "--times", times))
+    print(f"Parquet of {os.path.getsize(parquet) / 1e6:.0f} MB: polars reads {polars_parquet:.2f} s, tumble reads and reduces {reduce_parquet:.2f} s, ratio {reduce_parquet / polars_parquet:.2f}")
+    y = values[:, 0]
+    taus = np.unique(np.round(np.geomspace(1, count / 10, 100))) / 200.0
+    peer = best(lambda: allantools.oadev(y, rate=200.0, data_type="freq", taus=taus), 1)
+    own = best(lambda: tumble("noise", parquet, "--columns", "g0", "--per-octave", "5"))
+    print(f"Allan deviation of {count:.0e} samples at {len(taus)} averaging times: allantools {peer:.2f} s; tumble, with Hadamard and modified, reading and fit, {own:.2f} s; ratio {peer / own:.1f}")

@@ -1,0 +1,128 @@
+//! What a campaign was made of, for reports and certificates: the unit under test, when, where, by whom, with what.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The identity of a campaign; everything in it is text for people, except the environment's numbers.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Identity {
+    /// The unit under test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitUnderTest>,
+    /// Date of the measurement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
+    /// Place of the measurement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
+    /// Who measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
+    /// Instruments and their traceability.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instruments: Vec<Instrument>,
+    /// The procedure that was followed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub procedure: Option<String>,
+    /// Conditions, for example `"temperature_c": 23.1`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub environment: BTreeMap<String, Condition>,
+    /// A remark.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+/// The unit under test.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UnitUnderTest {
+    /// Serial number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
+    /// Type or model.
+    #[serde(default, rename = "type", skip_serializing_if = "Option::is_none")]
+    pub kind: Option<String>,
+    /// Manufacturer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manufacturer: Option<String>,
+}
+
+/// An instrument.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Instrument {
+    /// What it is.
+    pub name: String,
+    /// Number of its calibration certificate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<String>,
+    /// The day until which that is valid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valid_to: Option<String>,
+    /// What the certificate is traceable to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traceable_to: Option<String>,
+}
+
+/// A condition of the environment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a number or a text")]
+pub enum Condition {
+    /// A number; the unit is the end of its name.
+    Number(f64),
+    /// A text.
+    Text(String),
+}
+
+impl Identity {
+    /// Is nothing said?
+    pub fn is_empty(&self) -> bool {
+        *self == Identity::default()
+    }
+
+    /// Name and text of everything that is said, in the order of the fields.
+    pub fn facts(&self) -> Vec<(String, String)> {
+        let mut facts = Vec::new();
+        let mut add = |name: &str, text: Option<String>| {
+            if let Some(text) = text.filter(|text| !text.trim().is_empty()) {
+                facts.push((name.to_string(), text));
+            }
+        };
+        if let Some(unit) = &self.unit {
+            let serial = unit.serial.as_ref().map(|serial| format!("serial {serial}"));
+            let words: Vec<String> =
+                [unit.manufacturer.clone(), unit.kind.clone(), serial].into_iter().flatten().collect();
+            add("Unit", Some(words.join(", ")));
+        }
+        add("Date", self.date.clone());
+        add("Place", self.place.clone());
+        add("Operator", self.operator.clone());
+        for instrument in &self.instruments {
+            let with = |word: &str, text: &Option<String>| text.as_ref().map(|text| format!("{word} {text}"));
+            let words: Vec<String> = [
+                Some(instrument.name.clone()),
+                with("certificate", &instrument.certificate),
+                with("valid to", &instrument.valid_to),
+                with("traceable to", &instrument.traceable_to),
+            ]
+            .into_iter()
+            .flatten()
+            .collect();
+            add("Instrument", Some(words.join(", ")));
+        }
+        add("Procedure", self.procedure.clone());
+        let conditions: Vec<String> = self
+            .environment
+            .iter()
+            .map(|(name, condition)| match condition {
+                Condition::Number(value) => format!("{name} {value}"),
+                Condition::Text(text) => format!("{name} {text}"),
+            })
+            .collect();
+        add("Environment", Some(conditions.join(", ")));
+        add("Note", self.note.clone());
+        facts
+    }
+}

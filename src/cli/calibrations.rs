@@ -1,0 +1,107 @@
+//! Fit reports read back as calibrations.
+
+use super::files;
+use crate::compare::calibrations::{Determination, day_number};
+use crate::correction::Calibration;
+use crate::error::{Fault, Malformed, Result};
+use crate::report::{CalibratedReport, FitReport, determination};
+use crate::wire::{self, CorrectionFile, Source};
+use std::path::Path;
+
+/// A fit report and the file that it came from.
+pub(super) struct Stored {
+    source: Source,
+    pub(super) report: FitReport,
+}
+
+/// Does this text look like a report of this program (and not like a campaign)?
+pub(super) fn is_report(source: &Source) -> bool {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        report: Option<String>,
+    }
+    serde_json::from_str::<Head>(&source.text).is_ok_and(|head| head.report.is_some())
+}
+
+/// Read a fit report.
+///
+/// Errors: another kind of file, with what was expected.
+pub(super) fn read(path: &Path) -> Result<Stored> {
+    let source = files::read(path)?;
+    if !is_report(&source) {
+        return Err(Malformed::new(Fault::Value, "this is no calibration")
+            .expected("the JSON report of a fit: tumble fit CAMPAIGN --json FILE")
+            .found("a file without \"report\"")
+            .in_file(source.name));
+    }
+    let report: FitReport = wire::parse(&source)?;
+    if report.report != "fit" {
+        return Err(Malformed::new(Fault::Value, "this report is not that of a fit")
+            .expected("\"report\": \"fit\"")
+            .found(format!("\"report\": \"{}\"", report.report))
+            .at_path("report")
+            .in_file(source.name));
+    }
+    Ok(Stored { source, report })
+}
+
+impl Stored {
+    /// Its correction.
+    pub(super) fn correction(&self) -> Result<CorrectionFile> {
+        self.report.correction.clone().ok_or_else(|| {
+            Malformed::new(Fault::Missing, "this calibration corrects nothing")
+                .expected("a fit with a sensor whose line follows a rate w_* or a specific force a_*, made by this version of the program")
+                .found("no \"correction\"")
+                .in_file(&self.source.name)
+        })
+    }
+
+    /// The calibration that it holds.
+    pub(super) fn calibration(&self) -> Result<Calibration> {
+        self.correction()?.into_calibration().map_err(|error| wire::locate(error, &self.source))
+    }
+
+    /// Lines that say which unit it is about.
+    pub(super) fn identity(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        lines.extend(self.serial().map(|serial| format!("Serial number: {serial}.")));
+        lines.extend(self.date().map(|date| format!("Date of calibration: {date}.")));
+        lines
+    }
+
+    fn serial(&self) -> Option<String> {
+        self.report.identity.unit.as_ref().and_then(|unit| unit.serial.clone())
+    }
+
+    fn date(&self) -> Option<String> {
+        self.report.identity.date.clone()
+    }
+
+    /// The limits that it states for a quantity.
+    pub(super) fn limits(&self, id: &str) -> Option<[f64; 2]> {
+        let limited = self.report.conformity.as_ref()?.quantities.iter().find(|own| own.id == id)?;
+        let low = limited.lower.unwrap_or(f64::NEG_INFINITY);
+        let high = limited.upper.unwrap_or(f64::INFINITY);
+        Some([low, high])
+    }
+
+    /// The day of the calibration, from 1970-01-01.
+    pub(super) fn day(&self) -> Option<f64> {
+        day_number(&self.date()?)
+    }
+
+    /// Its results, to be compared.
+    pub(super) fn determination(&self) -> Determination {
+        determination(&self.source.name, &self.report, self.day())
+    }
+
+    /// What a comparison says of it.
+    pub(super) fn summary(&self) -> CalibratedReport {
+        CalibratedReport {
+            file: self.source.name.clone(),
+            bench: self.report.bench.clone(),
+            date: self.date(),
+            serial: self.serial(),
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! What stands under a command's `--help`: examples and exit codes.
+
+/// The program.
+pub(super) const PROGRAM: &str = "Examples:
+  tumble bench list
+  tumble fit table1.campaign.json --html table1.html
+  tumble diagnose table1.campaign.json
+  tumble plan schedule.campaign.json --noise V=9e-4
+
+Exit codes:
+  0  done
+  1  the question is malformed (a file, an option, a value), or a result cannot be written
+  2  done, and the answer is \"rejected\": an unknown is not estimable, a global test failed, an effect is missing
+
+Colours are left out where NO_COLOR is set, TERM is dumb, or the output is no terminal.";
+
+/// `fit`.
+pub(super) const FIT: &str = "Examples:
+  tumble fit table1.campaign.json
+  tumble fit table1.campaign.json --budget --readings
+  tumble fit table1.campaign.json --html report.html --json report.json
+  tumble fit table1.campaign.json --json - | jq .parameters
+
+Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, or the global test failed.";
+
+/// `compare`.
+pub(super) const COMPARE: &str = "Example:
+  tumble compare table1.campaign.json --html compare.html
+
+Exit codes: 0 done; 1 the question is malformed, or this bench has no published closed forms.";
+
+/// `diagnose`.
+pub(super) const DIAGNOSE: &str = "Examples:
+  tumble diagnose table1.campaign.json
+  tumble diagnose table1.campaign.json --effects mine.effects.json --html gap.html
+  tumble diagnose table1.campaign.json --write-model repaired.bench.json
+  tumble diagnose sea.mission.json --measured errors.csv
+
+Exit codes: 0 nothing is missing; 1 the question is malformed; 2 effects were found, or the gap is unexplained.";
+
+/// `simulate`.
+pub(super) const SIMULATE: &str = "Examples:
+  tumble simulate schedule.campaign.json --truth unit.truth.json > measured.campaign.json
+  tumble simulate schedule.campaign.json --truth unit.truth.json --seed 7 --output measured.campaign.json
+
+Exit codes: 0 done; 1 the question is malformed, or the output exists (--force replaces it).";
+
+/// `navigate`.
+pub(super) const NAVIGATE: &str = "Examples:
+  tumble navigate sea.mission.json --html errors.html
+  tumble navigate sea.mission.json --csv errors.csv --json report.json
+  tumble navigate sea.mission.json --measured errors.csv --noise-m 5
+
+Exit codes: 0 done; 1 the question is malformed.";
+
+/// `plan`.
+pub(super) const PLAN: &str = "Examples:
+  tumble plan schedule.campaign.json --noise V=9e-4
+  tumble plan schedule.campaign.json --noise V=9e-4 --add 4
+  tumble plan schedule.campaign.json --noise V=9e-4 --goal 1 --cheapest --write better.campaign.json
+  tumble plan schedule.campaign.json --noise V=9e-4 --separate a_S a_S^2
+
+Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, or a goal is not reached.";
+
+/// `bench`.
+pub(super) const BENCH: &str = "Examples:
+  tumble bench list
+  tumble bench show gyro-turntable > mine.bench.json";
+
+/// `check`.
+pub(super) const CHECK: &str = "Example:
+  tumble check mine.bench.json table1.campaign.json
+
+Exit codes: 0 every file is sound; 1 one is malformed.";
+
+/// `completions`.
+pub(super) const COMPLETIONS: &str = "Examples:
+  tumble completions bash > ~/.local/share/bash-completion/completions/tumble
+  tumble completions zsh > ~/.zfunc/_tumble
+  tumble completions fish > ~/.config/fish/completions/tumble.fish";
+
+/// `man`.
+pub(super) const MAN: &str = "Examples:
+  tumble man > ~/.local/share/man/man1/tumble.1
+  tumble man fit | man -l -";

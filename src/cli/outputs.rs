@@ -1,0 +1,272 @@
+//! The one way out: what a command writes is checked before its work and written together after it, all or nothing.
+//!
+//! A regular file gets its name when it is whole (a temporary name beside it first), keeps its mode, and is found through symbolic links;
+//! what is no regular file (a device, a pipe) is written to directly. Nothing replaces a file that was read, and an existing campaign,
+//! bench or other question only with `--force`.
+
+use super::session;
+use crate::error::{Fault, Malformed, Result};
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Files up to this size are looked into before they are replaced.
+const LARGEST_LOOKED_INTO: u64 = 64 << 20;
+/// Symbolic links that are followed.
+const MOST_LINKS: usize = 40;
+/// Names that a person's own files end in.
+const QUESTIONS: [&str; 6] =
+    [".bench.json", ".campaign.json", ".mission.json", ".truth.json", ".effects.json", ".lab.json"];
+
+/// What a command writes.
+#[derive(Debug, Default)]
+pub(super) struct Outputs {
+    targets: Vec<PathBuf>,
+    texts: Vec<(PathBuf, String)>,
+    streams: Vec<Stream>,
+}
+
+impl Outputs {
+    /// The files that a command is asked for, before it does its work.
+    ///
+    /// Errors: two that are one file, a folder, a folder that is not there, a file that was read, an existing question without `--force`.
+    pub(super) fn plan<'a>(asked: impl IntoIterator<Item = Option<&'a Path>>) -> Result<Self> {
+        let targets: Vec<PathBuf> = asked.into_iter().flatten().map(Path::to_path_buf).collect();
+        let outputs = Outputs { targets, ..Outputs::default() };
+        outputs.check()?;
+        Ok(outputs)
+    }
+
+    fn check(&self) -> Result<()> {
+        let places: Vec<Place> = self.targets.iter().map(|path| Place::of(path)).collect();
+        for (k, (path, place)) in self.targets.iter().zip(&places).enumerate() {
+            let name = path.display();
+            if !matches!(place, Place::Null) && places.iter().take(k).any(|other| other == place) {
+                let what = match place {
+                    Place::Stdout => "two outputs go to standard output".to_string(),
+                    _ => format!("two outputs go to '{name}'"),
+                };
+                return Err(Malformed::new(Fault::NameClash, what).expected("a file of its own for each output"));
+            }
+            let Place::Regular(target) = place else { continue };
+            if target.is_dir() {
+                return Err(fault(path, &"it is a folder"));
+            }
+            let folder = folder_of(target);
+            if !folder.is_dir() {
+                return Err(fault(path, &format!("there is no folder '{}'", folder.display())));
+            }
+            if session::is_input(target) {
+                return Err(Malformed::new(Fault::File, format!("'{name}' is an input, and would be overwritten"))
+                    .expected("another name for the output"));
+            }
+            if !session::may_replace() && is_question(target) {
+                return Err(Malformed::new(Fault::File, format!("'{name}' exists, and is no report of this program"))
+                    .expected("a name that is free, or --force to replace it"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Does one of them go to stdout, so that the table must not?
+    pub(super) fn to_stdout(&self) -> bool {
+        self.targets.iter().any(|path| Place::of(path) == Place::Stdout)
+    }
+
+    /// One more text.
+    pub(super) fn add(&mut self, path: &Path, text: String) {
+        if !self.targets.iter().any(|target| target == path) {
+            self.targets.push(path.to_path_buf());
+        }
+        self.texts.push((path.to_path_buf(), text));
+    }
+
+    /// Several texts.
+    pub(super) fn extend(&mut self, texts: Vec<(PathBuf, String)>) {
+        texts.into_iter().for_each(|(path, text)| self.add(&path, text));
+    }
+
+    /// Begin a file that is written while the work goes on; [`Outputs::finish`] takes it back.
+    pub(super) fn open(&self, path: &Path) -> Result<Stream> {
+        Stream::open(path, &Place::of(path)).map_err(|error| fault(path, &error))
+    }
+
+    /// A file of [`Outputs::open`] that is whole.
+    pub(super) fn finish(&mut self, stream: Stream) {
+        self.streams.push(stream);
+    }
+
+    /// Write all of them, or none where one cannot be written.
+    pub(super) fn write(mut self) -> Result<()> {
+        self.check()?;
+        let mut direct = Vec::new();
+        for (path, text) in std::mem::take(&mut self.texts) {
+            let place = Place::of(&path);
+            if !matches!(place, Place::Regular(_)) {
+                direct.push((path, place, text));
+                continue;
+            }
+            let stream = Stream::open(&path, &place).and_then(|mut stream| {
+                stream.write_all(text.as_bytes())?;
+                Ok(stream)
+            });
+            self.streams.push(stream.map_err(|error| fault(&path, &error))?);
+        }
+        for stream in &mut self.streams {
+            stream.sync().map_err(|error| fault(&stream.path, &error))?;
+        }
+        for (path, place, text) in direct {
+            match place {
+                Place::Stdout => super::print(&text)?,
+                _ => Stream::open(&path, &place)
+                    .and_then(|mut stream| stream.write_all(text.as_bytes()))
+                    .or_else(reader_left)
+                    .map_err(|error| fault(&path, &error))?,
+            }
+        }
+        let whole: Vec<(PathBuf, PathBuf)> =
+            self.streams.iter().filter_map(|stream| stream.temporary.clone()).collect();
+        session::finishes(&whole).map_err(|(path, error)| fault(&path, &error))
+    }
+}
+
+/// Where an output goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Place {
+    Stdout,
+    /// What takes everything.
+    Null,
+    /// A device or a pipe.
+    Direct(PathBuf),
+    /// A file, there or not yet, without symbolic links.
+    Regular(PathBuf),
+}
+
+impl Place {
+    fn of(path: &Path) -> Self {
+        match path.to_str() {
+            Some("-" | "/dev/stdout") => return Place::Stdout,
+            Some("/dev/null") => return Place::Null,
+            _ => {}
+        }
+        let special = path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir());
+        if special || path.starts_with("/dev") || path.starts_with("/proc") {
+            return Place::Direct(path.to_path_buf());
+        }
+        if let Ok(there) = path.canonicalize() {
+            return Place::Regular(there);
+        }
+        // not there yet: a new file, or a symbolic link that leads to one
+        let mut target = path.to_path_buf();
+        for _ in 0..MOST_LINKS {
+            match std::fs::read_link(&target) {
+                Ok(next) => target = folder_of(&target).join(next),
+                Err(_) => break,
+            }
+        }
+        match (folder_of(&target).canonicalize(), target.file_name()) {
+            (Ok(folder), Some(name)) => Place::Regular(folder.join(name)),
+            _ => Place::Regular(target),
+        }
+    }
+}
+
+/// The folder of a file; `.` for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Is there a file that a person wrote: a campaign, a bench, any JSON that is no report?
+fn is_question(path: &Path) -> bool {
+    let Ok(there) = path.metadata() else { return false };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if there.len() == 0 {
+        return false;
+    }
+    if QUESTIONS.iter().any(|ending| name.ends_with(ending)) {
+        return true;
+    }
+    if !name.ends_with(".json") || there.len() > LARGEST_LOOKED_INTO {
+        return false;
+    }
+    let keys = std::fs::read(path).ok().and_then(|text| {
+        serde_json::from_slice::<std::collections::HashMap<String, serde::de::IgnoredAny>>(&text).ok()
+    });
+    keys.is_some_and(|keys| !keys.is_empty() && !["report", "tumble"].iter().all(|key| keys.contains_key(*key)))
+}
+
+/// A file in the making; it is removed when it is dropped before it has got its name.
+#[derive(Debug)]
+pub(super) struct Stream {
+    /// The name that the user gave.
+    path: PathBuf,
+    /// The name until it is whole, and the name after.
+    temporary: Option<(PathBuf, PathBuf)>,
+    /// `None` for stdout.
+    file: Option<File>,
+}
+
+impl Stream {
+    fn open(path: &Path, place: &Place) -> std::io::Result<Self> {
+        let mut stream = Stream { path: path.to_path_buf(), temporary: None, file: None };
+        match place {
+            Place::Stdout => {}
+            Place::Null | Place::Direct(_) => stream.file = Some(OpenOptions::new().write(true).open(path)?),
+            Place::Regular(target) => {
+                let mut name = target.file_name().unwrap_or_default().to_os_string();
+                name.push(format!(".{}.tmp", std::process::id()));
+                let temporary = target.with_file_name(name);
+                session::begins(&temporary);
+                stream.temporary = Some((temporary.clone(), target.clone()));
+                let file = File::create(&temporary)?;
+                if let Ok(there) = target.metadata() {
+                    file.set_permissions(there.permissions())?;
+                }
+                stream.file = Some(file);
+            }
+        }
+        Ok(stream)
+    }
+
+    fn sync(&mut self) -> std::io::Result<()> {
+        match (&self.file, &self.temporary) {
+            (Some(file), Some(_)) => file.sync_all(),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Write for Stream {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        match &mut self.file {
+            Some(file) => file.write(bytes),
+            None => std::io::stdout().write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        match &mut self.file {
+            Some(file) => file.flush(),
+            None => std::io::stdout().flush(),
+        }
+    }
+}
+
+impl Drop for Stream {
+    fn drop(&mut self) {
+        if let Some((temporary, _)) = &self.temporary {
+            session::abandons(temporary);
+        }
+    }
+}
+
+/// A reader that has gone away (`tumble ... | head`) is no error.
+pub(super) fn reader_left(error: std::io::Error) -> std::io::Result<()> {
+    if error.kind() == std::io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) }
+}
+
+/// An output that cannot be written.
+pub(super) fn fault(path: &Path, error: &dyn std::fmt::Display) -> Malformed {
+    Malformed::new(Fault::File, format!("cannot write '{}': {error}", path.display()))
+        .expected("a file that can be written to")
+}

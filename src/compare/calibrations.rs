@@ -1,0 +1,446 @@
+//! Two or more calibrations of one unit: what changed, by more than the uncertainties allow, and how fast.
+//!
+//! ```text
+//! d = b - a,   C_d = C_a + C_b - sum_k (c_a c_b' + c_b c_a') u_k^2        k: inputs that both calibrations share (their reference standards)
+//! E_n = d / U(d),   U(d) = k u(d), k from the effective degrees of freedom           (ISO 13528:2022, 9.7; GUM F.1.2.3 for the shared part)
+//! all changes together: d' C_d^-1 d, chi-square or, where the scatter was estimated, F
+//! combined: x = (a/u_a^2 + b/u_b^2) / (1/u_a^2 + 1/u_b^2), Birge ratio sqrt(chi^2 / (n - 1))       (R. T. Birge, Phys. Rev. 40 (1932) 207)
+//! ```
+//!
+//! Shared are the known inputs of Type B that both budgets name alike, with the same estimate and the same standard uncertainty: they moved both results
+//! together and do not count twice. Deliberately absent: which of two calibrations is right.
+
+use crate::uncertainty::quantiles::{chi_square_survival, coverage_factor, fisher_f_survival, student_t_two_sided};
+use nalgebra::{DMatrix, DVector};
+
+/// One calibration's results, as a report holds them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Determination {
+    /// The file that it came from.
+    pub name: String,
+    /// Day of the calibration, counted from 1970-01-01; `None` where the report has no date.
+    pub day: Option<f64>,
+    /// Estimated parameters and derived quantities with a value.
+    pub quantities: Vec<Quantity>,
+    /// Covariances of the quantities, in their order; NaN where not known.
+    pub covariance: DMatrix<f64>,
+}
+
+/// A parameter or derived quantity of one calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantity {
+    /// Its name.
+    pub id: String,
+    /// Unit of the numbers.
+    pub unit: String,
+    /// Estimate.
+    pub value: f64,
+    /// Standard uncertainty, all inputs together; `None` where none is known.
+    pub u: Option<f64>,
+    /// Effective degrees of freedom.
+    pub dof: f64,
+    /// What known inputs of Type B contribute.
+    pub inputs: Vec<Input>,
+}
+
+/// A known input's part in a quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input {
+    /// Its name.
+    pub id: String,
+    /// Its estimate.
+    pub estimate: f64,
+    /// Its standard uncertainty.
+    pub u: f64,
+    /// How the quantity follows it.
+    pub c: f64,
+}
+
+/// What became of one quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Its name.
+    pub id: String,
+    /// Unit of the numbers.
+    pub unit: String,
+    /// Before and after.
+    pub values: (f64, f64),
+    /// Standard uncertainties of both; `None` where none is known.
+    pub u: (Option<f64>, Option<f64>),
+    /// After minus before.
+    pub difference: f64,
+    /// Uncertainty of the difference; `None` where one is missing, or where nothing but shared inputs is uncertain.
+    pub judged: Option<Judged>,
+    /// Difference per day, where both have a date.
+    pub per_day: Option<f64>,
+}
+
+/// A difference beside its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// Standard uncertainty of the difference.
+    pub u: f64,
+    /// Effective degrees of freedom.
+    pub dof: f64,
+    /// Expanded uncertainty.
+    pub expanded: f64,
+    /// `difference / U`; beyond 1 in size, the change is more than the uncertainties allow.
+    pub e_n: f64,
+    /// Probability of a larger difference by chance.
+    pub p: f64,
+    /// Is it significant with all quantities tested together (Holm)?
+    pub significant: bool,
+    /// Weighted mean of both.
+    pub mean: f64,
+    /// Its standard uncertainty, before the Birge ratio.
+    pub mean_u: f64,
+    /// Birge ratio; well above 1 the two do not agree.
+    pub birge: f64,
+}
+
+/// All changes between two calibrations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Changes {
+    /// Quantities that both have, in the order of the first.
+    pub changes: Vec<Change>,
+    /// Inputs that both share, and that therefore do not count twice.
+    pub shared: Vec<String>,
+    /// Quantities that only one of them has.
+    pub only_in: (Vec<String>, Vec<String>),
+    /// All changes of estimated parameters together; `None` where their covariance is not known.
+    pub together: Option<Together>,
+    /// Coverage probability.
+    pub level: f64,
+}
+
+/// The test of all changes together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Together {
+    /// `d' C_d^-1 d`.
+    pub statistic: f64,
+    /// Its degrees of freedom.
+    pub dof: usize,
+    /// Degrees of freedom of the scatter; infinite where it was stated (then chi-square, else F).
+    pub scatter_dof: f64,
+    /// Probability of a larger one by chance.
+    pub p: f64,
+}
+
+/// Compare two calibrations of one unit; with `shared` false every input counts as independent.
+///
+/// ```
+/// use tumble::compare::calibrations::{Determination, Input, Quantity, changes};
+/// use nalgebra::DMatrix;
+/// // one scale factor, twice, on the same standard (u = 3 through it) and with a scatter of 4 each
+/// let of = |value: f64| Determination {
+///     quantities: vec![Quantity { id: "k".into(), unit: "ppm".into(), value, u: Some(5.0), dof: f64::INFINITY,
+///         inputs: vec![Input { id: "standard".into(), estimate: 1.0, u: 3.0, c: 1.0 }] }],
+///     covariance: DMatrix::from_element(1, 1, 25.0), ..Determination::default() };
+/// let found = changes(&of(10.0), &of(20.0), 0.95, true);
+/// // u^2 = 25 + 25 - 2*9 = 32
+/// assert!((found.changes[0].judged.unwrap().u - 32f64.sqrt()).abs() < 1e-12);
+/// ```
+pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -> Changes {
+    let pairs: Vec<(usize, usize)> = a
+        .quantities
+        .iter()
+        .enumerate()
+        .filter_map(|(i, own)| {
+            Some((i, b.quantities.iter().position(|other| other.id == own.id && other.unit == own.unit)?))
+        })
+        .collect();
+    let mut names: Vec<String> = Vec::new();
+    let mut changes = Vec::with_capacity(pairs.len());
+    for (i, j) in &pairs {
+        let (Some(before), Some(after)) = (a.quantities.get(*i), b.quantities.get(*j)) else { continue };
+        let mut common = 0.0;
+        for (own, other) in shared_inputs(before, after).filter(|_| shared) {
+            common += own.c * other.c * own.u * own.u;
+            if !names.contains(&own.id) {
+                names.push(own.id.clone());
+            }
+        }
+        let difference = after.value - before.value;
+        let days = a.day.zip(b.day).map(|(a, b)| b - a).filter(|days| *days != 0.0);
+        changes.push(Change {
+            id: before.id.clone(),
+            unit: before.unit.clone(),
+            values: (before.value, after.value),
+            u: (before.u, after.u),
+            difference,
+            judged: judge(before, after, common, level),
+            per_day: days.map(|days| difference / days),
+        });
+    }
+    holm(&mut changes, 1.0 - level);
+    let only = |one: &Determination, used: &dyn Fn(usize) -> bool| {
+        one.quantities.iter().enumerate().filter(|(k, _)| !used(*k)).map(|(_, q)| q.id.clone()).collect()
+    };
+    let only_in = (only(a, &|k| pairs.iter().any(|(i, _)| *i == k)), only(b, &|k| pairs.iter().any(|(_, j)| *j == k)));
+    let together = together(a, b, &pairs, shared);
+    Changes { changes, shared: names, only_in, together, level }
+}
+
+/// Inputs that both quantities follow and that are one and the same.
+fn shared_inputs<'a>(a: &'a Quantity, b: &'a Quantity) -> impl Iterator<Item = (&'a Input, &'a Input)> {
+    a.inputs.iter().filter_map(|own| {
+        let other =
+            b.inputs.iter().find(|other| other.id == own.id && other.estimate == own.estimate && other.u == own.u)?;
+        Some((own, other))
+    })
+}
+
+fn judge(a: &Quantity, b: &Quantity, common: f64, level: f64) -> Option<Judged> {
+    let (ua, ub) = (a.u?, b.u?);
+    let square = ua * ua + ub * ub - 2.0 * common;
+    // what is left of equal parts by rounding is no uncertainty
+    if !(square > 1e-12 * (ua * ua + ub * ub)) {
+        return None;
+    }
+    let u = square.sqrt();
+    // Welch and Satterthwaite: the sum of u_i^4/nu_i over the parts of a result is its u^4/nu, whatever is shared
+    let own = |u: f64, dof: f64| if dof.is_finite() && dof > 0.0 { u.powi(4) / dof } else { 0.0 };
+    let below = own(ua, a.dof) + own(ub, b.dof);
+    let dof = if below > 0.0 { square * square / below } else { f64::INFINITY };
+    let expanded = coverage_factor(level, dof)? * u;
+    let difference = b.value - a.value;
+    // least squares of two correlated values: weights from C^-1 (1, 1)'
+    let (wa, wb) = (ub * ub - common, ua * ua - common);
+    let mean = (wa * a.value + wb * b.value) / (wa + wb);
+    let mean_u = ((ua * ua * ub * ub - common * common) / square).max(0.0).sqrt();
+    Some(Judged {
+        u,
+        dof,
+        expanded,
+        e_n: difference / expanded,
+        p: student_t_two_sided(difference / u, dof)?,
+        significant: false,
+        mean,
+        mean_u,
+        birge: difference.abs() / u,
+    })
+}
+
+/// Mark what is significant with all tested together: S. Holm, Scand. J. Statist. 6 (1979) 65.
+fn holm(changes: &mut [Change], alpha: f64) {
+    let mut order: Vec<(usize, f64)> = changes.iter().enumerate().filter_map(|(k, c)| Some((k, c.judged?.p))).collect();
+    order.sort_by(|x, y| x.1.total_cmp(&y.1));
+    let count = order.len();
+    for (rank, (k, p)) in order.into_iter().enumerate() {
+        if !(p <= alpha / (count - rank) as f64) {
+            return;
+        }
+        if let Some(judged) = changes.get_mut(k).and_then(|c| c.judged.as_mut()) {
+            judged.significant = true;
+        }
+    }
+}
+
+fn together(a: &Determination, b: &Determination, pairs: &[(usize, usize)], shared: bool) -> Option<Together> {
+    // derived quantities depend on the parameters: only those whose covariance is known take part
+    let known = |d: &Determination, k: usize| d.covariance.nrows() > k && d.covariance[(k, k)].is_finite();
+    let pairs: Vec<(usize, usize)> = pairs.iter().copied().filter(|(i, j)| known(a, *i) && known(b, *j)).collect();
+    let n = pairs.len();
+    let of = |k: usize| Some((a.quantities.get(pairs.get(k)?.0)?, b.quantities.get(pairs.get(k)?.1)?));
+    if n == 0 {
+        return None;
+    }
+    let mut c =
+        DMatrix::from_fn(n, n, |x, y| a.covariance[(pairs[x].0, pairs[y].0)] + b.covariance[(pairs[x].1, pairs[y].1)]);
+    if shared {
+        let cross = |p: &Quantity, q: &Quantity| shared_inputs(p, q).map(|(s, t)| s.c * t.c * s.u * s.u).sum::<f64>();
+        for x in 0..n {
+            for y in 0..n {
+                let ((ax, bx), (ay, by)) = (of(x)?, of(y)?);
+                c[(x, y)] -= cross(ax, by) + cross(ay, bx);
+            }
+        }
+    }
+    let d = DVector::from_iterator(n, (0..n).filter_map(|k| of(k).map(|(a, b)| b.value - a.value)));
+    let scale: Vec<f64> = (0..n).map(|k| c[(k, k)].sqrt()).collect();
+    if scale.iter().any(|s| !(*s > 0.0)) {
+        return None;
+    }
+    let r = DMatrix::from_fn(n, n, |x, y| c[(x, y)] / (scale[x] * scale[y]));
+    let z = DVector::from_fn(n, |k, _| d[k] / scale[k]);
+    let statistic = z.dot(&r.cholesky()?.solve(&z));
+    let dofs: Vec<f64> =
+        (0..n).filter_map(of).flat_map(|(a, b)| [a.dof, b.dof]).filter(|dof| dof.is_finite() && *dof > 0.0).collect();
+    // the scatter behind the difference has at least the degrees of freedom of the poorer half
+    let scatter_dof = dofs.iter().copied().fold(f64::INFINITY, f64::min);
+    let p = if scatter_dof.is_finite() {
+        fisher_f_survival(statistic / n as f64, n as f64, scatter_dof)?
+    } else {
+        chi_square_survival(statistic, n as f64)?
+    };
+    Some(Together { statistic, dof: n, scatter_dof, p })
+}
+
+/// A quantity over many calibrations: a straight line against time, and when it leaves its limits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trend {
+    /// Its name.
+    pub id: String,
+    /// Unit of the numbers.
+    pub unit: String,
+    /// Day, value and standard uncertainty of each calibration that has them, by day.
+    pub points: Vec<(f64, f64, Option<f64>)>,
+    /// Value at the mean day, slope per day, and their standard uncertainties; `None` with fewer than three different days.
+    pub line: Option<TrendLine>,
+}
+
+/// A straight line against time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrendLine {
+    /// The mean day.
+    pub day: f64,
+    /// Value there.
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub value_u: f64,
+    /// Slope per day.
+    pub slope: f64,
+    /// Its standard uncertainty.
+    pub slope_u: f64,
+    /// Degrees of freedom of both: points less two.
+    pub dof: f64,
+    /// Birge ratio of the points about the line; both uncertainties are multiplied by it where it is above 1.
+    pub birge: f64,
+    /// Is the slope significant at the level?
+    pub significant: bool,
+}
+
+impl TrendLine {
+    /// Value on the line.
+    pub fn at(&self, day: f64) -> f64 {
+        self.value + self.slope * (day - self.day)
+    }
+
+    /// The first day after `from` on which the line is outside these limits; `None` where it stays within, or where the slope is not significant.
+    pub fn leaves(&self, limits: (f64, f64), from: f64) -> Option<f64> {
+        if !self.significant || self.slope == 0.0 {
+            return None;
+        }
+        let limit = if self.slope > 0.0 { limits.1 } else { limits.0 };
+        let day = self.day + (limit - self.value) / self.slope;
+        day.is_finite().then_some(day.max(from))
+    }
+}
+
+/// The trends of all quantities of several calibrations.
+///
+/// Weights are `1/u^2` where every point has a standard uncertainty, else equal; equal weights take the scatter about the line. Inputs shared by all
+/// calibrations move the line as a whole and are not taken out of `u`: the slope's uncertainty is then too large rather than too small.
+pub fn trends(determinations: &[Determination], level: f64) -> Vec<Trend> {
+    let mut ids: Vec<(&str, &str)> = Vec::new();
+    for quantity in determinations.iter().flat_map(|d| &d.quantities) {
+        if !ids.contains(&(quantity.id.as_str(), quantity.unit.as_str())) {
+            ids.push((quantity.id.as_str(), quantity.unit.as_str()));
+        }
+    }
+    ids.into_iter()
+        .map(|(id, unit)| {
+            let mut points: Vec<(f64, f64, Option<f64>)> = determinations
+                .iter()
+                .filter_map(|d| {
+                    let own = d.quantities.iter().find(|q| q.id == id && q.unit == unit)?;
+                    Some((d.day?, own.value, own.u))
+                })
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let line = straight(&points, level);
+            Trend { id: id.into(), unit: unit.into(), points, line }
+        })
+        .collect()
+}
+
+fn straight(points: &[(f64, f64, Option<f64>)], level: f64) -> Option<TrendLine> {
+    let n = points.len();
+    let stated = points.iter().all(|(_, _, u)| u.is_some_and(|u| u > 0.0));
+    let weight = |u: Option<f64>| if stated { u.map_or(0.0, |u| 1.0 / (u * u)) } else { 1.0 };
+    let total: f64 = points.iter().map(|p| weight(p.2)).sum();
+    let mean =
+        |f: &dyn Fn(&(f64, f64, Option<f64>)) -> f64| points.iter().map(|p| weight(p.2) * f(p)).sum::<f64>() / total;
+    let (day, value) = (mean(&|p| p.0), mean(&|p| p.1));
+    let spread: f64 = points.iter().map(|p| weight(p.2) * (p.0 - day).powi(2)).sum();
+    if n < 3 || !(spread > 0.0) {
+        return None;
+    }
+    let slope = points.iter().map(|p| weight(p.2) * (p.0 - day) * (p.1 - value)).sum::<f64>() / spread;
+    let dof = (n - 2) as f64;
+    let square: f64 = points.iter().map(|p| weight(p.2) * (p.1 - value - slope * (p.0 - day)).powi(2)).sum();
+    let birge = (square / dof).sqrt();
+    let factor = if stated { birge.max(1.0) } else { birge };
+    let (value_u, slope_u) = (factor / total.sqrt(), factor / spread.sqrt());
+    // where the stated uncertainties hold they are known; where the scatter had to widen them it was estimated
+    let judged_dof = if stated && birge <= 1.0 { f64::INFINITY } else { dof };
+    let k = coverage_factor(level, judged_dof)?;
+    let significant = slope.abs() > k * slope_u && slope_u > 0.0;
+    Some(TrendLine { day, value, value_u, slope, slope_u, dof, birge: if stated { birge } else { 1.0 }, significant })
+}
+
+/// Days from 1970-01-01 to a date `YYYY-MM-DD` (proleptic Gregorian calendar); `None` for what is no such date.
+///
+/// ```
+/// use tumble::compare::calibrations::day_number;
+/// assert_eq!(day_number("2000-03-01"), Some(11017.0));
+/// assert_eq!(day_number("2026-02-30"), None);
+/// ```
+pub fn day_number(date: &str) -> Option<f64> {
+    let mut parts = date.get(..10)?.split('-');
+    let mut next = || parts.next()?.parse::<i64>().ok();
+    let (year, month, day) = (next()?, next()?, next()?);
+    let leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
+    let length = match month {
+        2 if leap => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return None,
+    };
+    if !(1..=length).contains(&day) {
+        return None;
+    }
+    // years begin in March, so that a leap day is the last
+    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * y + y.div_euclid(4) - y.div_euclid(100) + y.div_euclid(400) + (153 * m + 2) / 5 + day - 1;
+    Some((days - 719_468) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(value: f64, u: f64, dof: f64) -> Determination {
+        let quantity = Quantity { id: "k".into(), unit: "V".into(), value, u: Some(u), dof, inputs: Vec::new() };
+        Determination {
+            quantities: vec![quantity],
+            covariance: DMatrix::from_element(1, 1, u * u),
+            ..Determination::default()
+        }
+    }
+
+    #[test]
+    fn two_values_by_hand() {
+        let found = changes(&one(1.0, 0.3, f64::INFINITY), &one(2.0, 0.4, f64::INFINITY), 0.95, true);
+        let judged = found.changes[0].judged.unwrap();
+        assert!((judged.u - 0.5).abs() < 1e-15 && (judged.birge - 2.0).abs() < 1e-15);
+        // k = 1.959964 (normal), E_n = 1/(1.959964*0.5)
+        assert!((judged.e_n - 1.0 / 0.979_981_992_270_027).abs() < 1e-12);
+        assert!((judged.mean - (1.0 / 0.09 + 2.0 / 0.16) / (1.0 / 0.09 + 1.0 / 0.16)).abs() < 1e-14);
+        assert!((judged.mean_u - 0.24).abs() < 1e-15);
+        assert!(judged.significant && (found.together.unwrap().statistic - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_line_through_four_years() {
+        let days = [0.0, 365.0, 730.0, 1095.0];
+        let all: Vec<Determination> =
+            days.iter().map(|d| Determination { day: Some(*d), ..one(10.0 + 0.01 * d, 0.1, 9.0) }).collect();
+        let line = trends(&all, 0.95)[0].line.unwrap();
+        assert!((line.slope - 0.01).abs() < 1e-15 && line.significant);
+        // u(slope) = 0.1 / sqrt(sum (t - mean)^2), sum = 365^2 * 5
+        assert!((line.slope_u - 0.1 / (365.0 * 5f64.sqrt())).abs() < 1e-15);
+        assert!((line.leaves((0.0, 30.0), 1095.0).unwrap() - 2000.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,24 @@
+//! The correction: readings of a calibrated unit turned back into the rates and specific forces that caused them.
+//!
+//! ```text
+//! s = f(q; p)              the model lines of all sensors of the unit, q the inputs that they determine, p the calibrated parameters
+//! q0 = M (s - b)           first order: b = f(0), M = (df/dq)^-1 at q = 0 (least squares where there are more sensors than inputs)
+//! q <- q + M (s - f(q))    to the fixed point, which is the solution of the exact lines
+//! u(q)^2 = c C c',  c = dq/dp = -(df/dq)^-1 df/dp,  C the covariance of p (GUM 5.2.2)
+//! ```
+//!
+//! A [`Calibration`] is a value that stands on its own: a program reads it from the `correction` of a fit report and needs neither bench nor
+//! campaign. All sensors of a unit are solved together. Three gyros (or accelerometers) of independent directions give a whole vector along x, y, z
+//! of the last frame; fewer give the component along each sensor's own axis, the others being given with the readings or taken as zero, which
+//! [`Calibration::inputs`] says. Deliberately absent: files and formats (`wire`, `report`), dynamics of the sensors, noise of single samples.
+
+mod calibration;
+pub mod export;
+mod inputs;
+mod solve;
+mod validity;
+
+pub use calibration::{Calibration, Line, Mounting, Span};
+pub use inputs::{Input, InputRole, Quantity};
+pub use solve::{Corrected, Corrector};
+pub use validity::{Linearity, linearity};

@@ -1,0 +1,489 @@
+//! The lines solved for their inputs.
+
+use super::inputs::{Input, InputRole, Quantity};
+use super::{Calibration, Line};
+use crate::algebra::{Scratch, Tape};
+use crate::error::{Fault, Malformed, Result};
+use nalgebra::{DMatrix, DVector, Vector3};
+
+/// Where a name of a line takes its value from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Slot {
+    Rate(Vector3<f64>),
+    Force(Vector3<f64>),
+    Given(usize),
+    Parameter(usize),
+}
+
+/// A line bound to a calibration's parameters and inputs.
+#[derive(Debug, Clone)]
+pub(super) struct Bound {
+    tape: Tape,
+    slots: Vec<Slot>,
+}
+
+/// The direction of an axis input of a line in the last frame; `None` for a name that is none.
+pub(super) fn direction_of(line: &Line, name: &str) -> Option<(Quantity, Vector3<f64>)> {
+    let (quantity, axis) = match (name.strip_prefix("w_"), name.strip_prefix("a_")) {
+        (Some(axis), _) => (Quantity::Rate, axis),
+        (_, Some(axis)) => (Quantity::Force, axis),
+        _ => return None,
+    };
+    let own = line.axes.iter().find(|(id, _)| id == axis).map(|(_, direction)| *direction);
+    let frame = match axis {
+        "x" => Some(Vector3::x()),
+        "y" => Some(Vector3::y()),
+        "z" => Some(Vector3::z()),
+        _ => None,
+    };
+    own.or(frame).map(|direction| (quantity, direction))
+}
+
+impl Bound {
+    /// Errors: a name that is neither parameter, axis input nor given input.
+    pub(super) fn new(line: &Line, calibration: &Calibration, inputs: &[Input]) -> Result<Self> {
+        let names = line.model.names();
+        let slots = names
+            .iter()
+            .map(|name| {
+                if let Some(k) = calibration.parameters.iter().position(|p| p == name) {
+                    return Ok(Slot::Parameter(k));
+                }
+                match direction_of(line, name) {
+                    Some((Quantity::Rate, direction)) => return Ok(Slot::Rate(direction)),
+                    Some((_, direction)) => return Ok(Slot::Force(direction)),
+                    None => {}
+                }
+                inputs.iter().position(|i| i.name == *name).map(Slot::Given).ok_or_else(|| {
+                    Malformed::new(
+                        Fault::UnknownName,
+                        format!("the line of {} uses '{name}', which has no value", line.sensor),
+                    )
+                    .expected("a parameter, an axis input or a column that the calibration lists")
+                    .found(format!("'{name}'"))
+                })
+            })
+            .collect::<Result<Vec<Slot>>>()?;
+        Ok(Bound { tape: Tape::compile(&line.model, &names)?, slots })
+    }
+
+    fn fill(&self, state: &State<'_>, values: &mut Vec<f64>) {
+        values.clear();
+        values.extend(self.slots.iter().map(|slot| match slot {
+            Slot::Rate(direction) => direction.dot(&state.rate),
+            Slot::Force(direction) => direction.dot(&state.force),
+            Slot::Given(k) => state.given.get(*k).copied().unwrap_or_default(),
+            Slot::Parameter(k) => state.parameters.get(*k).copied().unwrap_or(f64::NAN),
+        }));
+    }
+
+    /// Slopes with respect to rate and force at zero input, columns at their fallbacks.
+    pub(super) fn slopes_at_zero(&self, calibration: &Calibration, inputs: &[Input]) -> (Vector3<f64>, Vector3<f64>) {
+        let given: Vec<f64> = inputs.iter().map(|input| input.fallback).collect();
+        let state =
+            State { rate: Vector3::zeros(), force: Vector3::zeros(), given: &given, parameters: &calibration.values };
+        let (mut values, mut slopes) = (Vec::new(), vec![0.0; self.slots.len()]);
+        self.fill(&state, &mut values);
+        self.tape.gradient(&values, &mut Scratch::default(), &mut slopes);
+        self.by_input(&slopes)
+    }
+
+    fn by_input(&self, slopes: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let (mut rate, mut force) = (Vector3::zeros(), Vector3::zeros());
+        for (slot, slope) in self.slots.iter().zip(slopes) {
+            match slot {
+                Slot::Rate(direction) => rate += direction * *slope,
+                Slot::Force(direction) => force += direction * *slope,
+                Slot::Given(_) | Slot::Parameter(_) => {}
+            }
+        }
+        (rate, force)
+    }
+}
+
+/// What the lines see.
+struct State<'a> {
+    rate: Vector3<f64>,
+    force: Vector3<f64>,
+    given: &'a [f64],
+    parameters: &'a [f64],
+}
+
+/// A corrected sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Corrected {
+    /// The solved inputs, in [`Calibration::solved`] order, in the bench's units.
+    pub inputs: Vec<f64>,
+    /// Did the exact lines come to a solution?
+    pub converged: bool,
+}
+
+/// A calibration made ready to correct samples.
+#[derive(Debug, Clone)]
+pub struct Corrector {
+    bound: Vec<Bound>,
+    /// All inputs; those that are given, by their index here.
+    inputs: Vec<Input>,
+    parameters: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// `f(0)`, one for each sensor.
+    bias: DVector<f64>,
+    /// `df/dq` at zero, sensors x solved inputs.
+    sensitivity: DMatrix<f64>,
+    /// Its (pseudo) inverse, solved inputs x sensors.
+    matrix: DMatrix<f64>,
+    /// Vectors that belong to a solved or given component: rate and force part of each input.
+    parts: Vec<(Vector3<f64>, Vector3<f64>)>,
+}
+
+/// Rounds of `q <- q + M (s - f(q))`, and of Newton's after them.
+const ROUNDS: usize = 60;
+const NEWTON_ROUNDS: usize = 100;
+/// A change of an input below this share of the input (or of what one unit of the last place of the readings moves) is none.
+const SETTLED: f64 = 4.0 * f64::EPSILON;
+
+impl Corrector {
+    /// Bind the lines and invert them at zero input.
+    ///
+    /// Errors: `Missing` where the calibration solves for nothing (no sensor follows a rate or force), `Value` where the sensors' sensitivities
+    /// cannot be inverted.
+    pub fn new(calibration: &Calibration) -> Result<Self> {
+        if calibration.solved().next().is_none() {
+            let why: Vec<String> =
+                calibration.left_out.iter().map(|(sensor, why)| format!("{sensor}: {why}")).collect();
+            return Err(Malformed::new(Fault::Missing, "this calibration corrects nothing")
+                .expected("a sensor whose model line follows a rate w_* or a specific force a_*")
+                .found(if why.is_empty() { "none".into() } else { why.join("; ") }));
+        }
+        let bound: Vec<Bound> = calibration
+            .lines
+            .iter()
+            .map(|line| Bound::new(line, calibration, &calibration.inputs))
+            .collect::<Result<_>>()?;
+        let mut corrector = Corrector {
+            bound,
+            inputs: calibration.inputs.clone(),
+            parameters: calibration.values.clone(),
+            covariance: square(&calibration.covariance),
+            bias: DVector::zeros(0),
+            sensitivity: DMatrix::zeros(0, 0),
+            matrix: DMatrix::zeros(0, 0),
+            parts: parts(&calibration.inputs),
+        };
+        let zero = vec![0.0; corrector.solved()];
+        let fallbacks = corrector.fallbacks();
+        let (bias, sensitivity) = corrector.lines_at(&zero, &fallbacks);
+        let Some(matrix) = inverse(&sensitivity) else {
+            return Err(Malformed::new(Fault::Value, "the sensors' sensitivities cannot be inverted")
+                .expected("sensors along independent directions")
+                .found(format!("sensitivities {sensitivity:.3e}")));
+        };
+        (corrector.bias, corrector.sensitivity, corrector.matrix) = (bias, sensitivity, matrix);
+        Ok(corrector)
+    }
+
+    /// How many inputs are solved for.
+    pub fn solved(&self) -> usize {
+        self.inputs.iter().filter(|i| i.role == InputRole::Solved).count()
+    }
+
+    /// Readings at zero input, one for each sensor.
+    pub fn bias(&self) -> &[f64] {
+        self.bias.as_slice()
+    }
+
+    /// `d reading / d input` at zero input, sensors x solved inputs.
+    pub fn sensitivity(&self) -> &DMatrix<f64> {
+        &self.sensitivity
+    }
+
+    /// `M` of `q = M (s - b)`, solved inputs x sensors.
+    pub fn matrix(&self) -> &DMatrix<f64> {
+        &self.matrix
+    }
+
+    /// Rate and specific force that one unit of each input stands for, in [`Calibration::inputs`] order.
+    pub(super) fn parts(&self) -> &[(Vector3<f64>, Vector3<f64>)] {
+        &self.parts
+    }
+
+    /// What stands for the given inputs where nothing is given, one value for each of them.
+    pub fn fallbacks(&self) -> Vec<f64> {
+        self.inputs.iter().filter(|i| i.role == InputRole::Given).map(|i| i.fallback).collect()
+    }
+
+    /// The first-order correction `M (s - b)`.
+    pub fn linear(&self, readings: &[f64]) -> Vec<f64> {
+        let difference =
+            DVector::from_fn(self.bound.len(), |i, _| readings.get(i).copied().unwrap_or(f64::NAN) - self.bias[i]);
+        (&self.matrix * difference).as_slice().to_vec()
+    }
+
+    /// Readings of all sensors for these inputs (solved and given): the lines themselves.
+    pub fn readings(&self, inputs: &[f64], given: &[f64]) -> Vec<f64> {
+        self.values_at(inputs, given)
+    }
+
+    /// Correct one sample: readings in [`Calibration::lines`] order, given inputs in their order (short or empty: their fallbacks).
+    ///
+    /// The first order is the start; then `q <- q + M (s - f(q))` while it contracts, and Newton's steps with the slopes at q where it does not.
+    pub fn correct(&self, readings: &[f64], given: &[f64]) -> Corrected {
+        let mut filled = self.fallbacks();
+        filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
+        let mut q = vec![0.0; self.solved()];
+        let size: Vec<f64> = (0..q.len())
+            .map(|i| {
+                (0..self.bound.len())
+                    .map(|j| (self.matrix[(i, j)] * readings.get(j).copied().unwrap_or_default()).abs())
+                    .sum()
+            })
+            .collect();
+        let settled = |q: &[f64], step: &DVector<f64>| {
+            q.iter().zip(step.iter()).zip(&size).all(|((q, dq), size)| dq.abs() <= SETTLED * q.abs().max(*size))
+        };
+        let rest = |q: &[f64]| {
+            let at = self.values_at(q, &filled);
+            DVector::from_fn(self.bound.len(), |i, _| {
+                readings.get(i).copied().unwrap_or(f64::NAN) - at.get(i).copied().unwrap_or(f64::NAN)
+            })
+        };
+        let mut last = f64::INFINITY;
+        for round in 0..ROUNDS {
+            let step = &self.matrix * rest(&q);
+            let length = step.norm();
+            if !length.is_finite() {
+                return Corrected { inputs: vec![f64::NAN; q.len()], converged: false };
+            }
+            if round > 0 && length >= last && !settled(&q, &step) {
+                break;
+            }
+            q.iter_mut().zip(step.iter()).for_each(|(q, dq)| *q += dq);
+            if settled(&q, &step) {
+                return Corrected { inputs: q, converged: true };
+            }
+            last = length;
+        }
+        for _ in 0..NEWTON_ROUNDS {
+            let (at, slopes) = self.lines_at(&q, &filled);
+            let difference = DVector::from_fn(at.len(), |i, _| readings.get(i).copied().unwrap_or(f64::NAN) - at[i]);
+            let Some(step) =
+                inverse(&slopes).map(|inverse| inverse * difference).filter(|step| step.norm().is_finite())
+            else {
+                break;
+            };
+            q.iter_mut().zip(step.iter()).for_each(|(q, dq)| *q += dq);
+            if settled(&q, &(&step * 0.25)) {
+                return Corrected { inputs: q, converged: true };
+            }
+        }
+        Corrected { inputs: q, converged: false }
+    }
+
+    /// Covariance of the corrected inputs from the calibration alone (not the noise of the sample), solved x solved; `None` where no
+    /// uncertainty is known.
+    pub fn covariance(&self, inputs: &[f64], given: &[f64]) -> Option<DMatrix<f64>> {
+        if self.covariance.is_empty() {
+            return None;
+        }
+        let mut filled = self.fallbacks();
+        filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
+        let by_parameter = self.by_parameter(inputs, &filled);
+        let inverse = inverse(&self.lines_at(inputs, &filled).1)?;
+        let c = inverse * by_parameter;
+        let covariance = &c * &self.covariance * c.transpose();
+        covariance.iter().all(|v| v.is_finite()).then_some(covariance)
+    }
+
+    /// Rate, force and all given values for these inputs.
+    fn state<'a>(&'a self, inputs: &[f64], given: &[f64], room: &'a mut Vec<f64>) -> State<'a> {
+        let (mut rate, mut force) = (Vector3::zeros(), Vector3::zeros());
+        room.clear();
+        let (mut next_solved, mut next_given) = (inputs.iter(), given.iter());
+        for (input, (by_rate, by_force)) in self.inputs.iter().zip(&self.parts) {
+            let value = match input.role {
+                InputRole::Solved => next_solved.next(),
+                InputRole::Given => next_given.next(),
+            };
+            let value = value.copied().unwrap_or_default();
+            rate += by_rate * value;
+            force += by_force * value;
+            room.push(value);
+        }
+        State { rate, force, given: room, parameters: &self.parameters }
+    }
+
+    fn values_at(&self, inputs: &[f64], given: &[f64]) -> Vec<f64> {
+        let (mut room, mut values, mut scratch) = (Vec::new(), Vec::new(), Scratch::default());
+        let state = self.state(inputs, given, &mut room);
+        self.bound
+            .iter()
+            .map(|bound| {
+                bound.fill(&state, &mut values);
+                bound.tape.value(&values, &mut scratch)
+            })
+            .collect()
+    }
+
+    /// Values of the lines, and their slopes by the solved inputs.
+    fn lines_at(&self, inputs: &[f64], given: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let (mut room, mut values, mut scratch) = (Vec::new(), Vec::new(), Scratch::default());
+        let state = self.state(inputs, given, &mut room);
+        let mut at = DVector::zeros(self.bound.len());
+        let mut slopes = DMatrix::zeros(self.bound.len(), self.solved());
+        for (i, bound) in self.bound.iter().enumerate() {
+            bound.fill(&state, &mut values);
+            let mut own = vec![0.0; bound.slots.len()];
+            at[i] = bound.tape.gradient(&values, &mut scratch, &mut own);
+            let (by_rate, by_force) = bound.by_input(&own);
+            let solved = self.inputs.iter().zip(&self.parts).filter(|(input, _)| input.role == InputRole::Solved);
+            for (j, (_, (rate, force))) in solved.enumerate() {
+                slopes[(i, j)] = by_rate.dot(rate) + by_force.dot(force);
+            }
+        }
+        (at, slopes)
+    }
+
+    /// `-df/dp`, sensors x parameters.
+    fn by_parameter(&self, inputs: &[f64], given: &[f64]) -> DMatrix<f64> {
+        let (mut room, mut values, mut scratch) = (Vec::new(), Vec::new(), Scratch::default());
+        let state = self.state(inputs, given, &mut room);
+        let mut slopes = DMatrix::zeros(self.bound.len(), self.parameters.len());
+        for (i, bound) in self.bound.iter().enumerate() {
+            bound.fill(&state, &mut values);
+            let mut own = vec![0.0; bound.slots.len()];
+            bound.tape.gradient(&values, &mut scratch, &mut own);
+            for (slot, slope) in bound.slots.iter().zip(&own) {
+                if let Slot::Parameter(k) = slot {
+                    slopes[(i, *k)] -= slope;
+                }
+            }
+        }
+        slopes
+    }
+}
+
+/// The vectors whose multiples add up to the rate and the force: for each kind the rows of the pseudo-inverse of the inputs' directions, so that
+/// what no input fixes is zero.
+fn parts(inputs: &[Input]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let mut parts = vec![(Vector3::zeros(), Vector3::zeros()); inputs.len()];
+    for quantity in [Quantity::Rate, Quantity::Force] {
+        let which: Vec<usize> =
+            (0..inputs.len()).filter(|k| inputs.get(*k).is_some_and(|i| i.quantity == quantity)).collect();
+        if which.is_empty() {
+            continue;
+        }
+        let directions = DMatrix::from_fn(which.len(), 3, |i, j| inputs[which[i]].direction[j]);
+        let perpendicular = (0..which.len())
+            .all(|i| (0..i).all(|j| inputs[which[i]].direction.dot(&inputs[which[j]].direction).abs() < 1e-15));
+        if perpendicular {
+            // directions that are perpendicular are their own inverse, without rounding
+            for k in &which {
+                let v = inputs[*k].direction / inputs[*k].direction.norm_squared();
+                if let Some(part) = parts.get_mut(*k) {
+                    *(if quantity == Quantity::Rate { &mut part.0 } else { &mut part.1 }) = v;
+                }
+            }
+            continue;
+        }
+        // the singular value decomposition of at most a few unit rows cannot fail on finite numbers; zeros would say so in the readings
+        let Ok(inverse) = directions.pseudo_inverse(1e-9) else { continue };
+        for (column, k) in which.iter().enumerate() {
+            let v = Vector3::new(inverse[(0, column)], inverse[(1, column)], inverse[(2, column)]);
+            if let Some(part) = parts.get_mut(*k) {
+                *(if quantity == Quantity::Rate { &mut part.0 } else { &mut part.1 }) = v;
+            }
+        }
+    }
+    parts
+}
+
+/// The inverse of a square matrix, the pseudo-inverse (least squares) of a tall one; columns are scaled to one size first.
+fn inverse(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let (m, n) = a.shape();
+    if m < n || a.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let scales: Vec<f64> = (0..n).map(|j| a.column(j).norm()).collect();
+    if scales.iter().any(|s| !(*s > 0.0)) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(m, n, |i, j| a[(i, j)] / scales[j]);
+    let inverse = if m == n {
+        // rows too: gyros and accelerometers read in different units
+        let rows: Vec<f64> = (0..m).map(|i| scaled.row(i).norm()).collect();
+        if rows.iter().any(|r| !(*r > 0.0)) {
+            return None;
+        }
+        let both = DMatrix::from_fn(m, n, |i, j| scaled[(i, j)] / rows[i]);
+        let solved = both.full_piv_lu().try_inverse()?;
+        DMatrix::from_fn(n, m, |i, j| solved[(i, j)] / rows[j])
+    } else {
+        let qr = scaled.clone().qr();
+        let r = qr.r();
+        if (0..n).any(|k| r[(k, k)].abs() < 1e-12) {
+            return None;
+        }
+        r.solve_upper_triangular(&qr.q().transpose())?
+    };
+    let inverse = DMatrix::from_fn(n, m, |i, j| inverse[(i, j)] / scales[i]);
+    inverse.iter().all(|x| x.is_finite()).then_some(inverse)
+}
+
+fn square(rows: &[Vec<f64>]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(f64::NAN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{fit, wire};
+
+    fn calibration(text: &str) -> Calibration {
+        let source = wire::Source { name: "test".into(), text: text.into() };
+        let campaign = wire::read_campaign(&source, &mut |_| unreachable!()).unwrap();
+        Calibration::of(&fit::fit(&campaign, &fit::Settings::default()).unwrap())
+    }
+
+    /// Three gyros that each follow all rates, one of them on a skew axis: the case in which solving sensor by sensor is wrong.
+    #[test]
+    fn gyros_that_follow_all_rates_are_solved_together() {
+        let calibration = calibration(
+            r#"{ "bench": { "id": "b", "units": {"rate": "deg/s", "force": "g"}, "chain": [ {"joint": "t", "about": "z"} ],
+                "sensors": { "gx": { "model": "bx + 2*w_x + 0.01*w_y - 0.02*w_z" }, "gy": { "model": "0.5 - 0.03*w_x + 2.5*w_y + 0.01*w_y^2" },
+                             "gz": { "model": "-1 + 0.1*w_x + 0.2*w_y + 3*w_z + k*a_x" } } },
+              "known": { "k": { "value": 0.25 } }, "estimate": { "bx": {} }, "readings": [ {"t_deg": 0, "gx": 0.125} ] }"#,
+        );
+        let names: Vec<&str> = calibration.inputs.iter().map(|i| i.name.as_str()).collect();
+        assert_eq!(names, ["w_x", "w_y", "w_z", "a_x"]);
+        let corrector = Corrector::new(&calibration).unwrap();
+        let truth = [10.0, -20.0, 30.0];
+        let s = [
+            0.125 + 2.0 * 10.0 - 0.01 * 20.0 - 0.02 * 30.0,
+            0.5 - 0.03 * 10.0 - 2.5 * 20.0 + 0.01 * 400.0,
+            -1.0 + 0.1 * 10.0 - 0.2 * 20.0 + 3.0 * 30.0 + 0.25 * 0.5,
+        ];
+        let corrected = corrector.correct(&s, &[0.5]);
+        assert!(corrected.converged);
+        for (q, truth) in corrected.inputs.iter().zip(truth) {
+            assert!((q - truth).abs() < 1e-12 * truth.abs(), "{q} for {truth}");
+        }
+    }
+
+    /// u by hand: V = V0 + k*a, so a = (V - V0)/k and u(a)^2 = (u(V0)^2 + a^2 u(k)^2)/k^2 for known, independent V0 and k.
+    #[test]
+    fn the_uncertainty_is_that_of_the_gum() {
+        let calibration = calibration(
+            r#"{ "bench": { "id": "b", "chain": [ {"joint": "t", "about": "x"}, {"tilt": "m", "about": "x"} ],
+                "sensors": { "V": { "axes": {"I": "z"}, "model": "V0 + k*a_I" }, "y": { "model": "c" } } },
+              "known": { "V0": { "value": 0.5, "u": 0.003 }, "k": { "value": 2, "u": 0.004 } }, "estimate": { "c": {} },
+              "readings": [ {"t_deg": 0, "y": 1, "y_u": 1} ] }"#,
+        );
+        assert_eq!(calibration.left_out.len(), 1);
+        let corrector = Corrector::new(&calibration).unwrap();
+        let a = corrector.correct(&[3.5], &[]).inputs;
+        assert!((a[0] - 1.5).abs() < 1e-15);
+        let u = corrector.covariance(&a, &[]).unwrap()[(0, 0)].sqrt();
+        let by_hand = (0.003_f64.powi(2) + (1.5 * 0.004_f64).powi(2)).sqrt() / 2.0;
+        assert!((u - by_hand).abs() < 1e-12 * by_hand, "{u}");
+    }
+}

@@ -1,0 +1,87 @@
+//! How far the first-order correction holds.
+
+use super::{Calibration, Corrector};
+
+/// How far `q = M (s - b)` is from the exact correction, over the inputs that the calibration covered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linearity {
+    /// Half range of each solved input.
+    pub range: Vec<f64>,
+    /// Largest error of the linear form of each input within the range (a grid of its ends, middle and half-way points).
+    pub error: Vec<f64>,
+    /// Largest standard uncertainty of each corrected input there, from the calibration; `None` where none is known.
+    pub u: Option<Vec<f64>>,
+    /// The share of the range within which the error of every input stays below that standard uncertainty (1: all of it); `None` where no
+    /// uncertainty is known.
+    pub share: Option<f64>,
+}
+
+/// Points along each input: its ends, half-way, and zero.
+const LEVELS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
+
+/// The linear form against the exact lines over the range of the calibration.
+///
+/// With up to three inputs all combinations of the levels are tried; with more, those of the ends, and each input alone.
+pub fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity {
+    let range: Vec<f64> = calibration.solved().map(|input| calibration.range_of(input)).collect();
+    let points = grid(range.len());
+    let given = corrector.fallbacks();
+    let errors_at = |share: f64| {
+        let mut errors = vec![0.0_f64; range.len()];
+        for point in &points {
+            let inputs: Vec<f64> = point.iter().zip(&range).map(|(level, range)| level * range * share).collect();
+            let linear = corrector.linear(&corrector.readings(&inputs, &given));
+            for ((error, linear), input) in errors.iter_mut().zip(&linear).zip(&inputs) {
+                *error = error.max((linear - input).abs());
+            }
+        }
+        errors
+    };
+    let error = errors_at(1.0);
+    let mut u: Option<Vec<f64>> = None;
+    for point in &points {
+        let inputs: Vec<f64> = point.iter().zip(&range).map(|(level, range)| level * range).collect();
+        let Some(covariance) = corrector.covariance(&inputs, &given) else { continue };
+        let largest = u.get_or_insert_with(|| vec![0.0; range.len()]);
+        for (k, own) in largest.iter_mut().enumerate() {
+            *own = own.max(covariance[(k, k)].max(0.0).sqrt());
+        }
+    }
+    let share = u.as_ref().map(|u| {
+        // rounding of the readings is no error of the form
+        let holds =
+            |errors: &[f64]| errors.iter().zip(u).zip(&range).all(|((error, u), range)| *error <= u.max(1e-12 * range));
+        if holds(&error) {
+            return 1.0;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..24 {
+            let middle = 0.5 * (low + high);
+            if holds(&errors_at(middle)) { low = middle } else { high = middle }
+        }
+        low
+    });
+    Linearity { range, error, u, share }
+}
+
+fn grid(inputs: usize) -> Vec<Vec<f64>> {
+    let levels: &[f64] = if inputs <= 3 { &LEVELS } else { &[-1.0, 1.0] };
+    let mut points = vec![Vec::new()];
+    for _ in 0..inputs.min(8) {
+        points = points
+            .iter()
+            .flat_map(|point: &Vec<f64>| levels.iter().map(move |level| [point.as_slice(), &[*level]].concat()))
+            .collect();
+    }
+    points.iter_mut().for_each(|point| point.resize(inputs, 0.0));
+    if inputs > 3 {
+        for k in 0..inputs {
+            for level in LEVELS {
+                let mut point = vec![0.0; inputs];
+                point[k] = level;
+                points.push(point);
+            }
+        }
+    }
+    points
+}

@@ -1,0 +1,134 @@
+//! What a sensor's noise is made of: Allan, Hadamard and modified Allan deviations of a record at rest, and the coefficients of IEEE Std 952.
+//!
+//! ```text
+//! sigma^2(tau) = 3 Q^2/tau^2 + N^2/tau + (2 ln 2/pi) B^2 + K^2 tau/3 + R^2 tau^2/2        (IEEE 952-1997, annex C)
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `ladder.rs` | overlapping deviations of a stream; memory does not grow with the record |
+//! | `edf.rs` | equivalent degrees of freedom and chi-square intervals |
+//! | `covariance.rs` | how deviations at different averaging times are correlated |
+//! | `coefficients.rs` | Q, N, B, K, R by weighted least squares, and which of them are there |
+//! | `field_units.rs` | their units in the field |
+//!
+//! Averaging times are in seconds, deviations in the record's unit. Deliberately absent: reading records (`record`), plots (`report`).
+
+mod coefficients;
+mod covariance;
+mod edf;
+mod field_units;
+mod ladder;
+
+pub use coefficients::{Coefficient, Coefficients, Term, coefficients};
+pub use edf::{Kind, equivalent_dof, interval};
+pub use field_units::{FieldUnit, field_unit, si_factor};
+pub use ladder::{Ladder, Sums};
+
+/// A deviation at one averaging time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// The deviation, in the record's unit.
+    pub value: f64,
+    /// Ends of its interval at the analysis' level; absent where there are too few degrees of freedom.
+    pub interval: Option<(f64, f64)>,
+    /// Equivalent degrees of freedom of its square.
+    pub edf: f64,
+    /// Differences averaged.
+    pub differences: u64,
+}
+
+/// Deviations at one averaging time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Samples averaged.
+    pub m: u64,
+    /// Averaging time, s.
+    pub tau: f64,
+    /// Power of the frequency in the spectral density that dominates here: 2 (quantization) to -2 (random walk).
+    pub alpha: i32,
+    /// Overlapping Allan deviation.
+    pub allan: Deviation,
+    /// Overlapping Hadamard deviation.
+    pub hadamard: Option<Deviation>,
+    /// Modified Allan deviation.
+    pub modified: Option<Deviation>,
+}
+
+/// The noise of one column of a record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Analysis {
+    /// Samples.
+    pub samples: u64,
+    /// Sampling interval, s.
+    pub interval: f64,
+    /// Stretches between gaps.
+    pub stretches: u64,
+    /// Mean of all samples.
+    pub mean: f64,
+    /// Probability that an interval holds the deviation.
+    pub level: f64,
+    /// Deviations, from short to long averaging times.
+    pub points: Vec<Point>,
+    /// The coefficients; absent where there are fewer than four averaging times.
+    pub coefficients: Option<Coefficients>,
+}
+
+/// Deviations with their intervals, and the coefficients, of what a ladder has seen.
+///
+/// The noise type that an interval needs is that of the fitted coefficients at its averaging time.
+///
+/// ```
+/// use tumble::noise::{Ladder, analyse};
+/// let mut ladder = Ladder::new(1);
+/// // the generator of NIST SP 1065, section 12.4
+/// let mut n = 1234567890_u64;
+/// let samples: Vec<f64> = (0..1000).map(|_| { let y = n as f64 / 2147483647.0; n = 16807 * n % 2147483647; y }).collect();
+/// ladder.push(&samples);
+/// let noise = analyse(&ladder, 1.0, 0.683);
+/// assert!((noise.points[0].allan.value - 0.2922319).abs() < 5e-8);
+/// ```
+pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
+    let sums: Vec<Sums> = ladder.sums().into_iter().filter(|s| 5 * s.m <= ladder.samples()).collect();
+    let taus: Vec<f64> = sums.iter().map(|s| s.m as f64 * interval).collect();
+    let squares: Vec<f64> = sums.iter().map(Sums::allan_variance).collect();
+    // octaves carry what there is to know; more points only repeat it
+    let mut thin: Vec<usize> = Vec::new();
+    for (k, s) in sums.iter().enumerate() {
+        if thin.last().and_then(|last| sums.get(*last)).is_none_or(|last| s.m >= 2 * last.m) {
+            thin.push(k);
+        }
+    }
+    let pick = |list: &[f64]| thin.iter().filter_map(|k| list.get(*k).copied()).collect::<Vec<f64>>();
+    let shapes: Vec<(u64, u64)> = thin.iter().filter_map(|k| sums.get(*k)).map(|s| (s.m, s.positions)).collect();
+    let coefficients = coefficients(&pick(&taus), &pick(&squares), &shapes, interval);
+    let points = sums
+        .iter()
+        .zip(&taus)
+        .map(|(s, tau)| {
+            let alpha = coefficients.as_ref().map_or(0, |c| c.alpha(*tau));
+            let deviation = |kind: Kind, square: f64, differences: u64| {
+                let edf = equivalent_dof(kind, alpha, s.m, ladder.samples() + 1).unwrap_or(1.0);
+                let value = square.max(0.0).sqrt();
+                Deviation { value, interval: self::interval(value, edf, level), edf, differences }
+            };
+            Point {
+                m: s.m,
+                tau: *tau,
+                alpha,
+                allan: deviation(Kind::Allan, s.allan_variance(), s.allan.1),
+                hadamard: s.hadamard_variance().map(|v| deviation(Kind::Hadamard, v, s.hadamard.1)),
+                modified: s.modified_variance().map(|v| deviation(Kind::Modified, v, s.modified.1)),
+            }
+        })
+        .collect();
+    Analysis {
+        samples: ladder.samples(),
+        interval,
+        stretches: ladder.stretches(),
+        mean: ladder.mean(),
+        level,
+        points,
+        coefficients,
+    }
+}

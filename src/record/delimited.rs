@@ -1,0 +1,268 @@
+//! A table of text in blocks: each cell is read once, where it stands.
+
+use super::dialect::{cells, is_blank, is_remark};
+use super::number::{leading, number};
+use super::{As, Block, Dialect, Labels, text};
+use crate::error::{Fault, Malformed, Result};
+use std::io::{BufRead, Read};
+
+/// How much of a table its dialect is taken from.
+const HEAD: usize = 1 << 16;
+/// How much is read at a time.
+const CHUNK: usize = 1 << 20;
+
+/// An open table of text.
+pub struct Delimited {
+    name: String,
+    from: Box<dyn BufRead + Send>,
+    dialect: Dialect,
+    /// For each column of the file, its place in the block.
+    wanted: Vec<Option<(usize, As)>>,
+    /// One past the last column that is wanted.
+    needed: usize,
+    selected: usize,
+    buffer: Vec<u8>,
+    ended: bool,
+    line: u64,
+    labels: Labels,
+    cut: bool,
+}
+
+impl std::fmt::Debug for Delimited {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Delimited").field("name", &self.name).field("dialect", &self.dialect).finish_non_exhaustive()
+    }
+}
+
+impl Delimited {
+    /// Open a table; a gzip is unpacked.
+    ///
+    /// Errors as [`Dialect::of`].
+    pub fn open(name: &str, from: impl Read + Send + 'static) -> Result<Self> {
+        let broken = |error: std::io::Error| text::broken(name, &error);
+        let mut from = text::unpacked(from).map_err(broken)?;
+        let mut buffer = Vec::with_capacity(HEAD);
+        (&mut from).take(HEAD as u64).read_to_end(&mut buffer).map_err(broken)?;
+        if buffer.contains(&0) {
+            return Err(Malformed::new(Fault::Syntax, format!("'{name}' is not a table of text"))
+                .expected("CSV (also with semicolons, tabs or spaces; gzip), or Parquet")
+                .found("a zero byte")
+                .in_file(name));
+        }
+        let dialect = Dialect::of(&buffer).map_err(|error| error.in_file(name))?;
+        buffer.drain(..dialect.skip);
+        let line = dialect.lines;
+        let wanted = vec![None; dialect.columns.len()];
+        Ok(Delimited {
+            name: name.into(),
+            from,
+            dialect,
+            wanted,
+            needed: 0,
+            selected: 0,
+            buffer,
+            ended: false,
+            line,
+            labels: Labels::default(),
+            cut: false,
+        })
+    }
+
+    /// How the table is written.
+    pub fn dialect(&self) -> &Dialect {
+        &self.dialect
+    }
+
+    /// The name given to [`Delimited::open`].
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The labels met so far.
+    pub fn labels(&self) -> &[String] {
+        &self.labels.texts
+    }
+
+    /// Did the last line end in the middle of a row? (Then that row was left out.)
+    pub fn is_cut(&self) -> bool {
+        self.cut
+    }
+
+    /// Which columns the blocks have.
+    pub fn select(&mut self, columns: &[(usize, As)]) {
+        self.wanted.iter_mut().for_each(|slot| *slot = None);
+        for (place, (column, kind)) in columns.iter().enumerate() {
+            self.wanted.iter_mut().skip(*column).take(1).for_each(|slot| *slot = Some((place, *kind)));
+        }
+        self.needed = self.wanted.iter().rposition(Option::is_some).map_or(0, |k| k + 1);
+        self.selected = columns.len();
+    }
+
+    /// The rows of the next megabyte.
+    pub fn next(&mut self, block: &mut Block) -> Result<bool> {
+        block.columns.resize_with(self.selected, Vec::new);
+        block.columns.iter_mut().for_each(Vec::clear);
+        while block.rows() == 0 {
+            if self.ended && self.buffer.is_empty() {
+                return Ok(false);
+            }
+            self.fill()?;
+            let whole = if self.ended {
+                self.buffer.len()
+            } else {
+                self.buffer.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1)
+            };
+            let buffer = std::mem::take(&mut self.buffer);
+            let result = self.rows(buffer.get(..whole).unwrap_or_default(), block);
+            self.buffer = buffer;
+            self.buffer.drain(..whole);
+            result?;
+        }
+        Ok(true)
+    }
+
+    fn fill(&mut self) -> Result<()> {
+        let most = (CHUNK.saturating_sub(self.buffer.len())).max(CHUNK / 4) as u64;
+        let read = (&mut self.from).take(most).read_to_end(&mut self.buffer);
+        match read {
+            Ok(n) => self.ended = (n as u64) < most,
+            Err(error) => {
+                return Err(text::broken(&self.name, &error).at_line(self.line as usize + 1, 1));
+            }
+        }
+        if self.buffer.len() > 64 * CHUNK {
+            return Err(Malformed::new(Fault::Syntax, "a line is longer than 64 MB")
+                .expected("rows of cells")
+                .in_file(&self.name));
+        }
+        Ok(())
+    }
+
+    fn rows(&mut self, text: &[u8], block: &mut Block) -> Result<()> {
+        let (delimiter, mark) = (self.dialect.delimiter, self.dialect.mark);
+        let mut rest = text;
+        while !rest.is_empty() {
+            self.line += 1;
+            let rows = block.rows();
+            if let Some(length) = self.fast(rest, block, delimiter, mark) {
+                rest = rest.get(length..).unwrap_or_default();
+                continue;
+            }
+            // what the quick way does not take: remarks, blank lines, quotes, absent values, faults
+            block.columns.iter_mut().for_each(|column| column.truncate(rows));
+            let end = rest.iter().position(|b| *b == b'\n');
+            let line = rest.get(..end.unwrap_or(rest.len())).unwrap_or_default();
+            let line = line.strip_suffix(b"\r").unwrap_or(line);
+            self.slow(line, block, end.is_none())?;
+            rest = rest.get(end.map_or(rest.len(), |k| k + 1)..).unwrap_or_default();
+        }
+        Ok(())
+    }
+
+    /// A row of plain numbers, and how many bytes it takes; `None` leaves columns of unequal length where it gives up.
+    #[inline]
+    fn fast(&mut self, text: &[u8], block: &mut Block, delimiter: u8, mark: u8) -> Option<usize> {
+        let mut at = 0;
+        let width = self.wanted.len();
+        for (column, wanted) in self.wanted.iter().take(self.needed).enumerate() {
+            while text.get(at) == Some(&b' ') {
+                at += 1;
+            }
+            match wanted {
+                Some((place, As::Number)) => {
+                    let (value, length) = leading(text.get(at..)?, mark)?;
+                    block.columns.get_mut(*place)?.push(value);
+                    at += length;
+                }
+                Some((place, As::Label)) => {
+                    let rest = text.get(at..)?;
+                    let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
+                    let cell = rest.get(..length)?;
+                    if rest.get(length) == Some(&b'"') || cell.first() == Some(&b'#') {
+                        return None;
+                    }
+                    let value = self.labels.number(cell.trim_ascii());
+                    block.columns.get_mut(*place)?.push(value);
+                    at += length;
+                }
+                None => {
+                    let rest = text.get(at..)?;
+                    let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
+                    if rest.get(length) == Some(&b'"') || rest.first() == Some(&b'#') {
+                        return None;
+                    }
+                    at += length;
+                }
+            }
+            let more = column + 1 < width;
+            match text.get(at)? {
+                byte if more && *byte == delimiter => at += 1,
+                b'\r' if !more && text.get(at + 1) == Some(&b'\n') => return Some(at + 2),
+                b'\n' if !more => return Some(at + 1),
+                _ => return None,
+            }
+        }
+        // the columns behind the last one wanted are counted, not read
+        let rest = text.get(at..)?;
+        let mut delimiters = 0;
+        for (k, byte) in rest.iter().enumerate() {
+            match byte {
+                b'\n' => return (delimiters + 1 == width - self.needed).then_some(at + k + 1),
+                b'"' => return None,
+                byte if *byte == delimiter => delimiters += 1,
+                _ => {}
+            }
+        }
+        None
+    }
+
+    fn slow(&mut self, line: &[u8], block: &mut Block, unended: bool) -> Result<()> {
+        let Dialect { delimiter, mark, .. } = self.dialect;
+        if is_blank(line, delimiter) || is_remark(line) {
+            return Ok(());
+        }
+        let mut found = cells(line, delimiter);
+        let width = self.wanted.len();
+        while found.len() > width && found.last().is_some_and(|cell| cell.is_empty()) {
+            found.pop();
+        }
+        if found.len() < width && unended {
+            self.cut = true;
+            return Ok(());
+        }
+        if found.len() != width {
+            return Err(Malformed::new(Fault::Syntax, "a row has another number of cells than the rows before it")
+                .expected(format!("{width} cells"))
+                .found(format!("{} cells", found.len()))
+                .at_line(self.line as usize, 1)
+                .in_file(&self.name));
+        }
+        let mut values = vec![0.0; self.selected];
+        for (k, cell) in found.into_iter().enumerate() {
+            let Some(Some((place, kind))) = self.wanted.get(k) else { continue };
+            let value = match kind {
+                As::Label => self.labels.number(cell),
+                As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell))?,
+            };
+            values.iter_mut().skip(*place).take(1).for_each(|slot| *slot = value);
+        }
+        block.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        Ok(())
+    }
+
+    fn no_number(&self, column: usize, cell: &[u8]) -> Malformed {
+        let title = self.dialect.columns.get(column).map_or("", |c| c.title.as_str());
+        let other = if self.dialect.mark == b',' { b'.' } else { b',' };
+        let swapped = number(cell, other).is_some_and(f64::is_finite);
+        Malformed::new(Fault::Value, format!("'{title}' is not a number"))
+            .expected(if swapped {
+                format!("a number with the decimal mark '{}', as in the rows before", char::from(self.dialect.mark))
+            } else {
+                "a number; an empty cell or NaN where nothing was read".into()
+            })
+            .found(format!("'{}'", text::decoded(cell).chars().take(40).collect::<String>()))
+            .at_line(self.line as usize, 1)
+            .at_path(title)
+            .in_file(&self.name)
+    }
+}

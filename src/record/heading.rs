@@ -1,0 +1,51 @@
+//! Titles of columns: a name, and the unit that stands behind it in brackets.
+
+/// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `rate / deg/s` or `temp, °C`.
+///
+/// ```
+/// use tumble::record::title;
+/// assert_eq!(title("Winkel (Grad)"), ("Winkel".into(), Some("Grad".into())));
+/// assert_eq!(title("time_s"), ("time_s".into(), None));
+/// ```
+pub fn title(text: &str) -> (String, Option<String>) {
+    let text = text.trim();
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
+        if let Some(rest) = text.strip_suffix(close)
+            && let Some((name, unit)) = rest.rsplit_once(open)
+            && !name.trim().is_empty()
+        {
+            return (name.trim().to_string(), Some(unit.trim().to_string()).filter(|unit| !unit.is_empty()));
+        }
+    }
+    match text.split_once(" / ") {
+        Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_string(), Some(unit.trim().to_string())),
+        _ => (text.to_string(), None),
+    }
+}
+
+/// A unit without the brackets around it.
+pub(super) fn bare(unit: &str) -> String {
+    unit.trim().trim_matches(|c| matches!(c, '[' | ']' | '(' | ')')).trim().to_string()
+}
+
+/// Can a line of texts be the units of the columns named above it?
+pub(super) fn is_units(cells: &[String]) -> bool {
+    let filled: Vec<String> = cells.iter().map(|cell| bare(cell)).filter(|cell| !cell.is_empty()).collect();
+    !filled.is_empty() && filled.iter().all(|cell| cell == "-" || cell == "1" || is_unit(cell))
+}
+
+/// Symbols that occur in units of this field.
+const SYMBOLS: [&str; 40] = [
+    "s", "ms", "us", "µs", "ns", "min", "h", "deg", "°", "Grad", "rad", "mrad", "urad", "µrad", "arcsec", "arcmin",
+    "g", "mg", "ug", "µg", "m", "mm", "V", "mV", "uV", "µV", "LSB", "counts", "count", "Hz", "pulses", "C", "degC",
+    "°C", "K", "%", "ppm", "gn", "turn", "gn0",
+];
+
+/// Is a text a product or quotient of the field's symbols?
+pub(super) fn is_unit(text: &str) -> bool {
+    text.split(['/', '*', '·', '.', ' '])
+        .map(|part| part.trim_matches(|c| matches!(c, '(' | ')')))
+        .filter(|part| !part.is_empty())
+        .map(|part| part.trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, '^' | '-' | '²' | '³' | '√')))
+        .all(|part| SYMBOLS.contains(&part.trim_start_matches('√')))
+}

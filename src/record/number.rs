@@ -1,0 +1,125 @@
+//! Decimal numbers from bytes, correctly rounded, without a detour over text.
+
+/// Powers of ten that a double holds exactly.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
+/// The number that `bytes` begin with, and how many bytes it takes; `mark` is the decimal mark.
+///
+/// Up to 19 digits with a mantissa below 2^53 and a power of ten up to 22 are one exact product or quotient (Clinger 1990); anything else is
+/// `None`, and left to [`number`].
+#[inline]
+pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
+    let mut at = 0;
+    let next = |at: &mut usize| {
+        let byte = bytes.get(*at).copied();
+        *at += 1;
+        byte
+    };
+    let first = bytes.first().copied()?;
+    let negative = first == b'-';
+    if negative || first == b'+' {
+        at = 1;
+    }
+    let (mut mantissa, mut digits, mut exponent) = (0_u64, 0_u32, 0_i32);
+    let mut byte;
+    loop {
+        byte = next(&mut at);
+        match byte {
+            Some(digit @ b'0'..=b'9') => {
+                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
+                digits += 1;
+            }
+            _ => break,
+        }
+    }
+    if byte == Some(mark) {
+        let before = digits;
+        loop {
+            byte = next(&mut at);
+            match byte {
+                Some(digit @ b'0'..=b'9') => {
+                    mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
+                    digits += 1;
+                }
+                _ => break,
+            }
+        }
+        exponent = before as i32 - digits as i32;
+    }
+    if digits == 0 || digits > 19 {
+        return None;
+    }
+    if matches!(byte, Some(b'e' | b'E')) {
+        let mut sign = 1;
+        let mut power = 0_i32;
+        byte = next(&mut at);
+        if matches!(byte, Some(b'+' | b'-')) {
+            sign = if byte == Some(b'-') { -1 } else { 1 };
+            byte = next(&mut at);
+        }
+        let start = at;
+        while let Some(digit @ b'0'..=b'9') = byte {
+            power = power.saturating_mul(10).saturating_add(i32::from(digit - b'0'));
+            byte = next(&mut at);
+        }
+        if at == start {
+            return None;
+        }
+        exponent = exponent.saturating_add(sign * power);
+    }
+    if mantissa >= 1 << 53 {
+        return None;
+    }
+    let power = *POWERS.get(exponent.unsigned_abs() as usize)?;
+    let size = if exponent < 0 { mantissa as f64 / power } else { mantissa as f64 * power };
+    Some((if negative { -size } else { size }, at - 1))
+}
+
+/// A whole cell as a number: `Some(NaN)` where it says that nothing was read, `None` where it is a text.
+pub(super) fn number(cell: &[u8], mark: u8) -> Option<f64> {
+    let cell = cell.trim_ascii();
+    if let Some((value, length)) = leading(cell, mark)
+        && length == cell.len()
+    {
+        return Some(value);
+    }
+    if is_absent(cell) {
+        return Some(f64::NAN);
+    }
+    if !cell.iter().all(|b| b.is_ascii_digit() || matches!(*b, b'+' | b'-' | b'e' | b'E') || *b == mark) {
+        return None;
+    }
+    let text: String = cell.iter().map(|b| if *b == mark { '.' } else { char::from(*b) }).collect();
+    text.parse().ok()
+}
+
+/// Does a cell say that nothing was read?
+pub(super) fn is_absent(cell: &[u8]) -> bool {
+    const ABSENT: [&[u8]; 12] =
+        [b"", b"nan", b"na", b"n/a", b"null", b"none", b"-", b"-nan", b"nan(ind)", b"-nan(ind)", b"#n/a", b"1.#qnan"];
+    cell.len() <= 9 && ABSENT.iter().any(|word| cell.eq_ignore_ascii_case(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_those_of_the_standard_library() {
+        for text in ["0", "-1", "3.14159", "1e3", "-2.5E-3", "33108", "0.1", "123456789.123456789", "1e400", "4.9e-324"]
+        {
+            let expected: f64 = text.parse().expect("a number");
+            assert_eq!(number(text.as_bytes(), b'.'), Some(expected), "{text}");
+            assert_eq!(number(text.replace('.', ",").as_bytes(), b','), Some(expected), "{text}");
+        }
+        assert_eq!(number(b"9007199254740993", b'.'), Some(9007199254740992.0));
+        assert!(number(b"", b'.').is_some_and(f64::is_nan) && number(b" NaN ", b'.').is_some_and(f64::is_nan));
+        for text in ["x", "1.2.3", "1,2", "1e", "--1", "inf", "12 34", "."] {
+            assert!(!number(text.as_bytes(), b'.').is_some_and(f64::is_finite), "{text}");
+        }
+        assert_eq!(leading(b"12.5;7", b'.'), Some((12.5, 4)));
+    }
+}

@@ -1,0 +1,96 @@
+//! Bytes of a logger's or spreadsheet's file as UTF-8: gzip, byte order marks, UTF-16, Latin-1.
+
+use crate::error::{Fault, Malformed, Result};
+use std::io::{self, BufRead, BufReader, Read};
+
+/// How much is read at a time.
+const CHUNK: usize = 1 << 18;
+
+/// A stream of bytes, unpacked where it is gzip and converted to UTF-8 where it is UTF-16 (with a byte order mark).
+///
+/// Latin-1 stays as it is: its numbers are ASCII, and [`decoded`] reads its names. Errors: none yet; a truncated gzip shows as it is read.
+pub(super) fn unpacked(from: impl Read + Send + 'static) -> io::Result<Box<dyn BufRead + Send>> {
+    let mut from = BufReader::with_capacity(CHUNK, from);
+    let mut plain: Box<dyn BufRead + Send> = if from.fill_buf()?.starts_with(&[0x1F, 0x8B]) {
+        Box::new(BufReader::with_capacity(CHUNK, flate2::bufread::MultiGzDecoder::new(from)))
+    } else {
+        Box::new(from)
+    };
+    let start = plain.fill_buf()?;
+    let (skip, wide) = match start {
+        [0xEF, 0xBB, 0xBF, ..] => (3, None),
+        [0xFF, 0xFE, ..] => (2, Some(u16::from_le_bytes as fn([u8; 2]) -> u16)),
+        [0xFE, 0xFF, ..] => (2, Some(u16::from_be_bytes as fn([u8; 2]) -> u16)),
+        _ => (0, None),
+    };
+    plain.consume(skip);
+    Ok(match wide {
+        None => plain,
+        Some(unit) => Box::new(BufReader::with_capacity(CHUNK, Utf16 { from: plain, unit, ready: Vec::new(), at: 0 })),
+    })
+}
+
+/// UTF-16 as UTF-8.
+struct Utf16 {
+    from: Box<dyn BufRead + Send>,
+    unit: fn([u8; 2]) -> u16,
+    ready: Vec<u8>,
+    at: usize,
+}
+
+impl Read for Utf16 {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        if self.at == self.ready.len() {
+            let mut raw = Vec::with_capacity(CHUNK);
+            (&mut self.from).take(CHUNK as u64).read_to_end(&mut raw)?;
+            let mut units: Vec<u16> =
+                raw.chunks_exact(2).map(|pair| (self.unit)([pair[0], pair.get(1).copied().unwrap_or(0)])).collect();
+            if units.last().is_some_and(|last| (0xD800..0xDC00).contains(last)) {
+                let mut pair = [0; 2];
+                if self.from.read_exact(&mut pair).is_ok() {
+                    units.push((self.unit)(pair));
+                }
+            }
+            self.ready = String::from_utf16_lossy(&units).into_bytes();
+            self.at = 0;
+        }
+        let part = self.ready.get(self.at..).unwrap_or_default();
+        let length = part.len().min(to.len());
+        to.iter_mut().zip(part).for_each(|(slot, byte)| *slot = *byte);
+        self.at += length;
+        Ok(length)
+    }
+}
+
+/// Bytes as text: UTF-8, or else Latin-1, of which every byte is a character.
+pub(super) fn decoded(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_string(),
+        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect(),
+    }
+}
+
+/// A whole table of a spreadsheet as UTF-8 text, whatever its encoding; `None` where it is UTF-8 already.
+///
+/// Errors: a gzip that ends too early.
+pub fn table_text(name: &str, bytes: &[u8]) -> Result<Option<String>> {
+    let packed =
+        bytes.starts_with(&[0x1F, 0x8B]) || bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]);
+    if !packed {
+        let foreign = std::str::from_utf8(bytes).is_err() && !bytes.contains(&0);
+        return Ok(foreign.then(|| decoded(bytes)));
+    }
+    let mut plain = Vec::new();
+    let read = unpacked(io::Cursor::new(bytes.to_vec())).and_then(|mut stream| stream.read_to_end(&mut plain));
+    read.map_err(|error| broken(name, &error))?;
+    Ok(Some(decoded(&plain)))
+}
+
+/// A stream that ended too early, or is no gzip inside.
+pub(super) fn broken(name: &str, error: &io::Error) -> Malformed {
+    let early = error.kind() == io::ErrorKind::UnexpectedEof;
+    Malformed::new(Fault::File, format!("'{name}' cannot be read to its end"))
+        .expected(if early { "a whole file; this one was cut off, or is still being written" } else { "a sound file" })
+        .found(error.to_string())
+        .in_file(name)
+}

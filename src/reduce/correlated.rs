@@ -1,0 +1,315 @@
+//! The standard uncertainty of the mean of samples whose noise has a memory.
+//!
+//! Three descriptions of the noise are held side by side: white; white and a first-order Markov process (correlation times from half a block to
+//! the length of a segment); white and flicker. The contrasts of block means within all segments of a channel, free of the segments' levels,
+//! tell how probable each is (restricted likelihood, its scale integrated out). Each gives the variance of a mean over the segment:
+//! that of white noise and of the Markov process about zero, that of flicker, which has no mean of its own, about the level of the whole record, and never below the
+//! Allan variance at the segment's length. The mean's error is then a mixture of Student distributions, one for each description, and
+//! u is its half interval divided by the normal factor, so that `1.96 u` covers 95 % however few the samples: what learning the noise
+//! costs is in u, and no degrees of freedom need to be carried.
+
+use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
+use crate::uncertainty::quantiles::{fisher_f_survival, normal_quantile, student_t_two_sided};
+
+/// One segment of one channel.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Block {
+    /// Block means of each uninterrupted piece.
+    pub pieces: Vec<Vec<f64>>,
+    /// Where it begins in the record, in blocks.
+    pub start: f64,
+    /// Its blocks.
+    pub length: f64,
+    /// Mean of its samples.
+    pub mean: f64,
+    /// Standard deviation of its samples.
+    pub sd: f64,
+    /// Its samples.
+    pub samples: u64,
+    /// Smallest step between values of the channel.
+    pub step: f64,
+}
+
+/// The uncertainty of a mean and what it rests on.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct MeanUncertainty {
+    /// Standard uncertainty: half of the interval of the level, divided by the normal factor.
+    pub u: f64,
+    /// What it would be for noise without memory: `s/sqrt(n)`.
+    pub white: f64,
+    /// With the sum of the autocorrelations (white noise and a Markov process).
+    pub autocorrelation: f64,
+    /// The Allan deviation at the segment's length (white noise and flicker).
+    pub allan_floor: f64,
+    /// What the resolution of a quantized channel gives where the noise does not exceed it.
+    pub resolution: f64,
+    /// Degrees of freedom that the variance of the mean is known with (already in `u`).
+    pub dof: f64,
+    /// Correlation of neighbouring blocks within the segment.
+    pub lag1: f64,
+    /// Samples in such a block, in blocks of the trace.
+    pub lag_blocks: f64,
+    /// Slope per block of the trace, and its standard uncertainty with the noise as found.
+    pub slope: (f64, f64),
+    /// How much noisier than the others the segment is, as a ratio of standard deviations; 1 where it is not.
+    pub noisier: f64,
+}
+
+/// Longest piece that a likelihood looks at, in its blocks.
+const LONGEST: usize = 256;
+/// Least blocks of a middling segment.
+const LEAST: usize = 64;
+const TIMES: usize = 28;
+const RATIOS: usize = 25;
+const FLOORS: usize = 25;
+/// Of the descriptions every third in each direction is tried first; those between are tried where a neighbour is likelier than this.
+const COARSE: usize = 3;
+const LIKELY: f64 = 1e-4;
+/// A segment is noisier than the others if chance would make it so in fewer cases than this, all segments together.
+const NOISIER: f64 = 1e-3;
+
+enum Kind {
+    White,
+    Markov { tau: f64, ratio: f64 },
+    Flicker { ratio: f64 },
+}
+
+struct Description {
+    /// Place among those of its kind: of the correlation time, and of the ratio.
+    place: (usize, usize),
+    kind: Kind,
+    covariance: Vec<f64>,
+    prior: f64,
+}
+
+impl Description {
+    /// Variance of a mean over `length` from `start` in a record of `record` blocks, in variances of a white block; and with flicker at its Allan floor.
+    fn variance(&self, start: f64, length: f64, record: f64) -> (f64, f64) {
+        let white = 1.0 / length;
+        match self.kind {
+            Kind::White => (white, white),
+            Kind::Markov { tau, ratio } => {
+                let v = white + ratio * markov_mean(length, tau);
+                (v, v)
+            }
+            Kind::Flicker { ratio } => {
+                (white + ratio * flicker_level(start, length, record), white + ratio * FLICKER_ALLAN)
+            }
+        }
+    }
+}
+
+/// `from` to `to` in equal ratios.
+fn spread(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| from * (to / from).powf(k as f64 / (count.max(2) - 1) as f64))
+}
+
+fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
+    let unit = |mut covariance: Vec<f64>, ratio: f64| {
+        covariance.iter_mut().for_each(|c| *c *= ratio);
+        if let Some(own) = covariance.first_mut() {
+            *own += 1.0;
+        }
+        covariance
+    };
+    let third = 1.0 / 3.0;
+    let white = unit(vec![0.0; longest], 1.0);
+    let mut all = vec![Description { place: (0, 0), kind: Kind::White, covariance: white, prior: third }];
+    for (i, tau) in spread(0.5, typical.max(2.0), TIMES).enumerate() {
+        let own = markov(longest, tau);
+        let block = own.first().copied().unwrap_or(1.0);
+        for (j, ratio) in spread(0.1, 1000.0, RATIOS).enumerate() {
+            let prior = third / (TIMES * RATIOS) as f64;
+            let ratio = ratio / block;
+            let kind = Kind::Markov { tau, ratio };
+            all.push(Description { place: (i, j), kind, covariance: unit(own.clone(), ratio), prior });
+        }
+    }
+    for (j, ratio) in spread(0.003, 30.0, FLOORS).enumerate() {
+        let prior = third / FLOORS as f64;
+        all.push(Description {
+            place: (0, j),
+            kind: Kind::Flicker { ratio },
+            covariance: unit(flicker(longest), ratio),
+            prior,
+        });
+    }
+    all
+}
+
+/// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks.
+///
+/// ```
+/// use tumble::reduce::{Block, mean_uncertainties};
+/// // noise without memory: u is s/sqrt(n), nearly
+/// let mut n = 1_u64;
+/// let mut next = || { n = n.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407); (n >> 40) as f64 / 16777216.0 };
+/// let values: Vec<f64> = (0..2000).map(|_| (0..12).map(|_| next()).sum::<f64>() - 6.0).collect();
+/// let block = Block { pieces: vec![values], length: 2000.0, samples: 2000, sd: 1.0, ..Block::default() };
+/// let u = mean_uncertainties(&[block], 2000.0, 0.95)[0].u;
+/// assert!(u > 0.9 / 2000f64.sqrt() && u < 2.0 / 2000f64.sqrt());
+/// ```
+pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<MeanUncertainty> {
+    let mut lengths: Vec<f64> = segments.iter().map(|s| s.length).collect();
+    lengths.sort_by(f64::total_cmp);
+    let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0);
+    let most = lengths.last().copied().unwrap_or(1.0);
+    let wide = (most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0) as usize;
+    let width = wide as f64;
+    // blocks of the likelihood, in pieces that it can look at
+    let pieces: Vec<Vec<Vec<f64>>> = segments
+        .iter()
+        .map(|segment| {
+            let wide_means = |piece: &Vec<f64>| {
+                let means = piece.chunks_exact(wide).map(|c| c.iter().sum::<f64>() / width).collect::<Vec<f64>>();
+                means.chunks(LONGEST).map(<[f64]>::to_vec).collect::<Vec<_>>()
+            };
+            segment.pieces.iter().flat_map(wide_means).filter(|piece| piece.len() > 1).collect()
+        })
+        .collect();
+    let longest = pieces.iter().flatten().map(Vec::len).max().unwrap_or(0);
+    let contrasts: usize = pieces.iter().flatten().map(|piece| piece.len() - 1).sum();
+    let spread_out = pieces.iter().flatten().any(|p| p.iter().any(|v| Some(v) != p.first()));
+    let plain = |segment: &Block| {
+        let white = segment.sd / (segment.samples.max(1) as f64).sqrt();
+        let resolution = if segment.sd < 0.5 * segment.step { segment.step / 12f64.sqrt() } else { 0.0 };
+        MeanUncertainty { u: white.max(resolution), white, resolution, noisier: 1.0, ..MeanUncertainty::default() }
+    };
+    if contrasts < 3 || !spread_out {
+        return segments.iter().map(plain).collect();
+    }
+    let nu = contrasts as f64;
+    struct Seen {
+        description: Description,
+        weight: f64,
+        variance: f64,
+        slopes: Vec<(f64, f64)>,
+        own: Vec<(f64, f64)>,
+    }
+    let (first, between): (Vec<Description>, Vec<Description>) = descriptions(longest, middling / width)
+        .into_iter()
+        .partition(|d| d.place.0 % COARSE == 0 && d.place.1 % COARSE == 0);
+    let mut seen: Vec<Seen> = Vec::new();
+    let mut queue: Vec<Description> = first;
+    let mut later = Some(between);
+    while !queue.is_empty() {
+        for description in std::mem::take(&mut queue) {
+            let Some(process) = Process::new(&description.covariance) else { continue };
+            let (mut log, mut q) = (0.0, 0.0);
+            let (mut slopes, mut own) = (Vec::new(), Vec::new());
+            for segment in &pieces {
+                let (mut t, mut tx, mut sum, mut dof) = (0.0, 0.0, 0.0, 0.0);
+                for piece in segment {
+                    let p: Products = process.products(piece);
+                    let residual = (p.xx - p.x1 * p.x1 / p.one).max(0.0);
+                    sum += residual;
+                    dof += (piece.len() - 1) as f64;
+                    t += p.tt - p.t1 * p.t1 / p.one;
+                    tx += p.xt - p.t1 * p.x1 / p.one;
+                    log -= 0.5 * (p.log + p.one.ln());
+                }
+                q += sum;
+                own.push((sum, dof));
+                slopes.push((if t > 0.0 { tx / t } else { 0.0 }, if t > 0.0 { 1.0 / t } else { 0.0 }));
+            }
+            let weight = description.prior.ln() + log - 0.5 * nu * q.max(1e-300).ln();
+            seen.push(Seen { description, weight, variance: q / nu, slopes, own });
+        }
+        let Some(between) = later.take() else { break };
+        let best = seen.iter().map(|s| s.weight).fold(f64::NEG_INFINITY, f64::max);
+        queue = between
+            .into_iter()
+            .filter(|d| {
+                seen.iter().any(|s| {
+                    let near = |a: usize, b: usize| a.abs_diff(b) < COARSE;
+                    std::mem::discriminant(&s.description.kind) == std::mem::discriminant(&d.kind)
+                        && near(s.description.place.0, d.place.0)
+                        && near(s.description.place.1, d.place.1)
+                        && s.weight - best > LIKELY.ln()
+                })
+            })
+            .collect();
+    }
+    let best = seen.iter().map(|s| s.weight).fold(f64::NEG_INFINITY, f64::max);
+    let total: f64 = seen.iter().map(|s| (s.weight - best).exp()).sum();
+    seen.iter_mut().for_each(|s| s.weight = (s.weight - best).exp() / total);
+    let Some(likeliest) = seen.iter().max_by(|a, b| a.weight.total_cmp(&b.weight)) else {
+        return segments.iter().map(plain).collect();
+    };
+    segments
+        .iter()
+        .enumerate()
+        .map(|(k, segment)| {
+            let mut result = plain(segment);
+            let (start, length) = (segment.start / width, segment.length / width);
+            let parts: Vec<(f64, f64)> = seen
+                .iter()
+                .filter(|s| s.weight > 1e-7)
+                .map(|s| (s.weight, (s.variance * s.description.variance(start, length, record / width).0).sqrt()))
+                .collect();
+            let family = |markov: bool| {
+                let of = seen.iter().filter(|s| match s.description.kind {
+                    Kind::Markov { .. } => markov,
+                    Kind::Flicker { .. } => !markov,
+                    Kind::White => false,
+                });
+                let (mut sum, mut all) = (0.0, 0.0);
+                // relative to the likeliest of its kind, which may be far from likely
+                let top = of.clone().map(|s| s.weight).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+                for s in of {
+                    let weight = s.weight / top;
+                    sum += weight * s.variance * s.description.variance(start, length, record / width).1;
+                    all += weight;
+                }
+                (sum / all.max(f64::MIN_POSITIVE)).sqrt()
+            };
+            result.autocorrelation = family(true);
+            result.allan_floor = family(false);
+            let (f, dof) = likeliest.own.get(k).copied().unwrap_or((0.0, 0.0));
+            let ratio = if dof > 0.0 { f / dof / likeliest.variance } else { 1.0 };
+            let chance = fisher_f_survival(ratio, dof.max(1.0), nu).unwrap_or(1.0);
+            if segments.len() > 1 && chance * (segments.len() as f64) < NOISIER {
+                result.noisier = ratio.sqrt();
+            }
+            let half = half_interval(&parts, nu, level) * result.noisier;
+            let factor = normal_quantile(0.5 + 0.5 * level).unwrap_or(1.96);
+            result.u = (half / factor).max(result.resolution);
+            let first: f64 = parts.iter().map(|(w, s)| w * s * s).sum();
+            let second: f64 = parts.iter().map(|(w, s)| w * s.powi(4) * (1.0 + 2.0 / nu)).sum();
+            result.dof = 2.0 * first * first / (second - first * first).max(1e-12 * second);
+            let (slope, variance) = likeliest.slopes.get(k).copied().unwrap_or((0.0, 0.0));
+            result.slope = (slope / width, (variance * likeliest.variance).sqrt() * result.noisier / width);
+            result.lag1 = lag1(pieces.get(k).map(Vec::as_slice).unwrap_or_default());
+            result.lag_blocks = width;
+            result
+        })
+        .collect()
+}
+
+/// Half of the interval that holds a mixture of Student distributions about zero with the probability `level`.
+fn half_interval(parts: &[(f64, f64)], nu: f64, level: f64) -> f64 {
+    let largest = parts.iter().map(|(_, s)| *s).fold(0.0, f64::max);
+    let (mut low, mut high) = (0.0, 100.0 * largest);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let tail: f64 = parts
+            .iter()
+            .filter(|(_, s)| *s > 0.0)
+            .map(|(w, s)| w * student_t_two_sided(middle / s, nu).unwrap_or(0.0))
+            .sum();
+        if tail > 1.0 - level { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Correlation of neighbouring values.
+fn lag1(pieces: &[Vec<f64>]) -> f64 {
+    let count: usize = pieces.iter().map(Vec::len).sum();
+    let mean = pieces.iter().flatten().sum::<f64>() / count.max(1) as f64;
+    let (mut cross, mut own) = (0.0, 0.0);
+    for piece in pieces {
+        own += piece.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+        cross += piece.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>();
+    }
+    if own > 0.0 { cross / own } else { 0.0 }
+}

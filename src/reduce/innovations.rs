@@ -1,0 +1,154 @@
+//! Covariances of block means, and what each block brings that the blocks before it did not foretell.
+
+/// A stationary process of block means: its covariance at each lag, up to a common factor and (where contrasts are all that counts) a common constant.
+pub(super) struct Process {
+    /// Prediction weights of each order: the weight of the value one, two, ... before.
+    weights: Vec<Vec<f64>>,
+    /// Variance of what is not foretold.
+    variances: Vec<f64>,
+    /// Innovations of a constant and of a ramp.
+    constant: Vec<f64>,
+    ramp: Vec<f64>,
+}
+
+/// Sums of products of innovations over one piece.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Products {
+    pub xx: f64,
+    pub x1: f64,
+    pub xt: f64,
+    pub one: f64,
+    pub tt: f64,
+    pub t1: f64,
+    pub log: f64,
+}
+
+impl Process {
+    /// By Durbin's and Levinson's recursion. `None` where the covariance is not positive definite.
+    pub fn new(covariance: &[f64]) -> Option<Self> {
+        let n = covariance.len();
+        let (mut weights, mut variances): (Vec<Vec<f64>>, Vec<f64>) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut now: Vec<f64> = Vec::new();
+        let mut variance = *covariance.first()?;
+        for t in 0..n {
+            if !(variance > 0.0) {
+                return None;
+            }
+            weights.push(now.clone());
+            variances.push(variance);
+            let Some(next) = covariance.get(t + 1) else { break };
+            let known: f64 = now.iter().enumerate().map(|(j, w)| w * covariance[t - j]).sum();
+            let reflection = (next - known) / variance;
+            let back: Vec<f64> = now.iter().rev().map(|w| reflection * w).collect();
+            now.iter_mut().zip(back).for_each(|(w, b)| *w -= b);
+            now.push(reflection);
+            variance *= 1.0 - reflection * reflection;
+        }
+        let mut process = Process { weights, variances, constant: Vec::new(), ramp: Vec::new() };
+        process.constant = process.innovations(&vec![1.0; n]);
+        process.ramp = process.innovations(&(0..n).map(|k| k as f64).collect::<Vec<_>>());
+        Some(process)
+    }
+
+    fn innovations(&self, values: &[f64]) -> Vec<f64> {
+        let foretold = |t: usize, weights: &[f64]| -> f64 {
+            values.get(..t).map_or(0.0, |before| weights.iter().zip(before.iter().rev()).map(|(w, v)| w * v).sum())
+        };
+        values.iter().zip(&self.weights).enumerate().map(|(t, (v, weights))| v - foretold(t, weights)).collect()
+    }
+
+    /// The sums of one piece.
+    pub fn products(&self, values: &[f64]) -> Products {
+        let mut p = Products::default();
+        let parts = self.innovations(values).into_iter().zip(&self.constant).zip(&self.ramp).zip(&self.variances);
+        for (((x, one), t), variance) in parts {
+            let weight = 1.0 / variance;
+            p.xx += weight * x * x;
+            p.x1 += weight * x * one;
+            p.xt += weight * x * t;
+            p.one += weight * one * one;
+            p.tt += weight * t * t;
+            p.t1 += weight * t * one;
+            p.log += variance.ln();
+        }
+        p
+    }
+}
+
+/// Covariance of means over neighbouring blocks of length one of a first-order Markov process of variance one.
+pub(super) fn markov(count: usize, tau: f64) -> Vec<f64> {
+    let stay = (-1.0 / tau).exp();
+    let part = tau * (1.0 - stay);
+    (0..count)
+        .map(|lag| if lag == 0 { markov_mean(1.0, tau) } else { part * part * (-(lag as f64 - 1.0) / tau).exp() })
+        .collect()
+}
+
+/// Variance of the mean of such a process over `length`.
+pub(super) fn markov_mean(length: f64, tau: f64) -> f64 {
+    let x = length / tau;
+    if x < 1e-4 {
+        return 1.0 - x / 3.0;
+    }
+    2.0 / x * (1.0 - (1.0 - (-x).exp()) / x)
+}
+
+/// `F` with `F'' = -ln t`.
+fn integral(t: f64) -> f64 {
+    let t = t.abs();
+    if t == 0.0 { 0.0 } else { -(0.5 * t * t * t.ln() - 0.75 * t * t) }
+}
+
+/// Generalized covariance of block means of flicker noise with spectral density `1/f`: that of contrasts is exact.
+pub(super) fn flicker(count: usize) -> Vec<f64> {
+    let constant = (4.0 * count as f64).ln() + 3.0;
+    (0..count)
+        .map(|lag| {
+            let t = lag as f64;
+            constant + integral(t + 1.0) + integral(t - 1.0) - 2.0 * integral(t)
+        })
+        .collect()
+}
+
+/// Variance of flicker noise `1/f` averaged from `start` over `length`, less its mean from 0 to `record`; not below half of that of the
+/// difference of two neighbours (the Allan variance, `2 ln 2`).
+pub(super) fn flicker_level(start: f64, length: f64, record: f64) -> f64 {
+    let double = |a: f64, b: f64, c: f64, d: f64| integral(d - a) + integral(c - b) - integral(c - a) - integral(d - b);
+    let (a, b) = (start, start + length);
+    let own = double(a, b, a, b) / (length * length);
+    let cross = double(a, b, 0.0, record) / (length * record);
+    let all = double(0.0, record, 0.0, record) / (record * record);
+    (own - 2.0 * cross + all).max(FLICKER_ALLAN)
+}
+
+/// Allan variance of flicker noise `1/f`.
+pub(super) const FLICKER_ALLAN: f64 = 2.0 * std::f64::consts::LN_2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn innovations_solve_the_covariance() {
+        let covariance = markov(4, 2.0);
+        let process = Process::new(&covariance).unwrap();
+        let p = process.products(&[1.0, -1.0, 2.0, 0.5]);
+        let matrix = faer::Mat::from_fn(4, 4, |i, j| covariance[i.abs_diff(j)]);
+        let x = faer::mat![[1.0], [-1.0], [2.0], [0.5]];
+        use faer::linalg::solvers::Solve;
+        let solved = matrix.partial_piv_lu().solve(&x);
+        let exact: f64 = (0..4).map(|i| x[(i, 0)] * solved[(i, 0)]).sum();
+        assert!((p.xx - exact).abs() < 1e-12 * exact.abs());
+        assert!((p.log - matrix.determinant().ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn means_of_blocks_are_means_of_halves() {
+        // the mean over two blocks from the blocks' covariances
+        let c = markov(2, 3.0);
+        assert!((0.5 * (c[0] + c[1]) - markov_mean(2.0, 3.0)).abs() < 1e-12);
+        // half the variance of the difference of neighbours
+        let f = flicker(2);
+        assert!((f[0] - f[1] - FLICKER_ALLAN).abs() < 1e-12);
+    }
+}

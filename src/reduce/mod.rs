@@ -1,0 +1,110 @@
+//! From samples to readings: segments of a record, their means, and the uncertainty of a mean of correlated samples.
+//!
+//! ```text
+//! samples -> trace (block means, events) -> segments -> mean, u, slope of each segment and channel
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `trace.rs` | a record in bounded memory, and what is odd in it |
+//! | `events.rs` | spikes, stuck values, saturation, absent values |
+//! | `still.rs` | where a record stands still |
+//! | `segments.rs` | segments by a column, a list of times or the static detector; whole turns |
+//! | `correlated.rs` | the uncertainty of means, from all segments together |
+//! | `innovations.rs` | its arithmetic: covariances of block means, their innovations |
+//!
+//! Deliberately absent: corrections of any sample. Nothing is dropped unless the result says so.
+
+mod correlated;
+mod events;
+mod innovations;
+mod segments;
+mod still;
+mod trace;
+
+pub use correlated::{Block, MeanUncertainty, mean_uncertainties};
+pub use events::{Event, EventKind};
+pub use segments::{By, Rejected, Segment, Segmentation, segment, whole_turns};
+pub use still::Stillness;
+pub use trace::{Channel, Run, Trace};
+
+use crate::uncertainty::quantiles::student_t_two_sided;
+
+/// The mean of one channel over one segment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mean {
+    /// The mean of all its samples.
+    pub value: f64,
+    /// Standard deviation of the samples.
+    pub sd: f64,
+    /// Samples.
+    pub n: u64,
+    /// The uncertainty and where it comes from.
+    pub uncertainty: MeanUncertainty,
+    /// Samples without memory that would have the same uncertainty.
+    pub effective_n: f64,
+    /// Slope within the segment, per second, its standard uncertainty, and the probability of so large a slope by chance.
+    pub slope: (f64, f64, f64),
+    /// Events within the segment.
+    pub events: Vec<(EventKind, u64)>,
+}
+
+/// Readings of a record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reduction {
+    /// Segments that became readings, in the order of time.
+    pub segments: Vec<Segment>,
+    /// Stretches that did not, with the reason.
+    pub rejected: Vec<Rejected>,
+    /// For each segment the mean of each channel.
+    pub means: Vec<Vec<Mean>>,
+    /// What the detector judged by, where it was asked.
+    pub stillness: Option<Stillness>,
+}
+
+/// Probability with which the uncertainties are made to cover: 1.96 u on either side.
+pub const LEVEL: f64 = 0.95;
+
+/// Means over segments with their uncertainties.
+///
+/// The noise of a channel is taken to be the same in all segments, and is learnt from all of them together; a segment that is noisier than the others has
+/// its uncertainties enlarged. `turn_s` has the duration of a turn for segments in which a joint turned: what repeats with the turn is no noise.
+pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>]) -> Reduction {
+    let Segmentation { segments, rejected, stillness } = segmentation;
+    let per_channel: Vec<Vec<Mean>> = trace
+        .channels
+        .iter()
+        .enumerate()
+        .map(|(k, channel)| {
+            let blocks: Vec<Block> = segments
+                .iter()
+                .enumerate()
+                .map(|(i, segment)| channel.block(trace, segment, turn_s.get(i).copied().flatten()))
+                .collect();
+            let uncertainties = mean_uncertainties(&blocks, trace.samples as f64 / trace.block as f64, LEVEL);
+            segments
+                .iter()
+                .zip(&blocks)
+                .zip(uncertainties)
+                .map(|((segment, block), uncertainty)| {
+                    let (slope, slope_u) = uncertainty.slope;
+                    let seconds = trace.block as f64 * trace.interval;
+                    let t = if slope_u > 0.0 { slope / slope_u } else { 0.0 };
+                    let p = student_t_two_sided(t, uncertainty.dof.max(1.0)).unwrap_or(1.0);
+                    let effective_n = if uncertainty.u > 0.0 { (block.sd / uncertainty.u).powi(2) } else { 1.0 };
+                    Mean {
+                        value: block.mean,
+                        sd: block.sd,
+                        n: block.samples,
+                        effective_n: effective_n.min(block.samples as f64),
+                        slope: (slope / seconds, slope_u / seconds, p),
+                        events: trace.count_events(k, segment),
+                        uncertainty,
+                    }
+                })
+                .collect()
+        })
+        .collect();
+    let means = (0..segments.len()).map(|i| per_channel.iter().filter_map(|c| c.get(i).cloned()).collect()).collect();
+    Reduction { segments, rejected, means, stillness }
+}

@@ -1,0 +1,196 @@
+//! Segments: by a column's labels, by times, or where the record stands still.
+
+use super::{Stillness, Trace, still};
+use std::ops::Range;
+
+/// A segment that becomes a reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Its label.
+    pub label: String,
+    /// Its samples; more than one range where something in between was left out.
+    pub pieces: Vec<Range<u64>>,
+    /// What a reader should know about it.
+    pub notes: Vec<String>,
+}
+
+impl Segment {
+    /// First sample and one past the last.
+    pub fn span(&self) -> (u64, u64) {
+        (self.pieces.first().map_or(0, |p| p.start), self.pieces.last().map_or(0, |p| p.end))
+    }
+
+    /// Samples in it.
+    pub fn samples(&self) -> u64 {
+        self.pieces.iter().map(|p| p.end - p.start).sum()
+    }
+}
+
+/// A stretch that does not become a reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rejected {
+    /// Its samples.
+    pub samples: Range<u64>,
+    /// Why.
+    pub reason: String,
+}
+
+/// How segments are found.
+#[derive(Debug, Clone, PartialEq)]
+pub enum By {
+    /// Runs of equal labels.
+    Labels,
+    /// Label, start and end in seconds since the first sample.
+    Times(Vec<(String, f64, f64)>),
+    /// Where the record stands still.
+    Still {
+        /// Length of a window, s.
+        window: f64,
+        /// Largest variance of a still window, in variances of the still sensor.
+        threshold: f64,
+    },
+}
+
+/// Segments and what was rejected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segmentation {
+    /// The segments.
+    pub segments: Vec<Segment>,
+    /// The rest, with reasons.
+    pub rejected: Vec<Rejected>,
+    /// What the detector judged by.
+    pub stillness: Option<Stillness>,
+}
+
+/// Levels before and after a jerk that differ by less than this many standard deviations of a sample are one position.
+const SAME: f64 = 2.0;
+
+/// Find segments; `guard` is left out at both ends, shorter ones than `least` are rejected (both in seconds).
+pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
+    let mut stillness = None;
+    let candidates: Vec<Segment> = match by {
+        By::Labels => trace
+            .runs
+            .iter()
+            .filter(|run| !run.label.trim().is_empty())
+            .map(|run| Segment { label: run.label.clone(), pieces: one(run.start..run.end), notes: Vec::new() })
+            .collect(),
+        By::Times(list) => list
+            .iter()
+            .map(|(label, start, end)| Segment {
+                label: label.clone(),
+                pieces: one(trace.sample(*start)..trace.sample(*end)),
+                notes: Vec::new(),
+            })
+            .collect(),
+        By::Still { window, threshold } => {
+            let (found, judged) = still::still(trace, *window, *threshold, least);
+            let window = judged.window;
+            stillness = Some(judged);
+            let block = trace.block as u64;
+            let found = found.into_iter().map(|(a, b)| a as u64 * block..b as u64 * block).collect();
+            joined(trace, found, 4.0 * window, stillness.as_ref())
+        }
+    };
+    let margin = (guard / trace.interval).round() as u64;
+    let (mut segments, mut rejected): (Vec<Segment>, Vec<Rejected>) = Default::default();
+    for mut segment in candidates {
+        let (start, end) = segment.span();
+        // samples on both sides of a gap count; the gap is told
+        let cuts: Vec<u64> = trace
+            .resumes
+            .iter()
+            .map(|(s, _)| *s)
+            .filter(|s| segment.pieces.iter().any(|p| *s > p.start && *s < p.end))
+            .collect();
+        if !cuts.is_empty() {
+            segment.notes.push(format!("{} gap{} in the record", cuts.len(), if cuts.len() == 1 { "" } else { "s" }));
+        }
+        let pieces =
+            segment.pieces.iter().map(|p| (p.start + margin).min(p.end)..p.end.saturating_sub(margin).max(p.start));
+        segment.pieces = pieces.filter(|p| p.end > p.start && !trace.blocks(p.start, p.end).is_empty()).collect();
+        let left = segment.samples() as f64 * trace.interval;
+        let whole = (end.saturating_sub(start)) as f64 * trace.interval;
+        if left < least || segment.pieces.is_empty() {
+            let guards = if margin > 0 { format!(", {:.3} s without the guard times", left) } else { String::new() };
+            rejected.push(Rejected {
+                samples: start..end,
+                reason: format!("{whole:.3} s long{guards}: shorter than {least} s"),
+            });
+            continue;
+        }
+        segments.push(segment);
+    }
+    for (k, segment) in segments.iter_mut().enumerate().filter(|(_, s)| s.label.is_empty()) {
+        segment.label = (k + 1).to_string();
+    }
+    Segmentation { segments, rejected, stillness }
+}
+
+/// A segment of one piece.
+fn one(range: Range<u64>) -> Vec<Range<u64>> {
+    std::iter::once(range).collect()
+}
+
+/// Still stretches with nothing but a jerk between them, after which every channel reads what it read before, are one position.
+fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&Stillness>) -> Vec<Segment> {
+    let mut segments: Vec<Segment> = Vec::new();
+    let level = |range: &Range<u64>, k: usize| {
+        // near the jerk, so that a slow drift does not look like another position
+        let blocks = trace.blocks(range.start, range.end);
+        trace.channels.get(k).and_then(|c| c.means.get(blocks)).map(<[f64]>::to_vec).unwrap_or_default()
+    };
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    for range in found {
+        if let Some(last) = segments.last_mut()
+            && let Some(before) = last.pieces.last().cloned()
+            && (range.start.saturating_sub(before.end)) as f64 * trace.interval <= most
+        {
+            let near = (0.25 * most / (trace.interval * trace.block as f64)).ceil() as usize;
+            let same = (0..trace.observed).all(|k| {
+                let (a, b) = (level(&before, k), level(&range, k));
+                let (a, b) = (
+                    a.get(a.len().saturating_sub(near)..).unwrap_or_default(),
+                    b.get(..near.min(b.len())).unwrap_or_default(),
+                );
+                let sd = stillness.and_then(|s| s.still_sd.get(k)).copied().unwrap_or(0.0);
+                (mean(a) - mean(b)).abs() <= SAME * sd
+            });
+            if same {
+                let jerk = (range.start - before.end) as f64 * trace.interval;
+                last.notes.push(format!("a jerk of {jerk:.2} s left out"));
+                last.pieces.push(range);
+                continue;
+            }
+        }
+        segments.push(Segment { label: String::new(), pieces: vec![range], notes: Vec::new() });
+    }
+    segments
+}
+
+/// Shorten segments in which a joint turned to whole turns, in their middle; `turn_s` has the duration of a turn. Those without one are rejected.
+pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Option<f64>]) -> Vec<Option<f64>> {
+    let mut kept = Vec::new();
+    let mut turns = Vec::new();
+    for (segment, turn) in std::mem::take(&mut segmentation.segments).into_iter().zip(turn_s) {
+        let mut segment = segment;
+        if let Some(turn) = turn {
+            let (start, end) = segment.span();
+            let lasting = (end - start) as f64 * trace.interval;
+            let whole = (lasting / turn + 1e-9).floor();
+            if whole < 1.0 {
+                let reason = format!("{lasting:.3} s long: less than a turn of {turn:.3} s");
+                segmentation.rejected.push(Rejected { samples: start..end, reason });
+                continue;
+            }
+            let samples = (whole * turn / trace.interval).round() as u64;
+            let from = start + (end - start - samples.min(end - start)) / 2;
+            segment.pieces = one(from..(from + samples).min(end));
+            segment.notes.push(format!("{whole} whole turns"));
+        }
+        kept.push(segment);
+        turns.push(*turn);
+    }
+    segmentation.segments = kept;
+    turns
+}

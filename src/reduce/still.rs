@@ -1,0 +1,92 @@
+//! Where a record stands still: windows whose variance is that of the still sensor.
+
+use super::Trace;
+
+/// What the detector judged by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stillness {
+    /// Length of a window, s.
+    pub window: f64,
+    /// Largest variance of a still window, in variances of the still sensor.
+    pub threshold: f64,
+    /// Standard deviation of the still sensor, for each channel.
+    pub still_sd: Vec<f64>,
+    /// The threshold at which the first stretch of the least length would be still; where none was found.
+    pub would_find: Option<f64>,
+}
+
+/// Which quantile of the windows' variances stands for the still sensor, and what it is of its variance.
+const QUANTILE: f64 = 0.1;
+const OF_STILL: f64 = 0.9;
+/// Windows begin so often in the length of one.
+const STRIDE: usize = 8;
+
+/// Still stretches in blocks, and what they were judged by. `window` and `least` in seconds.
+pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (Vec<(usize, usize)>, Stillness) {
+    let seconds = trace.block as f64 * trace.interval;
+    let length = ((window / seconds).round() as usize).max(4);
+    let stride = (length / STRIDE).max(1);
+    let blocks = trace.channels.first().map_or(0, |c| c.means.len());
+    let starts: Vec<usize> = (0..).map(|k| k * stride).take_while(|start| start + length <= blocks).collect();
+    let mut ratios = vec![0.0_f64; starts.len()];
+    let mut still_sd = Vec::new();
+    for (place, channel) in trace.channels.iter().enumerate() {
+        // prefix sums about a middle value, so that squares keep their digits
+        let middle = channel.means.get(blocks / 2).copied().unwrap_or(0.0);
+        let (mut sums, mut squares) = (vec![0.0; blocks + 1], vec![0.0; blocks + 1]);
+        for (k, v) in channel.means.iter().enumerate() {
+            let d = v - middle;
+            let inside = channel.squares.get(k).copied().unwrap_or(0.0) / trace.block as f64;
+            sums[k + 1] = sums[k] + d;
+            squares[k + 1] = squares[k] + d * d + inside;
+        }
+        let variances: Vec<f64> = starts
+            .iter()
+            .map(|start| {
+                let n = length as f64;
+                let (s, q) = (sums[start + length] - sums[*start], squares[start + length] - squares[*start]);
+                ((q - s * s / n) / (n - 1.0)).max(0.0)
+            })
+            .collect();
+        let mut apart: Vec<f64> = variances.iter().step_by(STRIDE).copied().collect();
+        apart.sort_by(f64::total_cmp);
+        let step = channel.resolution();
+        let quantile = apart.get((apart.len() as f64 * QUANTILE) as usize).copied().unwrap_or(0.0);
+        let variance = (quantile / OF_STILL).max(step * step / 12.0);
+        still_sd.push(variance.sqrt());
+        if variance > 0.0 && place < trace.observed {
+            ratios.iter_mut().zip(&variances).for_each(|(ratio, v)| *ratio = ratio.max(v / variance));
+        }
+    }
+    let crossing = |start: usize, end: usize| {
+        let (from, to) = ((start * trace.block) as u64, (end * trace.block) as u64);
+        trace.resumes.iter().any(|(sample, _)| *sample > from && *sample < to)
+    };
+    let stretches = |threshold: f64| {
+        let mut found: Vec<(usize, usize)> = Vec::new();
+        for (start, ratio) in starts.iter().zip(&ratios) {
+            if *ratio > threshold || crossing(*start, start + length) {
+                continue;
+            }
+            match found.last_mut() {
+                Some((_, end)) if *start < *end => *end = start + length,
+                _ => found.push((*start, start + length)),
+            }
+        }
+        found
+    };
+    let found = stretches(threshold);
+    let long = |found: &[(usize, usize)]| found.iter().any(|(a, b)| (b - a) as f64 * seconds >= least);
+    let mut would_find = None;
+    if !long(&found) {
+        let (mut low, mut high) = (threshold, ratios.iter().copied().fold(threshold, f64::max) * 1.01);
+        if long(&stretches(high)) {
+            for _ in 0..40 {
+                let middle = (low * high).sqrt();
+                if long(&stretches(middle)) { high = middle } else { low = middle }
+            }
+            would_find = Some(high);
+        }
+    }
+    (found, Stillness { window, threshold, still_sd, would_find })
+}

@@ -1,0 +1,252 @@
+//! A record in bounded memory: block means with the spread inside each block; blocks double in length as the record grows.
+
+use super::events::{Event, EventKind, Watch};
+use super::{Block, Segment};
+
+/// Most blocks of a channel.
+const MOST: usize = 1 << 21;
+
+/// One channel of a trace.
+#[derive(Debug, Clone, Default)]
+pub struct Channel {
+    /// Its column.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Mean of each whole block.
+    pub means: Vec<f64>,
+    /// Sum of squared deviations within each block; empty while a block is one sample.
+    pub squares: Vec<f64>,
+    /// What is odd in it, in the order of time.
+    pub events: Vec<Event>,
+    open: (f64, f64, usize),
+    watch: Watch,
+}
+
+/// Samples in a row that carry one label.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// The label.
+    pub label: String,
+    /// Its first sample.
+    pub start: u64,
+    /// One past its last.
+    pub end: u64,
+}
+
+/// A record: channels of equally long blocks.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// The channels.
+    pub channels: Vec<Channel>,
+    /// How many of them were read; those behind were computed from them, and do not tell whether the record stands still.
+    pub observed: usize,
+    /// Samples in a block.
+    pub block: usize,
+    /// Seconds between samples.
+    pub interval: f64,
+    /// Samples of each channel.
+    pub samples: u64,
+    /// Where the record goes on after a gap: the sample, and its time in seconds since the first one.
+    pub resumes: Vec<(u64, f64)>,
+    /// Runs of labels, where a column has some.
+    pub runs: Vec<Run>,
+    most: usize,
+}
+
+impl Trace {
+    /// An empty trace of channels with these names and units.
+    pub fn new(channels: Vec<(String, String)>) -> Self {
+        let observed = channels.len();
+        let channels: Vec<Channel> =
+            channels.into_iter().map(|(name, unit)| Channel { name, unit, ..Channel::default() }).collect();
+        let resumes = vec![(0, 0.0)];
+        Trace { channels, observed, block: 1, interval: 1.0, samples: 0, resumes, runs: Vec::new(), most: MOST }
+    }
+
+    /// The same with at most so many blocks.
+    pub fn with_blocks(mut self, most: usize) -> Self {
+        self.most = most.max(16);
+        self
+    }
+
+    /// Further rows, one slice for each channel, all of one length. A row with a value that is not finite is left out, and is an event.
+    pub fn push(&mut self, columns: &[&[f64]]) {
+        let rows = columns.iter().map(|c| c.len()).min().unwrap_or(0);
+        let sound = |row: usize| columns.iter().all(|c| c.get(row).is_some_and(|v| v.is_finite()));
+        let mut start = 0;
+        while start < rows {
+            let end = (start..rows).find(|row| !sound(*row)).unwrap_or(rows);
+            self.sound(columns, start, end);
+            if end < rows {
+                for (channel, column) in self.channels.iter_mut().zip(columns) {
+                    if column.get(end).is_some_and(|v| !v.is_finite()) {
+                        channel.events.push(Event { kind: EventKind::Absent, sample: self.samples, length: 1 });
+                    }
+                }
+            }
+            start = end + 1;
+        }
+    }
+
+    fn sound(&mut self, columns: &[&[f64]], start: usize, end: usize) {
+        // pieces short enough that blocks double in between
+        for from in (start..end).step_by(1 << 16) {
+            let to = (from + (1 << 16)).min(end);
+            for (channel, column) in self.channels.iter_mut().zip(columns) {
+                let values = column.get(from..to).unwrap_or_default();
+                channel.watch.see(values, self.samples, &mut channel.events);
+                channel.push(values, self.block);
+            }
+            self.samples += (to - from) as u64;
+            while self.channels.iter().any(|c| c.means.len() > self.most) {
+                self.channels.iter_mut().for_each(|channel| channel.halve(self.block));
+                self.block *= 2;
+            }
+        }
+    }
+
+    /// No more rows follow.
+    pub fn finish(&mut self) {
+        let samples = self.samples;
+        self.channels.iter_mut().for_each(|channel| channel.watch.finish(samples, &mut channel.events));
+    }
+
+    /// Time of a sample, s since the first one.
+    pub fn time(&self, sample: u64) -> f64 {
+        let (from, time) = self.resumes.iter().rev().find(|(from, _)| *from <= sample).copied().unwrap_or((0, 0.0));
+        time + (sample - from) as f64 * self.interval
+    }
+
+    /// The first sample that is not before a time.
+    pub fn sample(&self, time: f64) -> u64 {
+        let (from, start) = self.resumes.iter().rev().find(|(_, t)| *t <= time).copied().unwrap_or((0, 0.0));
+        let next = self.resumes.iter().map(|(sample, _)| *sample).find(|sample| *sample > from);
+        let sample = from + ((time - start) / self.interval - 1e-6).ceil().max(0.0) as u64;
+        sample.min(next.unwrap_or(self.samples)).min(self.samples)
+    }
+
+    /// Whole blocks inside samples `start..end`.
+    pub fn blocks(&self, start: u64, end: u64) -> std::ops::Range<usize> {
+        let block = self.block as u64;
+        let most = self.channels.first().map_or(0, |c| c.means.len());
+        let (first, last) = (start.div_ceil(block) as usize, (end / block) as usize);
+        first.min(most)..last.min(most).max(first.min(most))
+    }
+
+    /// Events of a channel within a segment, by kind.
+    pub fn count_events(&self, channel: usize, segment: &Segment) -> Vec<(EventKind, u64)> {
+        let mut counts: Vec<(EventKind, u64)> = Vec::new();
+        let events = self.channels.get(channel).map(|c| c.events.as_slice()).unwrap_or_default();
+        for event in events.iter().filter(|e| segment.pieces.iter().any(|p| p.contains(&e.sample))) {
+            match counts.iter_mut().find(|(kind, _)| *kind == event.kind) {
+                Some((_, n)) => *n += 1,
+                None => counts.push((event.kind, 1)),
+            }
+        }
+        counts
+    }
+}
+
+impl Channel {
+    fn push(&mut self, values: &[f64], block: usize) {
+        if block == 1 {
+            self.means.extend_from_slice(values);
+            return;
+        }
+        for v in values {
+            let (mean, square, n) = self.open;
+            let n = n + 1;
+            let step = v - mean;
+            let mean = mean + step / n as f64;
+            let square = square + step * (v - mean);
+            if n == block {
+                self.means.push(mean);
+                self.squares.push(square);
+                self.open = (0.0, 0.0, 0);
+            } else {
+                self.open = (mean, square, n);
+            }
+        }
+    }
+
+    /// The smallest step between two of its values.
+    pub fn resolution(&self) -> f64 {
+        self.watch.step()
+    }
+
+    /// Two blocks become one.
+    fn halve(&mut self, block: usize) {
+        if self.squares.len() != self.means.len() {
+            self.squares = vec![0.0; self.means.len()];
+        }
+        let pairs = self.means.len() / 2;
+        if self.means.len() % 2 == 1 {
+            // the last block waits for its partner, together with what is open
+            let (mean, square) = (self.means[2 * pairs], self.squares[2 * pairs]);
+            let (open, open_square, n) = self.open;
+            let all = (block + n) as f64;
+            let apart = open - mean;
+            let joined = square + open_square + apart * apart * block as f64 * n as f64 / all;
+            self.open = (mean + apart * n as f64 / all, joined, block + n);
+        }
+        for k in 0..pairs {
+            let (a, b) = (self.means[2 * k], self.means[2 * k + 1]);
+            self.means[k] = 0.5 * (a + b);
+            self.squares[k] = self.squares[2 * k] + self.squares[2 * k + 1] + 0.5 * block as f64 * (a - b) * (a - b);
+        }
+        self.means.truncate(pairs);
+        self.squares.truncate(pairs);
+    }
+
+    /// The blocks of a segment, what repeats with a turn taken out.
+    pub fn block(&self, trace: &Trace, segment: &Segment, turn_s: Option<f64>) -> Block {
+        let mut block = Block { start: 0.0, length: 0.0, ..Block::default() };
+        let (mut sum, mut within) = (0.0, 0.0);
+        let mut count = 0;
+        for piece in &segment.pieces {
+            let range = trace.blocks(piece.start, piece.end);
+            if count == 0 {
+                block.start = range.start as f64;
+            }
+            let means = self.means.get(range.clone()).unwrap_or_default();
+            sum += means.iter().sum::<f64>();
+            within += self.squares.get(range).unwrap_or_default().iter().sum::<f64>();
+            count += means.len();
+            block.pieces.push(means.to_vec());
+        }
+        let mean = sum / count.max(1) as f64;
+        let between: f64 = block.pieces.iter().flatten().map(|v| (v - mean) * (v - mean)).sum();
+        block.samples = (count * trace.block) as u64;
+        block.length = count as f64;
+        block.mean = mean;
+        block.sd = ((within + between * trace.block as f64) / (block.samples.max(2) - 1) as f64).sqrt();
+        if let Some(turn) = turn_s {
+            let period = turn / (trace.block as f64 * trace.interval);
+            block.pieces.iter_mut().for_each(|piece| without_harmonics(piece, period));
+        }
+        block.step = self.watch.step();
+        block
+    }
+}
+
+/// Take the first three harmonics of a period out of whole periods of values.
+fn without_harmonics(values: &mut [f64], period: f64) {
+    let n = values.len() as f64;
+    if !(period > 8.0) || n < period {
+        return;
+    }
+    for order in 1..=3 {
+        let w = std::f64::consts::TAU * f64::from(order) / period;
+        let (mut c, mut s) = (0.0, 0.0);
+        for (k, v) in values.iter().enumerate() {
+            let (sin, cos) = (w * k as f64).sin_cos();
+            c += v * cos;
+            s += v * sin;
+        }
+        for (k, v) in values.iter_mut().enumerate() {
+            let (sin, cos) = (w * k as f64).sin_cos();
+            *v -= 2.0 / n * (c * cos + s * sin);
+        }
+    }
+}

@@ -1,0 +1,415 @@
+//! Two calibrations of one unit side by side, and the history of many (`tumble compare A B`).
+
+use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
+use super::{ARCSEC, FitReport, VERSION};
+use crate::compare::calibrations::{Changes, Determination, Input, Quantity, Trend};
+use nalgebra::DMatrix;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What `tumble compare A B --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChangesReport {
+    /// Version of the program.
+    pub tumble: String,
+    /// Always `compare-calibrations`.
+    pub report: String,
+    /// The earlier calibration.
+    pub before: CalibratedReport,
+    /// The later one.
+    pub after: CalibratedReport,
+    /// Coverage probability of expanded uncertainties.
+    pub level: f64,
+    /// Each quantity that both have (angles in arcsec).
+    pub changes: Vec<ChangeOfReport>,
+    /// Known inputs that both share: they moved both results alike and do not count twice.
+    pub shared: Vec<String>,
+    /// All changes of parameters together.
+    pub together: Option<TogetherReport>,
+    /// Quantities that only the earlier one has.
+    pub only_before: Vec<String>,
+    /// Quantities that only the later one has.
+    pub only_after: Vec<String>,
+}
+
+/// A calibration that was compared.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CalibratedReport {
+    /// Its file.
+    pub file: String,
+    /// Its bench.
+    pub bench: String,
+    /// Its date (`YYYY-MM-DD`).
+    pub date: Option<String>,
+    /// Serial number of the unit.
+    pub serial: Option<String>,
+}
+
+/// How one quantity changed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChangeOfReport {
+    /// Its name.
+    pub id: String,
+    /// Unit of all numbers but ratios.
+    pub unit: String,
+    /// Estimate before.
+    pub before: f64,
+    /// Its standard uncertainty.
+    pub u_before: Option<f64>,
+    /// Estimate after.
+    pub after: f64,
+    /// Its standard uncertainty.
+    pub u_after: Option<f64>,
+    /// After minus before.
+    pub difference: f64,
+    /// Standard uncertainty of the difference, shared inputs taken out.
+    pub u: Option<f64>,
+    /// Its effective degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Its expanded uncertainty.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+    /// `difference / U`.
+    pub e_n: Option<f64>,
+    /// Probability of a larger difference by chance.
+    pub p: Option<f64>,
+    /// Is the change significant, all quantities tested together (Holm)?
+    pub significant: Option<bool>,
+    /// Difference per day.
+    pub per_day: Option<f64>,
+    /// Weighted mean of both.
+    pub combined: Option<f64>,
+    /// Standard uncertainty of the mean, as it is where both agree.
+    pub u_combined: Option<f64>,
+    /// Birge ratio: well above 1 the two do not agree, and the mean's uncertainty is too small by it.
+    pub birge: Option<f64>,
+}
+
+/// The test of all changes together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TogetherReport {
+    /// `d' C^-1 d` of the differences.
+    pub statistic: f64,
+    /// Degrees of freedom: how many quantities.
+    pub dof: usize,
+    /// Degrees of freedom of the scatter; null where it is known (chi-square, else F).
+    pub scatter_dof: Option<f64>,
+    /// Probability of a larger one by chance.
+    pub p: f64,
+    /// Is it below one minus the level?
+    pub significant: bool,
+}
+
+/// A calibration's results, ready to be compared: angles in arcsec.
+pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determination {
+    let known = |source: &super::BudgetReport, scale: f64| {
+        Some(Input { id: source.source.clone(), estimate: source.estimate?, u: source.source_u?, c: source.c? * scale })
+    };
+    let (mut quantities, mut scales, mut places) = (Vec::new(), Vec::new(), Vec::new());
+    for p in &report.parameters {
+        let Some(value) = p.value else { continue };
+        let (scale, unit) = if p.arcsec.is_some() { (ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
+        quantities.push(Quantity {
+            id: p.id.clone(),
+            unit: unit.into(),
+            value: value * scale,
+            u: p.u.map(|u| u * scale),
+            dof: p.dof.unwrap_or(f64::INFINITY),
+            inputs: p.budget.iter().filter_map(|source| known(source, scale)).collect(),
+        });
+        scales.push(scale);
+        places.push(report.covariance.order.iter().position(|id| *id == p.id));
+    }
+    for d in &report.derived {
+        let Some(value) = d.value else { continue };
+        let (scale, unit) = if d.arcsec.is_some() { (ARCSEC, "arcsec") } else { (1.0, d.unit.as_str()) };
+        quantities.push(Quantity {
+            id: d.id.clone(),
+            unit: unit.into(),
+            value: value * scale,
+            u: d.u.map(|u| u * scale),
+            dof: d.dof.unwrap_or(f64::INFINITY),
+            inputs: d.budget.iter().filter_map(|source| known(source, scale)).collect(),
+        });
+        scales.push(scale);
+        places.push(None);
+    }
+    let element = |i: usize, j: usize| {
+        let (row, column) = (*places.get(i)?, *places.get(j)?);
+        let value = (*report.covariance.matrix.get(row?)?.get(column?)?)?;
+        Some(value * scales.get(i)? * scales.get(j)?)
+    };
+    let n = quantities.len();
+    let covariance = DMatrix::from_fn(n, n, |i, j| element(i, j).unwrap_or(f64::NAN));
+    Determination { name: name.into(), day, quantities, covariance }
+}
+
+/// The report of two calibrations.
+pub fn changes_report(changes: &Changes, before: CalibratedReport, after: CalibratedReport) -> ChangesReport {
+    let finite = |x: f64| x.is_finite().then_some(x);
+    ChangesReport {
+        tumble: VERSION.into(),
+        report: "compare-calibrations".into(),
+        before,
+        after,
+        level: changes.level,
+        changes: changes
+            .changes
+            .iter()
+            .map(|c| ChangeOfReport {
+                id: c.id.clone(),
+                unit: c.unit.clone(),
+                before: c.values.0,
+                u_before: c.u.0,
+                after: c.values.1,
+                u_after: c.u.1,
+                difference: c.difference,
+                u: c.judged.map(|j| j.u),
+                dof: c.judged.and_then(|j| finite(j.dof)),
+                expanded: c.judged.map(|j| j.expanded),
+                e_n: c.judged.map(|j| j.e_n),
+                p: c.judged.map(|j| j.p),
+                significant: c.judged.map(|j| j.significant),
+                per_day: c.per_day,
+                combined: c.judged.and_then(|j| finite(j.mean)),
+                u_combined: c.judged.and_then(|j| finite(j.mean_u)),
+                birge: c.judged.map(|j| j.birge),
+            })
+            .collect(),
+        shared: changes.shared.clone(),
+        together: changes.together.map(|t| TogetherReport {
+            statistic: t.statistic,
+            dof: t.dof,
+            scatter_dof: finite(t.scatter_dof),
+            p: t.p,
+            significant: t.p < 1.0 - changes.level,
+        }),
+        only_before: changes.only_in.0.clone(),
+        only_after: changes.only_in.1.clone(),
+    }
+}
+
+impl ChangesReport {
+    /// Did anything change by more than the uncertainties allow?
+    pub fn is_changed(&self) -> bool {
+        self.together.is_some_and(|t| t.significant) || self.changes.iter().any(|c| c.significant == Some(true))
+    }
+}
+
+/// Two calibrations at a terminal.
+pub fn changes_table(report: &ChangesReport) -> String {
+    let who = |c: &CalibratedReport| {
+        let date = c.date.as_deref().map(|d| format!(", {d}")).unwrap_or_default();
+        let serial = c.serial.as_deref().map(|s| format!(", serial {s}")).unwrap_or_default();
+        format!("{}{serial}{date}", c.file)
+    };
+    let mut text = format!(
+        "tumble {}: two calibrations of one unit\n  before: {}\n  after:  {}\n\n",
+        report.tumble,
+        who(&report.before),
+        who(&report.after)
+    );
+    let dated = report.changes.iter().any(|c| c.per_day.is_some());
+    let mut header = vec!["quantity", "before", "after", "difference", "U", "E_n", "unit", ""];
+    if dated {
+        header.insert(6, "per day");
+    }
+    let rows: Vec<Vec<String>> = report
+        .changes
+        .iter()
+        .map(|c| {
+            let mut row = vec![
+                c.id.clone(),
+                rounded(c.before, c.u_before),
+                rounded(c.after, c.u_after),
+                rounded(c.difference, c.u),
+                optional(c.expanded, |e| rounded(e, c.u)),
+                optional(c.e_n, |e| format!("{e:.2}")),
+                c.unit.clone(),
+                if c.significant == Some(true) { "CHANGED".into() } else { String::new() },
+            ];
+            if dated {
+                row.insert(6, optional(c.per_day, |d| significant(d, 3)));
+            }
+            row
+        })
+        .collect();
+    text.push_str(&plain(&header, &rows));
+    text.push_str(&format!(
+        "\nU: expanded uncertainty of the difference ({} %); E_n = difference/U; CHANGED: significant with all tested together (Holm)\n",
+        significant(100.0 * report.level, 3).trim_end_matches('0').trim_end_matches('.')
+    ));
+    if let Some(t) = report.together {
+        let verdict = if t.significant { "the unit has CHANGED" } else { "no change beyond the uncertainties" };
+        let test = match t.scatter_dof {
+            Some(dof) => format!(
+                "F = {} with {} and {} degrees of freedom",
+                significant(t.statistic / t.dof as f64, 3),
+                t.dof,
+                degrees_of_freedom(Some(dof), true)
+            ),
+            None => format!("chi-square {} with {} degrees of freedom", significant(t.statistic, 4), t.dof),
+        };
+        text.push_str(&format!("all parameters together: {test}, p = {}: {verdict}\n", significant(t.p, 2)));
+    }
+    text.push_str(&match report.shared.as_slice() {
+        [] => "shared inputs: none; both count as independent\n".to_string(),
+        shared => format!("shared inputs, not counted twice: {}\n", shared.join(", ")),
+    });
+    let combined: Vec<Vec<String>> = report
+        .changes
+        .iter()
+        .filter_map(|c| {
+            Some(vec![
+                c.id.clone(),
+                rounded(c.combined?, c.u_combined),
+                rounded(c.u_combined?, c.u_combined),
+                format!("{:.2}", c.birge?),
+                c.unit.clone(),
+            ])
+        })
+        .collect();
+    if !combined.is_empty() {
+        text.push_str("\ncombined estimate; u holds only where both agree, that is, where the Birge ratio is not well above 1\n\n");
+        text.push_str(&plain(&["quantity", "mean", "u", "Birge ratio", "unit"], &combined));
+    }
+    for (ids, which) in [(&report.only_before, "before"), (&report.only_after, "after")] {
+        if !ids.is_empty() {
+            text.push_str(&format!("only {which}: {}\n", ids.join(", ")));
+        }
+    }
+    text
+}
+
+/// What `tumble compare A B C ... --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HistoryReport {
+    /// Version of the program.
+    pub tumble: String,
+    /// Always `compare-history`.
+    pub report: String,
+    /// The calibrations, by date.
+    pub calibrations: Vec<CalibratedReport>,
+    /// Coverage probability.
+    pub level: f64,
+    /// Each quantity over time (angles in arcsec).
+    pub trends: Vec<TrendReport>,
+}
+
+/// A quantity over time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TrendReport {
+    /// Its name.
+    pub id: String,
+    /// Unit of values.
+    pub unit: String,
+    /// Each calibration's day (from 1970-01-01), value and standard uncertainty.
+    pub points: Vec<(f64, f64, Option<f64>)>,
+    /// Slope per day of a straight line; null with fewer than three days.
+    pub per_day: Option<f64>,
+    /// Its standard uncertainty.
+    pub u_per_day: Option<f64>,
+    /// Is the slope significant?
+    pub significant: Option<bool>,
+    /// Birge ratio of the points about the line.
+    pub birge: Option<f64>,
+    /// Limits, where the last calibration states them.
+    pub limits: Option<[f64; 2]>,
+    /// Day on which the line leaves its limits; null where it does not, or where no slope is significant.
+    pub leaves: Option<f64>,
+}
+
+/// The report of many calibrations; `limits` gives each quantity's, if any.
+pub fn history_report(
+    calibrations: Vec<CalibratedReport>,
+    trends: &[Trend],
+    level: f64,
+    limits: &dyn Fn(&str) -> Option<[f64; 2]>,
+) -> HistoryReport {
+    let trend = |t: &Trend| {
+        let limits = limits(&t.id);
+        let last = t.points.last().map_or(0.0, |p| p.0);
+        TrendReport {
+            id: t.id.clone(),
+            unit: t.unit.clone(),
+            points: t.points.clone(),
+            per_day: t.line.map(|l| l.slope),
+            u_per_day: t.line.map(|l| l.slope_u),
+            significant: t.line.map(|l| l.significant),
+            birge: t.line.map(|l| l.birge),
+            limits,
+            leaves: t.line.zip(limits).and_then(|(line, [low, high])| line.leaves((low, high), last)),
+        }
+    };
+    HistoryReport {
+        tumble: VERSION.into(),
+        report: "compare-history".into(),
+        calibrations,
+        level,
+        trends: trends.iter().map(trend).collect(),
+    }
+}
+
+/// A history at a terminal.
+pub fn history_table(report: &HistoryReport) -> String {
+    let mut text = format!("tumble {}: history of {} calibrations\n\n", report.tumble, report.calibrations.len());
+    let rows: Vec<Vec<String>> = report
+        .calibrations
+        .iter()
+        .map(|c| vec![c.date.clone().unwrap_or("-".into()), c.serial.clone().unwrap_or("-".into()), c.file.clone()])
+        .collect();
+    text.push_str(&plain(&["date", "serial", "file"], &rows));
+    text.push('\n');
+    let year = 365.2425;
+    let rows: Vec<Vec<String>> = report
+        .trends
+        .iter()
+        .map(|t| {
+            let (first, last) = (t.points.first(), t.points.last());
+            let value = |p: Option<&(f64, f64, Option<f64>)>| p.map_or("-".into(), |(_, v, u)| rounded(*v, *u));
+            let u = t.u_per_day.map(|u| u * year);
+            vec![
+                t.id.clone(),
+                t.points.len().to_string(),
+                value(first),
+                value(last),
+                optional(t.per_day, |d| rounded(d * year, u)),
+                optional(u, |u| rounded(u, Some(u))),
+                optional(t.birge, |b| format!("{b:.2}")),
+                t.unit.clone(),
+                match (t.significant, t.leaves) {
+                    (_, Some(day)) => format!("leaves its limits about {}", date_of(day)),
+                    (Some(true), None) => "drifts".into(),
+                    (Some(false), None) => String::new(),
+                    (None, None) => "too few dates".into(),
+                },
+            ]
+        })
+        .collect();
+    text.push_str(&plain(&["quantity", "n", "first", "last", "per year", "u", "Birge ratio", "unit", ""], &rows));
+    text
+}
+
+/// The date of a day counted from 1970-01-01.
+pub fn date_of(day: f64) -> String {
+    let shifted = day.floor() as i64 + 719_468;
+    let era = shifted.div_euclid(146_097);
+    let of_era = shifted.rem_euclid(146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    format!("{:04}-{month:02}-{day:02}", year_of_era + 400 * era + next)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn dates_go_there_and_back() {
+        for date in ["1970-01-01", "2000-02-29", "2026-11-21", "1999-12-31", "2100-03-01"] {
+            let day = crate::compare::calibrations::day_number(date).unwrap();
+            assert_eq!(super::date_of(day), date);
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! The noise report (`tumble noise --json`).
+
+use super::{VERSION, finite};
+use crate::noise::{Analysis, Deviation, Term, field_unit};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What `tumble noise --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NoiseAnalysisReport {
+    /// Version of the program.
+    pub tumble: String,
+    /// Always `noise`.
+    pub report: String,
+    /// The record.
+    pub record: String,
+    /// Sampling interval, s.
+    pub interval_s: f64,
+    /// Where the sampling interval comes from: a column, or the rate as stated.
+    pub interval_from: String,
+    /// One entry for each column.
+    pub columns: Vec<NoiseColumnReport>,
+}
+
+/// The noise of one column.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NoiseColumnReport {
+    /// The column's name.
+    pub column: String,
+    /// Its unit.
+    pub unit: String,
+    /// Samples.
+    pub samples: u64,
+    /// Stretches between gaps.
+    pub stretches: u64,
+    /// Mean of all samples.
+    pub mean: Option<f64>,
+    /// Probability of the intervals.
+    pub level: f64,
+    /// Deviations.
+    pub points: Vec<DeviationsReport>,
+    /// Coefficients of IEEE Std 952; empty where there are too few averaging times.
+    pub coefficients: Vec<CoefficientReport>,
+    /// How well the coefficients describe the Allan variances.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<AgreementReport>,
+    /// What a campaign may state about this sensor (its `scatter`).
+    pub scatter: Vec<NoiseScatterReport>,
+}
+
+/// Deviations at one averaging time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DeviationsReport {
+    /// Samples averaged.
+    pub m: u64,
+    /// Averaging time, s.
+    pub tau_s: f64,
+    /// Power of the frequency in the spectral density that dominates here: 2 (quantization), 0 (white), -1 (flicker), -2 (random walk).
+    pub alpha: i32,
+    /// Overlapping Allan deviation.
+    pub allan: DeviationReport,
+    /// Overlapping Hadamard deviation.
+    pub hadamard: Option<DeviationReport>,
+    /// Modified Allan deviation.
+    pub modified: Option<DeviationReport>,
+    /// Allan deviation of the fitted coefficients.
+    pub fitted: Option<f64>,
+}
+
+/// One deviation with its chi-square interval.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DeviationReport {
+    /// The deviation, in the column's unit.
+    pub value: f64,
+    /// Lower end of its interval.
+    pub low: Option<f64>,
+    /// Upper end.
+    pub high: Option<f64>,
+    /// Equivalent degrees of freedom.
+    pub edf: f64,
+    /// Differences averaged.
+    pub differences: u64,
+}
+
+/// A coefficient of IEEE Std 952.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CoefficientReport {
+    /// Q, N, B, K or R.
+    pub id: String,
+    /// Its name.
+    pub name: String,
+    /// Value in `unit`; null where the record does not show it.
+    pub value: Option<f64>,
+    /// Standard uncertainty.
+    pub u: Option<f64>,
+    /// The field's unit.
+    pub unit: String,
+    /// Value in the column's unit and seconds.
+    pub si_seconds: Option<f64>,
+    /// Probability of as much if it were zero.
+    pub p: Option<f64>,
+    /// Where it is not found: what it is below (95 %), in `unit`.
+    pub below: Option<f64>,
+}
+
+/// Agreement of the fitted coefficients with the Allan variances.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AgreementReport {
+    /// Generalized sum of squares.
+    pub chi_square: f64,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Probability of more.
+    pub p: f64,
+}
+
+/// A line for a campaign's `scatter`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NoiseScatterReport {
+    /// The sensor.
+    pub of: String,
+    /// `reading` for noise without memory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per: Option<String>,
+    /// `time_s` for noise with memory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over: Option<String>,
+    /// Its correlation time, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tau: Option<f64>,
+    /// Standard deviation of one sample, in `unit`.
+    pub u: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// The name of a coefficient, of a gyro (`true`), an accelerometer (`false`) or another sensor.
+fn name(term: Term, unit: &str) -> &'static str {
+    let gyro = field_unit(Term::RandomWalk, unit).symbol == "deg/sqrt(h)";
+    let accelerometer = field_unit(Term::RandomWalk, unit).symbol == "ug/sqrt(Hz)";
+    match term {
+        Term::Quantization => "quantization",
+        Term::RandomWalk if gyro => "angle random walk",
+        Term::RandomWalk if accelerometer => "velocity random walk",
+        Term::RandomWalk => "white noise",
+        Term::BiasInstability => "bias instability",
+        Term::RateRandomWalk if gyro => "rate random walk",
+        Term::RateRandomWalk if accelerometer => "acceleration random walk",
+        Term::RateRandomWalk => "random walk",
+        Term::Ramp if gyro => "rate ramp",
+        Term::Ramp => "ramp",
+    }
+}
+
+/// The report of one column.
+pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseColumnReport {
+    let deviation = |d: &Deviation| DeviationReport {
+        value: d.value,
+        low: d.interval.map(|(low, _)| low),
+        high: d.interval.map(|(_, high)| high),
+        edf: d.edf,
+        differences: d.differences,
+    };
+    let points = noise
+        .points
+        .iter()
+        .map(|p| DeviationsReport {
+            m: p.m,
+            tau_s: p.tau,
+            alpha: p.alpha,
+            allan: deviation(&p.allan),
+            hadamard: p.hadamard.as_ref().map(deviation),
+            modified: p.modified.as_ref().map(deviation),
+            fitted: noise.coefficients.as_ref().map(|c| c.variance(p.tau).sqrt()),
+        })
+        .collect();
+    let coefficients = noise.coefficients.iter().flat_map(|c| &c.terms).map(|c| {
+        let field = field_unit(c.term, unit);
+        CoefficientReport {
+            id: c.term.letter().into(),
+            name: name(c.term, unit).into(),
+            value: c.value.map(|v| v * field.factor),
+            u: c.u.map(|u| u * field.factor),
+            unit: field.symbol,
+            si_seconds: c.value,
+            p: finite(c.p),
+            below: c.below.map(|b| b * field.factor),
+        }
+    });
+    NoiseColumnReport {
+        column: column.into(),
+        unit: unit.into(),
+        samples: noise.samples,
+        stretches: noise.stretches,
+        mean: finite(noise.mean),
+        level: noise.level,
+        points,
+        coefficients: coefficients.collect(),
+        agreement: noise.coefficients.as_ref().map(|c| AgreementReport {
+            chi_square: c.chi_square,
+            dof: c.dof,
+            p: c.p,
+        }),
+        scatter: scatter(column, unit, noise),
+    }
+}
+
+/// White noise as it is; flicker by the first-order Markov process whose Allan deviation has its summit, 0.619 sd at 1.89 correlation times, at the
+/// flicker floor in the middle of the averaging times.
+fn scatter(column: &str, unit: &str, noise: &Analysis) -> Vec<NoiseScatterReport> {
+    let value = |term: Term| noise.coefficients.as_ref()?.get(term)?.value;
+    let line = NoiseScatterReport { of: column.into(), per: None, over: None, tau: None, u: 0.0, unit: unit.into() };
+    let mut lines = Vec::new();
+    if let Some(n) = value(Term::RandomWalk) {
+        lines.push(NoiseScatterReport { per: Some("reading".into()), u: n / noise.interval.sqrt(), ..line.clone() });
+    }
+    if let (Some(b), Some(last)) = (value(Term::BiasInstability), noise.points.last()) {
+        let (floor, summit) = (b * Term::BiasInstability.variance(1.0).sqrt(), 1.89);
+        let from = value(Term::RandomWalk).map_or(noise.interval, |n| (n / floor).powi(2));
+        let to = value(Term::RateRandomWalk).map_or(last.tau, |k| 3.0 * (floor / k).powi(2));
+        let tau = (from.max(noise.interval) * to.max(noise.interval)).sqrt() / summit;
+        lines.push(NoiseScatterReport { over: Some("time_s".into()), tau: Some(tau), u: floor / 0.619, ..line });
+    }
+    lines
+}
+
+/// The report of a record.
+pub fn noise_report(
+    record: &str,
+    interval_s: f64,
+    interval_from: String,
+    columns: Vec<NoiseColumnReport>,
+) -> NoiseAnalysisReport {
+    NoiseAnalysisReport {
+        tumble: VERSION.into(),
+        report: "noise".into(),
+        record: record.into(),
+        interval_s,
+        interval_from,
+        columns,
+    }
+}

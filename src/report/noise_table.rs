@@ -1,0 +1,128 @@
+//! The noise of a record as tables for a terminal, and as the IMU file of kalibr.
+
+use super::noise_analysis::{CoefficientReport, NoiseAnalysisReport, NoiseColumnReport};
+use super::table::{optional, plain, rounded, significant};
+use crate::error::{Fault, Malformed, Result};
+use crate::noise::si_factor;
+
+/// All columns: their coefficients, then their deviations.
+pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool) -> String {
+    let rate = significant(1.0 / report.interval_s, 6);
+    let mut text = format!("{}: {rate} samples a second ({})\n", report.record, report.interval_from);
+    for column in &report.columns {
+        text.push('\n');
+        text.push_str(&head(column));
+        let rows: Vec<Vec<String>> = column.coefficients.iter().map(row).collect();
+        if !rows.is_empty() {
+            text.push('\n');
+            text.push_str(&plain(&["coefficient", "", "value", "u", "unit", "p", "below (95 %)"], &rows));
+        }
+        if let Some(a) = &column.agreement {
+            let sentence = if a.p < 0.01 { "does not describe the deviations" } else { "describes the deviations" };
+            let (chi, p) = (significant(a.chi_square, 3), significant(a.p, 2));
+            text.push_str(&format!("Their sum {sentence}: chi-square {chi}, {} dof, p {p}\n", a.dof));
+        }
+        if deviations {
+            text.push('\n');
+            text.push_str(&points(column));
+        }
+    }
+    text
+}
+
+fn head(column: &NoiseColumnReport) -> String {
+    let gaps = match column.stretches {
+        0 | 1 => String::new(),
+        n => format!(" in {n} stretches"),
+    };
+    let mean = optional(column.mean, |m| significant(m, 6));
+    format!("{} [{}]: {} samples{gaps}, mean {mean}\n", column.column, column.unit, column.samples)
+}
+
+fn row(c: &CoefficientReport) -> Vec<String> {
+    vec![
+        c.id.clone(),
+        c.name.clone(),
+        optional(c.value, |v| rounded(v, c.u)),
+        optional(c.u, |u| significant(u, 2)),
+        c.unit.clone(),
+        optional(c.p, |p| if p < 1e-4 { "<0.0001".into() } else { significant(p, 2) }),
+        optional(c.below, |b| significant(b, 2)),
+    ]
+}
+
+fn points(column: &NoiseColumnReport) -> String {
+    let interval = |low: Option<f64>, high: Option<f64>| match (low, high) {
+        (Some(low), Some(high)) => format!("{} .. {}", significant(low, 4), significant(high, 4)),
+        _ => "-".into(),
+    };
+    let rows: Vec<Vec<String>> = column
+        .points
+        .iter()
+        .map(|p| {
+            vec![
+                significant(p.tau_s, 4),
+                significant(p.allan.value, 5),
+                interval(p.allan.low, p.allan.high),
+                significant(p.allan.edf, 3),
+                optional(p.hadamard.as_ref().map(|d| d.value), |v| significant(v, 5)),
+                optional(p.modified.as_ref().map(|d| d.value), |v| significant(v, 5)),
+                optional(p.fitted, |v| significant(v, 4)),
+            ]
+        })
+        .collect();
+    let percent = format!("{} %", super::table::percent(column.level));
+    plain(&["tau, s", "Allan", &percent, "edf", "Hadamard", "modified", "fitted"], &rows)
+}
+
+/// The IMU file of kalibr: densities in rad/s/sqrt(Hz), m/s^2/sqrt(Hz), random walks in rad/s^2/sqrt(Hz), m/s^3/sqrt(Hz); the largest of each kind of sensor.
+///
+/// Errors: no column in a unit of rate or specific force; a kind without white noise.
+pub fn kalibr(report: &NoiseAnalysisReport) -> Result<String> {
+    let largest = |gyro: bool, id: &str, bound: bool| {
+        report
+            .columns
+            .iter()
+            .filter_map(|column| {
+                let (is_gyro, factor) = si_factor(&column.unit).filter(|(is_gyro, _)| *is_gyro == gyro)?;
+                let c = column.coefficients.iter().find(|c| c.id == id)?;
+                let in_unit = crate::noise::field_unit(crate::noise::Term::of_letter(id)?, &column.unit).factor;
+                let value = if bound { c.below.map(|b| b / in_unit) } else { c.si_seconds };
+                let _ = is_gyro;
+                value.map(|v| (v * factor, column.column.clone()))
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut text = String::from("#Accelerometers\n");
+    let mut kinds = 0;
+    for (gyro, title, words) in [
+        (false, "accelerometer", ("m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)")),
+        (true, "gyroscope", ("rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)")),
+    ] {
+        if gyro {
+            text.push_str("\n#Gyroscopes\n");
+        }
+        let Some((density, from)) = largest(gyro, "N", false) else { continue };
+        kinds += 1;
+        text.push_str(&format!("{title}_noise_density: {density:.6e}   # {}, N of {from}\n", words.0));
+        match (largest(gyro, "K", false), largest(gyro, "K", true)) {
+            (Some((walk, from)), _) => {
+                text.push_str(&format!("{title}_random_walk: {walk:.6e}   # {}, K of {from}\n", words.1));
+            }
+            (None, Some((walk, from))) => text.push_str(&format!(
+                "{title}_random_walk: {walk:.6e}   # {}, not found in this record: what K of {from} is below (95 %)\n",
+                words.1
+            )),
+            (None, None) => {}
+        }
+    }
+    if kinds == 0 {
+        return Err(Malformed::new(Fault::Value, "kalibr's file holds gyros and accelerometers, and no column is one")
+            .expected("columns in a unit of rate (deg/s, rad/s, deg/h) or of specific force (g, mg, m/s^2)")
+            .found(
+                report.columns.iter().map(|c| format!("{} in {}", c.column, c.unit)).collect::<Vec<_>>().join(", "),
+            ));
+    }
+    text.push_str(&format!("\nrostopic: /imu0\nupdate_rate: {}\n", significant(1.0 / report.interval_s, 6)));
+    Ok(text)
+}

@@ -1,0 +1,89 @@
+//! A quantity over calendar time: each calibration with its expanded uncertainty, the trend, the limits.
+
+use super::{Area, BLUE, Drawn, HALF, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
+use crate::error::Result;
+use plotters::prelude::*;
+use plotters::style::FontTransform;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// What a chart of one quantity over time shows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct History {
+    /// Its name.
+    pub label: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// Year (2026.5), value and expanded uncertainty of each calibration.
+    pub points: Vec<(f64, f64, f64)>,
+    /// Two points of the trend, if it is shown.
+    pub trend: Option<[(f64, f64); 2]>,
+    /// Limits, if there are any.
+    pub limits: Option<[f64; 2]>,
+}
+
+const LEFT: i32 = 120;
+const TOP: i32 = 20;
+const BOTTOM: i32 = 300;
+
+/// A quantity over time.
+///
+/// ```
+/// use tumble::report::plot::{History, history};
+/// let points = vec![(2024.0, 1.0, 0.1), (2025.0, 1.2, 0.1)];
+/// let svg = history(&History { label: "V0".into(), unit: "V".into(), points, ..History::default() })?;
+/// assert!(svg.contains("V0, V") && svg.contains("2024"));
+/// # Ok::<(), tumble::error::Malformed>(())
+/// ```
+pub fn history(history: &History) -> Result<String> {
+    svg(HALF, (BOTTOM + 80) as u32, |area| draw(area, history))
+}
+
+fn draw(area: &Area<'_>, history: &History) -> Drawn {
+    let ends = || {
+        let points = history.points.iter().flat_map(|(_, v, u)| [v - u, v + u]);
+        let trend = history.trend.iter().flatten().map(|p| p.1);
+        points.chain(trend).chain(history.limits.iter().flatten().copied()).filter(|v| v.is_finite())
+    };
+    let exponent = scale::readable_exponent(ends());
+    let at = |v: f64| scale::scaled(v, exponent);
+    let (low, high) = scale::range(ends().map(at), 0.08);
+    let years = history.points.iter().map(|p| p.0).chain(history.trend.iter().flatten().map(|p| p.0));
+    let (first, last) = scale::range(years, 0.06);
+    let (left, right) = (LEFT, HALF as i32 - 20);
+    let x = |v: f64| left + ((v - first) / (last - first) * f64::from(right - left)).round() as i32;
+    let y = |v: f64| TOP + ((high - at(v)) / (high - low) * f64::from(BOTTOM - TOP)).round() as i32;
+    let level = |tick: f64| TOP + ((high - tick) / (high - low) * f64::from(BOTTOM - TOP)).round() as i32;
+    let (ticks, decimals) = scale::ticks(low, high, 5);
+    for tick in ticks {
+        area.draw(&PathElement::new([(left, level(tick)), (right, level(tick))], RULE.stroke_width(1)))?;
+        let place = (left - 10, level(tick));
+        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
+    }
+    let (ticks, decimals) = scale::ticks(first, last, 5);
+    for tick in ticks {
+        area.draw(&PathElement::new([(x(tick), BOTTOM), (x(tick), BOTTOM + 6)], SOFT.stroke_width(1)))?;
+        let place = (x(tick), BOTTOM + 12);
+        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    }
+    area.draw(&PathElement::new([(left, BOTTOM), (right, BOTTOM)], SOFT.stroke_width(1)))?;
+    for limit in history.limits.iter().flatten().filter(|limit| limit.is_finite()) {
+        let line = vec![(left, y(*limit)), (right, y(*limit))];
+        area.draw(&plotters::element::DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(2)))?;
+    }
+    if let Some([from, to]) = history.trend {
+        area.draw(&PathElement::new([(x(from.0), y(from.1)), (x(to.0), y(to.1))], SOFT.stroke_width(2)))?;
+    }
+    for (year, value, expanded) in &history.points {
+        let (px, from, to) = (x(*year), y(value - expanded), y(value + expanded));
+        area.draw(&PathElement::new([(px, from), (px, to)], BLUE.stroke_width(3)))?;
+        for end in [from, to] {
+            area.draw(&PathElement::new([(px - 8, end), (px + 8, end)], BLUE.stroke_width(3)))?;
+        }
+        area.draw(&Circle::new((px, y(*value)), 6, BLUE.filled()))?;
+    }
+    let title = style(SMALL, &SOFT, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
+    area.draw(&Text::new(scale::title(&history.label, &history.unit, exponent), (8, (TOP + BOTTOM) / 2), title))?;
+    let place = ((left + right) / 2, BOTTOM + 46);
+    area.draw(&Text::new("year".to_string(), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! The site as reports say it: latitude, Earth rate, gravity and where it comes from; a warning where gravity matters and was not said.
+
+use crate::bench::{Bench, ForceUnit, GravityFrom, NORMAL_GRAVITY_FORMULA, STANDARD_GRAVITY_M_S2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What the inputs of the model lines rest on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SiteReport {
+    /// Geodetic latitude, degrees; null where the bench has no site.
+    pub latitude_deg: Option<f64>,
+    /// Its standard uncertainty, degrees.
+    pub latitude_u_deg: f64,
+    /// Earth rate, deg/h.
+    pub earth_rate_deg_h: f64,
+    /// Local gravity.
+    pub gravity: GravityReport,
+    /// Relative standard uncertainties of the rates of turning joints, ppm.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub rate_u_ppm: BTreeMap<String, f64>,
+    /// Warnings, as sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+}
+
+/// Local gravity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GravityReport {
+    /// Value, in `unit`.
+    pub value: f64,
+    /// Standard uncertainty; 0 where none was given.
+    pub u: f64,
+    /// `m/s^2`.
+    pub unit: String,
+    /// `stated`, `normal` (from latitude and altitude) or `assumed` (standard gravity).
+    pub from: String,
+    /// The formula, for normal gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub formula: Option<String>,
+    /// Altitude above the ellipsoid in metres, for normal gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub altitude_m: Option<f64>,
+}
+
+/// The site of a bench.
+pub fn site(bench: &Bench) -> SiteReport {
+    let own = bench.site;
+    let (from, formula, altitude_m) = match own.map(|site| site.gravity_from).unwrap_or_default() {
+        GravityFrom::Assumed => ("assumed", None, None),
+        GravityFrom::Stated => ("stated", None, None),
+        GravityFrom::Normal { altitude_m } => ("normal", Some(NORMAL_GRAVITY_FORMULA.to_string()), Some(altitude_m)),
+    };
+    let gravity = GravityReport {
+        value: own.map_or(1.0, |site| site.gravity_g) * STANDARD_GRAVITY_M_S2,
+        u: own.map_or(0.0, |site| site.gravity_u_g) * STANDARD_GRAVITY_M_S2,
+        unit: "m/s^2".into(),
+        from: from.into(),
+        formula,
+        altitude_m,
+    };
+    let mut warnings = Vec::new();
+    if from == "assumed" && bench.units.force == ForceUnit::MetresPerSecondSquared && sees_force(bench) {
+        warnings.push(format!(
+            "gravity is not stated and taken as {STANDARD_GRAVITY_M_S2} m/s^2; local gravity differs by up to 3000 ppm, and so do \
+             coefficients for m/s^2: give site.gravity, or site.latitude_deg with site.altitude_m"
+        ));
+    }
+    SiteReport {
+        latitude_deg: own.map(|site| site.latitude_deg),
+        latitude_u_deg: own.map_or(0.0, |site| site.latitude_u_deg),
+        earth_rate_deg_h: own.map_or(0.0, |site| site.earth_rate_deg_h),
+        gravity,
+        rate_u_ppm: bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect(),
+        warnings,
+    }
+}
+
+/// Does a model line see specific force?
+fn sees_force(bench: &Bench) -> bool {
+    let is_force = |name: &&str| name.starts_with("a_") && crate::campaign::is_axis_input(bench, name);
+    bench.sensors.iter().any(|sensor| sensor.model.names().iter().any(is_force))
+}
+
+/// Lines for a terminal: gravity where it was said, then warnings.
+pub fn site_text(report: &SiteReport) -> String {
+    let mut text = String::new();
+    if let Some(line) = gravity_text(report) {
+        text.push_str(&format!("{line}\n"));
+    }
+    for warning in &report.warnings {
+        text.push_str(&(super::wrap::hanging(&format!("warning: {warning}"), 2) + "\n"));
+    }
+    text
+}
+
+/// Gravity in words; `None` where it is the assumed one.
+pub fn gravity_text(report: &SiteReport) -> Option<String> {
+    let gravity = &report.gravity;
+    if gravity.from == "assumed" {
+        return None;
+    }
+    let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };
+    let from = match (&gravity.formula, gravity.altitude_m, report.latitude_deg) {
+        (Some(formula), Some(altitude), Some(latitude)) => {
+            format!("\n  {formula},\n  at latitude {latitude} deg and {altitude} m")
+        }
+        _ => ", stated".into(),
+    };
+    Some(format!("gravity: {:.6} {}{u}{from}", gravity.value, gravity.unit))
+}

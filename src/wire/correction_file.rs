@@ -1,0 +1,277 @@
+//! The `correction` of a fit report: written by `fit`, read by `apply` and `export`.
+
+use crate::algebra::Expression;
+use crate::bench::{ForceUnit, RateUnit};
+use crate::correction::{Calibration, Corrector, Input, InputRole, Line, Mounting, Quantity, Span, linearity};
+use crate::error::{Fault, Malformed, Result};
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// How readings of the unit are corrected: to first order `inputs = matrix (readings - bias)`, exactly by the lines in `sensors`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CorrectionFile {
+    /// Frame of the inputs: the last frame of the bench's chain.
+    pub frame: String,
+    /// Unit of rates: `deg/s`, `deg/h`, `rad/s` or `arcsec/s`.
+    pub rate_unit: String,
+    /// Unit of specific forces: `g` or `m/s^2`.
+    pub force_unit: String,
+    /// The sensors that take part, in the order of `bias` and of the columns of `matrix`.
+    pub sensors: Vec<CorrectedSensorFile>,
+    /// Sensors that cannot be corrected, each with the reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub left_out: BTreeMap<String, String>,
+    /// What the sensors determine, in the order of the rows of `matrix`; then what must be given with the readings.
+    pub inputs: Vec<InputFile>,
+    /// Readings at zero input, one for each sensor.
+    pub bias: Vec<f64>,
+    /// Inputs by sensors, at zero input: the inverse of `sensitivity` (least squares where there are more sensors).
+    pub matrix: Vec<Vec<f64>>,
+    /// Derivative of each reading (row) by each input (column), at zero input.
+    pub sensitivity: Vec<Vec<f64>>,
+    /// Where the first order holds.
+    pub validity: ValidityFile,
+    /// Values of the parameters that the lines use, and their covariance.
+    pub parameters: CorrectionParametersFile,
+    /// The rotation from the sensors' frame to the mounting face, where tilts after the last joint are known or estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mounting: Option<MountingFile>,
+}
+
+/// A sensor of a correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CorrectedSensorFile {
+    /// Its name.
+    pub id: String,
+    /// Unit of its readings.
+    pub unit: String,
+    /// Its named axes, as direction cosines in the frame of the inputs.
+    pub axes: BTreeMap<String, [f64; 3]>,
+    /// Its model line.
+    pub model: String,
+}
+
+/// An input of a correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct InputFile {
+    /// Its name, for example `w_x`.
+    pub id: String,
+    /// `rate`, `force`, `column` or `angle`.
+    pub quantity: QuantityFile,
+    /// Unit.
+    pub unit: String,
+    /// Direction of a rate or force in the frame of the inputs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 3]>,
+    /// Is it solved for? Otherwise it is given with the readings.
+    pub solved: bool,
+    /// Value of a given input where the readings do not give it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub otherwise: Option<f64>,
+}
+
+/// What an input is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum QuantityFile {
+    /// Angular rate.
+    Rate,
+    /// Specific force.
+    Force,
+    /// A numeric column of the readings.
+    Column,
+    /// The angle of a joint, in rad.
+    Angle,
+}
+
+/// How far the first-order correction is from the exact one over the range of the calibration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ValidityFile {
+    /// Half range of each solved input: what the readings of the calibration covered.
+    pub range: Vec<f64>,
+    /// Largest error of `matrix (readings - bias)` within that range.
+    pub linear_error: Vec<f64>,
+    /// Largest standard uncertainty of each corrected input within that range, from the calibration alone; null where none is known.
+    pub u: Option<Vec<f64>>,
+    /// Share of the range within which `linear_error` stays below `u` (1: all of it); null where no uncertainty is known.
+    pub linear_share: Option<f64>,
+}
+
+/// Parameters of a correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CorrectionParametersFile {
+    /// Their names, also of the rows and columns of `covariance`.
+    pub order: Vec<String>,
+    /// Their values (tilts in rad).
+    pub values: Vec<f64>,
+    /// Their covariance, estimated and known inputs together; empty where no uncertainty is known.
+    pub covariance: Vec<Vec<f64>>,
+}
+
+/// How the sensors' frame is turned against the mounting face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MountingFile {
+    /// The tilts, in chain order.
+    pub tilts: Vec<String>,
+    /// Those of them that are not estimable; the rotation holds them at their reference.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
+    /// `v_mount = rotation v_sensor`, row by row.
+    pub rotation: [[f64; 3]; 3],
+}
+
+impl CorrectionFile {
+    /// A calibration as a report writes it; `None` where it corrects nothing.
+    pub fn of(calibration: &Calibration) -> Option<Self> {
+        let corrector = Corrector::new(calibration).ok()?;
+        let linearity = linearity(calibration, &corrector);
+        let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let input = |input: &Input| InputFile {
+            id: input.name.clone(),
+            quantity: QuantityFile::from(input.quantity),
+            unit: calibration.unit_of(input).into(),
+            direction: matches!(input.quantity, Quantity::Rate | Quantity::Force)
+                .then(|| [input.direction.x, input.direction.y, input.direction.z]),
+            solved: input.role == InputRole::Solved,
+            otherwise: (input.role == InputRole::Given).then_some(input.fallback),
+        };
+        let sensor = |line: &Line| CorrectedSensorFile {
+            id: line.sensor.clone(),
+            unit: line.unit.clone(),
+            axes: line.axes.iter().map(|(axis, d)| (axis.clone(), [d.x, d.y, d.z])).collect(),
+            model: line.model.to_string(),
+        };
+        Some(CorrectionFile {
+            frame: "the last frame of the bench's chain, the sensors' own".into(),
+            rate_unit: calibration.rate_unit.symbol().into(),
+            force_unit: calibration.force_unit.symbol().into(),
+            sensors: calibration.lines.iter().map(sensor).collect(),
+            left_out: calibration.left_out.iter().cloned().collect(),
+            inputs: calibration.inputs.iter().map(input).collect(),
+            bias: corrector.bias().to_vec(),
+            matrix: rows(corrector.matrix()),
+            sensitivity: rows(corrector.sensitivity()),
+            validity: ValidityFile {
+                range: linearity.range,
+                linear_error: linearity.error,
+                u: linearity.u,
+                linear_share: linearity.share,
+            },
+            parameters: CorrectionParametersFile {
+                order: calibration.parameters.clone(),
+                values: calibration.values.clone(),
+                covariance: calibration.covariance.clone(),
+            },
+            mounting: calibration.mounting.as_ref().map(|mounting| {
+                let r = &mounting.rotation;
+                MountingFile {
+                    tilts: mounting.tilts.clone(),
+                    missing: mounting.missing.clone(),
+                    rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|j| r[(i, j)])),
+                }
+            }),
+        })
+    }
+
+    /// The calibration that a report holds.
+    ///
+    /// Errors: an unknown unit, a line that is no algebra, sizes that do not agree; with the path below `correction`.
+    pub fn into_calibration(self) -> Result<Calibration> {
+        let unit = |path: &str, found: &str, expected: &str| {
+            Malformed::new(Fault::Value, format!("'{found}' is no unit here"))
+                .expected(expected)
+                .found(found)
+                .at_path(path)
+        };
+        let rate_unit = [
+            RateUnit::DegreesPerSecond,
+            RateUnit::DegreesPerHour,
+            RateUnit::RadiansPerSecond,
+            RateUnit::ArcsecondsPerSecond,
+        ]
+        .into_iter()
+        .find(|own| own.symbol() == self.rate_unit)
+        .ok_or_else(|| unit("correction.rate_unit", &self.rate_unit, "deg/s, deg/h, rad/s or arcsec/s"))?;
+        let force_unit = [ForceUnit::StandardGravity, ForceUnit::MetresPerSecondSquared]
+            .into_iter()
+            .find(|own| own.symbol() == self.force_unit)
+            .ok_or_else(|| unit("correction.force_unit", &self.force_unit, "g or m/s^2"))?;
+        let lines = self
+            .sensors
+            .into_iter()
+            .enumerate()
+            .map(|(k, sensor)| {
+                let model = Expression::parse(&sensor.model)
+                    .map_err(|error| error.moved_to(format!("correction.sensors[{k}].model")))?;
+                let axes = sensor.axes.into_iter().map(|(axis, d)| (axis, Vector3::from(d))).collect();
+                Ok(Line { sensor: sensor.id, unit: sensor.unit, axes, model })
+            })
+            .collect::<Result<Vec<Line>>>()?;
+        let CorrectionParametersFile { order, values, covariance } = self.parameters;
+        let n = order.len();
+        let square = covariance.is_empty() || (covariance.len() == n && covariance.iter().all(|row| row.len() == n));
+        if values.len() != n || !square {
+            return Err(Malformed::new(Fault::Value, "the correction's parameters do not agree in number")
+                .expected(format!("{n} values, and {n} x {n} covariances or none"))
+                .found(format!("{} values, {} rows of covariances", values.len(), covariance.len()))
+                .at_path("correction.parameters"));
+        }
+        let inputs = self
+            .inputs
+            .into_iter()
+            .map(|input| Input {
+                name: input.id,
+                quantity: input.quantity.into(),
+                direction: input.direction.map_or(Vector3::zeros(), Vector3::from),
+                role: if input.solved { InputRole::Solved } else { InputRole::Given },
+                fallback: input.otherwise.unwrap_or_default(),
+            })
+            .collect::<Vec<Input>>();
+        let largest = |quantity: Quantity| {
+            let solved = inputs.iter().filter(|i| i.role == InputRole::Solved);
+            let ranges = solved.zip(&self.validity.range).filter(|(i, _)| i.quantity == quantity);
+            ranges.map(|(_, range)| *range).fold(0.0, f64::max)
+        };
+        let span = Span { rate: largest(Quantity::Rate), force: largest(Quantity::Force) };
+        Ok(Calibration {
+            rate_unit,
+            force_unit,
+            lines,
+            left_out: self.left_out.into_iter().collect(),
+            span,
+            inputs,
+            parameters: order,
+            values,
+            covariance,
+            mounting: self.mounting.map(|m| Mounting {
+                tilts: m.tilts,
+                missing: m.missing,
+                rotation: Matrix3::from_fn(|i, j| m.rotation[i][j]),
+            }),
+        })
+    }
+}
+
+impl From<Quantity> for QuantityFile {
+    fn from(quantity: Quantity) -> Self {
+        match quantity {
+            Quantity::Rate => QuantityFile::Rate,
+            Quantity::Force => QuantityFile::Force,
+            Quantity::Column => QuantityFile::Column,
+            Quantity::Angle => QuantityFile::Angle,
+        }
+    }
+}
+
+impl From<QuantityFile> for Quantity {
+    fn from(quantity: QuantityFile) -> Self {
+        match quantity {
+            QuantityFile::Rate => Quantity::Rate,
+            QuantityFile::Force => Quantity::Force,
+            QuantityFile::Column => Quantity::Column,
+            QuantityFile::Angle => Quantity::Angle,
+        }
+    }
+}

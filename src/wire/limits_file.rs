@@ -1,0 +1,149 @@
+//! Limits in a campaign file.
+
+use super::Named;
+use crate::campaign::{Campaign, Decision, Kind, Limit, Limited};
+use crate::error::{Fault, Malformed, Result};
+use crate::units::Conversion;
+use schemars::JsonSchema;
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor, value};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Lower and upper limit, null for none; with a unit as an object.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum LimitFile {
+    /// In the quantity's own unit (a tilt in radians).
+    Bare([Option<f64>; 2]),
+    /// In a unit.
+    InUnit(LimitInUnit),
+}
+
+/// Limits in a unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimitInUnit {
+    /// Lower and upper limit; null for none.
+    pub between: [Option<f64>; 2],
+    /// Their unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+/// The rule by which conformity is decided.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum DecisionFile {
+    /// The value inside the limits.
+    #[default]
+    #[serde(rename = "simple")]
+    Simple,
+    /// The value inside the limits by its expanded uncertainty.
+    #[serde(rename = "guard-u")]
+    GuardU,
+    /// The probability of conformity at least the level.
+    #[serde(rename = "risk")]
+    Risk,
+}
+
+impl<'de> Deserialize<'de> for LimitFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = LimitFile;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("[lower, upper], or { \"between\": [lower, upper], \"unit\": ... }")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<LimitFile, A::Error> {
+                <[Option<f64>; 2]>::deserialize(value::SeqAccessDeserializer::new(seq)).map(LimitFile::Bare)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<LimitFile, A::Error> {
+                LimitInUnit::deserialize(value::MapAccessDeserializer::new(map)).map(LimitFile::InUnit)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl DecisionFile {
+    pub(super) fn decision(self) -> Decision {
+        match self {
+            DecisionFile::Simple => Decision::Simple,
+            DecisionFile::GuardU => Decision::GuardU,
+            DecisionFile::Risk => Decision::Risk,
+        }
+    }
+
+    pub(super) fn of(decision: Decision) -> Self {
+        match decision {
+            Decision::Simple => DecisionFile::Simple,
+            Decision::GuardU => DecisionFile::GuardU,
+            Decision::Risk => DecisionFile::Risk,
+        }
+    }
+}
+
+/// Limits as files write them, in the internal units of their quantities.
+pub(super) fn limits_file(campaign: &Campaign) -> Named<LimitFile> {
+    let file = |limit: &Limit| {
+        let (id, unit) = match limit.of {
+            Limited::Parameter(k) => campaign.parameters.get(k).map(|p| (p.id.clone(), p.unit.clone()))?,
+            Limited::Derived(k) => campaign.derived.get(k).map(|d| (d.id.clone(), d.unit.clone()))?,
+        };
+        let bound = |value: f64| value.is_finite().then_some(value);
+        let unit = (!unit.is_empty()).then_some(unit);
+        Some((id, LimitFile::InUnit(LimitInUnit { between: [bound(limit.lower), bound(limit.upper)], unit })))
+    };
+    Named(campaign.limits.iter().filter_map(file).collect())
+}
+
+/// Limits of a campaign.
+///
+/// Errors: a quantity that is neither estimated nor derived, bounds that bound nothing or are the wrong way round, a unit of another
+/// dimension, limits of an angle that can only be meant in another unit than radians.
+pub(super) fn limits(campaign: &Campaign, file: Named<LimitFile>) -> Result<Vec<Limit>> {
+    file.0.into_iter().map(|(id, own)| one(campaign, &id, own).map_err(|e| e.under(&format!("limits.{id}")))).collect()
+}
+
+fn one(campaign: &Campaign, id: &str, own: LimitFile) -> Result<Limit> {
+    let parameter = campaign.estimated().iter().position(|p| p.id == id);
+    let derived = campaign.derived.iter().position(|d| d.id == id);
+    let (of, own_unit, is_angle) = match (parameter, derived) {
+        (Some(k), _) => {
+            let tilt = campaign.estimated().get(k).is_some_and(|p| p.kind == Kind::Tilt);
+            (Limited::Parameter(k), campaign.estimated().get(k).map_or("", |p| p.unit.as_str()), tilt)
+        }
+        (None, Some(k)) => {
+            let unit = campaign.derived.get(k).map_or("", |d| d.unit.as_str());
+            (Limited::Derived(k), unit, unit == "rad")
+        }
+        (None, None) => {
+            let names = campaign.estimated().iter().map(|p| p.id.as_str());
+            let names: Vec<&str> = names.chain(campaign.derived.iter().map(|d| d.id.as_str())).collect();
+            return Err(Malformed::new(Fault::UnknownName, format!("limits are given for '{id}', which is no result"))
+                .expected(format!("an estimated parameter or derived quantity: {}", names.join(", ")))
+                .found(format!("'{id}'")));
+        }
+    };
+    let ([lower, upper], unit) = match own {
+        LimitFile::Bare(between) => (between, None),
+        LimitFile::InUnit(own) => (own.between, own.unit),
+    };
+    let to = match &unit {
+        Some(unit) => campaign.conversion(unit, own_unit, &format!("'{id}'")).map_err(|e| e.at_path("unit"))?,
+        None => Conversion::NONE,
+    };
+    let lower = lower.map_or(f64::NEG_INFINITY, |v| to.apply(v));
+    let upper = upper.map_or(f64::INFINITY, |v| to.apply(v));
+    if !(lower < upper) || (lower == f64::NEG_INFINITY && upper == f64::INFINITY) {
+        return Err(Malformed::new(Fault::Value, format!("the limits of '{id}' leave nothing, or bound nothing"))
+            .expected("[lower, upper] with lower below upper; null for a side without limit")
+            .found(format!("[{lower}, {upper}]")));
+    }
+    let largest = [lower, upper].into_iter().filter(|v| v.is_finite()).fold(0.0_f64, |max, v| max.max(v.abs()));
+    if is_angle && unit.is_none() && largest > std::f64::consts::TAU {
+        return Err(Malformed::new(Fault::Missing, format!("the limits of '{id}' are no angles in radians"))
+            .expected("{ \"between\": [lower, upper], \"unit\": \"arcsec\" }")
+            .found(format!("[{lower}, {upper}] without a unit")));
+    }
+    Ok(Limit { of, lower, upper })
+}

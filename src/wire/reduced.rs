@@ -1,0 +1,181 @@
+//! Reduced readings put into the schedule that they were taken for.
+
+use super::readings_file::{self, Cell, ReadingFile};
+use super::{BenchRef, CampaignFile, Fetch, ReadingsRef, Source, kind, locate, parse};
+use crate::algebra::{Expression, Scratch, Tape};
+use crate::bench::Bench;
+use crate::error::{Fault, Malformed, Result};
+
+/// A reading as a reduction gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReducedReading {
+    /// The segment's label.
+    pub position: String,
+    /// Time of its middle, s.
+    pub time_s: f64,
+    /// Column, mean and standard uncertainty.
+    pub values: Vec<(String, f64, f64)>,
+}
+
+/// A schedule with its lists expanded, and the bench that it is for.
+#[derive(Debug, Clone)]
+pub struct Schedule {
+    file: CampaignFile,
+    bench: Bench,
+    rows: Vec<ReadingFile>,
+}
+
+/// Read a schedule for reduced readings.
+///
+/// Errors as [`super::read_campaign`]; readings that stand in a file of their own.
+pub fn read_schedule(source: &Source, fetch: Fetch<'_>) -> Result<Schedule> {
+    let file: CampaignFile = parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))?;
+    let located = |error: Malformed| locate::in_source(error, source);
+    let bench = match &file.bench {
+        BenchRef::Inline(bench) => bench.as_ref().clone().into_bench().map_err(|e| located(e.under("bench")))?,
+        BenchRef::Named(name) => super::campaign_file::named_bench(name, fetch).map_err(located)?,
+    };
+    let ReadingsRef::Inline(list) = &file.readings else {
+        return Err(located(
+            Malformed::new(Fault::Value, "the schedule's readings stand in another file")
+                .expected("the positions in the schedule itself")
+                .at_path("readings"),
+        ));
+    };
+    let mut rows = Vec::new();
+    for (k, row) in list.iter().enumerate() {
+        readings_file::expand(&bench, row.clone(), &format!("readings[{k}]"), &mut rows).map_err(located)?;
+    }
+    Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file })
+}
+
+/// A sensor whose value the schedule states: its model line at the samples of other columns, with the schedule's start values.
+#[derive(Debug, Clone)]
+pub struct Computed {
+    /// The sensor.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    tape: Tape,
+    /// Where each input comes from: a column, or a value.
+    inputs: Vec<std::result::Result<usize, f64>>,
+}
+
+impl Computed {
+    /// The model line at each row of `columns`.
+    pub fn values(&self, columns: &[&[f64]]) -> Vec<f64> {
+        let rows = columns.first().map_or(0, |c| c.len());
+        let mut scratch = Scratch::default();
+        let mut inputs = vec![0.0; self.inputs.len()];
+        (0..rows)
+            .map(|row| {
+                for (slot, from) in inputs.iter_mut().zip(&self.inputs) {
+                    *slot = match from {
+                        Ok(column) => columns.get(*column).and_then(|c| c.get(row)).copied().unwrap_or(f64::NAN),
+                        Err(value) => *value,
+                    };
+                }
+                self.tape.value(&inputs, &mut scratch)
+            })
+            .collect()
+    }
+}
+
+impl Schedule {
+    /// The sensors that the schedule states a value of, and whose model lines read these columns.
+    pub fn computed(&self, columns: &[String]) -> Vec<Computed> {
+        let stated = |id: &str| self.rows.iter().all(|row| matches!(row.get(id), Some(Cell::Number(_))));
+        let unread = self.bench.sensors.iter().filter(|s| !columns.contains(&s.id) && stated(&s.id));
+        unread.filter_map(|s| self.compute(&s.id, s.unit.as_str(), &s.model, columns)).collect()
+    }
+
+    fn compute(&self, id: &str, unit: &str, model: &Expression, columns: &[String]) -> Option<Computed> {
+        let names = model.names();
+        let inputs: Vec<std::result::Result<usize, f64>> = names
+            .iter()
+            .map(|name| {
+                if let Some(column) = columns.iter().position(|c| c == name) {
+                    return Some(Ok(column));
+                }
+                let estimated = self.file.estimate.get(name).map(|e| e.start.or(e.prior).unwrap_or(0.0));
+                self.file.known.get(name).map(|k| k.value).or(estimated).map(Err)
+            })
+            .collect::<Option<_>>()?;
+        inputs.iter().any(std::result::Result::is_ok).then_some(())?;
+        Some(Computed { name: id.into(), unit: unit.into(), tape: Tape::compile(model, &names).ok()?, inputs })
+    }
+
+    /// The names that the bench reads from a reading: sensors, and what stands in their model lines.
+    pub fn wanted(&self) -> Vec<String> {
+        let sensors = self.bench.sensors.iter().map(|s| s.id.clone());
+        let names = self.bench.sensors.iter().flat_map(|s| s.model.names().into_iter().map(str::to_string));
+        sensors.chain(names).collect()
+    }
+
+    /// For each segment, the place of its row: by label where every label is a position, else in order, or one row for all.
+    ///
+    /// Errors: another number of segments than of rows, none of which is a pattern for all.
+    pub fn pair(&self, labels: &[String]) -> Result<Vec<usize>> {
+        let text = |cell: &Cell| match cell {
+            Cell::Text(text) => text.clone(),
+            Cell::Number(number) => number.to_string(),
+            _ => String::new(),
+        };
+        let place = |label: &String| {
+            self.rows.iter().position(|row| row.get("position").is_some_and(|cell| text(cell) == *label))
+        };
+        if self.rows.len() > 1
+            && let Some(places) = labels.iter().map(place).collect::<Option<Vec<usize>>>()
+            && places.len() <= self.rows.len()
+        {
+            return Ok(places);
+        }
+        match self.rows.len() {
+            1 => Ok(vec![0; labels.len()]),
+            n if n == labels.len() => Ok((0..n).collect()),
+            n => Err(Malformed::new(Fault::Value, format!("the schedule has {n} positions, the record {} segments", labels.len()))
+                .expected("as many segments as positions, in the same order; or segments labelled as the positions are; or one row that stands for all")
+                .found(format!("segments {}", labels.join(", ")))),
+        }
+    }
+
+    /// Duration of a turn of the joint that turns in a row, s.
+    pub fn turn_s(&self, place: usize) -> Option<f64> {
+        let row = self.rows.get(place)?;
+        self.bench.joints().find_map(|joint| match row.get(&format!("{joint}_deg_s")) {
+            Some(Cell::Number(rate)) if *rate != 0.0 => Some(360.0 / rate.abs()),
+            _ => None,
+        })
+    }
+
+    /// The campaign: each reading in the row it belongs to.
+    ///
+    /// A sensor whose value the schedule states (the norm of the specific force) keeps it, and gets the uncertainty of its model line over the segment.
+    pub fn with(mut self, readings: &[ReducedReading], places: &[usize]) -> CampaignFile {
+        let mut rows = Vec::new();
+        for (reading, place) in readings.iter().zip(places) {
+            let Some(mut row) = self.rows.get(*place).cloned() else { continue };
+            let mut set = |key: &str, cell: Cell| match row.0.iter_mut().find(|(own, _)| own == key) {
+                Some((_, old)) => *old = cell,
+                None => row.0.push((key.to_string(), cell)),
+            };
+            if self.rows.len() == 1 || self.rows.get(*place).is_some_and(|row| row.get("position").is_none()) {
+                set("position", Cell::Text(reading.position.clone()));
+            }
+            for (name, mean, u) in &reading.values {
+                let stated = self.bench.sensors.iter().any(|s| s.id == *name)
+                    && self.rows.get(*place).is_some_and(|row| matches!(row.get(name), Some(Cell::Number(_))));
+                if !stated {
+                    set(name, Cell::Number(*mean));
+                }
+                if *u > 0.0 {
+                    set(&format!("{name}_u"), Cell::Number(*u));
+                }
+            }
+            set("time_s", Cell::Number(reading.time_s));
+            rows.push(row);
+        }
+        self.file.readings = ReadingsRef::Inline(rows);
+        self.file
+    }
+}

@@ -1,0 +1,234 @@
+//! What is read and what is written: nothing is lost, nothing is half-written, nothing is read without end.
+#![cfg(unix)]
+
+use crate::support::data;
+use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn tumble(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("tumble"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command
+}
+
+/// Exit code and stderr, on one line.
+fn told(output: &Output) -> (Option<i32>, String) {
+    let text = String::from_utf8_lossy(&output.stderr);
+    (output.status.code(), text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" "))
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    told(&tumble(folder, arguments).output().expect("a run"))
+}
+
+/// A folder with a campaign and its bench.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::copy(data("bad/good.campaign.json"), folder.path().join("good.campaign.json")).expect("a copy");
+    folder
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("the folder");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+fn fifo(path: &Path) {
+    assert!(Command::new("mkfifo").arg(path).status().expect("mkfifo").success());
+}
+
+#[test]
+fn what_is_no_regular_file_is_written_to_and_stays() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    fifo(&at("pipe"));
+    let reader = std::thread::spawn({
+        let pipe = at("pipe");
+        move || std::fs::read_to_string(pipe).expect("a report")
+    });
+    assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", "pipe"]).0, Some(0));
+    assert!(reader.join().expect("the reader").contains("\"report\": \"fit\""));
+    assert!(at("pipe").metadata().expect("it").file_type().is_fifo());
+    // a symbolic link, also to a file that is not there yet, is followed
+    std::fs::create_dir(at("kept")).expect("a folder");
+    symlink("kept/report.json", at("link.json")).expect("a link");
+    for _ in 0..2 {
+        assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", "link.json"]).0, Some(0));
+        assert!(at("link.json").symlink_metadata().expect("it").is_symlink());
+        assert!(at("kept/report.json").symlink_metadata().expect("it").is_file());
+    }
+    // the mode of a file stays
+    std::fs::set_permissions(at("kept/report.json"), std::fs::Permissions::from_mode(0o600)).expect("a mode");
+    assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", "kept/report.json"]).0, Some(0));
+    assert_eq!(at("kept/report.json").metadata().expect("it").permissions().mode() & 0o777, 0o600);
+    for sink in ["/dev/null", "/dev/stdout"] {
+        assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", sink]).0, Some(0));
+    }
+    assert_eq!(names(&at("kept")), ["report.json"]);
+}
+
+#[test]
+fn nothing_of_the_users_is_overwritten() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let before = std::fs::read(at("good.campaign.json")).expect("the campaign");
+    symlink("good.campaign.json", at("link.json")).expect("a link");
+    for target in ["good.campaign.json", "./good.campaign.json", "link.json"] {
+        for force in [&[][..], &["--force"]] {
+            let arguments = [&["fit", "good.campaign.json", "--json", target], force].concat();
+            let (code, text) = run(folder.path(), &arguments);
+            assert!(code == Some(1) && text.contains("is an input"), "{target}: {text}");
+        }
+    }
+    // existing questions, by name or by what is in them
+    std::fs::copy(at("good.campaign.json"), at("plain.json")).expect("a copy");
+    std::fs::copy(at("good.campaign.json"), at("other.campaign.json")).expect("a copy");
+    for target in ["plain.json", "other.campaign.json"] {
+        let (code, text) = run(folder.path(), &["fit", "good.campaign.json", "--json", target]);
+        assert!(code == Some(1) && text.contains("exists") && text.contains("--force"), "{target}: {text}");
+        assert_eq!(std::fs::read(at(target)).expect("the file"), before);
+    }
+    assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", "plain.json", "--force"]).0, Some(0));
+    // a report is replaced by the next one
+    assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", "plain.json"]).0, Some(0));
+    // a model that is written
+    let table = data("li2012/li2012-table1.campaign.json").display().to_string();
+    for (code, force) in [(2, &[][..]), (1, &[]), (2, &["--force"])] {
+        let arguments = [&["diagnose", &table, "--write-model", "r.bench.json"], force].concat();
+        assert_eq!(run(folder.path(), &arguments).0, Some(code));
+    }
+    assert_eq!(std::fs::read(at("good.campaign.json")).expect("the campaign"), before);
+}
+
+#[test]
+fn several_outputs_are_all_or_nothing() {
+    let folder = folder();
+    let before = names(folder.path());
+    for (outputs, word) in [
+        (["--html", "a.html", "--json", "none/x.json"], "no folder"),
+        (["--html", "same", "--json", "same"], "two outputs go to 'same'"),
+        (["--html", "same", "--json", "./same"], "two outputs go to './same'"),
+        (["--html", "-", "--md", "-"], "two outputs go to standard output"),
+        (["--html", "a.html", "--json", "/dev/full"], "cannot write '/dev/full'"),
+    ] {
+        let arguments = [&["fit", "good.campaign.json"], &outputs[..]].concat();
+        let (code, text) = run(folder.path(), &arguments);
+        assert!(code == Some(1) && text.contains(word), "{outputs:?}: {text}");
+        assert_eq!(names(folder.path()), before, "{outputs:?}");
+    }
+}
+
+#[test]
+fn a_full_disk_is_told() {
+    let folder = folder();
+    let truth = folder.path().join("t.truth.json");
+    std::fs::write(truth, r#"{ "noise": { "V": { "sd": 1e-4 } } }"#).expect("written");
+    for arguments in [
+        &["fit", "good.campaign.json"][..],
+        &["fit", "good.campaign.json", "--json", "-"],
+        &["fit", "good.campaign.json", "--json", "-", "--html", "page.html"],
+        &["simulate", "good.campaign.json", "--truth", "t.truth.json"],
+        &["schema", "campaign"],
+        &["bench", "list"],
+        &["--help"],
+        &["fit", "--help"],
+        &["--version"],
+    ] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("/dev/full");
+        let (code, text) = told(&tumble(folder.path(), arguments).stdout(full).output().expect("a run"));
+        assert!(code == Some(1) && text.contains("standard output"), "{arguments:?}: {code:?} {text}");
+    }
+    assert_eq!(names(folder.path()), ["good.campaign.json", "t.truth.json"]);
+}
+
+/// `2>&-`: there is nobody to tell, and the exit code says it.
+#[test]
+fn a_closed_stderr_changes_no_exit_code() {
+    let folder = folder();
+    let tumble = assert_cmd::cargo::cargo_bin!("tumble").display().to_string();
+    for (code, rest) in [(1, "fit none.campaign.json"), (0, "fit good.campaign.json"), (1, "fit --no-such")] {
+        let line = format!("'{tumble}' {rest} 2>&- >/dev/null");
+        let status = Command::new("sh").args(["-c", &line]).current_dir(folder.path()).status().expect("a shell");
+        assert_eq!(status.code(), Some(code), "{rest}");
+    }
+}
+
+#[test]
+fn an_interrupted_run_leaves_nothing_behind() {
+    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mission = r#"{ "site": { "latitude_deg": 45 }, "duration_h": 100000, "step_s": 1, "motion": { "static": {} },
+            "errors": { "gyro_bias_deg_h": [0.01, 0, 0] } }"#;
+        std::fs::write(folder.path().join("long.mission.json"), mission).expect("written");
+        let mut child = tumble(folder.path(), &["navigate", "long.mission.json", "--csv", "errors.csv"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("a run");
+        let started = Instant::now();
+        while names(folder.path()).len() < 2 && started.elapsed() < Duration::from_secs(60) {
+            if let Some(status) = child.try_wait().expect("a state") {
+                panic!("ended early: {status} {}", told(&child.wait_with_output().expect("an end")).1);
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert_eq!(names(folder.path()).len(), 2, "a temporary file beside the mission");
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill").success());
+        assert_eq!(child.wait().expect("an end").code(), Some(code), "{signal}");
+        assert_eq!(names(folder.path()), ["long.mission.json"], "{signal}");
+    }
+}
+
+/// Inputs that never end, or would take all memory, are refused in a sentence.
+#[test]
+fn what_is_read_has_an_end() {
+    let folder = folder();
+    let (code, text) = run(folder.path(), &["fit", "/dev/zero"]);
+    assert!(code == Some(1) && text.contains("not a text file"), "{text}");
+    fifo(&folder.path().join("pipe"));
+    let writer = std::thread::spawn({
+        let pipe = folder.path().join("pipe");
+        move || std::fs::write(pipe, "{ \"bench\": oops }")
+    });
+    let (code, text) = run(folder.path(), &["fit", "pipe"]);
+    assert!(code == Some(1) && text.contains("in pipe, line 1"), "{text}");
+    writer.join().expect("the writer").expect("written");
+    let list: String = (0..1000).map(|k| k.to_string()).collect::<Vec<_>>().join(",");
+    let schedule = format!(
+        r#"{{ "bench": "gyro-turntable", "known": {{ "kI": {{ "value": -2.9 }} }}, "estimate": {{ "V0": {{}} }},
+        "readings": [ {{ "alpha_deg": [{list}], "beta_deg": [{list}], "gamma_deg_s": [{list}] }} ] }}"#
+    );
+    std::fs::write(folder.path().join("lists.campaign.json"), schedule).expect("written");
+    for command in ["check", "plan"] {
+        let (code, text) = run(folder.path(), &[command, "lists.campaign.json"]);
+        assert!(code == Some(1) && text.contains("found 1000000000 up to here"), "{text}");
+    }
+    let chain: Vec<String> = (0..1000).map(|k| format!(r#"{{ "joint": "j{k}", "about": "x" }}"#)).collect();
+    let bench = format!(
+        r#"{{ "id": "b", "chain": [ {} ], "sensors": {{ "V": {{ "axes": {{ "I": "x" }}, "model": "V0 + k*a_I" }} }} }}"#,
+        chain.join(",")
+    );
+    std::fs::write(folder.path().join("long.bench.json"), bench).expect("written");
+    let (code, text) = run(folder.path(), &["check", "long.bench.json"]);
+    assert!(code == Some(1) && text.contains("at most 64") && text.contains("found 1000"), "{text}");
+    let turns = std::fs::read_to_string(data("li2012/li2012-table1.campaign.json")).expect("the campaign");
+    let turns = turns.replacen("\"gamma_deg_s\"", "\"gamma_turns\": 1e12, \"gamma_deg_s\"", 1);
+    std::fs::write(folder.path().join("turns.campaign.json"), turns).expect("written");
+    let (code, text) = run(folder.path(), &["fit", "turns.campaign.json"]);
+    assert!(code == Some(1) && text.contains("at most 10000 turns"), "{text}");
+}
+
+/// Thousands of own effects are read as fast as they are written: each term is parsed once.
+#[test]
+fn a_catalogue_of_thousands_is_read() {
+    let text: Vec<String> =
+        (0..20_000).map(|k| format!(r#"{{ "term": "time_s^{}*step(time_s-{k})", "name": "e" }}"#, k % 5 + 1)).collect();
+    let text = format!(r#"{{ "effects": [ {} ] }}"#, text.join(","));
+    let source = tumble::wire::Source { name: "many".into(), text };
+    assert_eq!(tumble::wire::read_effects(&source).expect("effects").len(), 20_000);
+}

@@ -1,0 +1,114 @@
+//! Real records through the program: from the log to the calibration, beside published values.
+
+use crate::support::*;
+use assert_cmd::Command;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
+}
+
+fn tumble(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output =
+        Command::cargo_bin("tumble").expect("the program").current_dir(folder).args(arguments).output().expect("a run");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+/// Reduce a record for a schedule and fit the campaign; both reports.
+fn calibrated(folder: &Path, log: &str, more: &[&str]) -> (Value, Value) {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let to = scratch.path().join("reduced.campaign.json");
+    let report = scratch.path().join("reduce.json");
+    let (to, report) = (to.to_str().expect("a path"), report.to_str().expect("a path"));
+    let mut arguments = vec!["reduce", log, "--for", "accelerometer.schedule.json", "--to", to, "--json", report];
+    arguments.extend(more);
+    let (code, _, stderr) = tumble(folder, &arguments);
+    assert_eq!(code, 0, "{stderr}");
+    let (_, fit, stderr) = tumble(folder, &["fit", to, "--json", "-"]);
+    let value = |text: &str| serde_json::from_str::<Value>(text).unwrap_or_else(|error| panic!("{error}: {stderr}"));
+    (value(&std::fs::read_to_string(report).expect("a report")), value(&fit))
+}
+
+/// Value and standard uncertainty of a parameter.
+fn parameter(fit: &Value, id: &str) -> (f64, f64) {
+    let all = fit["parameters"].as_array().expect("parameters");
+    let one = all.iter().find(|p| p["id"] == id).unwrap_or_else(|| panic!("no {id}"));
+    (number(&one["value"]), number(&one["u"]))
+}
+
+/// 38 positions from the raw record; chi-square as the means' uncertainties foretell it; the calibration of two other programs.
+#[test]
+fn xsens_from_the_log() {
+    let (reduced, fit) = calibrated(&example("25-xsens-from-the-log"), "xsens.csv.gz", &[]);
+    let segments = reduced["segments"].as_array().expect("segments");
+    let ratio = number(&fit["fit"]["chi_square"]) / number(&fit["fit"]["dof"]);
+    println!("{} segments, chi-square/dof {ratio:.3}", segments.len());
+    for column in 0..3 {
+        let mean =
+            |key: &str| segments.iter().map(|s| number(&s["means"][column][key])).sum::<f64>() / segments.len() as f64;
+        println!(
+            "{}: u {:.3}, white {:.3}, autocorrelation {:.3}, Allan {:.3}",
+            segments[0]["means"][column]["column"],
+            mean("u"),
+            mean("u_white"),
+            mean("u_autocorrelation"),
+            mean("u_allan_floor")
+        );
+    }
+    // counts/(m/s^2) and counts of the independent fit of the 38 means (scipy)
+    for (id, expected, u) in [
+        ("s_x", 1.0 / 414.42150746381276, 0.027 / 414.4 / 414.4),
+        ("s_y", 1.0 / 412.0315694796456, 0.014 / 412.0 / 412.0),
+        ("s_z", 1.0 / 414.62013497959765, 0.016 / 414.6 / 414.6),
+        ("b_x", 33123.83285524601, 0.245),
+        ("b_y", 33275.15734142898, 0.138),
+        ("b_z", 32364.495433058903, 0.15),
+        ("mis_yz", 0.0033907352501340695, 0.000134),
+        ("mis_zy", -0.009199058800369154, 0.000477),
+        ("mis_zx", 0.021364906764877355, 0.00012),
+    ] {
+        let (value, own) = parameter(&fit, id);
+        println!(
+            "{id}: {value:.9} u {own:.2e}; expected {expected:.9} u {u:.2e}: {:.2} u",
+            (value - expected) / own.hypot(u)
+        );
+        assert!((value - expected).abs() < 2.0 * own.hypot(u), "{id}");
+    }
+    assert_eq!(segments.len(), 38);
+    assert!((0.7..=1.6).contains(&ratio), "{ratio}");
+}
+
+/// Each of the nine published parameters of each device within two standard uncertainties.
+#[test]
+fn three_mpu_9150() {
+    let folder = example("26-mpu-9150");
+    let expected = json("mpu9150.json");
+    for device in expected.as_array().expect("devices") {
+        let name = device["device"].as_str().expect("a name");
+        let more = ["--rate", "100", "--columns", "ax=c1,ay=c2,az=c3"];
+        let (reduced, fit) = calibrated(&folder, &format!("{name}.log.gz"), &more);
+        let segments = reduced["segments"].as_array().expect("segments").len();
+        let ratio = number(&fit["fit"]["chi_square"]) / number(&fit["fit"]["dof"]);
+        println!("{name}: {segments} segments ({} positions), chi-square/dof {ratio:.3}", device["positions"]);
+        let published = numbers(&device["published"]);
+        for (k, id) in ["s_x", "s_y", "s_z", "m_yz", "m_xy", "m_xz", "b_x", "b_y", "b_z"].into_iter().enumerate() {
+            let factor = if k < 3 {
+                100.0
+            } else if k < 6 {
+                180.0 / std::f64::consts::PI
+            } else {
+                1.0
+            };
+            let (value, u) = parameter(&fit, id);
+            let (value, u) = (value * factor, u * factor);
+            println!(
+                "  {id}: {value:8.4} u {u:.4}, published {:7.3}: {:5.2} u",
+                published[k],
+                (value - published[k]) / u
+            );
+            assert!((value - published[k]).abs() < 2.0 * u, "{name} {id}");
+        }
+    }
+}

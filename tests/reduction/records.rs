@@ -1,0 +1,114 @@
+//! Records in the dialects of loggers and spreadsheets.
+
+use std::io::{Cursor, Write};
+use tumble::record::{As, Block, Delimited};
+
+/// All numbers of a table: titles and columns.
+fn read(bytes: Vec<u8>) -> Result<(Vec<String>, Vec<Vec<f64>>), String> {
+    let mut table = Delimited::open("log.csv", Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let titles: Vec<String> = table.dialect().columns.iter().map(|c| c.title.clone()).collect();
+    table.select(&(0..titles.len()).map(|k| (k, As::Number)).collect::<Vec<_>>());
+    let mut columns = vec![Vec::new(); titles.len()];
+    let mut block = Block::default();
+    while table.next(&mut block).map_err(|e| e.to_string())? {
+        columns.iter_mut().zip(&block.columns).for_each(|(all, part)| all.extend_from_slice(part));
+    }
+    Ok((titles, columns))
+}
+
+#[track_caller]
+fn check(bytes: Vec<u8>, titles: &[&str], columns: &[&[f64]]) {
+    let (found, values) = read(bytes).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(found, titles);
+    let same = |a: &f64, b: &f64| a == b || (a.is_nan() && b.is_nan());
+    for (found, expected) in values.iter().zip(columns) {
+        assert!(found.len() == expected.len() && found.iter().zip(*expected).all(|(a, b)| same(a, b)), "{values:?}");
+    }
+}
+
+#[test]
+fn dialects() {
+    let plain: (&[&str], [&[f64]; 2]) = (&["t", "V"], [&[0.0, 0.5], &[1.25, -2.5e-3]]);
+    for text in [
+        "t,V\n0,1.25\n0.5,-2.5e-3\n",
+        "t;V\r\n0;1,25\r\n0,5;-2,5e-3\r\n",
+        "t\tV\n0\t1.25\n0.5\t-2.5e-3",
+        "# a remark\n\nt, V\n0, 1.25\n# another\n\n0.5, -2.5e-3\n,\n",
+        "\u{feff}\"t\";\"V\"\n\"0\";\"1,25\"\n\"0,5\";\"-2,5e-3\"\n;;\n;\n",
+        "Logger 7;serial 12\nstarted;today\nt;V\n0;1.25\n0.5;-2.5e-3\n",
+        "  t   V\n  0   1.25\n  0.5  -2.5e-3\n",
+        "t;V\ns;mV\n0;1.25\n0.5;-2.5e-3\n",
+    ] {
+        check(text.into(), plain.0, &plain.1);
+    }
+    check(
+        "t [s],Winkel (\u{b0})\n0,NaN\n1,\n".into(),
+        &["t [s]", "Winkel (\u{b0})"],
+        &[&[0.0, 1.0], &[f64::NAN, f64::NAN]],
+    );
+    check("1 2\n3 4\n".into(), &["c1", "c2"], &[&[1.0, 3.0], &[2.0, 4.0]]);
+    check("V\n1,5\n2,5\n".into(), &["V"], &[&[1.5, 2.5]]);
+}
+
+#[test]
+fn encodings() {
+    let text = "t;Winkel [\u{b0}]\n0;1,5\n1;2,5\n";
+    let titles = ["t", "Winkel [\u{b0}]"];
+    let columns: [&[f64]; 2] = [&[0.0, 1.0], &[1.5, 2.5]];
+    let utf16 = |bytes: fn(u16) -> [u8; 2]| {
+        let units = std::iter::once(0xFEFF).chain(text.encode_utf16());
+        units.flat_map(bytes).collect::<Vec<u8>>()
+    };
+    let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gzip.write_all(text.as_bytes()).expect("packed");
+    let gzip = gzip.finish().expect("packed");
+    for bytes in [text.as_bytes().to_vec(), utf16(u16::to_le_bytes), utf16(u16::to_be_bytes), latin, gzip] {
+        check(bytes, &titles, &columns);
+    }
+}
+
+/// Blocks end inside rows, and every number is that of the standard library.
+#[test]
+fn a_table_of_many_blocks() {
+    let mut text = String::from("t,a,label,b\n");
+    for k in 0..200_000_u32 {
+        let a = f64::from(k.wrapping_mul(2_654_435_761) % 1_000_003) / 997.0 - 300.0;
+        text.push_str(&format!("{},{a},p{},{a:e}\n", f64::from(k) / 100.0, k / 1000));
+    }
+    let mut table = Delimited::open("log.csv", Cursor::new(text.clone().into_bytes())).expect("a table");
+    table.select(&[(3, As::Number), (2, As::Label), (1, As::Number)]);
+    let (mut block, mut rows) = (Block::default(), Vec::new());
+    while table.next(&mut block).expect("rows") {
+        for k in 0..block.rows() {
+            rows.push([block.columns[0][k], block.columns[1][k], block.columns[2][k]]);
+        }
+    }
+    assert_eq!((rows.len(), table.labels().len()), (200_000, 200));
+    for (row, line) in rows.iter().zip(text.lines().skip(1)) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let value: f64 = cells[1].parse().expect("a number");
+        assert_eq!((row[0], row[2]), (value, value));
+        assert_eq!(table.labels()[row[1] as usize], cells[2]);
+    }
+}
+
+#[test]
+fn faults_have_their_line() {
+    for (text, words) in [
+        ("t,V\n0,1\n1,x\n2,3\n", &["log.csv:3", "V", "'x'"][..]),
+        ("t,V\n0,1\n1,2,3\n2,3\n", &["log.csv:3", "2 cells", "3 cells"]),
+        ("t;V\n0;1,5\n1;2.5\n1;2,5\n", &["'1,5'", "decimal mark"]),
+        ("", &["empty"]),
+        ("t,t\n1,2\n", &["'t'", "twice"]),
+        ("a\u{0}b", &["zero byte"]),
+    ] {
+        let error = read(text.into()).expect_err(text);
+        assert!(words.iter().all(|word| error.contains(word)), "{text:?}: {error}");
+    }
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    (0..100_000).for_each(|k| writeln!(gzip, "{k},{}", k * 7 % 1009).expect("packed"));
+    let mut bytes = gzip.finish().expect("packed");
+    bytes.truncate(bytes.len() / 2);
+    assert!(read(bytes).expect_err("half a gzip").contains("cut off"));
+}

@@ -1,0 +1,7 @@
+//! A calibration in use: corrections applied and exported, calibrations compared.
+
+mod agreement;
+mod correction;
+mod exported;
+#[path = "../support/mod.rs"]
+mod support;
