@@ -19,7 +19,7 @@ use super::sets::Rival;
 pub(super) fn shares(question: &Question<'_>, set: &[usize], rivals: &[Rival]) -> Vec<f64> {
     let share = |rival: &Rival| {
         let named = set.get(rival.place).map_or(0.0, |j| question.burden(&[*j]));
-        let own = question.burden(&[rival.candidate]) + rival.together.map_or(0.0, |j| question.burden(&[j]));
+        let own = question.burden(&[rival.candidate]) + rival.together.map_or(0.0, |(_, j)| question.burden(&[j]));
         // a rival that fits better by chance counts for no more than the named one
         (-0.5 * (rival.excess.max(0.0) + (own - named).max(0.0))).exp()
     };
@@ -45,18 +45,18 @@ pub(super) fn moved_by(
             let mut other = set.to_vec();
             // what only small tilts leave would need an absurd coefficient
             let small = |j: usize| candidates.get(j).is_none_or(|c| c.vanishing);
-            if small(rival.candidate) || rival.together.is_some_and(small) {
+            if small(rival.candidate) || rival.together.is_some_and(|(_, j)| small(j)) {
                 continue;
             }
             if let Some(slot) = other.get_mut(place) {
                 *slot = rival.candidate;
             }
-            if let Some(together) = rival.together {
+            if let Some((at, together)) = rival.together {
                 // the pair counts once, at its first place
-                if place > 0 {
+                if place > at {
                     continue;
                 }
-                other.iter_mut().skip(1).take(1).for_each(|slot| *slot = together);
+                other.iter_mut().skip(at).take(1).for_each(|slot| *slot = together);
             }
             let Some(moved) = moved(candidates, evidence, weighted, &other) else { continue };
             all += share;

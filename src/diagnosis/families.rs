@@ -9,6 +9,8 @@ use std::collections::{HashMap, HashSet};
 const SCANNED: [&str; 5] = ["{other}", "{reading}", "{position}", "{break}", "{tau}"];
 /// Harmonics up to this order are effects by themselves; higher ones together can build any pattern of an angle.
 const OWN_HARMONICS: usize = 4;
+/// Orders above that which may stand in one set, each alone in its phase.
+const HIGH_ORDERS: usize = 2;
 /// Largest share of the readings that may be bad, and of the positions that may be remounted wrongly.
 const FEW: f64 = 0.05;
 /// Steps in time from which on they build a pattern.
@@ -56,7 +58,7 @@ pub(super) fn is_pattern(campaign: &Campaign, candidates: &[Candidate], set: &[u
     let members = || set.iter().filter_map(|j| candidates.get(*j));
     let high: HashSet<usize> = members().map(|c| c.harmonic).filter(|k| *k > OWN_HARMONICS).collect();
     let harmonics = members().filter(|c| c.harmonic > 0).count();
-    if high.len() > 1 || (high.len() == 1 && harmonics > 2) {
+    if high.len() > HIGH_ORDERS || (!high.is_empty() && harmonics > HIGH_ORDERS) {
         return true;
     }
     let count = |placeholder: &str| members().filter(|c| scanned(c) == Some(placeholder)).count();

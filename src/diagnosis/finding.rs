@@ -223,7 +223,14 @@ pub(super) fn conclude(
             .filter_map(|rival| {
                 let member = own.get(rival.place)?;
                 let place = set.iter().position(|j| j == member)?;
-                Some(Rival { place, ..rival.clone() })
+                let together = match rival.together {
+                    Some((other, candidate)) => {
+                        let member = own.get(other)?;
+                        Some((set.iter().position(|j| j == member)?, candidate))
+                    }
+                    None => None,
+                };
+                Some(Rival { place, together, ..rival.clone() })
             })
             .collect(),
         _ => Vec::new(),
@@ -400,7 +407,10 @@ impl Effects<'_> {
                     vanishing: other.vanishing,
                     visible: other.visible,
                     size: other.size,
-                    together_with: rival.together.and_then(|j| self.candidates.get(j)).map(|c| c.regressor.clone()),
+                    together_with: rival
+                        .together
+                        .and_then(|(_, j)| self.candidates.get(j))
+                        .map(|c| c.regressor.clone()),
                 };
                 let order = u32::from(other.rank);
                 let order = order + if other.vanishing { 300 } else { 0 };

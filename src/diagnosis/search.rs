@@ -68,6 +68,16 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
         tried = match size {
             1 => sets::singles(evidence),
             2 => sets::pairs(evidence, settings.indistinguishable),
+            3 => {
+                let mut sets = sets::triples(evidence, settings.indistinguishable, question.handicap);
+                for own in sets::larger(evidence, &tried, size) {
+                    if !sets.iter().any(|(_, set)| own.1.iter().all(|j| set.contains(j))) {
+                        sets.push(own);
+                    }
+                }
+                sets.sort_by(|a, b| a.0.total_cmp(&b.0));
+                sets
+            }
             _ => sets::larger(evidence, &tried, size),
         };
         let Some((best, leader)) = tried.first() else { break };

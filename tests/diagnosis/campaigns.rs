@@ -1,13 +1,17 @@
 //! Seeded campaigns, with stated noise and without: effects of the catalogue (one, two, three, none), one beside a pattern from outside, a
 //! pattern alone, an effect that acts through tilts beside a hidden tilt. 120 by default; `TUMBLE_CAMPAIGNS=2000` and `TUMBLE_SEED=7` give
-//! more and others. Strength is |t| against the base model alone, from 10 to 40.
+//! more and others, `TUMBLE_MODE=two` one row of it. Strength is the |t| of an effect in the complete model (the others hidden included), from 10
+//! to 40.
 //!
 //! A finding is right if it or an alias is hidden, wrong if its column (base model taken out) has a cosine below 0.85 with everything hidden.
 
 use super::schedules::{OUTSIDE, cosines, draw, fitted, left_of, normal, random, schedule};
+use faer::Side;
+use faer::linalg::solvers::{Llt, Solve};
 use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use rayon::prelude::*;
 use tumble::diagnosis::{Candidate, Diagnosis, Effect, Settings, Verdict, candidates, diagnose};
+use tumble::fit::Fit;
 use tumble::simulate::{Hidden, Noise, Truth, simulate};
 use tumble::wire;
 
@@ -30,12 +34,17 @@ struct Trial {
     verdict: Verdict,
     /// Angles whose 95 % interval holds the truth, and angles.
     held: (usize, usize),
+    /// What is reported, for the failures' list.
+    report: String,
+    seconds: f64,
 }
 
 fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u64, catalogue: &[Effect]) -> Trial {
+    let started = std::time::Instant::now();
     let mut generator = Pcg64Mcg::seed_from_u64(seed);
     let tilts = if schedule_name == "A24" { &["dtheta_z2"][..] } else { &["dtheta_x0", "dtheta_y1", "dtheta_z2"] };
     let dropped = (mode == "tilts").then(|| tilts[random(&mut generator, 0.0, tilts.len() as f64) as usize]);
+    let mut twin = generator.clone();
     let (plan, sd) = schedule(schedule_name, dropped, &mut generator);
     let mut point = plan.reference_point();
     for (value, parameter) in point.iter_mut().zip(plan.estimated()) {
@@ -49,13 +58,16 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     }
     let truth: Vec<(String, f64)> = plan.estimated().iter().zip(&point).map(|(p, v)| (p.id.clone(), *v)).collect();
     let noise = vec![Noise { sd, stated, decimals: None }];
-    let given = plan.reference_point();
-    let base = given.iter().zip(&point).enumerate();
-    let without_tilt = base.map(|(k, (given, own))| if k < truth.len() { *own } else { *given }).collect();
+    // the complete model at the truth: strengths are those that effects have there
+    let (whole, _) = schedule(schedule_name, None, &mut twin);
+    let mut complete = whole.reference_point();
+    for (value, parameter) in complete.iter_mut().zip(&whole.parameters) {
+        let own = plan.parameter_index(&parameter.id).and_then(|k| point.get(k));
+        *value = own.copied().unwrap_or(*value);
+    }
     let known = vec![Noise { sd, stated: true, decimals: None }];
-    let quiet =
-        simulate(&plan, &Truth { point: without_tilt, noise: known, effects: Vec::new(), scatter: Vec::new() }, seed)
-            .unwrap();
+    let quiet = Truth { point: complete, noise: known, effects: Vec::new(), scatter: Vec::new() };
+    let quiet = simulate(&whole, &quiet, seed).unwrap();
     let mut extended = catalogue.to_vec();
     extended.extend(
         OUTSIDE.iter().filter(|term| !term.contains("alpha") || schedule_name != "A24").map(|term| Effect {
@@ -83,7 +95,8 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         let last = columns.len() - 1;
         // what is the same effect but for a third of its size is not a second one
         let gram = cosines(&model, &columns);
-        if (0..last).all(|j| gram[(last, j)].abs() < 0.94) {
+        let apart = sines(&model, &chosen.iter().chain([&next]).cloned().collect::<Vec<_>>());
+        if (0..last).all(|j| gram[(last, j)].abs() < 0.94) && apart.iter().all(|sine| *sine > 0.3) {
             chosen.push(next);
         }
     }
@@ -97,8 +110,9 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     }
     let mut effects = Vec::new();
     let mut strength: Vec<(f64, f64)> = Vec::new();
-    for (candidate, u) in &chosen {
-        let t = random(&mut generator, 10f64.ln(), 40f64.ln()).exp();
+    let sines = sines(&model, &chosen[..named]);
+    for (k, (candidate, u)) in chosen.iter().enumerate() {
+        let t = random(&mut generator, 10f64.ln(), 40f64.ln()).exp() / sines.get(k).copied().unwrap_or(1.0);
         let sign = if normal(&mut generator) < 0.0 { -1.0 } else { 1.0 };
         effects.push(Hidden::new(&plan, &candidate.regressor, sign * t * u, candidate.sensor).unwrap());
         strength.push((t, left_of(&model, &candidate.column) * t * u / sd));
@@ -133,7 +147,36 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     let wrong = wrong.map(|k| found.effects[k].effect.regressor.clone()).collect();
     debug_assert!(named <= catalogued);
     let held = held(&found, &truth);
-    Trial { mode, stated, schedule: schedule_name, hidden, right, wrong, stands, verdict: found.verdict, held }
+    let own = found.effects.iter().map(|own| {
+        let aliases: Vec<&str> = own.aliases.iter().take(6).map(|alias| alias.regressor.as_str()).collect();
+        format!("{} t {:.1} P {:.3} [{}]", own.effect.regressor, own.t, own.probability, aliases.join(" "))
+    });
+    let seconds = started.elapsed().as_secs_f64();
+    let sizes: Vec<String> = strength.iter().map(|(t, rms)| format!("{t:.0}/{rms:.1}")).collect();
+    let report = format!("t {sizes:?} -> {}", own.collect::<Vec<_>>().join(", "));
+    Trial {
+        mode,
+        stated,
+        schedule: schedule_name,
+        hidden,
+        right,
+        wrong,
+        stands,
+        verdict: found.verdict,
+        held,
+        report,
+        seconds,
+    }
+}
+
+/// Sine of each column with the others, outside the model: what its t loses to them.
+fn sines(model: &Fit, chosen: &[(Candidate, f64)]) -> Vec<f64> {
+    let columns: Vec<&Vec<f64>> = chosen.iter().map(|(c, _)| &c.column).collect();
+    let gram = cosines(model, &columns);
+    let Ok(factor) = Llt::new(gram.as_ref(), Side::Lower) else { return vec![0.0; chosen.len()] };
+    let inverse = factor.solve(faer::Mat::<f64>::identity(chosen.len(), chosen.len()));
+    let sine = |k: usize| (1.0 / inverse[(k, k)].max(1.0_f64)).sqrt();
+    (0..chosen.len()).map(sine).collect()
 }
 
 /// Angles whose interval holds the truth; what is said to be not estimable claims none.
@@ -165,8 +208,10 @@ fn seeded_campaigns() {
     let catalogue = wire::built_in_effects().unwrap();
     let number = |key: &str, otherwise: u64| std::env::var(key).ok().and_then(|n| n.parse().ok()).unwrap_or(otherwise);
     let (count, seed) = (number("TUMBLE_CAMPAIGNS", 112) as usize, number("TUMBLE_SEED", 0));
-    let each = count.div_ceil(2 * MODES.len());
+    let wanted = std::env::var("TUMBLE_MODE").ok();
+    let each = count.div_ceil(if wanted.is_some() { 2 } else { 2 * MODES.len() });
     let jobs: Vec<(usize, bool, usize)> = (0..MODES.len())
+        .filter(|m| wanted.as_ref().is_none_or(|own| own == MODES[*m]))
         .flat_map(|m| [true, false].into_iter().flat_map(move |s| (0..each).map(move |k| (m, s, k))))
         .collect();
     let trials: Vec<Trial> = jobs
@@ -182,6 +227,12 @@ fn seeded_campaigns() {
     );
     let share = |n: usize, of: usize| if of == 0 { 1.0 } else { n as f64 / of as f64 };
     let mut table = Vec::new();
+    let mut slowest: Vec<&Trial> = trials.iter().collect();
+    slowest.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    let seconds: f64 = trials.iter().map(|t| t.seconds).sum();
+    for t in slowest.iter().take(5) {
+        println!("slow: {:.1} of {seconds:.1} s: {} {} {:?} {}", t.seconds, t.mode, t.schedule, t.hidden, t.report);
+    }
     for (mode, stated) in MODES.iter().flat_map(|m| [(*m, true), (*m, false)]) {
         for schedule in SCHEDULES.iter().map(|s| Some(*s)).chain([None]) {
             let own = || {
@@ -195,6 +246,9 @@ fn seeded_campaigns() {
                     .iter()
                     .filter(|t| t.mode == mode && t.stated == stated && schedule.is_none_or(|s| s == t.schedule))
             };
+            if all().next().is_none() {
+                continue;
+            }
             let (n, right) = (own().count(), own().filter(|t| is_right(t)).count());
             let wrong = all().filter(|t| !t.wrong.is_empty()).count();
             let quiet = all().filter(|t| t.verdict == Verdict::NothingMissing).count();
@@ -213,7 +267,16 @@ fn seeded_campaigns() {
             .iter()
             .filter(|t| t.mode == mode && t.stated == stated && (!t.wrong.is_empty() || (t.stands && !is_right(t))))
         {
-            println!("    {} {:?} -> {} right {} wrong {:?}", t.schedule, t.hidden, t.verdict.name(), t.right, t.wrong);
+            println!(
+                "    {} {:?} -> {} right {} wrong {:?} ({:.1} s)\n        {}",
+                t.schedule,
+                t.hidden,
+                t.verdict.name(),
+                t.right,
+                t.wrong,
+                t.seconds,
+                t.report
+            );
         }
     }
     // floors below what is measured (see the table), wide enough for few campaigns, so that a loss shows
