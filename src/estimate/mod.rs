@@ -48,7 +48,9 @@ pub use factor::Factor;
 pub use fold::{Fold, Folded};
 pub use groups::{ScaleHints, ScaleUncertainty};
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
-pub use scatter::{Felt, Line, LineState, Memory, Pattern, Scattered, Whitening, adjust_scattered};
+pub use scatter::{
+    Felt, Line, LineState, Memory, Pattern, Scattered, Stepped, Whitening, adjust_scattered, step_scattered,
+};
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;

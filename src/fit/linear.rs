@@ -1,12 +1,13 @@
 //! A linear step as Gauss-Newton needs it on its way: where to go, and how far from the readings that is.
 
 use super::Settings;
+use super::scatter::{own_system, scatter_lines};
 use super::step::{self, Step};
 use super::system::{rounding, weigh};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{self, Group, ScaleHints, System, Whitening};
+use crate::estimate::{self, Group, ScaleHints, Stepped, System, Whitening};
 
 /// The solution of one linear problem.
 pub(super) struct Linear {
@@ -29,6 +30,8 @@ enum Weights {
     Rows(Vec<f64>),
     /// What scatters beyond the rows' own noise.
     Whitened(Box<Whitening>),
+    /// The same, from a step that goes no further than where it leads.
+    Stepped(Box<Stepped>),
 }
 
 impl Linear {
@@ -39,11 +42,22 @@ impl Linear {
         before: Option<&Linear>,
         settings: &Settings,
     ) -> Result<Self> {
-        let plain = campaign.constraints.is_empty() && settings.robust.is_none() && campaign.scatter.is_empty();
-        if !plain {
+        if !campaign.constraints.is_empty() || settings.robust.is_some() {
             return Ok(Linear::from(step::solve(campaign, design, settings)?));
         }
         let system = weigh(campaign, design, settings.weighting)?;
+        if !campaign.scatter.is_empty() {
+            let lines = scatter_lines(campaign, design, &system.u);
+            let own = own_system(campaign, design, &system);
+            let least = rounding(campaign, design, &system);
+            let before =
+                before.and_then(|step| if let Weights::Stepped(own) = &step.weights { Some(&**own) } else { None });
+            let found = estimate::step_scattered(&own, &lines, &least, before, &settings.adjust)?;
+            let (change, rank) = (found.solution.clone(), found.rank);
+            let residuals = step::residuals(&system, &change);
+            let weights = Weights::Stepped(Box::new(found));
+            return Ok(Linear { system, change, residuals, rank, scales: Vec::new(), weights });
+        }
         let hints =
             ScaleHints { start: before.map_or(&[], |step| &step.scales), least: &rounding(campaign, design, &system) };
         // on the way the scales need not settle: they go on from step to step, and the last step settles them
@@ -64,7 +78,8 @@ impl Linear {
     pub fn merit(&self, values: &[f64]) -> f64 {
         match &self.weights {
             Weights::Rows(weights) => values.iter().zip(weights).map(|(v, w)| (v * w).powi(2)).sum(),
-            Weights::Whitened(whitening) => whitening.whiten(values).iter().map(|v| v * v).sum(),
+            Weights::Whitened(whitening) => squares(whitening, values),
+            Weights::Stepped(step) => squares(&step.whitening, values),
         }
     }
 }
@@ -89,6 +104,10 @@ impl From<Step> for Linear {
         let (residuals, rank) = (step.estimate.residuals, step.estimate.rank);
         Linear { system: step.system, change: step.change, residuals, rank, scales: Vec::new(), weights }
     }
+}
+
+fn squares(whitening: &Whitening, values: &[f64]) -> f64 {
+    whitening.whiten(values).iter().map(|v| v * v).sum()
 }
 
 /// `1 / (s_g u)` with the estimated scale where there are several.

@@ -51,6 +51,8 @@ pub struct Noise {
     spread: Option<Mat<f64>>,
     /// Small-sample addition to the covariance, contained in it.
     correction: Option<Mat<f64>>,
+    /// Correlation times that were estimated: where they stand in `spread`, and the derivative of the covariance by their logarithms.
+    leans: Vec<(usize, Mat<f64>)>,
     /// Is every variance determined?
     pub determined: bool,
 }
@@ -119,6 +121,7 @@ impl Noise {
             covariance: estimate.covariance.clone(),
             spread: None,
             correction: None,
+            leans: Vec::new(),
             determined: estimate.group_scale.iter().all(Option::is_some),
             sources,
         };
@@ -150,7 +153,8 @@ impl Noise {
             source.share = share(&sensitivities, &rows, &system.u, source.variance);
             sources.push(source);
         }
-        Noise { sources, sensitivities, covariance, spread: None, correction: None, determined: plain.dof > 0 }
+        let determined = plain.dof > 0;
+        Noise { sources, sensitivities, covariance, spread: None, correction: None, leans: Vec::new(), determined }
     }
 
     /// Readings and lines of scatter together.
@@ -177,7 +181,8 @@ impl Noise {
                 source.variance = found.group_variance.get(g).copied().flatten().unwrap_or(1.0);
                 source.dof = dof(source.component);
             }
-            source.share = share(&found.sensitivities, &rows, &own.u, source.variance);
+            let weighed_with = source.component.and_then(|g| found.weighed_with.get(g).copied()).unwrap_or(1.0);
+            source.share = share(&found.sensitivities, &rows, &own.u, weighed_with);
             sources.push(source);
         }
         for (k, line) in campaign.scatter.iter().enumerate() {
@@ -202,26 +207,47 @@ impl Noise {
                 tau: found.tau.get(k).copied().flatten(),
                 could_be: found.could_be.get(k).copied().flatten(),
                 levels: levels.get(k).copied().unwrap_or_default(),
-                component: component.filter(|_| state == LineState::Estimated),
+                component,
             });
         }
-        let estimated = sources.iter().any(|s| s.component.is_some());
+        let leans: Vec<(usize, Mat<f64>)> = found.leans.iter().flatten().cloned().collect();
+        let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
         Noise {
             sensitivities: found.sensitivities.clone(),
             covariance: &found.estimate.covariance + &found.correction,
             spread: estimated.then(|| found.spread.clone()),
             correction: estimated.then(|| found.correction.clone()),
+            leans,
             determined: found.group_variance.iter().all(Option::is_some),
             sources,
         }
     }
 
     /// Every source's covariance of the unknowns, factored, with its degrees of freedom.
+    ///
+    /// What a variance estimated as zero takes off the others cannot be drawn alone: with such a line, all that the readings tell of is drawn
+    /// together.
     pub(super) fn scatter(&self) -> Vec<monte_carlo::Scatter> {
         let factored =
             |share: &Mat<f64>, dof: f64| monte_carlo::Scatter { factor: super::propagate::factor(share), dof };
         let felt = self.sources.iter().filter(|s| s.variance > 0.0 && s.share.nrows() > 0);
-        let mut all: Vec<monte_carlo::Scatter> = felt.map(|source| factored(&source.share, source.dof)).collect();
+        let below = self.sources.iter().any(Source::is_below_zero);
+        let (mut joint, mut all) = (Mat::zeros(self.covariance.nrows(), self.covariance.nrows()), Vec::new());
+        for source in felt.chain(self.sources.iter().filter(|s| s.is_below_zero())) {
+            if below && source.evaluation == Evaluation::TypeA {
+                joint += &source.share;
+            } else {
+                all.push(factored(&source.share, source.dof));
+            }
+        }
+        if below {
+            let part = |share: &Mat<f64>| -> f64 {
+                let shares = (0..share.nrows()).filter(|j| joint[(*j, *j)] > 0.0);
+                shares.map(|j| share[(j, j)] / joint[(j, j)]).sum()
+            };
+            let dof = self.together(&part).unwrap_or(f64::INFINITY);
+            all.push(factored(&joint, dof));
+        }
         all.extend(self.correction.as_ref().map(|correction| factored(correction, f64::INFINITY)));
         all
     }
@@ -229,7 +255,21 @@ impl Noise {
     /// Contributions of the readings to `c . x`, and the degrees of freedom of the Type A part where they are not those of
     /// Welch and Satterthwaite for independent sources.
     pub(super) fn contributions(&self, along: &[f64]) -> (Vec<Contribution>, Option<f64>) {
-        let forms: Vec<f64> = self.sources.iter().map(|source| form(&source.share, along).max(0.0)).collect();
+        let mut forms: Vec<f64> = self.sources.iter().map(|source| form(&source.share, along)).collect();
+        // what a variance estimated as zero takes off the others
+        let (mut below, mut above) = (0.0, 0.0);
+        for (source, form) in self.sources.iter().zip(&mut forms) {
+            if source.is_below_zero() {
+                below += -*form;
+                *form = 0.0;
+            } else if source.evaluation == Evaluation::TypeA {
+                above += *form;
+            }
+        }
+        if below > 0.0 && below < above {
+            let type_a = self.sources.iter().zip(&mut forms).filter(|(s, _)| s.evaluation == Evaluation::TypeA);
+            type_a.for_each(|(_, form)| *form *= (above - below) / above);
+        }
         let mut contributions: Vec<Contribution> = self
             .sources
             .iter()
@@ -246,7 +286,11 @@ impl Noise {
                 dof: source.dof,
             })
             .collect();
-        let Some(dof) = self.together(&forms) else { return (contributions, None) };
+        let Some(dof) = self.together(&|share| form(share, along)) else { return (contributions, None) };
+        if below > 0.0 {
+            let type_a = contributions.iter_mut().filter(|c| c.evaluation == Evaluation::TypeA);
+            type_a.for_each(|c| (c.dof, c.distribution) = (dof, "t"));
+        }
         let added = self.correction.as_ref().map_or(0.0, |correction| form(correction, along));
         if added > 0.0 {
             contributions.push(type_a("estimated weights (Kenward-Roger)".into(), added, dof));
@@ -254,12 +298,18 @@ impl Noise {
         (contributions, Some(dof))
     }
 
-    /// Degrees of freedom of all estimated variances together (Satterthwaite, with their covariance).
-    fn together(&self, forms: &[f64]) -> Option<f64> {
+    /// Degrees of freedom of all estimated variances together (Satterthwaite, with their covariance): `of` is what is made of each part of the
+    /// covariance.
+    fn together(&self, of: &dyn Fn(&Mat<f64>) -> f64) -> Option<f64> {
         let spread = self.spread.as_ref()?;
-        let estimated: Vec<(usize, f64)> =
-            self.sources.iter().zip(forms).filter_map(|(s, form)| Some((s.component?, *form))).collect();
-        let plain: f64 = estimated.iter().map(|(_, form)| form).sum();
+        let mut estimated: Vec<(usize, f64)> =
+            self.sources.iter().filter_map(|s| Some((s.component?, of(&s.share)))).collect();
+        // the noise that a variance below zero reduces is estimated with it, though it may be stated
+        let below = self.sources.iter().any(Source::is_below_zero);
+        let parts =
+            self.sources.iter().filter(|s| s.component.is_some() || (below && s.evaluation == Evaluation::TypeA));
+        let plain: f64 = parts.map(|s| of(&s.share)).sum();
+        estimated.extend(self.leans.iter().map(|(c, lean)| (*c, of(lean))));
         let inside = |g: usize| g < spread.nrows();
         let mut of_variance = 0.0;
         for (g, a) in estimated.iter().filter(|(g, _)| inside(*g)) {
@@ -268,6 +318,18 @@ impl Noise {
             }
         }
         Some(if of_variance > 0.0 { 2.0 * plain * plain / of_variance } else { f64::INFINITY })
+    }
+}
+
+impl Source {
+    /// Was its variance estimated as zero, and taken below it for the uncertainties?
+    fn is_below_zero(&self) -> bool {
+        self.state == LineState::AtZero && self.component.is_some()
+    }
+
+    /// Do the uncertainties not rely on a variance that was estimated as zero?
+    pub fn u_is_below(&self) -> bool {
+        self.is_below_zero()
     }
 }
 

@@ -210,7 +210,7 @@ fn as_read(system: &System, noise: &Noise, found: &Scattered) -> Estimate {
     estimate
 }
 
-fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
+pub(super) fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
     let mut rest = system.observed.clone();
     for (j, x) in solution.iter().enumerate().take(system.rows.ncols()) {
         rest.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);

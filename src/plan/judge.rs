@@ -5,6 +5,7 @@
 
 use super::derived::derived;
 use super::effort::{Costs, Noise, Work};
+use super::independent::Independent;
 use super::known::{ThroughTilts, contributions};
 use super::order::times;
 use super::point::{self, Lacking};
@@ -131,12 +132,13 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     check_question(campaign)?;
     let model = Model::new(campaign)?;
     let design = design::assemble(campaign, &model, &campaign.reference_point())?;
-    let system = system(campaign, &design, noise);
-    let estimate = fit::adjust_with_equations(campaign, &design, &system)?;
+    let independent = Independent::new(campaign, &design, noise);
+    let estimate = independent.adjust(campaign, &design)?;
     let nearby = point::lacking(campaign, &model, &estimate, noise)?;
     let n = campaign.unknowns();
-    let sensitivities = estimate.factor.sensitivities();
-    let (known, through_tilts) = contributions(campaign, &model, &design, &estimate, noise)?;
+    let sensitivities = independent.sensitivities(&estimate);
+    let (redundancies, u) = (independent.redundancies(&estimate), &independent.u);
+    let (known, through_tilts) = contributions(campaign, &model, &design, (&independent, &estimate), noise)?;
     let mut covariance = Mat::from_fn(n, n, |i, j| estimate.covariance[(i, j)]);
     for c in &known {
         for i in 0..n {
@@ -169,13 +171,14 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         .enumerate()
         .map(|(i, origin)| {
             let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
-            let (u, leverage, redundancy) = (at(&system.u), at(&estimate.leverage), at(&estimate.redundancy));
+            let (u, redundancy) = (at(u), at(&redundancies));
+            let leverage = 1.0 - redundancy;
             let mdb = (redundancy > quality::UNCHECKED).then(|| delta * u / redundancy.sqrt());
             let effect = (0..n).map(|k| sensitivities[(k, i)] * mdb.unwrap_or_default()).collect();
             PredictedReading { origin: *origin, u, leverage, mdb, effect }
         })
         .collect();
-    let rank = estimate.rank.saturating_sub(system.rows.ncols() - n);
+    let rank = estimate.rank;
     Ok(Judgement {
         derived: derived(campaign, &design, &covariance, &estimate)?,
         not_estimable: match &nearby {
@@ -188,7 +191,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             .iter()
             .filter(|c| !matches!(c, Constraint::Linear { lower, upper, .. } if lower == upper))
             .count(),
-        drift: drift(&parts(&design, &system, &sensitivities, &determined, rows.len()), rows, costs),
+        drift: drift(&parts(&design, u, &sensitivities, &determined, rows.len()), rows, costs),
         parameters,
         covariance,
         readings,
@@ -227,12 +230,7 @@ pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
 /// Rows of the schedule, priors, and for each deviation of what scatters one more unknown with its own prior row.
 pub(crate) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> System {
     let n = campaign.unknowns();
-    let rows = &campaign.readings.rows;
-    let stated: Vec<f64> = design
-        .rows
-        .iter()
-        .map(|origin| rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor)))
-        .collect();
+    let (stated, mut u) = own_noise(campaign, design, noise);
     let (lines, variance) = lines(campaign, design, noise, &stated);
     let priors = priors(campaign);
     let deviations: usize = lines.iter().map(Line::levels).sum();
@@ -250,7 +248,6 @@ pub(crate) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) 
         }
         first += line.levels();
     }
-    let mut u = fit::own_noise(campaign, design, &stated);
     for (p, (k, prior_u)) in priors.iter().enumerate() {
         matrix[(m + p, *k)] = 1.0;
         u.push(*prior_u);
@@ -261,6 +258,15 @@ pub(crate) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) 
     }
     let total = u.len();
     System { rows: matrix, observed: vec![0.0; total], u, group: vec![Group::Known; total] }
+}
+
+/// Standard uncertainty of each row of a design, and what of it is the row's own noise.
+pub(super) fn own_noise(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<f64>) {
+    let rows = &campaign.readings.rows;
+    let of = |origin: &design::RowOrigin| rows.get(origin.reading).map_or(1.0, |r| noise.u(r, origin.sensor));
+    let stated: Vec<f64> = design.rows.iter().map(of).collect();
+    let own = fit::own_noise(campaign, design, &stated);
+    (stated, own)
 }
 
 /// Estimated parameters with a prior, and its standard uncertainty.
@@ -275,28 +281,28 @@ pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
 /// For each reading its part in the shift of every estimable parameter by a drift of one standard deviation, as a share of the parameter's `u`.
 pub(super) fn weighted_sensitivities(campaign: &Campaign, noise: &Noise) -> Result<Vec<Vec<f64>>> {
     let design = design::assemble(campaign, &Model::new(campaign)?, &campaign.reference_point())?;
-    let system = system(campaign, &design, noise);
+    let independent = Independent::new(campaign, &design, noise);
     let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
-    let estimate = fit::adjust_meeting_equations(campaign, &design.point, &system, &settings)?;
-    let sensitivities = estimate.factor.sensitivities();
+    let estimate = fit::adjust_meeting_equations(campaign, &design.point, &independent.system, &settings)?;
+    let sensitivities = independent.sensitivities(&estimate);
     let known: Vec<(usize, f64)> = (0..campaign.unknowns())
         .filter(|k| estimate.estimable.get(*k).copied().unwrap_or(false))
         .map(|k| (k, estimate.covariance[(k, k)].sqrt()))
         .filter(|(_, u)| *u > 0.0)
         .collect();
-    Ok(parts(&design, &system, &sensitivities, &known, campaign.readings.rows.len()))
+    Ok(parts(&design, &independent.u, &sensitivities, &known, campaign.readings.rows.len()))
 }
 
 fn parts(
     design: &DesignMatrix,
-    system: &System,
+    u: &[f64],
     sensitivities: &Mat<f64>,
     known: &[(usize, f64)],
     readings: usize,
 ) -> Vec<Vec<f64>> {
     let mut parts = vec![vec![0.0; known.len()]; readings];
     for (i, origin) in design.rows.iter().enumerate() {
-        let noise = system.u.get(i).copied().unwrap_or_default();
+        let noise = u.get(i).copied().unwrap_or_default();
         if let Some(part) = parts.get_mut(origin.reading) {
             part.iter_mut().zip(known).for_each(|(sum, (k, u))| *sum += sensitivities[(*k, i)] * noise / u);
         }

@@ -9,12 +9,11 @@
 //! the size is the user's to state. Where it is not stated, that part is left out, and what it would be is said.
 
 use super::effort::Noise;
-use super::judge::system;
+use super::independent::Independent;
 use crate::campaign::{Campaign, Kind, Parameter, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::Estimate;
-use crate::fit;
 
 /// Size for which the part that was left out is told: 100 arcsec.
 const FOR_EXAMPLE: f64 = 100.0 * std::f64::consts::PI / 648_000.0;
@@ -39,7 +38,7 @@ pub(super) fn contributions(
     campaign: &Campaign,
     model: &Model,
     design: &DesignMatrix,
-    estimate: &Estimate,
+    (rows, estimate): (&Independent, &Estimate),
     noise: &Noise,
 ) -> Result<(Vec<Vec<f64>>, Option<ThroughTilts>)> {
     let known: Vec<(usize, f64)> = campaign
@@ -51,7 +50,7 @@ pub(super) fn contributions(
             _ => None,
         })
         .collect();
-    let mut parts: Vec<Vec<f64>> = sensitivities(campaign, design, estimate, &known);
+    let mut parts: Vec<Vec<f64>> = sensitivities(campaign, design, rows, estimate, &known);
     let tilts: Vec<(usize, Option<f64>)> = campaign
         .estimated()
         .iter()
@@ -70,8 +69,9 @@ pub(super) fn contributions(
                 *value += sign * step;
             }
             let there = design::assemble(campaign, model, &point)?;
-            let adjusted = fit::adjust_with_equations(campaign, &there, &system(campaign, &there, noise))?;
-            Ok(sensitivities(campaign, &there, &adjusted, &known))
+            let rows = Independent::new(campaign, &there, noise);
+            let adjusted = rows.adjust(campaign, &there)?;
+            Ok(sensitivities(campaign, &there, &rows, &adjusted, &known))
         };
         for ((plus, minus), squares) in at(1.0)?.into_iter().zip(at(-1.0)?).zip(&mut squares) {
             let half: Vec<f64> = plus.iter().zip(&minus).map(|(p, m)| 0.5 * (p - m)).collect();
@@ -114,6 +114,7 @@ fn expected_size(parameter: &Parameter, stated: Option<f64>) -> Option<Option<f6
 fn sensitivities(
     campaign: &Campaign,
     design: &DesignMatrix,
+    rows: &Independent,
     estimate: &Estimate,
     known: &[(usize, f64)],
 ) -> Vec<Vec<f64>> {
@@ -124,7 +125,7 @@ fn sensitivities(
             for (i, value) in shift.iter_mut().enumerate().take(design.rows.len()) {
                 *value = -design.jacobian[(i, *k)] * u;
             }
-            let mut c = estimate.factor.solve(&shift).unwrap_or_else(|_| vec![0.0; campaign.unknowns()]);
+            let mut c = estimate.factor.solve(&rows.column(shift)).unwrap_or_else(|_| vec![0.0; campaign.unknowns()]);
             c.truncate(campaign.unknowns());
             c
         })

@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
 //! | `judge.rs` | predicted uncertainties, what is not estimable, reliability, drift |
+//! | `independent.rs` | the rows of a schedule made independent of each other |
 //! | `point.rs` | where the rows are taken, and what vanishes there |
 //! | `known.rs` | known inputs, and the tilts through which they act |
 //! | `derived.rs` | derived quantities |
@@ -50,6 +51,7 @@ mod enumerate;
 mod exchange;
 mod goal;
 mod improve;
+mod independent;
 mod judge;
 mod known;
 mod largest;

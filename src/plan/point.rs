@@ -5,12 +5,12 @@
 //! point, and not nearby, is no defect of the schedule: it needs a value.
 
 use super::effort::Noise;
-use super::judge::system;
+use super::independent::Independent;
 use crate::campaign::{Campaign, Kind, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
-use crate::fit::{self, Fit};
+use crate::fit::Fit;
 
 /// Where a value of the point comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,7 +137,7 @@ pub(super) fn lacking(
             }
         }
         let design = design::assemble(campaign, model, &there)?;
-        let estimate = fit::adjust_with_equations(campaign, &design, &system(campaign, &design, noise))?;
+        let estimate = Independent::new(campaign, &design, noise).adjust(campaign, &design)?;
         Ok((design, estimate))
     };
     let mut best: Option<(DesignMatrix, Estimate)> = None;
@@ -173,7 +173,7 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
     let all = campaign.with_readings(Readings { columns: candidates.columns.clone(), rows });
     let model = Model::new(&all)?;
     let design = design::assemble(&all, &model, &all.reference_point())?;
-    let here = fit::adjust_with_equations(&all, &design, &system(&all, &design, noise))?;
+    let here = Independent::new(&all, &design, noise).adjust(&all, &design)?;
     let Some((lacking, ..)) = lacking(&all, &model, &here, noise)? else { return Ok(()) };
     let names = |list: &[usize]| {
         list.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.as_str()).collect::<Vec<_>>().join(", ")

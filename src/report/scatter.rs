@@ -2,7 +2,7 @@
 
 use super::finite;
 use super::table::{percent, plain, significant};
-use crate::campaign::Size;
+use crate::campaign::{Known, Size};
 use crate::estimate::LineState;
 use crate::fit::{Fit, Source};
 use schemars::JsonSchema;
@@ -49,7 +49,42 @@ pub struct ScatterReport {
 
 /// The sources of scatter of a fit.
 pub(super) fn scatter(fit: &Fit) -> Vec<ScatterReport> {
-    fit.noise.sources.iter().map(|source| one(fit, source)).collect()
+    let known = fit.known_sensitivities.iter().filter_map(|(k, known, _)| {
+        let parameter = fit.campaign.parameters.get(*k)?;
+        (known.u > 0.0).then(|| once(fit, &parameter.id, &parameter.unit, known))
+    });
+    fit.noise.sources.iter().map(|source| one(fit, source)).chain(known).collect()
+}
+
+/// A known input with an uncertainty: a deviation that the whole campaign shares.
+fn once(fit: &Fit, id: &str, unit: &str, known: &Known) -> ScatterReport {
+    ScatterReport {
+        source: id.to_string(),
+        of: id.to_string(),
+        per: "campaign".into(),
+        levels: 1,
+        sd: Some(known.u),
+        u_sd: None,
+        unit: unit.to_string(),
+        dof: finite(known.dof),
+        from: "stated".into(),
+        estimated: false,
+        at_zero: false,
+        tau: None,
+        u_tau: None,
+        note: None,
+        share: shares(fit, id),
+    }
+}
+
+/// Share of each parameter's variance that a source has.
+fn shares(fit: &Fit, source: &str) -> BTreeMap<String, f64> {
+    let share = fit.parameters.iter().filter_map(|p| {
+        let total: f64 = p.budget.iter().map(|c| c.u * c.u).sum();
+        let part: f64 = p.budget.iter().filter(|c| c.source == source).map(|c| c.u * c.u).sum();
+        (total > 0.0).then(|| (p.id.clone(), part / total))
+    });
+    share.collect()
 }
 
 fn one(fit: &Fit, source: &Source) -> ScatterReport {
@@ -72,11 +107,6 @@ fn one(fit: &Fit, source: &Source) -> ScatterReport {
         LineState::AtZero => source.could_be.map(|sd| sd * shown),
         _ => sd.filter(|_| own).map(|sd| sd / (2.0 * source.dof).sqrt()),
     };
-    let share = fit.parameters.iter().filter_map(|p| {
-        let total: f64 = p.budget.iter().map(|c| c.u * c.u).sum();
-        let part: f64 = p.budget.iter().filter(|c| c.source == source.name).map(|c| c.u * c.u).sum();
-        (total > 0.0).then(|| (p.id.clone(), part / total))
-    });
     ScatterReport {
         source: source.name.clone(),
         of: line.map_or_else(|| sensor.to_string(), |line| line.of_name(&fit.campaign)),
@@ -92,13 +122,17 @@ fn one(fit: &Fit, source: &Source) -> ScatterReport {
         tau: source.tau.map(|(tau, _)| tau),
         u_tau: source.tau.and_then(|(_, u)| u),
         note: note(fit, source, each),
-        share: share.collect(),
+        share: shares(fit, &source.name),
     }
 }
 
 /// What the numbers alone do not say.
 fn note(fit: &Fit, source: &Source, each: bool) -> Option<String> {
     let text = match source.state {
+        LineState::AtZero if source.u_is_below() => {
+            "the readings scatter no more than without it: estimated as zero; u and dof do not rely on its being zero"
+                .to_string()
+        }
         LineState::AtZero => "the readings scatter no more than without it: estimated as zero".to_string(),
         LineState::NotFelt => "no reading feels it here".to_string(),
         LineState::Inseparable => {
@@ -125,7 +159,8 @@ fn note(fit: &Fit, source: &Source, each: bool) -> Option<String> {
 
 /// Is there more to say than the readings' own noise?
 pub(super) fn is_worth_a_table(sources: &[ScatterReport]) -> bool {
-    sources.iter().any(|s| !s.source.starts_with("readings of ") && s.source != "priors")
+    // known inputs alone have a table of their own
+    sources.iter().any(|s| !s.source.starts_with("readings of ") && s.source != "priors" && s.source != s.of)
 }
 
 /// Cells of the table of what scatters: source, standard deviation, how it is known, levels, largest share of a

@@ -66,6 +66,18 @@ fn balanced_offsets_are_the_analysis_of_variance() {
             assert_eq!((found.variance[0], found.state[0]), (0.0, LineState::AtZero));
             // the floor is 1e-9 of the noise
             assert!((noise / total - 1.0).abs() < 1e-8, "{noise} {total}");
+            // u and dof do not take the zero for known: they are the mean square between the three and its two degrees of freedom
+            let u2 = found.estimate.covariance[(0, 0)];
+            assert!((u2 / (between / 6.0) - 1.0).abs() < 1e-8, "{u2} {between}");
+            let readings: f64 =
+                (0..6).map(|i| found.sensitivities[(0, i)].powi(2)).sum::<f64>() * found.weighed_with[0];
+            let parts = [readings, found.shares[0][(0, 0)]];
+            assert!(parts[1] < 0.0 && ((parts[0] + parts[1]) / u2 - 1.0).abs() < 1e-8, "{parts:?}");
+            let spread: f64 = (0..2)
+                .flat_map(|g| (0..2).map(move |h| (g, h)))
+                .map(|(g, h)| parts[g] * parts[h] * found.spread[(g, h)])
+                .sum();
+            assert!((2.0 * u2 * u2 / spread - 2.0).abs() < 1e-6, "{spread}");
         }
     }
 }

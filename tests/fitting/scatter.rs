@@ -179,3 +179,46 @@ fn robust_beside_scatter_is_refused() {
     let settings = Settings { robust: Some(fit::RobustMethod::Huber), ..Settings::default() };
     assert!(fit::fit(&campaign, &settings).unwrap_err().to_string().contains("deviations that several readings share"));
 }
+
+/// An offset per position that is estimated as zero is not known to be zero: `u` is that of the positions' own mean square, with its degrees of
+/// freedom, and the budget adds up to it.
+#[test]
+fn a_line_at_zero_keeps_its_degrees_of_freedom() {
+    let offsets = [0.1, -0.3, 0.2, -0.1, 0.25, 0.05, -0.2, 0.0];
+    let cosine = |position: usize| (45.0 * position as f64).to_radians().cos();
+    let mut own = campaign(r#"{"of": "V", "per": "position", "u": "estimate"}"#, "");
+    for (k, reading) in own.readings.rows.iter_mut().enumerate() {
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        reading.observations[0].u = None;
+        reading.observations[0].value = 2e-3 + 1.3 * cosine(k / 2) + 1e-5 * (offsets[k / 2] + sign);
+    }
+    // means of two readings each, less their line in 1 and the cosine (orthogonal, squares 8 and 4): six degrees of freedom
+    let mean = offsets.iter().sum::<f64>() / 8.0;
+    let slope = (0..8).map(|p| offsets[p] * cosine(p)).sum::<f64>() / 4.0;
+    let left: f64 = (0..8).map(|p| (offsets[p] - mean - slope * cosine(p)).powi(2)).sum();
+    let fit = fitted(&own);
+    assert_eq!(fit.noise.sources[1].state, LineState::AtZero);
+    let report = report::fit_report(&fit);
+    for (p, squares) in report.parameters.iter().zip([8.0, 4.0]) {
+        let expected = 1e-5 * (left / 6.0 / squares).sqrt();
+        assert_within(p.u.unwrap(), expected, 1e-6 * expected, &p.id);
+        assert_within(p.dof.unwrap(), 6.0, 1e-4, &p.id);
+        let total: f64 = p.budget.iter().map(|line| line.u * line.u).sum();
+        assert_within(total.sqrt(), p.u.unwrap(), 1e-9 * p.u.unwrap(), &p.id);
+    }
+    assert!(report.scatter[1].at_zero && report.scatter[1].sd == Some(0.0));
+    assert!(fit::draw(&fit, 2000, 1, &|_| {}).unwrap().is_some());
+}
+
+/// A known input with an uncertainty is a deviation that the whole campaign shares, and stands beside the lines.
+#[test]
+fn known_inputs_stand_with_what_scatters() {
+    let text = head(r#"{"of": "V", "per": "position", "u": 3e-5}"#, "")
+        .replace(r#""kI": {"start": 1.3}}"#, r#"}, "known": {"kI": {"value": 1.3, "u": 2e-5, "dof": 9}}"#)
+        .replace(r#""b0": {}, }"#, r#""b0": {}}"#);
+    let report = report::fit_report(&fitted(&parse(&text)));
+    let own = report.scatter.iter().find(|s| s.source == "kI").expect("kI");
+    assert_eq!((own.per.as_str(), own.levels, own.sd, own.dof), ("campaign", 1, Some(2e-5), Some(9.0)));
+    let share: f64 = report.scatter.iter().map(|s| s.share["b0"]).sum();
+    assert_within(share, 1.0, 1e-12, "shares of b0");
+}

@@ -83,6 +83,48 @@ fn readmes_show_what_the_program_prints() {
     assert!(total >= 10);
 }
 
+/// `$ tumble` lines of the `console` blocks run one after another in a copy of the folder; the lines shown below each come in this order, `...`
+/// standing for any.
+#[test]
+fn console_blocks_show_what_the_program_prints() {
+    let mut total = 0;
+    for path in readmes() {
+        let text = std::fs::read_to_string(&path).expect("a README");
+        let folder = path.parent().expect("a folder");
+        if !text.contains("```console\n") {
+            continue;
+        }
+        let copy = tempfile::tempdir().expect("a folder");
+        for entry in std::fs::read_dir(folder).expect("the example") {
+            let from = entry.expect("an entry").path();
+            if from.is_file() {
+                std::fs::copy(&from, copy.path().join(from.file_name().expect("a name"))).expect("a copy");
+            }
+        }
+        for block in text.split("```console\n").skip(1) {
+            let block = block.split("```").next().expect("a block");
+            let mut printed: Vec<String> = Vec::new();
+            let mut at = 0;
+            for line in block.lines() {
+                if let Some(command) = line.strip_prefix("$ ") {
+                    assert!(command.starts_with("tumble "), "{}: {command}", path.display());
+                    printed = run(copy.path(), command).lines().map(str::to_string).collect();
+                    assert!(
+                        !printed.iter().any(|l| l.contains("error:")),
+                        "{}: {command}: {printed:?}",
+                        path.display()
+                    );
+                    (at, total) = (0, total + 1);
+                } else if line != "..." {
+                    let found = printed[at..].iter().position(|own| own == line);
+                    at += 1 + found.unwrap_or_else(|| panic!("{}: `{line}` is not printed", path.display()));
+                }
+            }
+        }
+    }
+    assert!(total >= 14, "{total}");
+}
+
 #[test]
 fn examples_hold_the_published_tables() {
     for (example, original) in [

@@ -8,6 +8,10 @@
 //! chain. Rows are exchanged so that the largest element is the pivot, which keeps small rows accurate beside large ones (A. J. Cox,
 //! N. J. Higham, "Stability of Householder QR factorization for weighted least squares problems", 1998). The reflections are kept: backwards
 //! they give sensitivities, predicted deviations and redundancies without a difference of large numbers.
+//!
+//! A variance may be negative as long as `V` is positive definite: its deviations' own rows then count with the sign -1, and reflections keep
+//! `sum s_i y_i^2` instead of the length. Negative deviations come last and their pivots are rows of their own sign, so that readings stay
+//! readings.
 
 use super::{Line, Pattern};
 use faer::{Mat, MatRef};
@@ -21,6 +25,10 @@ pub struct Whitening {
     parts: Vec<Part>,
     /// `sum log` of the diagonal of `T`, less that of `L`.
     log_diagonal: f64,
+    /// Sign of each deviation's own row; empty where all are positive.
+    sign: Vec<f64>,
+    /// Is `V` positive definite?
+    is_positive: bool,
 }
 
 /// The reflections of one front.
@@ -38,6 +46,8 @@ struct Part {
     beta: Vec<f64>,
     /// With which row each row was exchanged.
     exchanged: Vec<usize>,
+    /// Sign of each row; empty where all are positive. Exchanges are among rows of one sign.
+    sign: Vec<f64>,
 }
 
 /// A vector in the rows and the deviations' own rows.
@@ -65,42 +75,64 @@ impl Part {
     fn apply(&self, j: usize, beta: f64, values: &mut [f64]) {
         let v = &self.matrix[j * self.rows + j..(j + 1) * self.rows];
         let values = &mut values[j..];
-        let along: f64 = v.iter().zip(values.iter()).map(|(v, y)| v * y).sum::<f64>() * beta;
+        let along = self.product(j, v, values) * beta;
         values.iter_mut().zip(v).for_each(|(y, v)| *y -= along * v);
     }
 
-    fn factorise(&mut self, columns: usize) {
+    /// `sum s_i a_i b_i` over the rows from `j` on.
+    fn product(&self, j: usize, a: &[f64], b: &[f64]) -> f64 {
+        let plain = a.iter().zip(b).map(|(a, b)| a * b);
+        match self.sign.get(j..) {
+            Some(sign) if !sign.is_empty() => plain.zip(sign).map(|(ab, s)| ab * s).sum(),
+            _ => plain.sum(),
+        }
+    }
+
+    /// Take the columns to a triangle; `false` where `V` is not positive definite.
+    fn factorise(&mut self, columns: usize) -> bool {
         let m = self.rows;
+        let sign_of = |sign: &[f64], i: usize| sign.get(i).copied().unwrap_or(1.0);
+        let mut is_positive = true;
         for j in 0..columns {
             let column = &self.matrix[j * m..(j + 1) * m];
-            let pivot = (j..m).max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs())).unwrap_or(j);
+            let own = sign_of(&self.sign, j);
+            let eligible = (j..m).filter(|i| sign_of(&self.sign, *i) == own);
+            let pivot = eligible.max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs())).unwrap_or(j);
             (0..columns).for_each(|k| self.matrix.swap(k * m + j, k * m + pivot));
             // reflections that were made keep their rows: the exchange belongs to what comes after
             (0..j).for_each(|k| self.matrix.swap(k * m + j, k * m + pivot));
+            let column = &self.matrix[j * m + j..(j + 1) * m];
+            let square = own * self.product(j, column, column);
+            is_positive &= own > 0.0 || square > 0.0;
+            let norm = square.abs().sqrt();
             let column = &mut self.matrix[j * m..(j + 1) * m];
-            let norm = column[j..].iter().map(|a| a * a).sum::<f64>().sqrt();
             let head = column[j];
             let diagonal = if head > 0.0 { -norm } else { norm };
             column[j] = head - diagonal;
-            let square: f64 = column[j..].iter().map(|a| a * a).sum();
-            let beta = if square > 0.0 { 2.0 / square } else { 0.0 };
+            let column = &self.matrix[j * m + j..(j + 1) * m];
+            let square = self.product(j, column, column);
+            let beta = if square != 0.0 { 2.0 / square } else { 0.0 };
             self.exchanged.push(pivot);
             self.beta.push(beta);
             self.diagonal.push(diagonal);
-            let (done, rest) = self.matrix.split_at_mut((j + 1) * m);
+            let mut matrix = std::mem::take(&mut self.matrix);
+            let (done, rest) = matrix.split_at_mut((j + 1) * m);
             let v = &done[j * m + j..];
             for k in 0..columns - j - 1 {
                 let other = &mut rest[k * m + j..(k + 1) * m];
-                let along = v.iter().zip(other.iter()).map(|(v, y)| v * y).sum::<f64>() * beta;
+                let along = self.product(j, v, other) * beta;
                 other.iter_mut().zip(v).for_each(|(y, v)| *y -= along * v);
             }
+            self.matrix = matrix;
         }
+        is_positive
     }
 }
 
 impl Whitening {
     /// Take the deviations of `lines` out of rows whose own noise has the standard deviations `sd`; `variance` is that of each line's
-    /// deviations. A line without a variance, or of variance zero, changes nothing.
+    /// deviations. A line without a variance, or of variance zero, changes nothing. A negative variance is taken as it is where every block
+    /// is small and the deviations have no memory, and as zero elsewhere.
     ///
     /// ```
     /// use tumble::estimate::{Felt, Line, Pattern, Whitening};
@@ -115,8 +147,17 @@ impl Whitening {
         let mut felt: Vec<Vec<(usize, f64)>> = vec![Vec::new(); pattern.rows];
         // the deviation's own row: its coefficient, and that of the one before in its chain
         let mut chain = vec![(1.0, 0.0); pattern.deviations];
+        let negative = |line: &Line, variance: f64| variance < 0.0 && pattern.is_simple && line.memory.is_none();
+        let mut sign: Vec<f64> = Vec::new();
         for ((line, start), variance) in lines.iter().zip(&pattern.first).zip(variance) {
-            let size = variance.max(0.0).sqrt();
+            let size = if negative(line, *variance) {
+                sign.resize(pattern.deviations, 1.0);
+                sign[*start..start + line.levels()].fill(-1.0);
+                -variance
+            } else {
+                variance.max(0.0)
+            };
+            let size = size.sqrt();
             for own in line.felt.iter().filter(|own| own.row < pattern.rows) {
                 felt[own.row].push((start + own.level, own.by * size / sd[own.row]));
             }
@@ -130,6 +171,14 @@ impl Whitening {
                 chain[start + level] = if dt < 40.0 { (1.0 / left, -(-dt).exp() / left) } else { (1.0, 0.0) };
             }
         }
+        let mut pattern = pattern.clone();
+        if !sign.is_empty() {
+            for front in &mut pattern.fronts {
+                front.columns.sort_by(|a, b| sign[*b].total_cmp(&sign[*a]));
+                front.entering.clone_from(&front.columns);
+            }
+        }
+        let mut is_positive = true;
         let mut parts: Vec<Part> = Vec::with_capacity(pattern.fronts.len());
         let mut place = vec![usize::MAX; pattern.deviations];
         let mut log_diagonal = 0.0;
@@ -167,13 +216,33 @@ impl Whitening {
                     matrix[place[*d] * rows + carried + front.entering.len() + i] += value;
                 }
             }
-            let mut part =
-                Part { carried, rows, matrix, diagonal: Vec::new(), beta: Vec::new(), exchanged: Vec::new() };
-            part.factorise(columns);
+            let mut own: Vec<f64> = Vec::new();
+            if front.entering.iter().any(|d| sign.get(*d).is_some_and(|s| *s < 0.0)) {
+                own.extend(front.entering.iter().map(|d| sign[*d]));
+                own.resize(rows, 1.0);
+            }
+            let mut part = Part { carried, rows, matrix, diagonal: vec![], beta: vec![], exchanged: vec![], sign: own };
+            is_positive &= part.factorise(columns);
             log_diagonal += part.diagonal.iter().take(front.leaving).map(|d| d.abs().ln()).sum::<f64>();
             parts.push(part);
         }
-        Whitening { pattern: pattern.clone(), sd: sd.to_vec(), parts, log_diagonal }
+        Whitening { pattern, sd: sd.to_vec(), parts, log_diagonal, sign, is_positive }
+    }
+
+    /// Is `V` positive definite? Only negative variances can make it otherwise.
+    pub(super) fn is_positive(&self) -> bool {
+        self.is_positive
+    }
+
+    /// Sign with which a deviation's own row counts.
+    pub(super) fn sign(&self, deviation: usize) -> f64 {
+        self.sign.get(deviation).copied().unwrap_or(1.0)
+    }
+
+    /// `sum s_i a_i b_i` over some deviations.
+    pub(super) fn product(&self, among: std::ops::Range<usize>, a: &[f64], b: &[f64]) -> f64 {
+        let plain = a[among.clone()].iter().zip(&b[among.clone()]).map(|(a, b)| a * b);
+        if self.sign.is_empty() { plain.sum() } else { plain.zip(&self.sign[among]).map(|(ab, s)| ab * s).sum() }
     }
 
     /// `W y`: as many independent values of unit variance.
@@ -184,9 +253,9 @@ impl Whitening {
 
     /// `W A`, column by column.
     pub fn whiten_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
-        let mut out = columns.clone();
+        let mut out = Mat::zeros(columns.nrows(), columns.ncols());
         for j in 0..out.ncols() {
-            let white = self.whiten(out.col_as_slice(j));
+            let white = self.whiten(columns.col_as_slice(j));
             out.col_as_slice_mut(j).copy_from_slice(&white);
         }
         out
@@ -214,6 +283,35 @@ impl Whitening {
         }
         let back = self.backward(Augmented { rows: white, deviations: vec![0.0; self.pattern.deviations] });
         [back.rows, back.deviations].concat()
+    }
+
+    /// Redundancy number of each row beside an orthonormal basis `q` of the whitened rows, deviations being unknowns with a row of their own.
+    pub fn redundancies(&self, q: MatRef<'_, f64>) -> Vec<f64> {
+        let mut left: Vec<f64> = self.norms().rows.iter().map(|norm| 1.0 - norm).collect();
+        for k in 0..q.ncols() {
+            let rows = q.col(k).iter().copied().collect();
+            let back = self.backward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] });
+            left.iter_mut().zip(back.rows).for_each(|(left, g)| *left -= g * g);
+        }
+        left.iter_mut().for_each(|left| *left = left.max(0.0));
+        left
+    }
+
+    /// Squared norms of the rows of the orthonormal basis that the deviations span.
+    fn norms(&self) -> Augmented {
+        if !self.pattern.is_simple {
+            return self.span_norms();
+        }
+        let mut norms =
+            Augmented { rows: vec![0.0; self.pattern.rows], deviations: vec![0.0; self.pattern.deviations] };
+        self.spans(|rows, deviations, span| {
+            let sign = |i: usize| deviations.get(i).map_or(1.0, |d| self.sign(*d));
+            let square =
+                |i: usize| sign(i) * (0..span.ncols()).map(|k| sign(k) * span[(i, k)] * span[(i, k)]).sum::<f64>();
+            deviations.iter().enumerate().for_each(|(i, d)| norms.deviations[*d] = square(i));
+            rows.iter().enumerate().for_each(|(i, row)| norms.rows[*row] = square(deviations.len() + i));
+        });
+        norms
     }
 
     /// Standard deviation of each row's own noise.

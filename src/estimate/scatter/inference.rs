@@ -8,11 +8,13 @@
 //! ```
 //!
 //! W. Foerstner 1979; K.-R. Koch 1999, 3.6, in the form of pseudo-observations: the restricted likelihood is the same. Long chains have no small
-//! basis: there `v_g' P v_h` stands for `S_gh`, twice the average information (A. R. Gilmour, R. Thompson, B. R. Cullis 1995).
+//! basis: there `v_g' P v_h` stands for `S_gh`, twice the average information (A. R. Gilmour, R. Thompson, B. R. Cullis 1995). Rows of negative
+//! deviations count with the sign -1 in every product: the formulas are those of an imaginary standard deviation.
 
 use super::elimination::{Augmented, Whitening};
 use crate::estimate::Estimate;
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 
 /// The component that each row, and each deviation's own row, belongs to; `None` where its variance is known.
 pub(super) struct Membership {
@@ -23,8 +25,10 @@ pub(super) struct Membership {
 
 /// What the components contribute at the present variances, all relative to them.
 pub(super) struct Inference {
-    /// Columns of `G`.
-    pub basis: Vec<Augmented>,
+    /// `G` at the rows of readings, one column for each independent unknown.
+    pub basis: Mat<f64>,
+    /// `G` at the deviations' own rows.
+    pub felt: Mat<f64>,
     /// Standardised residuals.
     pub residuals: Augmented,
     /// `v_g' v_g`.
@@ -37,8 +41,10 @@ pub(super) struct Inference {
     pub observed: Mat<f64>,
     /// `G_g' G_g`.
     pub gamma: Vec<Mat<f64>>,
-    /// `X_g = Q1_g' G_g`, column after column.
-    seen: Vec<Vec<Vec<f64>>>,
+    /// What the component's covariance makes of `V^-1 A`, in whitened rows and projected on the redundancy: column after column.
+    turned: Vec<Mat<f64>>,
+    /// The same of the residuals.
+    moved: Vec<Vec<f64>>,
     /// Squared norms of the rows of `Q1`.
     norms: Augmented,
 }
@@ -47,89 +53,135 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// `A' B`, added to what is there.
+fn add_product(to: &mut Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    matmul(to, Accum::Add, a.transpose(), b, 1.0, Par::Seq);
+}
+
 impl Inference {
     pub fn new(whitening: &Whitening, members: &Membership, estimate: &Estimate) -> Self {
         let pattern = whitening.pattern();
-        let none = || vec![0.0; pattern.deviations];
-        let back = |rows: Vec<f64>| whitening.backward(Augmented { rows, deviations: none() });
-        let q = estimate.factor.thin_q();
-        let white_q: Vec<Vec<f64>> = (0..q.ncols()).map(|k| q.col(k).iter().copied().collect()).collect();
-        let basis: Vec<Augmented> = white_q.iter().map(|column| back(column.clone())).collect();
-        let residuals = back(estimate.residuals.clone());
+        let q = &estimate.factor.q;
+        let rank = q.ncols();
+        let back = |rows: &[f64]| {
+            whitening.backward(Augmented { rows: rows.to_vec(), deviations: vec![0.0; pattern.deviations] })
+        };
+        let (mut basis, mut felt) = (Mat::zeros(pattern.rows, rank), Mat::zeros(pattern.deviations, rank));
+        for k in 0..rank {
+            let column = back(q.col_as_slice(k));
+            basis.col_as_slice_mut(k).copy_from_slice(&column.rows);
+            felt.col_as_slice_mut(k).copy_from_slice(&column.deviations);
+        }
+        let residuals = back(&estimate.residuals);
         let count = members.count;
-        let masked = |vector: &Augmented, g: usize| {
+        let masked = |rows: &[f64], deviations: &[f64], g: usize| {
             let keep = |values: &[f64], of: &[Option<usize>]| -> Vec<f64> {
                 values.iter().zip(of).map(|(v, own)| if *own == Some(g) { *v } else { 0.0 }).collect()
             };
-            Augmented {
-                rows: keep(&vector.rows, &members.rows),
-                deviations: keep(&vector.deviations, &members.deviations),
-            }
+            Augmented { rows: keep(rows, &members.rows), deviations: keep(deviations, &members.deviations) }
         };
-        let (mut seen, mut gamma, mut projected) = (Vec::new(), Vec::new(), Vec::new());
+        let project = |mut white: Vec<f64>| {
+            for k in 0..rank {
+                let along = dot(q.col_as_slice(k), &white);
+                white.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
+            }
+            white
+        };
+        let (mut gamma, mut turned, mut moved) = (Vec::new(), Vec::new(), Vec::new());
         for g in 0..count {
-            let own: Vec<Augmented> = basis.iter().map(|column| masked(column, g)).collect();
-            gamma.push(Mat::from_fn(own.len(), own.len(), |a, b| {
-                dot(&own[a].rows, &basis[b].rows) + dot(&own[a].deviations, &basis[b].deviations)
-            }));
-            seen.push(own.into_iter().map(|column| whitening.forward(column).deviations).collect::<Vec<_>>());
-            let white = whitening.forward(masked(&residuals, g)).rows;
-            let along: Vec<f64> = white_q.iter().map(|column| dot(column, &white)).collect();
-            projected.push((white, along));
+            let mut white = Mat::zeros(pattern.rows, rank);
+            for k in 0..rank {
+                let own = masked(basis.col_as_slice(k), felt.col_as_slice(k), g);
+                white.col_as_slice_mut(k).copy_from_slice(&whitening.forward(own).rows);
+            }
+            // G' W' W V_g W' W G = G_g' G_g
+            let mut own = Mat::zeros(rank, rank);
+            add_product(&mut own, q.as_ref(), white.as_ref());
+            matmul(&mut white, Accum::Add, q.as_ref(), own.as_ref(), -1.0, Par::Seq);
+            gamma.push(Mat::from_fn(rank, rank, |a, b| 0.5 * (own[(a, b)] + own[(b, a)])));
+            turned.push(white);
+            moved.push(project(whitening.forward(masked(&residuals.rows, &residuals.deviations, g)).rows));
         }
         let (norms, local) = spans(whitening, members);
         let mut size = vec![0.0; count];
         let (mut squares, mut redundancy) = (vec![0.0; count], vec![0.0; count]);
-        let rows = members.rows.iter().zip(&residuals.rows).zip(&norms.rows);
+        let rows = members.rows.iter().zip(&residuals.rows).zip(&norms.rows).map(|own| (own, 1.0));
         let deviations = members.deviations.iter().zip(&residuals.deviations).zip(&norms.deviations);
-        for ((own, v), norm) in rows.chain(deviations) {
+        let deviations = deviations.enumerate().map(|(d, own)| (own, whitening.sign(d)));
+        for (((own, v), norm), sign) in rows.chain(deviations) {
             let Some(g) = own else { continue };
             size[*g] += 1.0;
-            squares[*g] += v * v;
+            squares[*g] += sign * v * v;
             redundancy[*g] += 1.0 - norm;
         }
         let trace = |m: &Mat<f64>| -> f64 { (0..m.nrows()).map(|i| m[(i, i)]).sum() };
         for (r, gamma) in redundancy.iter_mut().zip(&gamma) {
             *r -= trace(gamma);
         }
-        let observed = Mat::from_fn(count, count, |g, h| {
-            dot(&projected[g].0, &projected[h].0) - dot(&projected[g].1, &projected[h].1)
-        });
+        let observed = Mat::from_fn(count, count, |g, h| dot(&moved[g], &moved[h]));
+        let s = observed.clone();
         let mut inference =
-            Inference { basis, residuals, squares, redundancy, s: observed.clone(), observed, gamma, seen, norms };
+            Inference { basis, felt, residuals, squares, redundancy, s, observed, gamma, turned, moved, norms };
         if let Some(local) = local {
             inference.s = Mat::from_fn(count, count, |g, h| {
-                let products: f64 = (0..inference.gamma[g].ncols())
-                    .map(|k| dot(inference.gamma[g].col_as_slice(k), inference.gamma[h].col_as_slice(k)))
-                    .sum();
-                // tr K_g = size - redundancy - tr gamma
-                let own = if g == h { 2.0 * inference.redundancy[g] - size[g] } else { 0.0 };
-                own + local[(g, h)] + 2.0 * inference.together(g, h) + products
+                let products = inner(&inference.gamma[g], &inference.gamma[h]);
+                // tr K_g = size - redundancy - tr gamma; tr(X_g' X_h) from G_g' (P + G G')_gh G_h
+                let own = if g == h {
+                    2.0 * inference.redundancy[g] - size[g] + 2.0 * trace(&inference.gamma[g])
+                } else {
+                    0.0
+                };
+                own + local[(g, h)] - 2.0 * inner(&inference.turned[g], &inference.turned[h]) - products
             });
         }
         inference
     }
 
-    /// `tr(X_g' X_h)`.
-    fn together(&self, g: usize, h: usize) -> f64 {
-        self.seen[g].iter().zip(&self.seen[h]).map(|(a, b)| dot(a, b)).sum()
+    /// `G_g' P_gh G_h`: what Kenward and Roger's correction weighs.
+    pub fn crossing(&self, g: usize, h: usize) -> Mat<f64> {
+        let rank = self.basis.ncols();
+        let mut product = Mat::zeros(rank, rank);
+        add_product(&mut product, self.turned[g].as_ref(), self.turned[h].as_ref());
+        product
     }
 
-    /// `G_g' P~_gh G_h` with `P~ = I - Q1 Q1' - G G'`: what Kenward and Roger's correction weighs.
-    pub fn crossing(&self, g: usize, h: usize) -> Mat<f64> {
-        let rank = self.basis.len();
-        let product = &self.gamma[g] * &self.gamma[h];
-        Mat::from_fn(rank, rank, |a, b| {
-            let own = if g == h { self.gamma[g][(a, b)] } else { 0.0 };
-            own - dot(&self.seen[g][a], &self.seen[h][b]) - product[(a, b)]
-        })
+    /// One more component, by what its derivative of `V` makes of `V^-1 A` and of the residuals, both in whitened rows.
+    pub fn add(&mut self, q: &Mat<f64>, mut white: Mat<f64>, residual: &[f64]) {
+        let rank = q.ncols();
+        let mut own = Mat::zeros(rank, rank);
+        add_product(&mut own, q.as_ref(), white.as_ref());
+        matmul(&mut white, Accum::Add, q.as_ref(), own.as_ref(), -1.0, Par::Seq);
+        let mut rest = residual.to_vec();
+        for k in 0..rank {
+            let along = dot(q.col_as_slice(k), &rest);
+            rest.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
+        }
+        self.gamma.push(own);
+        self.turned.push(white);
+        self.moved.push(rest);
+        let count = self.gamma.len();
+        let grown = |old: &Mat<f64>| {
+            Mat::from_fn(count, count, |g, h| {
+                if g + 1 < count && h + 1 < count { old[(g, h)] } else { dot(&self.moved[g], &self.moved[h]) }
+            })
+        };
+        (self.s, self.observed) = (grown(&self.s), grown(&self.observed));
     }
 
     /// Diagonal of `P` at the rows of readings.
     pub fn row_redundancy(&self) -> Vec<f64> {
-        let used = |i: usize| self.basis.iter().map(|column| column.rows[i] * column.rows[i]).sum::<f64>();
-        self.norms.rows.iter().enumerate().map(|(i, norm)| (1.0 - norm - used(i)).max(0.0)).collect()
+        let mut left: Vec<f64> = self.norms.rows.iter().map(|norm| 1.0 - norm).collect();
+        for k in 0..self.basis.ncols() {
+            left.iter_mut().zip(self.basis.col_as_slice(k)).for_each(|(left, g)| *left -= g * g);
+        }
+        left.iter_mut().for_each(|left| *left = left.max(0.0));
+        left
     }
+}
+
+/// Sum of the products of elements.
+fn inner(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+    (0..a.ncols()).map(|k| dot(a.col_as_slice(k), b.col_as_slice(k))).sum()
 }
 
 /// Squared norms of the rows of `Q1`, and where all blocks are small `sum over blocks tr(K_g K_h)` with `K_g = Q1_g' Q1_g`.
@@ -141,28 +193,33 @@ fn spans(whitening: &Whitening, members: &Membership) -> (Augmented, Option<Mat<
     let mut norms = Augmented { rows: vec![0.0; pattern.rows], deviations: vec![0.0; pattern.deviations] };
     let mut local = Mat::zeros(members.count, members.count);
     whitening.spans(|rows, deviations, span| {
-        let own = deviations.iter().map(|d| members.deviations[*d]).chain(rows.iter().map(|row| members.rows[*row]));
-        let own: Vec<Option<usize>> = own.collect();
         let columns = span.ncols();
-        let square = |i: usize| (0..columns).map(|k| span[(i, k)] * span[(i, k)]).sum::<f64>();
+        let sign: Vec<f64> = deviations.iter().map(|d| whitening.sign(*d)).collect();
+        let own_sign = |i: usize| sign.get(i).copied().unwrap_or(1.0);
+        let square = |i: usize| own_sign(i) * (0..columns).map(|k| sign[k] * span[(i, k)] * span[(i, k)]).sum::<f64>();
         deviations.iter().enumerate().for_each(|(i, d)| norms.deviations[*d] = square(i));
         rows.iter().enumerate().for_each(|(i, row)| norms.rows[*row] = square(deviations.len() + i));
+        if members.count == 0 {
+            return;
+        }
         let mut grams: Vec<(usize, Vec<f64>)> = Vec::new();
-        for (i, g) in own.iter().enumerate() {
+        let own = deviations.iter().map(|d| members.deviations[*d]).chain(rows.iter().map(|row| members.rows[*row]));
+        for (i, g) in own.enumerate() {
             let Some(g) = g else { continue };
-            let at = grams.iter().position(|(known, _)| known == g).unwrap_or_else(|| {
-                grams.push((*g, vec![0.0; columns * columns]));
+            let at = grams.iter().position(|(known, _)| *known == g).unwrap_or_else(|| {
+                grams.push((g, vec![0.0; columns * columns]));
                 grams.len() - 1
             });
             for a in 0..columns {
                 for b in 0..columns {
-                    grams[at].1[a * columns + b] += span[(i, a)] * span[(i, b)];
+                    grams[at].1[a * columns + b] += own_sign(i) * span[(i, a)] * span[(i, b)];
                 }
             }
         }
         for (g, a) in &grams {
             for (h, b) in &grams {
-                local[(*g, *h)] += dot(a, b);
+                let pairs = a.iter().zip(b).enumerate();
+                local[(*g, *h)] += pairs.map(|(k, (a, b))| sign[k / columns] * sign[k % columns] * a * b).sum::<f64>();
             }
         }
     });

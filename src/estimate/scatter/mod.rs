@@ -20,19 +20,28 @@
 //! | `pattern.rs` | which rows share deviations, and the order in which fronts take them out |
 //! | `elimination.rs` | the orthogonal transformations, forwards and backwards |
 //! | `inference.rs` | what each component contributes: squares, redundancy, information |
+//! | `problem.rs` | components, and the adjustment at given variances |
 //! | `reml.rs` | the steps to the variances |
+//! | `memory.rs` | the search for correlation times |
+//! | `conclude.rs` | the adjustment with what was found |
 //! | `cost.rs` | spread of the variances, Kenward and Roger's correction |
 
+mod conclude;
 mod cost;
 mod elimination;
 mod inference;
+mod memory;
 mod pattern;
+mod problem;
 mod reml;
 
+pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;
 pub use pattern::Pattern;
-pub use reml::{LineState, Scattered, adjust_scattered};
+
+use crate::estimate::Estimate;
+use faer::Mat;
 
 /// A row that feels a deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,4 +81,79 @@ impl Line {
     pub fn levels(&self) -> usize {
         self.felt.iter().map(|felt| felt.level + 1).max().unwrap_or(0)
     }
+}
+
+/// What became of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LineState {
+    /// Its variance is stated.
+    Stated,
+    /// Estimated, and above zero.
+    Estimated,
+    /// Estimated: zero.
+    AtZero,
+    /// No row feels it.
+    NotFelt,
+    /// The rows do not separate it from the rows' own noise or from lines before it, which hold the sum.
+    Inseparable,
+}
+
+/// A system adjusted with what scatters.
+///
+/// Where a variance is estimated as zero, the weights, `u` and dof are those of the estimate without that bound (`reml.rs`): the line's share is
+/// then negative, and the groups' factors in it are `weighed_with`, while `group_variance` and `variance` are the restricted estimates.
+#[derive(Debug, Clone)]
+pub struct Scattered {
+    /// The adjustment of the whitened rows: residuals are those of whitened rows.
+    pub estimate: Estimate,
+    /// The whitening, for other columns.
+    pub whitening: Whitening,
+    /// Variance factor of each estimated group of rows; `None` without redundancy of its own.
+    pub group_variance: Vec<Option<f64>>,
+    /// Variance factor of each estimated group with which the rows were weighed.
+    pub weighed_with: Vec<f64>,
+    /// Variance of each line.
+    pub variance: Vec<f64>,
+    /// For each line at zero, the standard deviation that its variance could have, one standard uncertainty above zero.
+    pub could_be: Vec<Option<f64>>,
+    /// Correlation time of each line that has one, and where estimated its standard uncertainty.
+    pub tau: Vec<Option<(f64, Option<f64>)>>,
+    /// What became of each line.
+    pub state: Vec<LineState>,
+    /// Covariance of the estimated variances relative to them: groups first, then lines (see `component`), then correlation times (`leans`).
+    pub spread: Mat<f64>,
+    /// Where each line stands in `spread`; `None` where its variance is stated, is held at zero or nothing feels it.
+    pub component: Vec<Option<usize>>,
+    /// For each line whose correlation time was estimated, where that stands in `spread`, and the derivative of the covariance of the unknowns
+    /// by its logarithm.
+    pub leans: Vec<Option<(usize, Mat<f64>)>>,
+    /// What the small-sample correction adds to the covariance of the unknowns, `n x n`.
+    pub correction: Mat<f64>,
+    /// Each line's part of the covariance of the unknowns, `n x n`.
+    pub shares: Vec<Mat<f64>>,
+    /// `d x / d y`, `n x m`.
+    pub sensitivities: Mat<f64>,
+    /// Residual of each row over the standard deviation of its own noise, deviations taken out; then each deviation over its own.
+    pub standardized: Vec<f64>,
+    /// Redundancy number of each row.
+    pub redundancy: Vec<f64>,
+    /// `-2` times the logarithm of the restricted likelihood, without constants.
+    pub deviance: f64,
+    /// Steps that the variances took.
+    pub iterations: usize,
+    /// Did they settle?
+    pub converged: bool,
+}
+
+/// A step with what scatters, as an iteration needs it on its way.
+#[derive(Debug, Clone)]
+pub struct Stepped {
+    /// Estimate of the unknowns, `n`; those outside the basis are zero.
+    pub solution: Vec<f64>,
+    /// Number of independent columns.
+    pub rank: usize,
+    /// The whitening.
+    pub whitening: Whitening,
+    theta: Vec<f64>,
+    times: Vec<f64>,
 }

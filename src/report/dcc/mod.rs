@@ -134,7 +134,8 @@ fn write(xml: &mut Xml, fit: &Fit, report: &FitReport, lab: &LabFile, quantities
                 administrative::method_and_equipment(xml, lab)?;
                 within(xml, "dcc:results", |xml| {
                     estimates(xml, report, quantities)?;
-                    covariance(xml, report, quantities)
+                    covariance(xml, report, quantities)?;
+                    scatter(xml, report)
                 })
             })
         })
@@ -178,6 +179,43 @@ fn remarks(report: &FitReport) -> Vec<String> {
         remarks.push(format!("Global chi-square test {word}, p = {p:.3}."));
     }
     remarks
+}
+
+/// What scatters, each source with its standard deviation; nothing where there is only the readings' own noise.
+fn scatter(xml: &mut Xml, report: &FitReport) -> io::Result<()> {
+    let told = |s: &&super::ScatterReport| s.sd.is_some();
+    if !super::scatter::is_worth_a_table(&report.scatter) || !report.scatter.iter().any(|s| told(&s)) {
+        return Ok(());
+    }
+    within(xml, "dcc:result", |xml| {
+        named(xml, "dcc:name", "What scatters", "en")?;
+        let about = "Standard deviations of the deviations that the uncertainties take into account.";
+        within(xml, "dcc:description", |xml| content(xml, about, "en"))?;
+        within(xml, "dcc:data", |xml| {
+            for (k, source) in report.scatter.iter().filter(told).enumerate() {
+                let id = format!("scatter_{}", k + 1);
+                xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
+                    named(xml, "dcc:name", &source.source, "en")?;
+                    let levels = source.levels;
+                    let mut said =
+                        format!("{} ({levels} values)", if source.estimated { "estimated" } else { "stated" });
+                    if let Some(u) = source.u_sd {
+                        said.push_str(&format!(", standard uncertainty {}", decimal(u)));
+                    }
+                    if let Some(note) = &source.note {
+                        said.push_str(&format!("; {note}"));
+                    }
+                    within(xml, "dcc:description", |xml| content(xml, &said, "en"))?;
+                    within(xml, "si:real", |xml| {
+                        text(xml, "si:label", &source.of)?;
+                        text(xml, "si:value", &decimal(source.sd.unwrap_or_default()))?;
+                        text(xml, "si:unit", &units::d_si(&source.unit))
+                    })
+                })?;
+            }
+            Ok(())
+        })
+    })
 }
 
 fn quantity(xml: &mut Xml, quantity: &Quantity, level: f64) -> io::Result<()> {

@@ -1,0 +1,142 @@
+//! From the variances to what an adjustment reports.
+
+use super::memory;
+use super::problem::Problem;
+use super::reml::{Ended, FULL, Limits};
+use super::{Line, Scattered, Stepped, cost};
+use crate::error::Result;
+use crate::estimate::{Elimination, Settings, System, solve};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+
+/// Adjust `system` with lines of scatter, estimating what is not stated: scales of the estimated groups, variances and correlation times of
+/// lines. `least` are the scales that rounding alone would give each group (as for `adjust_hinted`); may be empty.
+///
+/// Errors: those of [`adjust`](crate::estimate::adjust).
+pub fn adjust_scattered(
+    system: &System,
+    lines: &[Line],
+    elimination: Option<&Elimination>,
+    least: &[f64],
+    settings: &Settings,
+) -> Result<Scattered> {
+    let timed = memory::with_times(system, lines, elimination, least, settings, &[])?;
+    let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;
+    let ended = problem.solve(&timed.start, FULL)?;
+    let mut found = conclude(problem, ended, &timed);
+    for (k, tau, u) in timed.found {
+        found.tau[k] = Some((tau, u));
+    }
+    Ok(found)
+}
+
+/// A step on the way to a solution: no more of it than where it leads. `before` is a step from a point nearby.
+///
+/// Errors: those of [`adjust`](crate::estimate::adjust).
+pub fn step_scattered(
+    system: &System,
+    lines: &[Line],
+    least: &[f64],
+    before: Option<&Stepped>,
+    settings: &Settings,
+) -> Result<Stepped> {
+    let (start, times) = before.map_or((&[][..], &[][..]), |step| (&step.theta, &step.times));
+    let timed = memory::with_times(system, lines, None, least, settings, times)?;
+    let mut problem = Problem::new(system, &timed.lines, None, least, settings)?;
+    let (theta, whitening) = if problem.members.count == 0 {
+        (Vec::new(), problem.whitening(&[]))
+    } else {
+        let start = if start.is_empty() { &timed.start[..] } else { start };
+        // on the way the variances need not settle: they go on from step to step, and the last step settles them
+        let steps = if start.is_empty() { 30 } else { 3 };
+        let ended = problem.solve(start, Limits { steps, settled: 1e-6 })?;
+        (ended.theta, ended.point.whitening)
+    };
+    let white = problem.white(&whitening);
+    let found = solve(&white, &crate::estimate::ScaleHints::default(), settings)?;
+    let times = timed.found.iter().map(|(_, tau, _)| *tau).collect();
+    Ok(Stepped { solution: found.solution, rank: found.rank, whitening, theta, times })
+}
+
+fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed) -> Scattered {
+    let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, iterations, converged } = ended;
+    let reported = restricted.as_ref().unwrap_or(&theta);
+    let groups = problem.groups;
+    let undetermined = |g: usize| !kept.contains(&g);
+    let mut free: Vec<usize> = kept.iter().copied().filter(|g| !at_floor[*g] || *g < groups).collect();
+    // a correlation time that was estimated costs what a variance costs
+    let mut leaning = vec![None; problem.lines.len()];
+    for (k, ..) in &timed.found {
+        if problem.component[*k].is_none_or(|c| at_floor[c] || !kept.contains(&c))
+            && problem.lines[*k].variance.is_none()
+        {
+            continue;
+        }
+        let variance = problem.variances(&theta)[*k];
+        let start = problem.pattern.first[*k];
+        let turn = |white: &[f64]| {
+            let back = point.whitening.carry_back(white);
+            point.whitening.whiten(&memory::lean(&problem.lines[*k], &problem.pattern, start, variance, &back))
+        };
+        let q = &point.estimate.factor.q;
+        let mut white = Mat::zeros(q.nrows(), q.ncols());
+        for a in 0..q.ncols() {
+            white.col_as_slice_mut(a).copy_from_slice(&turn(q.col_as_slice(a)));
+        }
+        inference.add(q, white, &turn(&point.estimate.residuals));
+        leaning[*k] = Some(inference.gamma.len() - 1);
+        free.push(inference.gamma.len() - 1);
+    }
+    let directions = point.estimate.factor.whitened_directions();
+    let spread = cost::spread(&inference.s, &free);
+    let correction = cost::correction(&directions, &spread, |g, h| inference.crossing(g, h));
+    let rank = inference.basis.ncols();
+    let (n, m) = (directions.nrows(), problem.system.observed.len());
+    let mut scaled = inference.basis.clone();
+    for k in 0..rank {
+        scaled.col_as_slice_mut(k).iter_mut().zip(point.whitening.sd()).for_each(|(g, sd)| *g /= sd);
+    }
+    let mut sensitivities = Mat::zeros(n, m);
+    matmul(&mut sensitivities, Accum::Replace, directions.as_ref(), scaled.transpose(), 1.0, Par::Seq);
+    let around = |middle: &Mat<f64>| &directions * middle * directions.transpose();
+    let share = |(line, start): (&Line, &usize)| {
+        let own = *start..start + line.levels();
+        let felt = &inference.felt;
+        let gram = Mat::from_fn(rank, rank, |a, b| match b <= a {
+            true => point.whitening.product(own.clone(), felt.col_as_slice(a), felt.col_as_slice(b)),
+            false => 0.0,
+        });
+        around(&Mat::from_fn(rank, rank, |a, b| gram[(a.max(b), a.min(b))]))
+    };
+    let shares = problem.lines.iter().zip(&problem.pattern.first).map(share).collect();
+    let is_zero = |c: usize| at_floor[c] || (restricted.is_some() && theta[c] < 0.0);
+    let mut variance = problem.variances(reported);
+    for (v, component) in variance.iter_mut().zip(&problem.component) {
+        if component.is_some_and(is_zero) {
+            *v = 0.0;
+        }
+    }
+    let component = &problem.component;
+    let leans = leaning.iter().map(|own| own.map(|c: usize| (c, around(&inference.gamma[c])))).collect();
+    Scattered {
+        group_variance: (0..groups).map(|g| (!undetermined(g)).then(|| reported[g])).collect(),
+        weighed_with: theta[..groups].to_vec(),
+        variance,
+        could_be: component.iter().map(|own| could_be[(*own)?].filter(|_| own.is_some_and(is_zero))).collect(),
+        tau: problem.lines.iter().map(|line| Some((line.memory.as_ref()?.tau?, None))).collect(),
+        component: component.iter().map(|own| own.filter(|c| free.contains(c))).collect(),
+        leans,
+        spread,
+        correction,
+        shares,
+        sensitivities,
+        standardized: [inference.residuals.rows.as_slice(), &inference.residuals.deviations].concat(),
+        redundancy: inference.row_redundancy(),
+        deviance: point.deviance,
+        estimate: point.estimate,
+        whitening: point.whitening,
+        iterations,
+        converged,
+        state: problem.state,
+    }
+}

@@ -1,0 +1,228 @@
+//! The question of the variances, prepared: which row and which deviation belongs to which component, and the adjustment at given variances.
+
+use super::elimination::Whitening;
+use super::inference::{Inference, Membership};
+use super::{Line, LineState, Pattern};
+use crate::error::Result;
+use crate::estimate::{Elimination, Estimate, Group, Settings, System, adjust, adjust_on, groups};
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+/// A variance this small beside the noise of what feels it cannot be seen.
+pub(super) const UNSEEN: f64 = 1e-9;
+/// A component is separated from others where at least this much of its information is its own.
+const SEPARATED: f64 = 1e-8;
+/// Steps that change no variance by more than this are Newton's.
+const NEAR: f64 = 0.3;
+
+/// The question, prepared.
+pub(super) struct Problem<'a> {
+    pub system: &'a System,
+    pub lines: &'a [Line],
+    pub elimination: Option<&'a Elimination>,
+    pub settings: &'a Settings,
+    pub pattern: Pattern,
+    /// Estimated groups, then estimated lines.
+    pub groups: usize,
+    /// Component of each line.
+    pub component: Vec<Option<usize>>,
+    pub members: Membership,
+    /// The least variance factor of each group.
+    floor: Vec<f64>,
+    pub state: Vec<LineState>,
+}
+
+/// The adjustment at some variances.
+pub(super) struct Point {
+    pub whitening: Whitening,
+    pub estimate: Estimate,
+    pub deviance: f64,
+    pub basis: Vec<usize>,
+}
+
+impl<'a> Problem<'a> {
+    pub fn new(
+        system: &'a System,
+        lines: &'a [Line],
+        elimination: Option<&'a Elimination>,
+        least: &[f64],
+        settings: &'a Settings,
+    ) -> Result<Self> {
+        system.check()?;
+        let m = system.observed.len();
+        let pattern = Pattern::new(m, lines);
+        let groups = groups::count(&system.group);
+        let mut count = groups;
+        let mut state = Vec::with_capacity(lines.len());
+        let mut component = Vec::with_capacity(lines.len());
+        for line in lines {
+            let felt = line.felt.iter().any(|felt| felt.by != 0.0 && felt.row < m);
+            state.push(match (felt, line.variance) {
+                (false, _) => LineState::NotFelt,
+                (true, Some(_)) => LineState::Stated,
+                (true, None) => LineState::Estimated,
+            });
+            let estimated = felt && line.variance.is_none();
+            component.push(estimated.then(|| {
+                count += 1;
+                count - 1
+            }));
+        }
+        let rows = system.group.iter().map(|group| if let Group::Estimated(g) = group { Some(*g) } else { None });
+        let mut deviations = vec![None; pattern.deviations];
+        for ((line, start), own) in lines.iter().zip(&pattern.first).zip(&component) {
+            deviations[*start..start + line.levels()].fill(*own);
+        }
+        let members = Membership { rows: rows.collect(), deviations, count };
+        let rounding = |g: usize| least.get(g).copied().unwrap_or(0.0).powi(2);
+        let floor = (0..groups).map(rounding).collect();
+        Ok(Problem { system, lines, elimination, settings, pattern, groups, component, members, floor, state })
+    }
+
+    fn adjust(&self, system: &System) -> Result<Estimate> {
+        match self.elimination {
+            Some(elimination) => adjust_on(system, elimination, self.settings),
+            None => adjust(system, self.settings),
+        }
+    }
+
+    /// The rows made independent at these variances of the components.
+    pub fn whitening(&self, theta: &[f64]) -> Whitening {
+        let own = |(u, own): (&f64, &Option<usize>)| u * own.map_or(1.0, |g| theta[g].sqrt());
+        let sd: Vec<f64> = self.system.u.iter().zip(&self.members.rows).map(own).collect();
+        Whitening::new(&self.pattern, &sd, self.lines, &self.variances(theta))
+    }
+
+    /// The rows in the form that a whitening gives them.
+    pub fn white(&self, whitening: &Whitening) -> System {
+        let m = self.system.observed.len();
+        System {
+            rows: whitening.whiten_columns(&self.system.rows),
+            observed: whitening.whiten(&self.system.observed),
+            u: vec![1.0; m],
+            group: vec![Group::Known; m],
+        }
+    }
+
+    /// The adjustment at these variances of the components; `None` where they are no covariance.
+    pub fn at(&self, theta: &[f64]) -> Result<Option<Point>> {
+        let whitening = self.whitening(theta);
+        if !whitening.is_positive() {
+            return Ok(None);
+        }
+        let estimate = self.adjust(&self.white(&whitening))?;
+        let factor = &estimate.factor;
+        let mut deviance = whitening.log_determinant() + estimate.sum_of_squares;
+        let r = factor.r();
+        deviance += 2.0 * (0..r.nrows()).map(|k| r[(k, k)].abs().ln()).sum::<f64>();
+        deviance += 2.0 * factor.basis().iter().map(|j| factor.scale()[*j].ln()).sum::<f64>();
+        let mut basis = factor.basis().to_vec();
+        basis.sort_unstable();
+        Ok(Some(Point { whitening, estimate, deviance, basis }))
+    }
+
+    pub fn inference(&self, point: &Point) -> Inference {
+        Inference::new(&point.whitening, &self.members, &point.estimate)
+    }
+
+    /// Variance of each line.
+    pub fn variances(&self, theta: &[f64]) -> Vec<f64> {
+        let own =
+            |(line, component): (&Line, &Option<usize>)| line.variance.or(component.map(|c| theta[c])).unwrap_or(0.0);
+        self.lines.iter().zip(&self.component).map(own).collect()
+    }
+
+    /// Variance of a line's deviations that is as large as the noise of the rows that feel one of them.
+    pub fn natural(&self, line: &Line, theta: &[f64]) -> f64 {
+        let own = |row: usize| {
+            let factor = self.members.rows[row].map_or(1.0, |g| theta[g]);
+            self.system.u[row] * self.system.u[row] * factor
+        };
+        let felt = line.felt.iter().filter(|f| f.row < self.system.u.len());
+        let told: f64 = felt.map(|f| f.by * f.by / own(f.row)).sum();
+        let levels = line.levels().max(1) as f64;
+        if told > 0.0 && told.is_finite() { levels / told } else { 1.0 }
+    }
+
+    /// Where the iteration begins: the scales of the rows as if nothing else scattered.
+    pub fn start(&self) -> Result<Vec<f64>> {
+        let mut theta = vec![1.0; self.members.count];
+        if self.groups > 0 {
+            let plain = self.adjust(self.system)?;
+            for (g, slot) in theta.iter_mut().enumerate().take(self.groups) {
+                let scale = plain.group_scale.get(g).copied().flatten().unwrap_or(1.0);
+                *slot = (scale * scale).max(self.floor[g]).max(f64::MIN_POSITIVE);
+            }
+        }
+        for (line, component) in self.lines.iter().zip(&self.component) {
+            if let Some(c) = component {
+                theta[*c] = self.natural(line, &theta);
+            }
+        }
+        Ok(theta)
+    }
+
+    /// Which of the components the rows tell apart, in order; the others leave their share to those before them.
+    pub fn separated(&self, inference: &Inference) -> Vec<usize> {
+        let mut kept: Vec<usize> = Vec::new();
+        // what is left of each component's information when those kept are taken out (Cholesky)
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        let size = |g: usize| inference.s[(g, g)].max(0.0).sqrt();
+        for g in 0..self.members.count {
+            if !(inference.redundancy[g] > groups::NO_REDUNDANCY && size(g) > 0.0) {
+                continue;
+            }
+            let mut row: Vec<f64> = Vec::with_capacity(kept.len() + 1);
+            for (a, h) in kept.iter().enumerate() {
+                let before: f64 = (0..a).map(|k| row[k] * rows[a][k]).sum();
+                row.push((inference.s[(g, *h)] / (size(g) * size(*h)) - before) / rows[a][a]);
+            }
+            let left = 1.0 - row.iter().map(|x| x * x).sum::<f64>();
+            if left > SEPARATED {
+                row.push(left.sqrt());
+                rows.push(row);
+                kept.push(g);
+            }
+        }
+        kept
+    }
+
+    /// The least variance of each component.
+    pub fn floors(&self, theta: &[f64]) -> Vec<f64> {
+        let mut floor = self.floor.clone();
+        floor.resize(self.members.count, 0.0);
+        for (line, component) in self.lines.iter().zip(&self.component) {
+            if let Some(c) = component {
+                floor[*c] = UNSEEN * self.natural(line, theta);
+            }
+        }
+        floor
+    }
+}
+
+/// Relative changes of the free variances: Newton's where they are small, else Fisher's, else each by itself.
+pub(super) fn step(inference: &Inference, free: &[usize]) -> Vec<f64> {
+    let rest = |g: usize| inference.squares[g] - inference.redundancy[g];
+    let right = Mat::from_fn(free.len(), 1, |a, _| rest(free[a]));
+    let solve = |of: &dyn Fn(usize, usize) -> f64| -> Option<Vec<f64>> {
+        let size: Vec<f64> = free.iter().map(|g| of(*g, *g).max(0.0).sqrt()).collect();
+        if size.iter().any(|s| !(*s > 0.0)) {
+            return None;
+        }
+        let matrix = Mat::from_fn(free.len(), free.len(), |a, b| of(free[a], free[b]) / (size[a] * size[b]));
+        let right = Mat::from_fn(free.len(), 1, |a, _| right[(a, 0)] / size[a]);
+        let found = matrix.llt(faer::Side::Lower).ok()?.solve(&right);
+        let change: Vec<f64> = (0..free.len()).map(|a| found[(a, 0)] / size[a]).collect();
+        change.iter().all(|c| c.is_finite()).then_some(change)
+    };
+    let near = |change: &[f64]| change.iter().all(|c| c.abs() < NEAR);
+    let fisher = solve(&|g, h| inference.s[(g, h)]);
+    match fisher {
+        Some(fisher) if near(&fisher) => {
+            let newton = solve(&|g, h| 2.0 * inference.observed[(g, h)] - inference.s[(g, h)]);
+            newton.filter(|change| near(change)).unwrap_or(fisher)
+        }
+        Some(fisher) => fisher,
+        None => free.iter().map(|g| inference.squares[*g] / inference.redundancy[*g].max(1e-12) - 1.0).collect(),
+    }
+}
