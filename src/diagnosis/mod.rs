@@ -272,12 +272,20 @@ fn diagnose_readings(campaign: &Campaign, catalogue: &[Effect], settings: &Setti
     Ok(diagnosis)
 }
 
+/// Gauss-Newton iterations of one fit: lines with kinks or jumps never settle to rounding, since what they average moves in steps.
+const ITERATIONS: usize = 30;
+/// A fit whose last step moved the predictions by less than this, in standard uncertainties of all readings together, is as good as settled.
+const SMALL_STEP: f64 = 0.05;
+
 /// Gauss-Newton to the exact model as far as it goes, or the linear estimator where it goes astray.
 ///
 /// At a jump (`sign` of an input that a tilt makes positive or negative) it ends with no descent, next to the jump: as near as there is.
 fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
-    let exact = fit::fit(campaign, &fit::Settings::default())?;
-    let usable = exact.convergence.as_ref().is_some_and(|record| record.converged || record.stop == Stop::NoDescent);
+    let exact = fit::fit(campaign, &fit::Settings { iterations: ITERATIONS, ..fit::Settings::default() })?;
+    let usable = exact.convergence.as_ref().is_some_and(|record| {
+        let small = record.iterations.last().is_some_and(|last| last.step < SMALL_STEP);
+        record.converged || record.stop == Stop::NoDescent || (record.stop != Stop::OutOfRange && small)
+    });
     if usable {
         Ok(exact)
     } else {

@@ -1,6 +1,8 @@
 //! Hidden effects found and named, or not.
 
 mod campaigns;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod examples;
 mod files;
 mod hidden;
