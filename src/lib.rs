@@ -7,6 +7,15 @@
 //! x       = argmin sum ((reading - f) / u)^2                           (column-pivoted QR, never normal equations)
 //! ```
 //!
+//! ```
+//! // 30 readings of a gyro on a rate table, six unknowns (Li, Ren, Zhao 2012, table 1: -54.0, -53.7 and -53.8 arcsec at its rates)
+//! let campaign = tumble::Campaign::from_json(include_str!("../data/campaigns/li2012-table1.campaign.json"))?;
+//! let fit = tumble::fit(&campaign, &Default::default())?;
+//! let angle = fit.angle("dtheta_y1")?;
+//! assert!((angle.arcsec().unwrap() + 53.8).abs() < 0.1 && (angle.u_arcsec().unwrap() - 0.60).abs() < 0.01);
+//! # Ok::<(), tumble::Malformed>(())
+//! ```
+//!
 //! # The pipeline, and the map of the rooms
 //!
 //! Data flows one way; a room knows only the rooms that stand before it. The edge, [`wire`], is beside the line: it knows the types of every
@@ -35,6 +44,7 @@
 //! | [`navigate`] | what calibration errors do to a strapdown navigator over hours, and which explain measured ones |
 //! | [`wire`] | bench, campaign, mission, truth and CSV files in and out, their JSON Schemas |
 //! | [`report`] | results as stable JSON and as tables |
+//! | [`theory`] | the equations with their sources, page by page, each with a number worked by hand |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |
 //!
 //! # Invariants
@@ -65,6 +75,14 @@ pub mod record;
 pub mod reduce;
 pub mod report;
 pub mod simulate;
+pub mod theory;
 pub mod uncertainty;
 pub mod units;
 pub mod wire;
+
+pub use bench::Bench;
+pub use campaign::Campaign;
+pub use diagnosis::{Diagnosis, diagnose};
+pub use error::{Malformed, Result};
+pub use fit::{Fit, fit};
+pub use simulate::simulate;

@@ -21,11 +21,22 @@ const BUILT_INS: &[BuiltIn] = &[
     },
     BuiltIn { id: "imu-three-axis-table", text: include_str!("../../data/benches/imu-three-axis-table.bench.json") },
     BuiltIn { id: "gyro-skew-triad", text: include_str!("../../data/benches/gyro-skew-triad.bench.json") },
+    BuiltIn {
+        id: "accelerometer-six-positions",
+        text: include_str!("../../data/benches/accelerometer-six-positions.bench.json"),
+    },
+    BuiltIn {
+        id: "accelerometer-triad-norm",
+        text: include_str!("../../data/benches/accelerometer-triad-norm.bench.json"),
+    },
+    BuiltIn { id: "gyro-rate-steps", text: include_str!("../../data/benches/gyro-rate-steps.bench.json") },
+    BuiltIn { id: "gyro-temperature", text: include_str!("../../data/benches/gyro-temperature.bench.json") },
+    BuiltIn { id: "gyro-turn-on", text: include_str!("../../data/benches/gyro-turn-on.bench.json") },
     BuiltIn { id: "cube-mirror", text: include_str!("../../data/benches/cube-mirror.bench.json") },
     BuiltIn { id: "cube-mirror-right", text: include_str!("../../data/benches/cube-mirror-right.bench.json") },
 ];
 
-/// All built-in benches, in the order of the papers.
+/// All built-in benches.
 pub fn built_ins() -> &'static [BuiltIn] {
     BUILT_INS
 }

@@ -48,6 +48,19 @@ pub struct Bench {
     pub sensors: Vec<Sensor>,
     /// Relative standard uncertainties of the rates of turning joints, common to all readings; none for those not listed.
     pub rate_u: Vec<(String, f64)>,
+    /// Quantities in the field's words that every campaign derives where it estimates what they need.
+    pub derived: Vec<DerivedQuantity>,
+}
+
+/// A quantity that a bench derives from its parameters, for example a bias in deg/h from a voltage and a scale factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DerivedQuantity {
+    /// Its name.
+    pub id: String,
+    /// A line of algebra in the parameters.
+    pub line: Expression,
+    /// The unit that its value is wanted in; the line's own where there is none.
+    pub unit: Option<String>,
 }
 
 /// Where the bench stands.

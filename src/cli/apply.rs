@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::plan([arguments.out.as_deref()])?;
     match &arguments.out {
         None => {
-            let out = std::io::stdout().lock();
+            let out = super::embedded::Stdout;
             correct(arguments, &calibration, &corrector, rotation.as_ref(), input, out)
         }
         Some(path) => {

@@ -10,6 +10,7 @@ mod calibrations;
 mod check;
 mod compare;
 mod diagnose;
+mod embedded;
 mod export;
 mod files;
 mod fit;
@@ -26,6 +27,8 @@ mod session;
 mod shell;
 mod show_error;
 mod simulate;
+
+pub use embedded::{Printed, run_embedded};
 
 use crate::error::{Fault, Malformed, Result};
 use clap::{Parser, Subcommand};
@@ -147,7 +150,7 @@ fn run(command: Command) -> Result<Outcome> {
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
     use std::io::Write;
-    let mut out = std::io::stdout().lock();
+    let mut out = embedded::Stdout;
     let text = visible(text);
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
 }
@@ -196,5 +199,7 @@ fn is_dumb() -> bool {
 /// Print a line to stderr; where nobody listens there is nobody to tell.
 fn note(text: &str) {
     use std::io::Write;
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
+    if !embedded::notes(text) {
+        let _ = writeln!(std::io::stderr().lock(), "{text}");
+    }
 }

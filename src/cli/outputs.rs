@@ -240,14 +240,14 @@ impl Write for Stream {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         match &mut self.file {
             Some(file) => file.write(bytes),
-            None => std::io::stdout().write(bytes),
+            None => super::embedded::Stdout.write(bytes),
         }
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
         match &mut self.file {
             Some(file) => file.flush(),
-            None => std::io::stdout().flush(),
+            None => super::embedded::Stdout.flush(),
         }
     }
 }

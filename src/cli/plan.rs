@@ -1,7 +1,7 @@
 //! `tumble plan SCHEDULE`.
 
 use super::outputs::Outputs;
-use super::{Outcome, files, simulate};
+use super::{Outcome, files};
 use crate::campaign::{Campaign, Kind, Reading, Readings};
 use crate::diagnosis;
 use crate::error::{Fault, Malformed, Result};
@@ -251,7 +251,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             }
         };
         let schedule = asked.with_readings(to_write(&asked.readings, run, kept, found.is_some()));
-        let file = wire::campaign_file(&schedule, simulate::bench_ref(&schedule));
+        let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
         outputs.add(path, files::json(&file)?);
     }
     if let Some(path) = &arguments.html {

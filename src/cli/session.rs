@@ -14,13 +14,27 @@ struct Session {
     temporaries: Vec<PathBuf>,
     /// May existing campaigns and benches be replaced?
     force: bool,
+    /// Is the program part of another process, to which signals belong?
+    embedded: bool,
 }
 
-static SESSION: Mutex<Session> = Mutex::new(Session { inputs: Vec::new(), temporaries: Vec::new(), force: false });
+static SESSION: Mutex<Session> =
+    Mutex::new(Session { inputs: Vec::new(), temporaries: Vec::new(), force: false, embedded: false });
+/// Commands within another process take turns.
+static TURN: Mutex<()> = Mutex::new(());
 static SIGNALS: Once = Once::new();
 
 fn session() -> MutexGuard<'static, Session> {
     SESSION.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Begin a command within another process: nothing read before counts as its input. It lasts as long as what is returned.
+pub(super) fn embed() -> MutexGuard<'static, ()> {
+    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut session = session();
+    session.inputs.clear();
+    (session.force, session.embedded) = (false, true);
+    turn
 }
 
 /// Let outputs replace existing campaigns and benches.
@@ -47,8 +61,11 @@ pub(super) fn is_input(path: &Path) -> bool {
 
 /// A file is begun; from now on SIGINT and SIGTERM remove it and end the program.
 pub(super) fn begins(temporary: &Path) {
-    SIGNALS.call_once(remove_on_signals);
-    session().temporaries.push(temporary.to_path_buf());
+    let mut session = session();
+    if !session.embedded {
+        SIGNALS.call_once(remove_on_signals);
+    }
+    session.temporaries.push(temporary.to_path_buf());
 }
 
 /// Without the handler (no thread, no Unix) an interrupted run leaves its temporary files behind, and works as well otherwise.

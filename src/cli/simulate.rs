@@ -4,7 +4,7 @@ use super::outputs::Outputs;
 use super::{Outcome, files};
 use crate::error::Result;
 use crate::simulate;
-use crate::wire::{self, BenchRef};
+use crate::wire;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -30,20 +30,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::plan([Some(arguments.output.as_path())])?;
     let campaign =
         simulate::simulate(&schedule, &truth, arguments.seed).map_err(|error| wire::locate(error, &source))?;
-    let file = wire::campaign_file(&campaign, bench_ref(&campaign));
+    let file = wire::campaign_file(&campaign, wire::bench_ref(&campaign));
     outputs.add(&arguments.output, files::json(&file)?);
     outputs.write()?;
     Ok(Outcome::Done)
-}
-
-/// A built-in bench by its id, any other in full, so that the file stands alone.
-pub(super) fn bench_ref(campaign: &crate::campaign::Campaign) -> BenchRef {
-    let file = wire::bench_file(&campaign.bench);
-    let built_in = crate::bench::built_in(&campaign.bench.id).and_then(|built_in| {
-        wire::read_bench(&wire::Source { name: built_in.id.into(), text: built_in.text.into() }).ok()
-    });
-    if built_in.is_some_and(|own| wire::bench_file(&own) == file) {
-        return BenchRef::Named(campaign.bench.id.clone());
-    }
-    BenchRef::Inline(Box::new(file))
 }

@@ -192,9 +192,14 @@ fn known_text(known: &super::KnownReport) -> String {
     format!(
         "{} = {}{}{u}",
         known.id,
-        known.value,
+        without_rounding(known.value),
         if known.unit.is_empty() { String::new() } else { format!(" {}", known.unit) }
     )
+}
+
+/// A stated value without what converting its unit left in the last digit.
+fn without_rounding(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
 }
 
 /// How far the estimator went, and what it changed.

@@ -1,6 +1,6 @@
 //! Reports: results as stable JSON for programs, and as tables for a person.
 //!
-//! Keys are fixed (design section 3); new ones may be added, none renamed. Numbers that do not exist (an uncertainty without degrees of
+//! Keys are public; new ones may be added, none renamed. Numbers that do not exist (an uncertainty without degrees of
 //! freedom, an infinite number of degrees of freedom) are null.
 //!
 //! | file | subject |

@@ -41,7 +41,8 @@ fn looks_numeric(cell: &str) -> bool {
         || cell.trim_start_matches('<').trim_end_matches(" %").parse::<f64>().is_ok()
 }
 
-/// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2 (GUM 7.2.6).
+/// A value rounded where its uncertainty ends: at the second significant digit of `u`, the third where `u` begins with 1 or 2,
+/// so that rounding changes no `u` by more than 2 % (GUM 7.2.6: two usually suffice).
 ///
 /// ```
 /// use tumble::report::table::rounded;

@@ -64,7 +64,8 @@ pub struct Combined {
 /// ```
 pub fn combine(contributions: &[Contribution], level: f64) -> Option<Combined> {
     let sum = |of: Option<Evaluation>| -> f64 {
-        contributions.iter().filter(|c| of.is_none_or(|e| c.evaluation == e)).map(|c| c.u * c.u).sum::<f64>().sqrt()
+        // an empty sum of floats is -0
+        contributions.iter().filter(|c| of.is_none_or(|e| c.evaluation == e)).fold(0.0, |s, c| s + c.u * c.u).sqrt()
     };
     let u = sum(None);
     let parts = contributions.iter().map(|c| (c.u, c.dof));

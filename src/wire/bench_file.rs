@@ -1,8 +1,8 @@
 //! The bench file (`*.bench.json`).
 
-use super::{Named, SiteFile};
+use super::{DerivedFile, DerivedLine, Named, SiteFile};
 use crate::algebra::Expression;
-use crate::bench::{Axis, Bench, ForceUnit, Link, Modulation, RateUnit, Sensor, Units};
+use crate::bench::{Axis, Bench, DerivedQuantity, ForceUnit, Link, Modulation, RateUnit, Sensor, Units};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -37,6 +37,10 @@ pub struct BenchFile {
     /// Relative standard uncertainties of the rates of turning joints in ppm: one error of the table, common to all readings.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub rate_u_ppm: Named<f64>,
+    /// Quantities that every campaign derives where it estimates or knows what their lines need; a campaign's own line of the same name takes
+    /// the place of the bench's.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub derived: Named<DerivedFile>,
 }
 
 /// Units of the inputs.
@@ -180,9 +184,26 @@ impl BenchFile {
             },
         };
         let rate_u = self.rate_u_ppm.0.into_iter().map(|(joint, ppm)| (joint, ppm * 1e-6)).collect();
+        let derived = self.derived.0.into_iter().map(|(id, own)| derived_quantity(id, own)).collect::<Result<_>>()?;
         let (id, title, source, notes) = (self.id, self.title, self.source, self.notes);
-        Bench { rate_u, id, title, source, notes, site, units, chain, sensors }.checked()
+        Bench { derived, rate_u, id, title, source, notes, site, units, chain, sensors }.checked()
     }
+}
+
+fn derived_quantity(id: String, own: DerivedFile) -> Result<DerivedQuantity> {
+    let (text, below, unit) = own.parts();
+    let line = Expression::parse(&text).map_err(|e| e.at_path(format!("derived.{id}{below}")))?;
+    Ok(DerivedQuantity { id, line, unit })
+}
+
+/// The file's form of a derived quantity.
+pub(super) fn derived_of(own: &DerivedQuantity) -> (String, DerivedFile) {
+    let line = own.line.to_string();
+    let file = match &own.unit {
+        None => DerivedFile::Line(line),
+        Some(unit) => DerivedFile::InUnit(DerivedLine { line, unit: Some(unit.clone()) }),
+    };
+    (own.id.clone(), file)
 }
 
 impl LinkFile {

@@ -75,6 +75,10 @@ pub struct CampaignFile {
     /// What scatters beyond the readings' own noise, one line each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<ScatterFile>,
+    /// Columns of a CSV of readings that have names of their own, by the key that they stand for: `"theta_deg": "Winkel (deg)"`. A unit in
+    /// brackets is converted to the key's.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub columns: Named<String>,
     /// The readings, or the path of a CSV file with the same keys as columns.
     pub readings: ReadingsRef,
 }
@@ -230,8 +234,18 @@ impl CampaignFile {
         }
         let bench = bench.checked()?;
         let readings = match self.readings {
+            ReadingsRef::Inline(_) if !self.columns.is_empty() => {
+                return Err(Malformed::new(
+                    Fault::Value,
+                    "\"columns\" names columns of a file, and the readings stand here",
+                )
+                .expected("the path of a CSV file as \"readings\", or no \"columns\"")
+                .at_path("columns"));
+            }
             ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
-            ReadingsRef::Path(path) => csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?)?,
+            ReadingsRef::Path(path) => {
+                csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?, &self.columns)?
+            }
         };
         let estimate =
             self.estimate.0.into_iter().map(|(id, e)| Ok((id.clone(), e.into_asked(&id)?))).collect::<Result<_>>()?;
@@ -241,6 +255,20 @@ impl CampaignFile {
             let constraint =
                 constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;
             campaign.constraints.push(constraint);
+        }
+        for quantity in campaign.bench.derived.clone() {
+            let role =
+                |name: &str| campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k)).map(|p| &p.role);
+            let given = |name: &str| matches!(role(name), Some(Role::Estimated { .. } | Role::Known(_)));
+            let asked = |name: &str| matches!(role(name), Some(Role::Estimated { .. }));
+            let names = quantity.line.names();
+            let replaced = self.derived.0.iter().any(|(id, _)| *id == quantity.id);
+            if !replaced && names.iter().all(|name| given(name)) && names.iter().any(|name| asked(name)) {
+                let path = format!("bench.derived.{}", quantity.id);
+                let derived = campaign::derived(&campaign, &quantity.id, quantity.line, quantity.unit.as_deref())
+                    .map_err(|e| e.under(&path))?;
+                campaign.derived.push(derived);
+            }
         }
         for (id, own) in self.derived.0 {
             let (text, below, unit) = own.parts();

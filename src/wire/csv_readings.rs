@@ -1,5 +1,6 @@
 //! Readings from a CSV file: the first line names the columns, which are the keys of a JSON reading.
 
+use super::columns::{Column, columns};
 use super::locate::{CsvRow, csv_place, csv_row};
 use super::readings_file::{Cell, MOST_READINGS, from_cells, too_many};
 use super::{Named, Source};
@@ -10,7 +11,7 @@ use crate::error::{Fault, Malformed, Result};
 /// Read a CSV; empty cells are absent values, `position` is a text, every other cell that looks like a number is one.
 ///
 /// Errors: a ragged row, a column that stands twice, a joint, sensor or uncertainty that is not a number; with the line and the column's name.
-pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
+pub(super) fn read(bench: &Bench, source: &Source, map: &Named<String>) -> Result<Readings> {
     let delimiter = delimiter(&source.text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
@@ -33,6 +34,7 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
                 .in_file(&source.name));
         }
     }
+    let columns = columns(bench, &headers.iter().collect::<Vec<_>>(), map, source)?;
     let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
     let mut records = records.map_err(|error| csv_error(&error, source))?;
     // a spreadsheet writes the empty rows below its table, too
@@ -41,17 +43,17 @@ pub(super) fn read(bench: &Bench, source: &Source) -> Result<Readings> {
     let mut rows = Vec::with_capacity(records.len());
     for record in &records {
         let place = csv_place(line_of(record, &source.text), &source.name);
-        let cells = headers
+        let cells = columns
             .iter()
             .zip(record.iter())
-            .map(|(name, text)| {
+            .map(|(Column { key, conversion }, text)| {
                 let cell = match number(text, mark) {
                     _ if text.is_empty() => Cell::Nothing(()),
-                    _ if name == "position" => Cell::Text(text.to_string()),
-                    Some(value) => Cell::Number(value),
+                    _ if key == "position" => Cell::Text(text.to_string()),
+                    Some(value) => Cell::Number(conversion.map_or(value, |conversion| conversion.apply(value))),
                     None => Cell::Text(text.to_string()),
                 };
-                (name.to_string(), cell)
+                (key.clone(), cell)
             })
             .collect();
         rows.push((place, Named(cells)));

@@ -5,10 +5,12 @@
 
 mod bench_file;
 mod campaign_file;
+mod columns;
 mod correction_file;
 mod csv_readings;
 mod derived_file;
 mod effects_file;
+mod front;
 mod imu_errors_file;
 mod kind;
 mod lab;
@@ -36,6 +38,7 @@ pub use correction_file::{
 };
 pub use derived_file::{DerivedFile, DerivedLine};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
+pub use front::bench_ref;
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,

@@ -1,6 +1,8 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
-use super::bench_file::{AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, UnitsFile};
+use super::bench_file::{
+    AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, UnitsFile, derived_of,
+};
 use super::campaign_file::{
     BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
 };
@@ -49,6 +51,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         chain: bench.chain.iter().map(link).collect(),
         sensors: Named(bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor_file(sensor))).collect()),
         rate_u_ppm: Named(bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect()),
+        derived: Named(bench.derived.iter().map(derived_of).collect()),
     }
 }
 
@@ -111,6 +114,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
     };
     CampaignFile {
         site: campaign.bench.site.as_ref().filter(|site| named && own_site.as_ref() != Some(*site)).map(SiteFile::of),
+        columns: Named::default(),
         rate_u_ppm: Named(
             campaign.bench.rate_u.iter().filter(|_| named).map(|(joint, u)| (joint.clone(), u * 1e6)).collect(),
         ),

@@ -8,6 +8,7 @@ mod draws;
 mod imu_table;
 mod independent;
 mod readmes;
+mod ready;
 mod refusals;
 mod skew_triad;
 mod support;

@@ -1,0 +1,90 @@
+//! The program inside another process: its arguments as text, what it prints as text.
+
+use super::{Cli, Outcome, run, session, show_error};
+use clap::Parser;
+use std::cell::RefCell;
+use std::ffi::OsString;
+
+/// What a command printed, and how it ended.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Printed {
+    /// 0 done, 1 the question is malformed, 2 the answer is "rejected".
+    pub exit_code: u8,
+    /// What the program prints to stdout.
+    pub stdout: Vec<u8>,
+    /// What the program prints to stderr; progress bars excepted.
+    pub stderr: String,
+}
+
+thread_local! {
+    static PRINTED: RefCell<Option<Printed>> = const { RefCell::new(None) };
+}
+
+/// Keep what goes to stdout, if this thread is asked to; false where it should be printed.
+pub(super) fn keeps(bytes: &[u8]) -> bool {
+    PRINTED.with_borrow_mut(|printed| printed.as_mut().map(|printed| printed.stdout.extend_from_slice(bytes)).is_some())
+}
+
+/// Keep a line of stderr, if this thread is asked to; false where it should be printed.
+pub(super) fn notes(text: &str) -> bool {
+    PRINTED.with_borrow_mut(|printed| {
+        printed
+            .as_mut()
+            .map(|printed| {
+                printed.stderr.push_str(text);
+                printed.stderr.push('\n');
+            })
+            .is_some()
+    })
+}
+
+/// Stdout, or where this thread keeps it.
+#[derive(Debug)]
+pub(super) struct Stdout;
+
+impl std::io::Write for Stdout {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if keeps(bytes) { Ok(bytes.len()) } else { std::io::stdout().write(bytes) }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        if PRINTED.with_borrow(Option::is_some) { Ok(()) } else { std::io::stdout().flush() }
+    }
+}
+
+/// Run a command within this process: the arguments after the program's name, as in a shell.
+///
+/// Nothing is printed, signals keep the handlers that they have. Commands take turns: files that one reads are its inputs, not those of the next.
+///
+/// ```
+/// let printed = tumble::cli::run_embedded(["bench", "list"]);
+/// assert_eq!(printed.exit_code, 0);
+/// assert!(String::from_utf8_lossy(&printed.stdout).contains("gyro-turntable"));
+/// ```
+pub fn run_embedded<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -> Printed {
+    let _turn = session::embed();
+    PRINTED.set(Some(Printed::default()));
+    let line = std::iter::once(OsString::from("tumble")).chain(arguments.into_iter().map(Into::into));
+    let exit_code = match Cli::try_parse_from(line) {
+        Err(error) => {
+            let text = error.render().to_string();
+            let malformed = error.use_stderr();
+            let _ = if malformed { notes(&text) } else { keeps(text.as_bytes()) };
+            u8::from(malformed)
+        }
+        Ok(cli) => {
+            if cli.force {
+                session::allow_replacing();
+            }
+            match run(cli.command) {
+                Ok(Outcome::Done) => 0,
+                Ok(Outcome::Rejected) => 2,
+                Err(error) => {
+                    show_error::show(&error);
+                    1
+                }
+            }
+        }
+    };
+    Printed { exit_code, ..PRINTED.take().unwrap_or_default() }
+}

@@ -1,0 +1,81 @@
+//! Columns of a table under names of its own: which key each one is, and in which unit.
+//!
+//! A campaign's `"columns": { "theta_deg": "Winkel (rad)" }` says which column a key is found in. Where the title of a column ends in a unit
+//! that the key's converts from, its numbers are converted; without a map, `V (mV)` is the sensor `V` as well.
+
+use super::{Named, Source};
+use crate::bench::Bench;
+use crate::error::{Fault, Malformed, Result};
+use crate::record::title;
+use crate::units::{Conversion, Unit};
+
+/// A column as the readings have it.
+pub(super) struct Column {
+    /// The key of a reading.
+    pub key: String,
+    /// From the column's unit to the key's.
+    pub conversion: Option<Conversion>,
+}
+
+/// What each title of a table stands for.
+///
+/// Errors: a column that the map names and the table has not, a title that stands for two keys, two columns for one key, a unit that does not convert.
+pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, source: &Source) -> Result<Vec<Column>> {
+    let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 1).in_file(&source.name);
+    let stands_for = |wanted: &str, found: &str| found == wanted || title(found).0 == wanted;
+    for (key, wanted) in &map.0 {
+        let found = titles.iter().filter(|found| stands_for(wanted, found)).count();
+        if found != 1 {
+            let what = match found {
+                0 => format!("there is no column '{wanted}', which \"columns\" gives for '{key}'"),
+                _ => format!("several columns are called '{wanted}', which \"columns\" gives for '{key}'"),
+            };
+            return Err(fault(Fault::Missing, what)
+                .expected("one of the titles in the file's first line")
+                .found(titles.iter().map(|found| format!("'{found}'")).collect::<Vec<_>>().join(", ")));
+        }
+    }
+    let mut columns: Vec<Column> = Vec::with_capacity(titles.len());
+    for found in titles {
+        let mut keys = map.0.iter().filter(|(_, wanted)| stands_for(wanted, found)).map(|(key, _)| key);
+        let (name, unit) = title(found);
+        let key = match (keys.next(), keys.next()) {
+            (Some(first), Some(second)) => {
+                return Err(fault(Fault::NameClash, format!("the column '{found}' stands for two keys"))
+                    .expected("a column of its own for each key of \"columns\"")
+                    .found(format!("'{first}' and '{second}'")));
+            }
+            (Some(key), None) => key.clone(),
+            (None, _) if unit.is_some() && key_unit(bench, &name).is_some() => name,
+            (None, _) => found.to_string(),
+        };
+        let conversion = match (unit.and_then(|unit| Unit::parse(&unit).ok()), key_unit(bench, &key)) {
+            (Some(from), Some(to)) => Some(
+                from.conversion_for(&to, &format!("the column '{found}'"))
+                    .map_err(|e| e.at_line(1, 1).in_file(&source.name))?,
+            ),
+            _ => None,
+        };
+        if columns.iter().any(|other| other.key == key) {
+            return Err(fault(Fault::NameClash, format!("two columns are '{key}'"))
+                .expected("one column for each key; \"columns\" of the campaign says which")
+                .found(format!("'{found}' is the second")));
+        }
+        columns.push(Column { key, conversion: conversion.filter(|conversion| !conversion.is_none()) });
+    }
+    Ok(columns)
+}
+
+/// The unit that a key of a reading has; `None` where it says nothing of one.
+fn key_unit(bench: &Bench, key: &str) -> Option<Unit> {
+    let joint = |suffix: &str| key.strip_suffix(suffix).is_some_and(|name| bench.joints().any(|joint| joint == name));
+    let sensor = |id: &str| bench.sensors.iter().find(|sensor| sensor.id == id).map(|sensor| sensor.unit.clone());
+    let text = if joint("_deg_s") {
+        "deg/s".to_string()
+    } else if joint("_deg") {
+        "deg".to_string()
+    } else {
+        sensor(key).or_else(|| key.strip_suffix("_u").and_then(sensor))?
+    };
+    Unit::parse(&text).ok().filter(|_| !text.is_empty())
+}

@@ -1,0 +1,83 @@
+//! The front door for programs: questions from texts and files in one call.
+
+use super::{BenchRef, Source, bench_file, read_bench, read_campaign};
+use crate::bench::Bench;
+use crate::campaign::Campaign;
+use crate::error::{Fault, Malformed, Result};
+use std::path::Path;
+
+/// Largest file that is read.
+const MOST_BYTES: u64 = 1 << 30;
+
+impl Campaign {
+    /// A campaign from the text of its file; a bench that is named must be built in, readings must stand in the text.
+    ///
+    /// ```
+    /// use tumble::{Campaign, fit};
+    /// let campaign = Campaign::from_json(r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } },
+    ///     "estimate": { "a": {}, "b": {} }, "readings": [ {"x": 0, "y": 1}, {"x": 1, "y": 3}, {"x": 2, "y": 4} ] }"#)?;
+    /// assert!((fit(&campaign, &Default::default())?.parameter("b")?.value.unwrap() - 1.5).abs() < 1e-15);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    ///
+    /// Errors: what is wrong, with line, column and JSON path.
+    pub fn from_json(text: &str) -> Result<Campaign> {
+        read_campaign(&Source { name: "campaign".into(), text: text.into() }, &mut |name| {
+            Err(Malformed::new(Fault::File, format!("'{name}' is a file, and this text stands for itself")).expected(
+                "a built-in bench, or bench and readings in the text (Campaign::from_path looks beside a file)",
+            ))
+        })
+    }
+
+    /// A campaign from its file; a bench and readings that it names are looked for beside it.
+    ///
+    /// Errors: a file that cannot be read, and those of [`Campaign::from_json`].
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Campaign> {
+        let path = path.as_ref();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        read_campaign(&source(path)?, &mut |name| source(&folder.join(name)))
+    }
+}
+
+impl Bench {
+    /// A built-in bench by its id, or a bench from the text of its file.
+    ///
+    /// ```
+    /// assert_eq!(tumble::Bench::named("gyro-turntable")?.tilts().count(), 6);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn named(id: &str) -> Result<Bench> {
+        let found = crate::bench::built_in(id).ok_or_else(|| {
+            let ids: Vec<&str> = crate::bench::built_ins().iter().map(|bench| bench.id).collect();
+            Malformed::new(Fault::UnknownName, format!("no bench is called '{id}'")).expected(ids.join(", "))
+        })?;
+        Bench::from_json(found.text)
+    }
+
+    /// A bench from the text of its file. Errors: what is wrong, with line, column and JSON path.
+    pub fn from_json(text: &str) -> Result<Bench> {
+        read_bench(&Source { name: "bench".into(), text: text.into() })
+    }
+}
+
+fn source(path: &Path) -> Result<Source> {
+    let name = path.display().to_string();
+    let fault = |what: String| Malformed::new(Fault::File, what).expected("a readable file").in_file(name.clone());
+    let there = std::fs::metadata(path).map_err(|error| fault(format!("cannot read '{name}': {error}")))?;
+    if !there.is_file() || there.len() > MOST_BYTES {
+        return Err(fault(format!("'{name}' is no file of at most {} MiB", MOST_BYTES >> 20)));
+    }
+    let bytes = std::fs::read(path).map_err(|error| fault(format!("cannot read '{name}': {error}")))?;
+    Source::from_bytes(name, bytes)
+}
+
+/// A built-in bench by its id, any other in full, so that the file stands alone.
+pub fn bench_ref(campaign: &Campaign) -> BenchRef {
+    let file = bench_file(&campaign.bench);
+    let built_in = crate::bench::built_in(&campaign.bench.id)
+        .and_then(|built_in| read_bench(&Source { name: built_in.id.into(), text: built_in.text.into() }).ok());
+    if built_in.is_some_and(|own| bench_file(&own) == file) {
+        return BenchRef::Named(campaign.bench.id.clone());
+    }
+    BenchRef::Inline(Box::new(file))
+}

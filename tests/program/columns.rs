@@ -1,0 +1,82 @@
+//! Tables with titles and units of their own: what is unambiguous is taken, what is not is answered with the columns found.
+
+use std::path::Path;
+use tumble::{Campaign, fit};
+
+const BENCH: &str = r#"{ "id": "head", "chain": [ { "joint": "theta", "about": "y" } ],
+    "sensors": { "A": { "unit": "V", "model": "K0 + K1*a_x + K2*a_x^2" } } }"#;
+
+/// A = 0.002 + 1.3 sin-like exact values at quarter and eighth turns, in any dress.
+fn table(degrees: &str, volts: &str, scale_angle: f64, scale_volt: f64, comma: bool) -> String {
+    let mut text = format!("{degrees};{volts};Bemerkung\n");
+    for k in 0..8 {
+        let theta = 45.0 * f64::from(k);
+        let force = -theta.to_radians().sin();
+        let line = format!("{};{};", theta * scale_angle, (0.002 + 1.3 * force + 1e-5 * force * force) * scale_volt);
+        text.push_str(&(if comma { line.replace('.', ",") } else { line } + "gut\n"));
+    }
+    text
+}
+
+fn campaign(folder: &Path, table: &str, columns: &str) -> tumble::Result<Campaign> {
+    std::fs::write(folder.join("table.csv"), table).expect("a table");
+    let text = format!(
+        r#"{{ "bench": {BENCH}, "estimate": {{ "K0": {{}}, "K1": {{}}, "K2": {{}} }}, "columns": {{ {columns} }}, "readings": "table.csv" }}"#
+    );
+    std::fs::write(folder.join("c.campaign.json"), text).expect("a campaign");
+    Campaign::from_path(folder.join("c.campaign.json"))
+}
+
+fn solved(campaign: &Campaign) -> Vec<f64> {
+    fit(campaign, &Default::default())
+        .expect("a fit")
+        .parameters
+        .iter()
+        .map(|own| own.value.expect("a value"))
+        .collect()
+}
+
+#[test]
+fn titles_and_units_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let map = r#""theta_deg": "Winkel", "A": "Spannung""#;
+    let radians = std::f64::consts::PI / 180.0;
+    let cases = [
+        (table("theta_deg", "A", 1.0, 1.0, false), ""),
+        (table("theta_deg", "A (mV)", 1.0, 1000.0, false), ""),
+        (table("Winkel (Grad)", "Spannung (V)", 1.0, 1.0, true), map),
+        (table("Winkel (rad)", "Spannung [mV]", radians, 1000.0, true), map),
+        (
+            table("Winkel (rad)", "Spannung [mV]", radians, 1000.0, true),
+            r#""theta_deg": "Winkel (rad)", "A": "Spannung [mV]""#,
+        ),
+    ];
+    for (table, columns) in cases {
+        let found = solved(&campaign(folder.path(), &table, columns).expect(columns));
+        for (value, truth) in found.iter().zip([0.002, 1.3, 1e-5]) {
+            assert!((value - truth).abs() < 1e-12, "{columns}: {value} {truth}");
+        }
+    }
+}
+
+#[test]
+fn what_is_ambiguous_is_answered_with_the_columns_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let told = |table: &str, columns: &str| campaign(folder.path(), table, columns).expect_err(columns).to_string();
+    let good = table("Winkel (Grad)", "Spannung", 1.0, 1.0, false);
+    let missing = told(&good, r#""theta_deg": "Angle", "A": "Spannung""#);
+    assert!(
+        missing.contains("no column 'Angle'") && missing.contains("'Winkel (Grad)', 'Spannung', 'Bemerkung'"),
+        "{missing}"
+    );
+    let length = told(&table("Winkel (mm)", "Spannung", 1.0, 1.0, false), r#""theta_deg": "Winkel", "A": "Spannung""#);
+    assert!(length.contains("Winkel (mm)") && length.contains("deg"), "{length}");
+    let twice = told(&good, r#""theta_deg": "Spannung", "A": "Spannung""#);
+    assert!(twice.contains("stands for two keys"), "{twice}");
+    let both = told(&table("theta_deg", "A", 1.0, 1.0, false), r#""theta_deg": "Bemerkung""#);
+    assert!(both.contains("two columns are 'theta_deg'"), "{both}");
+    let inline = Campaign::from_json(&format!(
+        r#"{{ "bench": {BENCH}, "estimate": {{ "K0": {{}} }}, "columns": {{ "A": "B" }}, "readings": [ {{ "theta_deg": 0, "A": 1 }} ] }}"#
+    ));
+    assert!(inline.expect_err("inline").to_string().contains("\"columns\""));
+}
