@@ -290,7 +290,8 @@ fn changes(report: &DiagnoseReport) -> Section {
         }
     }
     let note = words::after_u(report);
-    table.note = if note.is_empty() { String::new() } else { sentence(note) + " " };
+    // a sentence that begins with u would turn it into U, the expanded uncertainty
+    table.note = if note.is_empty() { String::new() } else { format!("In this table, {note}. ") };
     table.note.push_str("Marked: shifts of more than twice their standard uncertainty.");
     Section::new("What it does to the estimates").table(table)
 }
