@@ -107,6 +107,18 @@ impl Readings {
 }
 
 impl JointState {
+    /// The same turning at another rate; `None` for a joint that stands.
+    pub fn at_rate(&self, rate_deg_s: f64) -> Option<JointState> {
+        match *self {
+            JointState::Held { .. } => None,
+            JointState::WholeTurns { .. } => Some(JointState::WholeTurns { rate_deg_s }),
+            JointState::PartTurns { start_deg, turns, .. } => {
+                Some(JointState::PartTurns { start_deg, rate_deg_s, turns })
+            }
+            JointState::Passing { angle_deg, .. } => Some(JointState::Passing { angle_deg, rate_deg_s }),
+        }
+    }
+
     /// The values of `<joint>_deg`, `<joint>_deg_s` and `<joint>_turns` that say this state.
     pub fn keys(&self) -> (Option<f64>, Option<f64>, Option<f64>) {
         match *self {

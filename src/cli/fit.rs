@@ -5,6 +5,7 @@ use super::{Outcome, files, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
 use crate::report;
+use crate::uncertainty::monte_carlo;
 use crate::wire;
 use clap::Args;
 use std::path::PathBuf;
@@ -78,12 +79,12 @@ const MOST_VALUES: usize = 1 << 29;
 
 /// Monte Carlo with a bar on stderr (only where that is a terminal).
 fn draw(fit: &fit::Fit, trials: usize, seed: u64) -> Result<Option<fit::Drawn>> {
-    // every trial of every output is kept, once as drawn and once in its column
-    let values = trials.saturating_mul(2 * (fit.parameters.len() + fit.derived.len()) + 1);
-    if values > MOST_VALUES {
-        let most = MOST_VALUES / (2 * (fit.parameters.len() + fit.derived.len()) + 1);
+    let outputs = fit.parameters.len() + fit.derived.len();
+    let fits = |trials: usize| monte_carlo::values_kept(trials, outputs, fit.settings.level) <= MOST_VALUES;
+    if !fits(trials) {
+        let most = (0..60).map(|k| 1_usize << k).take_while(|trials| fits(*trials)).last().unwrap_or(1);
         return Err(Malformed::new(Fault::Value, "so many trials do not fit into memory")
-            .expected(format!("--monte-carlo of at most {most} for this campaign"))
+            .expected(format!("--monte-carlo of at most {} for this campaign", most.min(fit::MOST_TRIALS)))
             .found(trials.to_string()));
     }
     let bar = super::bar(trials as u64);
@@ -105,8 +106,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         remount: arguments.remount.unwrap_or_default(),
         ..fit::Settings::default()
     };
-    let fit = fit::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
-    let mut report = report::fit_report(&fit);
+    let fit = fit::fit_owned(campaign, &settings).map_err(|error| wire::locate(error, &source))?;
+    let lists = arguments.readings || arguments.json.is_some() || arguments.pages.is_asked_for();
+    let mut report = if lists { report::fit_report(&fit) } else { report::fit_summary(&fit) };
     report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
         let drawn = draw(&fit, trials, arguments.seed)?;

@@ -82,7 +82,7 @@ impl Pages {
             return Ok(Texts::new());
         }
         let comparison = compare::closed_forms(&fit.campaign.bench.id)
-            .and_then(|forms| compare::compare(&fit.campaign, &forms, &fit.settings))
+            .and_then(|forms| compare::compare_fit(fit, &forms))
             .ok()
             .map(|comparison| report::compare_report(&comparison));
         self.page(&html::fit_page(fit, report, comparison.as_ref(), inputs)?)

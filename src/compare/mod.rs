@@ -18,7 +18,7 @@ pub use second_stage::second_stage;
 use crate::bench::Site;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::{self, Estimator, Fit, Settings};
+use crate::fit::{self, Estimator, Fit, Remount, Settings};
 
 /// A campaign's angles by the published closed forms and by least squares.
 #[derive(Debug, Clone)]
@@ -63,6 +63,15 @@ pub struct GroupComparison {
 ///
 /// Errors: no closed forms for this bench, a reading without the column that groups them, or anything that [`fit::fit`] refuses.
 pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) -> Result<Comparison> {
+    compared(campaign, forms, settings, None)
+}
+
+/// The same of a fit that is at hand. Errors: those of [`compare`].
+pub fn compare_fit(fit: &Fit, forms: &ClosedForms) -> Result<Comparison> {
+    compared(&fit.campaign, forms, &fit.settings, Some(fit))
+}
+
+fn compared(campaign: &Campaign, forms: &ClosedForms, settings: &Settings, fitted: Option<&Fit>) -> Result<Comparison> {
     let sensor = campaign.bench.sensors.iter().position(|s| s.id == forms.sensor);
     let Some(sensor) = sensor else {
         return Err(Malformed::new(
@@ -73,7 +82,12 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
     };
     let estimator = if forms.exact { Estimator::Exact } else { Estimator::Linear };
     let settings = &Settings { estimator, ..*settings };
-    let all = fit::fit(campaign, settings)?;
+    let all = match fitted.filter(|fit| fit.settings.estimator == estimator) {
+        Some(fit) => fit.clone(),
+        None => fit::fit(campaign, settings)?,
+    };
+    // the formulas know nothing of what scatters beyond the readings, and one group hardly shows its variance
+    let alone = &Settings { remount: Remount::No, ..*settings };
     let without_earth = without_earth_rate(campaign);
     let quantities: Vec<String> = forms.formulas.iter().map(|(id, _)| id.clone()).collect();
     let printed = forms.printed_for(campaign, sensor);
@@ -85,7 +99,8 @@ pub fn compare(campaign: &Campaign, forms: &ClosedForms, settings: &Settings) ->
         let subset = Readings { columns: campaign.readings.columns.clone(), rows: inside };
         let closed_form = formulas::evaluate(campaign, forms, group, &subset)?;
         let by_fit = |campaign: &Campaign| -> Result<Vec<Option<f64>>> {
-            let fit = fit::fit(&campaign.with_readings(subset.clone()), settings)?;
+            let group = Campaign { scatter: Vec::new(), ..campaign.with_readings(subset.clone()) };
+            let fit = fit::fit(&group, alone)?;
             Ok(quantities.iter().map(|id| value_of(&fit, id)).collect())
         };
         groups.push(GroupComparison {

@@ -3,14 +3,17 @@
 //! ```text
 //! c' = c - Q Q'c,   u = 1 / |c'|           c: an effect's column for coefficient 1, Q: the basis of the model, both weighted
 //! smallest effect that shows:              delta u,    delta = z(1 - a/2) + z(power),  a = 1 - (1 - level)^(1/tests)
-//! smallest that is not taken for another:  3 u / sqrt(1 - r^2),   r the cosine of the two c'
+//! smallest that is not taken for another:  x u / sqrt(1 - r^2),  x^2 - 2 z(power) x = 9,  r the cosine of the two c'
 //! ```
 //!
-//! `level` is what `diagnose` spends on names, `tests` the number of distinct directions (Sidak), and 3 the misfit at which it drops a rival.
+//! `level` is what `diagnose` spends on names, `tests` the number of distinct directions that it tests (Sidak; [`super::level`]), and 9 the
+//! difference of the sums of squares, in noise variances, at which it drops a rival: with the size a of the effect in units of u that difference
+//! has the mean `(1 - r^2) a^2` and twice the root of that as its standard deviation, so that both smallest sizes are those of one power.
 //! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
 //! stands in the judgement of the schedule.
 
 use super::catalogue::Effect;
+use super::level;
 use super::pool::Pool;
 use super::prospective::effects;
 use super::{Candidate, Settings};
@@ -38,6 +41,13 @@ pub struct Rule {
     pub noncentrality: f64,
     /// `delta` where only the residuals tell the noise; `None` with too few degrees of freedom.
     pub with_residuals: Option<f64>,
+}
+
+impl Rule {
+    /// Size of an effect, in units of its standard uncertainty, that is found with this power, the noise being known.
+    pub fn size_for(&self, power: f64) -> f64 {
+        self.noncentrality - z(self.power) + z(power)
+    }
 }
 
 /// What becomes of an effect on this schedule.
@@ -177,10 +187,19 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         });
     }
     let (mut groups, cosines) = alike(&pool, &mut prospects);
-    let rule = rule(tests.max(groups.len()), estimate.dof);
+    let significance = Settings::default().significance;
+    let levels = level::single_levels(campaign, catalogue, &system, significance).ok();
+    let rule = match &levels {
+        Some(levels) => rule(levels.tests, levels.usual, estimate.dof),
+        None => {
+            let tests = tests.max(groups.len()).max(1);
+            rule(tests, -f64::exp_m1(f64::ln_1p(-Settings::at(significance).names()) / tests as f64), estimate.dof)
+        }
+    };
     for prospect in &mut prospects {
         let Some(u) = prospect.u else { continue };
-        let minimal = rule.noncentrality * u;
+        let own = levels.as_ref().map(|levels| levels.of(&prospect.effect.regressor, prospect.effect.sensor));
+        let minimal = own.map_or(rule.noncentrality, noncentrality) * u;
         let values = prospect.effect.column.iter().zip(&system.u).map(|(c, u)| (c.abs() * minimal, u));
         prospect.at_a_reading = values.map(|(c, u)| (c, c / u)).reduce(|a, b| if b.0 > a.0 { b } else { a });
         let sd = |k: usize| estimate.covariance[(k, k)].sqrt();
@@ -200,11 +219,10 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             .filter(|(other, _)| *other != g)
             .map(|(other, member)| {
                 let cosine = cosines[(own, *member)];
-                let apart_from =
-                    u * (Settings::default().indistinguishable / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE)).sqrt();
+                let apart_from = u * apart() / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE).sqrt();
                 Near { group: other, cosine, apart_from }
             })
-            .filter(|near| near.apart_from > rule.noncentrality * u)
+            .filter(|near| prospects.get(own).and_then(|p| p.minimal).is_some_and(|minimal| near.apart_from > minimal))
             .collect();
         group.near.sort_by(|a, b| b.cosine.abs().total_cmp(&a.cosine.abs()));
     }
@@ -214,18 +232,29 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     Ok(Foresight { rule, prospects, groups, passed_over: passed_over.collect() })
 }
 
-fn rule(tests: usize, dof: usize) -> Rule {
-    let significance = Settings::default().significance;
-    let tests = tests.max(1);
-    // alone: the level at which each of so many tests is made
-    let alone = -f64::exp_m1(f64::ln_1p(-Settings::at(significance).names()) / tests as f64);
-    let z = |p: f64| normal_quantile(p).unwrap_or(0.0);
+/// What is written of the rule, for one of so many tests at its level.
+fn rule(tests: usize, alone: f64, dof: usize) -> Rule {
     let nu = dof.saturating_sub(1) as f64;
     // the noncentral t by its normal approximation (M. Abramowitz, I. A. Stegun 1964, 26.7.10)
     let with_residuals = student_t_quantile(1.0 - 0.5 * alone, nu)
         .filter(|_| nu >= 1.0)
         .map(|t| t * (1.0 - 0.25 / nu) + z(POWER) * (1.0 + 0.5 * t * t / nu).sqrt());
-    Rule { significance, power: POWER, tests, noncentrality: z(1.0 - 0.5 * alone) + z(POWER), with_residuals }
+    let significance = Settings::default().significance;
+    Rule { significance, power: POWER, tests, noncentrality: noncentrality(alone), with_residuals }
+}
+
+fn z(p: f64) -> f64 {
+    normal_quantile(p).unwrap_or(0.0)
+}
+
+/// Size of an effect, in units of its u, that a two-sided test at this level sees with the power of the rule.
+fn noncentrality(alone: f64) -> f64 {
+    z(1.0 - 0.5 * alone) + z(POWER)
+}
+
+/// What must be left of an effect beside another one, in units of u, for the other to be dropped with the power of the rule.
+fn apart() -> f64 {
+    z(POWER) + (z(POWER).powi(2) + Settings::default().indistinguishable).sqrt()
 }
 
 /// Change of every unknown when the effect, with coefficient 1, is in the readings and not in the model.

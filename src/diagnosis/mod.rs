@@ -29,6 +29,7 @@
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
+//! | `level.rs` | the level that one column must pass |
 //! | `foresee.rs` | what a diagnosis could find on a schedule |
 //! | `prospective.rs` | its columns, where nobody has measured yet |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
@@ -49,6 +50,7 @@ mod families;
 mod finding;
 mod foresee;
 mod holdout;
+mod level;
 mod linear;
 mod noise;
 mod pass;

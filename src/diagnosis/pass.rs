@@ -137,6 +137,13 @@ impl<'a> Pass<'a> {
         Ok((design, weighted, candidates, evidence))
     }
 
+    /// How many directions are tested together, and for how many tests the probability of each candidate accounts.
+    pub fn tests(&mut self) -> Result<(usize, Vec<(String, Option<usize>, f64)>)> {
+        let (_, _, candidates, evidence) = self.evidence()?;
+        let own = candidates.into_iter().zip(&evidence.multiplicity);
+        Ok((evidence.tests, own.map(|(c, tests)| (c.regressor, c.sensor, *tests)).collect()))
+    }
+
     /// What the point has beyond the model as given (a tilt that was found) belongs to the gap: it is taken out of the predictions linearly, so
     /// that columns are those of the point and the gap is that of the model as given.
     fn put_back(&self, design: &mut DesignMatrix) {

@@ -6,8 +6,9 @@
 use super::basis::{self, Coupling, Dependence};
 use crate::error::{Fault, Malformed, Result};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::matmul::matmul;
 use faer::linalg::{householder, qr, triangular_inverse};
-use faer::{Conj, Mat, MatRef, Par};
+use faer::{Accum, Conj, Mat, MatRef, Par};
 
 /// The factorisation behind an estimate: `W A D^-1` restricted to independent columns equals `Q R`.
 ///
@@ -143,7 +144,16 @@ impl Factor {
 
     /// Sensitivities `d x / d y`, `n x m`: how each unknown follows each reading.
     pub fn sensitivities(&self) -> Mat<f64> {
-        let mut sensitivities = self.whitened_directions() * self.q.transpose();
+        let directions = self.whitened_directions();
+        let mut sensitivities = Mat::zeros(directions.nrows(), self.weight.len());
+        // block by block: a product with all rows at once would pack kilobytes for each
+        let mut start = 0;
+        while start < self.weight.len() {
+            let count = BLOCK.min(self.weight.len() - start);
+            let (q, out) = (self.q.subrows(start, count), sensitivities.subcols_mut(start, count));
+            matmul(out, Accum::Replace, directions.as_ref(), q.transpose(), 1.0, Par::Seq);
+            start += count;
+        }
         for (i, w) in self.weight.iter().enumerate() {
             sensitivities.col_as_slice_mut(i).iter_mut().for_each(|s| *s *= w);
         }
@@ -297,6 +307,8 @@ fn out_of_range(j: usize) -> Malformed {
 
 /// From so many rows on reflections are applied one by one: joining them into blocks would pack kilobytes for each row.
 const TALL: usize = 8192;
+/// Rows of a block of a product.
+const BLOCK: usize = 512;
 
 /// Column-pivoted Householder QR of the columns `active` of `scaled`, whose norms are 1.
 pub(super) fn pivoted_qr(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pivoted {

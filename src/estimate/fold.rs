@@ -144,8 +144,34 @@ impl Fold {
     }
 }
 
+/// From so many rows on a triangle is folded block by block: a factorisation of all rows at once would pack kilobytes for each.
+const TALL: usize = 4096;
+const BLOCK: usize = 1024;
+
 /// The upper triangle `R` of `work = Q R`, `n x n`, for `work` with at least as many rows as columns.
-pub(super) fn triangle(mut work: Mat<f64>) -> Mat<f64> {
+///
+/// Many rows go block by block, `[R; block] = Q' R'`: the same triangle but for signs of rows.
+pub(super) fn triangle(work: Mat<f64>) -> Mat<f64> {
+    let (m, n) = work.shape();
+    if m <= TALL.max(8 * n) {
+        return factorised(work);
+    }
+    let size = BLOCK.max(4 * n);
+    let mut folded = factorised(work.subrows(0, size).to_owned());
+    let mut start = size;
+    while start < m {
+        let count = size.min(m - start);
+        let rows = work.subrows(start, count);
+        folded = factorised(Mat::from_fn(n + count, n, |i, j| match i.checked_sub(n) {
+            None => folded[(i, j)],
+            Some(i) => rows[(i, j)],
+        }));
+        start += count;
+    }
+    folded
+}
+
+fn factorised(mut work: Mat<f64>) -> Mat<f64> {
     let (m, n) = work.shape();
     let block = qr::recommended_block_size::<f64>(m, n).clamp(1, n.max(1));
     let mut coefficients = Mat::zeros(block, n);

@@ -20,8 +20,6 @@ pub struct Checks {
     pub snooping: Option<Snooping>,
     /// For each row, the smallest fault that a test at 0.1 % finds with 80 % power, in the sensor's unit.
     pub detectable: Vec<Option<f64>>,
-    /// For each row, what that fault would do to each estimated parameter if nobody found it (external reliability).
-    pub external: Vec<Option<Vec<f64>>>,
     /// For each estimated parameter, how it would change without the suspicious readings; empty where there are none.
     pub without_suspects: Vec<f64>,
 }
@@ -92,12 +90,6 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     checks.detectable = whitened.detectable(common);
     let unknowns = campaign.unknowns();
     let sensitivity = |j: usize, i: usize| step.noise.sensitivities[(j, i)];
-    checks.external = checks
-        .detectable
-        .iter()
-        .enumerate()
-        .map(|(i, mdb)| mdb.map(|mdb| (0..unknowns).map(|j| sensitivity(j, i) * mdb).collect()))
-        .collect();
     if let Some(found) = checks.snooping.as_ref().filter(|found| !found.suspects.is_empty()) {
         checks.without_suspects = (0..unknowns)
             .map(|j| -found.suspects.iter().map(|s| sensitivity(j, s.row) * s.shift).sum::<f64>())

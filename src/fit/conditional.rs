@@ -4,11 +4,12 @@
 //! scale factor changes with a mounting angle that hides in an installation error, and its uncertainty does not contain that.
 
 use super::parameters::ParameterResult;
-use super::{Settings, State, step};
+use super::scatter::own_system;
+use super::{Settings, State, step, weigh};
 use crate::campaign::{Campaign, Kind};
-use crate::design::{self, Model};
+use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
-use crate::estimate::Estimate;
+use crate::estimate::{self, Estimate, Group, ScaleHints, Scattered, System};
 
 /// How estimates follow a free direction.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +37,7 @@ pub(super) fn conditional(
     campaign: &Campaign,
     model: &Model,
     point: &[f64],
-    estimate: &Estimate,
+    (estimate, scattered): (&Estimate, Option<&Scattered>),
     parameters: &[ParameterResult],
     settings: &Settings,
 ) -> Result<Vec<Conditional>> {
@@ -74,11 +75,15 @@ pub(super) fn conditional(
             for k in &outside {
                 design.jacobian.col_as_slice_mut(*k).fill(0.0);
             }
-            let Ok(again) = step::solve(campaign, &design, settings) else { continue };
+            let again = match scattered {
+                Some(found) => with_variances(campaign, &design, found, settings),
+                None => step::solve(campaign, &design, settings).map(|step| step.change),
+            };
+            let Ok(again) = again else { continue };
             for (k, result) in parameters.iter().enumerate().filter(|(_, own)| own.state != State::NotEstimable) {
                 let Some(u) = result.uncertainty.map(|own| own.u).filter(|u| *u > 0.0) else { continue };
                 let along = direction.terms.iter().find(|(j, _)| *j == k).map_or(0.0, |(_, c)| sign * length * c);
-                let share = (again.change.get(k).copied().unwrap_or_default() + along).abs() / u;
+                let share = (again.get(k).copied().unwrap_or_default() + along).abs() / u;
                 match shifts.iter_mut().find(|(j, _)| *j == k) {
                     Some((_, before)) => *before = before.max(share),
                     None => shifts.push((k, share)),
@@ -92,4 +97,22 @@ pub(super) fn conditional(
         }
     }
     Ok(found)
+}
+
+/// The step from a design with the variances as they were found: they change no more than the estimates do.
+fn with_variances(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    found: &Scattered,
+    settings: &Settings,
+) -> Result<Vec<f64>> {
+    let system = own_system(campaign, design, &weigh(campaign, design, settings.weighting)?);
+    let m = system.observed.len();
+    let white = System {
+        rows: found.whitening.whiten_columns(&system.rows),
+        observed: found.whitening.whiten(&system.observed),
+        u: vec![1.0; m],
+        group: vec![Group::Known; m],
+    };
+    estimate::solve(&white, &ScaleHints::default(), &settings.adjust).map(|found| found.solution)
 }

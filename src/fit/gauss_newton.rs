@@ -74,12 +74,21 @@ pub struct Iteration {
     pub share: f64,
 }
 
+impl Iteration {
+    /// How often the step was halved: a share of `2^-k` is the k-th half.
+    fn halvings(&self) -> usize {
+        (-self.share.max(1e-12).log2()).round() as usize
+    }
+}
+
 /// A step is negligible when it moves no weighted prediction by more than this share of the weighted observations' norm,
 const NEGLIGIBLE: f64 = 1e-14;
 /// or by more than this share of the weighted residuals' norm: then it changes no estimate by a visible part of its uncertainty.
 const INVISIBLE: f64 = 1e-9;
-/// Over so many iterations the sum of squares must fall by `PROGRESS` of itself, or the steps become half as long.
+/// Over so many trial points the sum of squares must fall by `PROGRESS` of itself, or the steps become half as long.
 const PATIENCE: usize = 20;
+/// So many halvings for each iteration that is allowed: what needs more hardly moves.
+const HALVINGS: usize = 2;
 const PROGRESS: f64 = 1e-6;
 /// An unknown that the reference point does not determine may take part in so many iterations.
 const RELEASED: usize = 10;
@@ -287,7 +296,8 @@ struct Walk<'a> {
 impl Walk<'_> {
     /// Walk to the end; no reason to stop comes back where the unknowns that the reference point does not determine must be held.
     fn go(&mut self, mut design: DesignMatrix, mut step: Linear) -> Result<(DesignMatrix, Option<Stop>)> {
-        while self.iterations.len() < self.settings.iterations {
+        while self.iterations.len() < self.settings.iterations && self.halvings() < HALVINGS * self.settings.iterations
+        {
             let before = step.merit(&step.system.observed);
             let length = step.length();
             let size = step.merit(&values(&design, &step.system)).sqrt();
@@ -345,16 +355,25 @@ impl Walk<'_> {
                 self.hold(&mut next);
                 return Ok((share, Some(next)));
             }
-            share *= 0.5;
+            // a long way to go is gone in long steps: every trial predicts all readings
+            share *= if share > 0.05 { 0.5 } else { 0.1 };
         }
         Ok((share, None))
     }
 
+    /// How often steps were halved so far.
+    fn halvings(&self) -> usize {
+        self.iterations.iter().map(Iteration::halvings).sum()
+    }
+
     /// Neither the fit has become better of late, nor the steps shorter.
     fn is_stalled(&self, now: f64, length: f64) -> bool {
-        let Some(then) = self.iterations.len().checked_sub(PATIENCE).and_then(|k| self.iterations.get(k)) else {
-            return false;
-        };
+        let mut spent = 0;
+        let long_ago = self.iterations.iter().rev().find(|own| {
+            spent += 1 + own.halvings();
+            spent >= PATIENCE
+        });
+        let Some(then) = long_ago else { return false };
         now > then.sum_of_squares * (1.0 - PROGRESS) && length > 0.5 * then.step
     }
 

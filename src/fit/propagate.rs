@@ -36,8 +36,10 @@ pub struct Joint {
     pub ellipsoid_factor: Option<f64>,
 }
 
+/// Most trials.
+pub const MOST_TRIALS: usize = 20_000_000;
 /// Fewest and most trials.
-const TRIALS: std::ops::RangeInclusive<usize> = 1_000..=20_000_000;
+const TRIALS: std::ops::RangeInclusive<usize> = 1_000..=MOST_TRIALS;
 
 /// Draw a fit's parameters and derived quantities.
 ///

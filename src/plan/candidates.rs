@@ -32,6 +32,13 @@ const MOST_CANDIDATES: usize = 200_000;
 /// Columns, samples and stated uncertainties are those of the first reading that turns in the same way; a bench without joints has the schedule's distinct readings as candidates.
 /// Errors: a step that is not positive, or gives more than 200,000 positions.
 pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
+    sweep_with_rates(campaign, step_deg, &[])
+}
+
+/// The same with further rates (degrees per second) of every joint that the schedule turns.
+///
+/// Errors: those of [`sweep`], a rate that is zero or not finite, rates where no joint turns.
+pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Result<Readings> {
     let rows = &campaign.readings.rows;
     let columns = campaign.readings.columns.clone();
     let Some(first) = rows.first() else { return Ok(Readings { columns, rows: Vec::new() }) };
@@ -49,6 +56,16 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
         }
         return Ok(Readings { columns, rows: distinct });
     }
+    if let Some(rate) = rates.iter().find(|rate| **rate == 0.0 || !rate.is_finite()) {
+        return Err(Malformed::new(Fault::Value, "a rate of the sweep is not possible")
+            .expected("degrees per second, other than zero")
+            .found(rate.to_string()));
+    }
+    let is_turned = |reading: &Reading| reading.joints.iter().any(|state| state.at_rate(1.0).is_some());
+    if !rates.is_empty() && !rows.iter().any(is_turned) {
+        return Err(Malformed::new(Fault::Value, "further rates are given, and no joint of the schedule turns")
+            .expected("a schedule in which some joint has a rate (<joint>_deg_s)"));
+    }
     let mut states: Vec<Vec<JointState>> = Vec::new();
     let mut total = 1.0_f64;
     for joint in 0..first.joints.len() {
@@ -56,6 +73,13 @@ pub fn sweep(campaign: &Campaign, step_deg: f64) -> Result<Readings> {
         for state in rows.iter().filter_map(|r| r.joints.get(joint)) {
             if !seen.contains(state) {
                 seen.push(*state);
+            }
+        }
+        for state in seen.clone() {
+            for faster in rates.iter().filter_map(|rate| state.at_rate(*rate)) {
+                if !seen.contains(&faster) {
+                    seen.push(faster);
+                }
             }
         }
         // a joint that both stands and turns keeps the states in which it turns

@@ -4,20 +4,20 @@ use super::blocks::{add_outer, rank};
 use super::bound::{Bound, bound};
 use super::candidates::{Unit, frozen};
 use super::criterion::{Criterion, objective};
-use super::effort::{Costs, Noise, Offer, mounting, planned};
+use super::effort::{Costs, Noise, Offer, planned};
 use super::enumerate;
 use super::exchange::{Design, Objective, Problem};
 use super::judge::{Judgement, check_question, judge};
 use super::levels::{carried, levels};
-use super::order::{Order, ordered};
+use super::order::Order;
 use super::point::check_point;
-use super::pool::{Pool, log_det_of};
+use super::pool::Pool;
 use super::prices::Prices;
+use super::reasons::{Reason, reasons};
+use super::scheduled::{check, scheduled};
 use super::search::{Found, Limits, Progress, search};
-use super::whitened::{adjusted, with_priors};
-use crate::campaign::{Campaign, Reading, Readings};
+use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::Estimate;
 use crate::fit::Separation;
 
 /// How exchanges look for partners.
@@ -325,76 +325,6 @@ fn fewest_mountings(problem: &Problem<'_>, prices: &Prices) -> usize {
     n.saturating_sub(rank(problem.base, n)).div_ceil(most).max(1)
 }
 
-/// Why a mounting is in a schedule: what would be lost without it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reason {
-    /// Its label.
-    pub position: String,
-    /// The estimated parameter (by index) that would lose most.
-    pub parameter: usize,
-    /// By what factor its uncertainty would grow; `None` where it would not be determined.
-    pub grows: Option<f64>,
-}
-
-/// With more mountings or readings than this, reasons are not looked for.
-const MOST_REASONS: usize = 100;
-const MOST_READINGS: usize = 2000;
-
-/// Every mounting after the first `kept` readings, left out in turn.
-pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result<Vec<Reason>> {
-    let rows = &schedule.readings.rows;
-    let mut labels: Vec<&str> = Vec::new();
-    for row in rows.iter().skip(kept) {
-        if !labels.contains(&row.position.as_str()) {
-            labels.push(&row.position);
-        }
-    }
-    if labels.len() > MOST_REASONS || rows.len() > MOST_READINGS {
-        return Ok(Vec::new());
-    }
-    let n = schedule.unknowns();
-    let u = |readings: &Readings| -> Result<Vec<Option<f64>>> {
-        let estimate = adjusted(schedule, &with_priors(schedule, readings, noise, &[])?, n)?;
-        let known = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
-        Ok((0..n).map(|k| known(k).then(|| estimate.covariance[(k, k)].sqrt())).collect())
-    };
-    let with = u(&schedule.readings)?;
-    let mut reasons = Vec::with_capacity(labels.len());
-    for label in labels {
-        let left =
-            rows.iter().enumerate().filter(|(k, row)| *k < kept || row.position != label).map(|(_, row)| row.clone());
-        let left = Readings { columns: schedule.readings.columns.clone(), rows: left.collect() };
-        let without = if left.rows.is_empty() { vec![None; n] } else { u(&left)? };
-        let growth = |k: usize| match (with.get(k).copied().flatten(), without.get(k).copied().flatten()) {
-            (Some(with), Some(without)) if with > 0.0 => without / with,
-            (Some(_), None) => f64::INFINITY,
-            _ => 1.0,
-        };
-        let most = (0..n).max_by(|a, b| growth(*a).total_cmp(&growth(*b)).then(b.cmp(a)));
-        if let Some(parameter) = most {
-            let grows = Some(growth(parameter)).filter(|g| g.is_finite());
-            reasons.push(Reason { position: label.to_string(), parameter, grows });
-        }
-    }
-    Ok(reasons)
-}
-
-/// What is kept as it is, then what was chosen, in the order to run.
-pub(super) fn scheduled(
-    campaign: &Campaign,
-    kept: &Readings,
-    pool: &Pool,
-    chosen: &[usize],
-    offer: &Offer,
-    request: &Request,
-) -> Result<Campaign> {
-    let Offer { noise, costs, .. } = offer;
-    let rows = schedule_rows(kept, pool, chosen, !noise.remount.is_empty());
-    let all = planned(campaign, &Readings { columns: kept.columns.clone(), rows });
-    let run = ordered(&campaign.with_readings(all), noise, costs, request.order, request.seed, kept.rows.len())?;
-    Ok(campaign.with_readings(relabelled(kept, run)))
-}
-
 fn portions_to_choose(pool: &Pool, request: &Request) -> Result<usize> {
     let size = pool.portion_size();
     let wrong = |expected: String| {
@@ -482,78 +412,4 @@ fn least_budget(poor: f64, cost_within: impl Fn(f64) -> Option<f64>) -> Option<f
         }
     }
     Some(high)
-}
-
-/// Kept readings and chosen ones. New mountings are numbered on from the kept labels; where remounting scatters, a repeat is a new mounting.
-pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repeats_remount: bool) -> Vec<Reading> {
-    let mut rows: Vec<Reading> = kept.rows.clone();
-    let mut next = 1 + kept.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0);
-    let mut labels: Vec<(Vec<Option<f64>>, String)> = Vec::new();
-    for portion in chosen.iter().filter_map(|j| pool.portions.get(*j)) {
-        let place = portion.first().map(mounting).unwrap_or_default();
-        let known =
-            labels.iter().find(|(other, _)| !repeats_remount && *other == place).map(|(_, label)| label.clone());
-        let label = known.unwrap_or_else(|| {
-            let label = next.to_string();
-            next += 1;
-            labels.push((place, label.clone()));
-            label
-        });
-        rows.extend(portion.iter().map(|r| Reading { position: label.clone(), ..r.clone() }));
-    }
-    rows
-}
-
-/// New mountings numbered in the order in which they are run; labels that were kept stay.
-pub(super) fn relabelled(kept: &Readings, mut run: Readings) -> Readings {
-    let old: Vec<&str> = kept.rows.iter().map(|r| r.position.as_str()).collect();
-    let mut next = 1 + old.iter().filter_map(|label| label.parse::<usize>().ok()).max().unwrap_or(0);
-    let mut names: std::collections::HashMap<String, String> = std::collections::HashMap::new();
-    for reading in run.rows.iter_mut().filter(|r| !old.contains(&r.position.as_str())) {
-        let label = names.entry(reading.position.clone()).or_insert_with(|| {
-            next += 1;
-            (next - 1).to_string()
-        });
-        reading.position.clone_from(label);
-    }
-    run
-}
-
-/// The criterion from a fresh QR of the final schedule, against the value that the exchange ended with.
-fn check(
-    schedule: &Campaign,
-    noise: &Noise,
-    pool: &Pool,
-    objective: &Objective,
-    design: &Design,
-) -> Result<Option<f64>> {
-    let n = schedule.unknowns();
-    let fresh = adjusted(schedule, &with_priors(schedule, &schedule.readings, noise, &[])?, n)?;
-    let basis = pool.estimate.factor.basis();
-    if fresh.rank != pool.blocks.unknowns() || fresh.factor.basis().iter().any(|j| !basis.contains(j)) {
-        return Ok(None);
-    }
-    let relative = |found: f64| (found / design.value - 1.0).abs();
-    Ok(match objective {
-        // per unknown, as a relative change of the determinant
-        Objective::Determinant => Some((log_det_of(&fresh) - pool.log_det_in_units(-design.value)).abs() / n as f64),
-        _ if fresh.rank < n => None,
-        Objective::Trace(w) => Some(relative(super::blocks::dot(w, &in_coordinates(pool, &fresh)))),
-        Objective::Largest(rows) => Some(relative(rows.largest_quadratic(&in_coordinates(pool, &fresh)))),
-    })
-}
-
-/// Covariance of `z = R D x`, the pool's coordinates, row by row, from that of `x`.
-fn in_coordinates(pool: &Pool, fresh: &Estimate) -> Vec<f64> {
-    let factor = &pool.estimate.factor;
-    let (basis, r, scale) = (factor.basis(), factor.r(), factor.scale());
-    let n = basis.len();
-    let t = |i: usize, k: usize| r[(i, k)] * basis.get(k).and_then(|j| scale.get(*j)).copied().unwrap_or_default();
-    let c = |k: usize, l: usize| match (basis.get(k), basis.get(l)) {
-        (Some(a), Some(b)) => fresh.covariance[(*a, *b)],
-        _ => 0.0,
-    };
-    let half: Vec<Vec<f64>> =
-        (0..n).map(|i| (0..n).map(|l| (i..n).map(|k| t(i, k) * c(k, l)).sum()).collect()).collect();
-    half.iter().flat_map(|row| (0..n).map(move |j| (j..n).map(|l| row[l] * t(j, l)).sum::<f64>())).collect()
 }

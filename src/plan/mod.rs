@@ -30,8 +30,11 @@
 //! | `bound.rs` | the approximate design: what no schedule can beat |
 //! | `choose.rs` | a choice among plain rows |
 //! | `improve.rs` | the best positions, chosen or added |
+//! | `scheduled.rs` | from chosen portions to a schedule |
+//! | `reasons.rs` | why each mounting is in it |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that tell two effects apart |
+//! | `extended.rs` | effects as further unknowns |
 //! | `telling.rs` | one position that tells an effect from many |
 //! | `order.rs` | the order to run |
 //!
@@ -49,6 +52,7 @@ mod discriminate;
 mod effort;
 mod enumerate;
 mod exchange;
+mod extended;
 mod goal;
 mod improve;
 mod independent;
@@ -61,26 +65,30 @@ mod partners;
 mod point;
 mod pool;
 mod prices;
+mod reasons;
+mod scheduled;
 mod search;
 mod state;
 mod telling;
 mod whitened;
 
 pub use blocks::Blocks;
-pub use candidates::{Unit, Zone, from_schedule, sweep, without};
+pub use candidates::{Unit, Zone, from_schedule, sweep, sweep_with_rates, without};
 pub use choose::{Choice, choose};
 pub use criterion::Criterion;
 pub use derived::is_angle;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub use exchange::Objective;
+pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
-pub use improve::{Improvement, Method, Reason, Request, improve};
+pub use improve::{Improvement, Method, Request, improve};
 pub(crate) use judge::system;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};
 pub use point::{Judged, Lacking, PointSource, judged_at};
+pub use reasons::Reason;
 pub use search::Progress;
 pub use telling::{Telling, telling};
 pub use whitened::Term;

@@ -16,6 +16,11 @@ use std::collections::BTreeMap;
 
 /// The report of a fit.
 pub fn fit_report(fit: &Fit) -> FitReport {
+    FitReport { readings: readings(fit), ..fit_summary(fit) }
+}
+
+/// The same without its list of readings, which takes a kilobyte for each.
+pub fn fit_summary(fit: &Fit) -> FitReport {
     let campaign = &fit.campaign;
     let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
     let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
@@ -50,7 +55,7 @@ pub fn fit_report(fit: &Fit) -> FitReport {
         estimable_combinations: fit.combinations.iter().map(combination).collect(),
         conditional: fit.conditional.iter().map(|own| conditional(campaign, own)).collect(),
         nonlinear: nonlinear(fit),
-        readings: readings(fit),
+        readings: Vec::new(),
         convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
             converged: record.converged,
             stop: record.stop.reason().to_string(),

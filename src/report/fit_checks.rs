@@ -134,9 +134,8 @@ pub(super) fn robust(fit: &Fit) -> Option<RobustReport> {
 
 /// What an undetected fault of a reading would do to each parameter (tilts in arcseconds).
 pub(super) fn external(fit: &Fit, row: usize) -> Option<BTreeMap<String, f64>> {
-    let effects = fit.checks.external.get(row)?.as_ref()?;
-    let named = fit.parameters.iter().zip(effects).enumerate();
-    Some(named.map(|(k, (p, effect))| (p.id.clone(), effect * shown(fit, k))).collect())
+    let named = fit.parameters.iter().enumerate();
+    named.map(|(k, p)| Some((p.id.clone(), fit.external(row, k)? * shown(fit, k)))).collect()
 }
 
 /// The checks.
@@ -224,12 +223,8 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     });
     let mut external = BTreeMap::new();
     for (k, parameter) in fit.parameters.iter().enumerate() {
-        let worst = fit
-            .checks
-            .external
-            .iter()
-            .enumerate()
-            .filter_map(|(i, effects)| Some((row(i)?.reading + 1, *effects.as_ref()?.get(k)?)))
+        let worst = (0..fit.checks.detectable.len())
+            .filter_map(|i| Some((row(i)?.reading + 1, fit.external(i, k)?)))
             .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         if let Some((index, effect)) = worst {
             external.insert(parameter.id.clone(), ExternalReport { index, effect: effect * shown(fit, k) });

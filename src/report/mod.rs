@@ -80,7 +80,7 @@ pub use fit::{
     ArcsecReport, BudgetReport, CombinationValueReport, ConditionalReport, ConvergenceReport, CovarianceReport,
     DerivedReport, FitReport, FitSummary, IterationReport, KnownReport, ParameterReport, ReadingReport,
 };
-pub use fit_build::fit_report;
+pub use fit_build::{fit_report, fit_summary};
 pub use provenance::Input;
 pub use reduction::{DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
 pub use reduction_table::reduce_table;
@@ -115,7 +115,7 @@ pub use noise_analysis::{
 };
 pub use noise_table::{kalibr, noise_table};
 pub use plan::{
-    ComparisonReport, CorrelationReport, DiscriminationReport, GoalReport, ImprovedReport, JudgementReport,
+    ComparisonReport, CorrelationReport, DiscriminationReport, FindReport, GoalReport, ImprovedReport, JudgementReport,
     LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
     PredictedReport, ReasonReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
 };

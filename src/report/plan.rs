@@ -27,10 +27,28 @@ pub struct PlanReport {
     /// Where each estimated parameter stands at which the schedules are judged.
     #[serde(default)]
     pub judged_at: Vec<PointReport>,
+    /// Effects that the schedule is asked to find.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub finds: Vec<FindReport>,
     /// The schedule that was given.
     pub schedule: JudgementReport,
     /// The better schedule, if one was asked for.
     pub improved: Option<ImprovedReport>,
+}
+
+/// An effect that is to be found, as a limit on the uncertainty of its coefficient.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FindReport {
+    /// The effect.
+    pub effect: String,
+    /// Its coefficient in the model of this plan.
+    pub coefficient: String,
+    /// The size that is to be found (radians for tilts).
+    pub size: f64,
+    /// Probability of finding it.
+    pub power: f64,
+    /// The limit: the size over the noncentrality of that power.
+    pub u: f64,
 }
 
 /// Value of one estimated parameter at which schedules are judged.

@@ -109,6 +109,7 @@ pub fn plan_report(
             .filter_map(|(k, sd)| Some((campaign.parameters.get(*k)?.id.clone(), *sd)))
             .collect(),
         judged_at: point(campaign, from),
+        finds: Vec::new(),
         schedule: given,
         improved,
     }

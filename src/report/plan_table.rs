@@ -3,8 +3,8 @@
 use super::foresight_table::foresight_table;
 use super::table::{count, plain, significant};
 use super::{
-    DiscriminationReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, NotEstimableReport, PlanReport,
-    PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
+    DiscriminationReport, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, NotEstimableReport,
+    PlanReport, PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
 };
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
         text.push_str(&foresight_table(effects));
     }
     if let Some(improved) = &report.improved {
-        text.push_str(&better(improved));
+        text.push_str(&better(improved, &report.finds));
         let effects = improved.judgement.effects.as_ref().filter(|_| not_told_apart(improved).is_none());
         if let Some(effects) = effects {
             text.push_str(&foresight_table(effects));
@@ -205,8 +205,7 @@ pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, Str
         let (run, left) = rest.split_at(length);
         let part = |(key, value): (&String, &f64)| match changing {
             Some(own) if own == key => {
-                let values = run.iter().filter_map(|p| p.at.get(key)).map(f64::to_string).collect::<Vec<_>>();
-                format!("{key} = {}", values.join(", "))
+                format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key))))
             }
             _ => format!("{key} = {value}"),
         };
@@ -218,6 +217,22 @@ pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, Str
         rest = left;
     }
     lines
+}
+
+/// Values in order, four and more of one in a row as `40 (4 times)`.
+fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
+    let mut runs: Vec<(f64, usize)> = Vec::new();
+    for value in values {
+        match runs.last_mut() {
+            Some((own, count)) if own == value => *count += 1,
+            _ => runs.push((*value, 1)),
+        }
+    }
+    let text = |(value, count): (f64, usize)| match count {
+        1..=3 => vec![value.to_string(); count].join(", "),
+        _ => format!("{value} ({count} times)"),
+    };
+    runs.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// How good the choice is proven to be.
@@ -296,6 +311,18 @@ pub(super) fn percent(share: f64) -> String {
     format!("{:.2} %", (share * 1e4 + 1e-2).floor() / 100.0)
 }
 
+/// What an effect that is to be found asks of the schedule.
+fn found_with(find: &FindReport) -> String {
+    format!(
+        "{} of {} is found with probability {} where the u of its coefficient {} is at most {}",
+        find.effect,
+        significant(find.size, 3),
+        find.power,
+        find.coefficient,
+        significant(find.u, 3)
+    )
+}
+
 /// What a goal counts, and what is known of its cost.
 pub(super) fn goal_notes(improved: &ImprovedReport, goal: &GoalReport) -> Vec<String> {
     let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -360,7 +387,7 @@ pub(super) fn not_told_apart(improved: &ImprovedReport) -> Option<String> {
     none.then(|| format!("No candidate tells {a} and {b} apart, so nothing is added."))
 }
 
-fn better(improved: &ImprovedReport) -> String {
+fn better(improved: &ImprovedReport, finds: &[FindReport]) -> String {
     if let Some(nothing) = not_told_apart(improved) {
         return format!("\n{nothing}\n");
     }
@@ -389,6 +416,9 @@ fn better(improved: &ImprovedReport) -> String {
         for line in apart(separation) {
             text.push_str(&format!("  {line}\n"));
         }
+    }
+    for find in finds {
+        text.push_str(&format!("  {}\n", found_with(find)));
     }
     if let Some(goal) = &improved.goal {
         let share = goal.largest_share.map_or("unknown".into(), |s| significant(s, 3));

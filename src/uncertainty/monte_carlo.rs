@@ -93,11 +93,14 @@ pub struct MonteCarlo {
 
 /// Trials in a block.
 const BLOCK: usize = 10_000;
+/// Blocks that are drawn before their values are sorted into the tails.
+const TOGETHER: usize = 16;
 
 /// Draw `trials` and summarise them at a coverage probability; the ellipsoid is that of the outputs after the first `parameters`, or
 /// of those where fewer than two follow. `progress` hears how many trials each finished block had.
 ///
-/// `None` if fewer than half of the trials, or fewer than 100, give finite outputs.
+/// Only the tails are kept that the intervals can end in ([`values_kept`]); the ellipsoid, which needs the covariance first, is found from the
+/// same trials drawn again. `None` if fewer than half of the trials, or fewer than 100, give finite outputs.
 pub fn monte_carlo(
     model: &Model,
     trials: usize,
@@ -108,53 +111,215 @@ pub fn monte_carlo(
 ) -> Option<MonteCarlo> {
     let count = model.outputs.len();
     let parameters = parameters.min(count);
-    let blocks = trials.div_ceil(BLOCK);
-    let drawn: Vec<Vec<f64>> = (0..blocks)
-        .into_par_iter()
-        .map(|block| {
-            let size = BLOCK.min(trials - block * BLOCK);
-            let values = draw(model, size, seed, block as u64);
-            progress(size);
-            values
-        })
-        .collect();
-    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(trials); count];
-    for trial in drawn.iter().flat_map(|block| block.chunks_exact(count.max(1))) {
-        if trial.iter().all(|value| value.is_finite()) {
-            columns.iter_mut().zip(trial).for_each(|(column, value)| column.push(*value));
-        }
-    }
-    drop(drawn);
-    let kept = columns.first().map_or(0, Vec::len);
+    let several = if count >= parameters + 2 { parameters..count } else { 0..parameters };
+    let twice = several.len() >= 2;
+    let blocks = Blocks { model, trials, seed, count };
+    let keep = tail(trials, level);
+    let mut tails: Vec<(Tail, Tail)> = vec![(Tail::new(keep), Tail::new(keep)); count];
+    let mut sums = Sums::new(blocks.centre());
+    blocks.visit(|drawn| {
+        drawn.iter().for_each(|block| sums.add(block, count));
+        tails.par_iter_mut().enumerate().for_each(|(k, (low, high))| {
+            for value in drawn.iter().flat_map(|block| block.iter().skip(k).step_by(count.max(1))) {
+                low.push(*value);
+                high.push(-value);
+            }
+        });
+        let size: usize = drawn.iter().map(|block| block.len() / count.max(1)).sum();
+        progress(if twice { size - size / 2 } else { size });
+    });
+    let kept = sums.trials;
     if kept < 100 || 2 * kept < trials {
         return None;
     }
-    let means: Vec<f64> = columns.iter().map(|c| c.iter().sum::<f64>() / kept as f64).collect();
-    let covariance: Vec<Vec<f64>> = (0..count)
+    let means = sums.means();
+    let covariance = sums.covariance();
+    let ellipsoid_factor = if twice {
+        let joint: Vec<Vec<f64>> = covariance[several.clone()].iter().map(|r| r[several.clone()].to_vec()).collect();
+        ellipsoid_factor(&blocks, several.start, (&means[several.clone()], &joint), (kept, level), progress)
+    } else {
+        None
+    };
+    let outputs = tails
         .into_par_iter()
-        .map(|a| {
-            (0..count)
-                .map(|b| {
-                    let pairs = columns[a].iter().zip(&columns[b]);
-                    pairs.map(|(x, y)| (x - means[a]) * (y - means[b])).sum::<f64>() / (kept as f64 - 1.0)
-                })
-                .collect()
-        })
-        .collect();
-    let several = if count >= parameters + 2 { parameters..count } else { 0..parameters };
-    let joint: Vec<Vec<f64>> = covariance[several.clone()].iter().map(|row| row[several.clone()].to_vec()).collect();
-    let ellipsoid_factor = ellipsoid_factor(&columns[several.clone()], &means[several], &joint, level);
-    let outputs = columns
-        .iter_mut()
         .enumerate()
-        .map(|(k, column)| {
-            column.par_sort_unstable_by(f64::total_cmp);
-            let (symmetric, shortest) = intervals(column, level);
-            let ends = sampling(column, level);
+        .map(|(k, (low, high))| {
+            let sorted = Sorted { low: low.sorted(), high: high.sorted(), len: kept };
+            let (symmetric, shortest) = intervals(&sorted, level);
+            let ends = sampling(&sorted, level);
             Propagated { mean: means[k], sd: covariance[k][k].sqrt(), symmetric, shortest, ends }
         })
         .collect();
     Some(MonteCarlo { trials: kept, asked: trials, seed, outputs, covariance, ellipsoid_factor })
+}
+
+/// The most numbers that [`monte_carlo`] holds at once: both tails of each output, and the blocks being drawn.
+///
+/// ```
+/// use tumble::uncertainty::monte_carlo::values_kept;
+/// // ten million trials of seven outputs at 95 %: less than a seventh of the values
+/// assert!(values_kept(10_000_000, 7, 0.95) < 10_000_000);
+/// ```
+pub fn values_kept(trials: usize, outputs: usize, level: f64) -> usize {
+    let tail = tail(trials, level);
+    let drawn = (TOGETHER * BLOCK).min(trials.next_multiple_of(BLOCK));
+    outputs.saturating_mul(2 * (tail + slack(tail)) + drawn)
+}
+
+/// How many of the smallest values an interval's lower end can be among: the shortest interval leaves `1 - level` on one side alone.
+fn tail(trials: usize, level: f64) -> usize {
+    let m = trials as f64;
+    let p = 0.5 * (1.0 - level);
+    let shortest = m - (level * m + 0.5).floor();
+    (shortest.max(m * p + reach(m, p)) as usize + 3).min(trials)
+}
+
+fn slack(keep: usize) -> usize {
+    keep / 4 + 1024
+}
+
+/// The smallest values of a sequence.
+#[derive(Debug, Clone)]
+struct Tail {
+    keep: usize,
+    /// Nothing from here on is among them.
+    below: f64,
+    values: Vec<f64>,
+}
+
+impl Tail {
+    fn new(keep: usize) -> Self {
+        Tail { keep, below: f64::INFINITY, values: Vec::new() }
+    }
+
+    fn push(&mut self, value: f64) {
+        if value < self.below {
+            self.values.push(value);
+            if self.values.len() >= self.keep + slack(self.keep) {
+                self.cut();
+            }
+        }
+    }
+
+    fn cut(&mut self) {
+        if let Some(last) = self.keep.checked_sub(1).filter(|last| *last < self.values.len()) {
+            let (_, most, _) = self.values.select_nth_unstable_by(last, f64::total_cmp);
+            self.below = *most;
+            self.values.truncate(self.keep);
+        }
+    }
+
+    fn sorted(mut self) -> Vec<f64> {
+        self.cut();
+        self.values.sort_unstable_by(f64::total_cmp);
+        self.values
+    }
+}
+
+/// A sorted sequence of which only the ends are known.
+struct Sorted {
+    low: Vec<f64>,
+    /// With the other sign.
+    high: Vec<f64>,
+    len: usize,
+}
+
+impl Sorted {
+    fn at(&self, k: usize) -> f64 {
+        let k = k.min(self.len.saturating_sub(1));
+        let from_above = self.len.saturating_sub(1) - k;
+        self.low.get(k).copied().or_else(|| self.high.get(from_above).map(|v| -v)).unwrap_or(f64::NAN)
+    }
+}
+
+/// Sums over trials of deviations from a centre, so that nothing cancels.
+struct Sums {
+    centre: Vec<f64>,
+    trials: usize,
+    first: Vec<f64>,
+    /// Row by row, lower triangle.
+    second: Vec<f64>,
+}
+
+impl Sums {
+    fn new(centre: Vec<f64>) -> Self {
+        let n = centre.len();
+        Sums { centre, trials: 0, first: vec![0.0; n], second: vec![0.0; n * n] }
+    }
+
+    /// Sums of a block are formed by themselves, so that rounding grows with the number of blocks only.
+    fn add(&mut self, block: &[f64], count: usize) {
+        let n = self.centre.len();
+        let (mut first, mut second) = (vec![0.0; n], vec![0.0; n * n]);
+        let mut off = vec![0.0; n];
+        for trial in block.chunks_exact(count.max(1)) {
+            self.trials += 1;
+            off.iter_mut().zip(trial.iter().zip(&self.centre)).for_each(|(off, (x, c))| *off = x - c);
+            for (i, x) in off.iter().enumerate() {
+                first[i] += x;
+                for (sum, y) in second[i * n..].iter_mut().zip(&off[..=i]) {
+                    *sum += x * y;
+                }
+            }
+        }
+        self.first.iter_mut().zip(first).for_each(|(sum, own)| *sum += own);
+        self.second.iter_mut().zip(second).for_each(|(sum, own)| *sum += own);
+    }
+
+    fn means(&self) -> Vec<f64> {
+        self.centre.iter().zip(&self.first).map(|(c, sum)| c + sum / self.trials as f64).collect()
+    }
+
+    fn covariance(&self) -> Vec<Vec<f64>> {
+        let (n, m) = (self.centre.len(), self.trials as f64);
+        let of = |i: usize, j: usize| {
+            let (i, j) = (i.max(j), i.min(j));
+            (self.second[i * n + j] - self.first[i] * self.first[j] / m) / (m - 1.0)
+        };
+        (0..n).map(|i| (0..n).map(|j| if i == j { of(i, i).max(0.0) } else { of(i, j) }).collect()).collect()
+    }
+}
+
+/// All trials, a few blocks at a time.
+struct Blocks<'a> {
+    model: &'a Model,
+    trials: usize,
+    seed: u64,
+    count: usize,
+}
+
+impl Blocks<'_> {
+    /// The finite trials of some blocks after the other, in order.
+    fn visit(&self, mut visit: impl FnMut(&[Vec<f64>])) {
+        let blocks = self.trials.div_ceil(BLOCK);
+        for start in (0..blocks).step_by(TOGETHER) {
+            let drawn: Vec<Vec<f64>> = (start..blocks.min(start + TOGETHER))
+                .into_par_iter()
+                .map(|block| {
+                    let size = BLOCK.min(self.trials - block * BLOCK);
+                    let mut values = draw(self.model, size, self.seed, block as u64);
+                    drop_infinite(&mut values, self.count);
+                    values
+                })
+                .collect();
+            visit(&drawn);
+        }
+    }
+
+    /// The outputs of the first finite trial, near enough to the mean.
+    fn centre(&self) -> Vec<f64> {
+        let mut values = draw(self.model, BLOCK.min(self.trials).min(100), self.seed, 0);
+        drop_infinite(&mut values, self.count);
+        values.chunks_exact(self.count.max(1)).next().map_or(vec![0.0; self.count], <[f64]>::to_vec)
+    }
+}
+
+fn drop_infinite(values: &mut Vec<f64>, count: usize) {
+    if values.iter().all(|value| value.is_finite()) {
+        return;
+    }
+    let finite = values.chunks_exact(count.max(1)).filter(|trial| trial.iter().all(|value| value.is_finite()));
+    *values = finite.flatten().copied().collect();
 }
 
 /// One block: trials x outputs, row by row.
@@ -218,15 +383,14 @@ fn deviate(distribution: Distribution, random: &mut Pcg64Mcg) -> f64 {
 }
 
 /// Symmetric and shortest intervals of sorted values (JCGM 101, 7.7).
-fn intervals(sorted: &[f64], level: f64) -> ((f64, f64), (f64, f64)) {
-    let m = sorted.len();
+fn intervals(sorted: &Sorted, level: f64) -> ((f64, f64), (f64, f64)) {
+    let m = sorted.len;
     let q = ((level * m as f64 + 0.5).floor() as usize).clamp(1, m.saturating_sub(1).max(1));
-    let at = |k: usize| sorted.get(k.min(m.saturating_sub(1))).copied().unwrap_or_default();
     let first = (m - q).div_ceil(2).saturating_sub(1);
-    let symmetric = (at(first), at(first + q));
+    let symmetric = (sorted.at(first), sorted.at(first + q));
     let mut shortest = symmetric;
     for k in 0..m.saturating_sub(q) {
-        let (low, high) = (at(k), at(k + q));
+        let (low, high) = (sorted.at(k), sorted.at(k + q));
         if high - low < shortest.1 - shortest.0 {
             shortest = (low, high);
         }
@@ -236,26 +400,32 @@ fn intervals(sorted: &[f64], level: f64) -> ((f64, f64), (f64, f64)) {
 
 /// Where the ends of the symmetric interval may lie: the number of trials below a quantile is binomial, so its standard deviation is
 /// `sqrt(m p (1 - p))` places in the order (the sampling error that JCGM 101, 7.9 is about).
-fn sampling(sorted: &[f64], level: f64) -> [(f64, f64); 2] {
-    /// Two-sided probability 1e-4 of the normal distribution.
-    const DEVIATE: f64 = 3.9;
-    let m = sorted.len() as f64;
-    let at = |place: f64| {
-        sorted.get((place.max(0.0) as usize).min(sorted.len().saturating_sub(1))).copied().unwrap_or_default()
-    };
+fn sampling(sorted: &Sorted, level: f64) -> [(f64, f64); 2] {
+    let m = sorted.len as f64;
+    let at = |place: f64| sorted.at(place.max(0.0) as usize);
     let end = |p: f64| {
-        let reach = 1.0 + DEVIATE * (m * p * (1.0 - p)).sqrt();
+        let reach = reach(m, p);
         (at((m * p - reach).floor()), at((m * p + reach).ceil()))
     };
     [end(0.5 * (1.0 - level)), end(0.5 * (1.0 + level))]
 }
 
-/// The `level` quantile of `sqrt((y - mean)' C^-1 (y - mean))`.
-fn ellipsoid_factor(columns: &[Vec<f64>], means: &[f64], covariance: &[Vec<f64>], level: f64) -> Option<f64> {
+/// So many places in the order a quantile may be off.
+fn reach(m: f64, p: f64) -> f64 {
+    /// Two-sided probability 1e-4 of the normal distribution.
+    const DEVIATE: f64 = 3.9;
+    1.0 + DEVIATE * (m * p * (1.0 - p)).sqrt()
+}
+
+/// The `level` quantile of `sqrt((y - mean)' C^-1 (y - mean))` over the trials, for outputs from `first` on.
+fn ellipsoid_factor(
+    blocks: &Blocks<'_>,
+    first: usize,
+    (means, covariance): (&[f64], &[Vec<f64>]),
+    (trials, level): (usize, f64),
+    progress: &(dyn Fn(usize) + Sync),
+) -> Option<f64> {
     let n = means.len();
-    if n < 2 {
-        return None;
-    }
     let sd: Vec<f64> = (0..n).map(|k| covariance[k][k].sqrt()).collect();
     let mut lower = vec![vec![0.0; n]; n];
     for j in 0..n {
@@ -269,29 +439,83 @@ fn ellipsoid_factor(columns: &[Vec<f64>], means: &[f64], covariance: &[Vec<f64>]
             lower[i][j] = (covariance[i][j] / (sd[i] * sd[j]) - sum) / lower[j][j];
         }
     }
-    let trials = columns.first().map_or(0, Vec::len);
-    let mut distances: Vec<f64> = (0..trials)
-        .into_par_iter()
-        .map(|t| {
-            let mut white = [0.0; 32];
-            let mut buffer = Vec::new();
-            let white: &mut [f64] = if n <= 32 {
-                &mut white[..n]
-            } else {
-                buffer.resize(n, 0.0);
-                &mut buffer
-            };
-            let mut square = 0.0;
-            for i in 0..n {
-                let own = (columns[i][t] - means[i]) / sd[i];
-                let before: f64 = (0..i).map(|k| lower[i][k] * white[k]).sum();
-                white[i] = (own - before) / lower[i][i];
-                square += white[i] * white[i];
-            }
-            square
-        })
-        .collect();
+    let distance = |trial: &[f64], white: &mut [f64]| {
+        let mut square = 0.0;
+        for i in 0..n {
+            let before: f64 = lower[i][..i].iter().zip(white.iter()).map(|(l, w)| l * w).sum();
+            white[i] = ((trial[first + i] - means[i]) / sd[i] - before) / lower[i][i];
+            square += white[i] * white[i];
+        }
+        square
+    };
     let at = ((level * trials as f64).ceil() as usize).clamp(1, trials) - 1;
-    let (_, square, _) = distances.select_nth_unstable_by(at, f64::total_cmp);
-    Some(square.sqrt())
+    let mut farthest = Tail::new(trials - at);
+    blocks.visit(|drawn| {
+        let squares: Vec<Vec<f64>> = drawn
+            .par_iter()
+            .map(|block| {
+                let mut white = vec![0.0; n];
+                block.chunks_exact(blocks.count.max(1)).map(|trial| distance(trial, &mut white)).collect()
+            })
+            .collect();
+        squares.iter().flatten().for_each(|square| farthest.push(-square));
+        progress(squares.iter().map(Vec::len).sum::<usize>() / 2);
+    });
+    farthest.sorted().last().map(|square| (-square).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::Expression;
+
+    /// Intervals, sampling errors and ellipsoid from the tails are those of all trials kept and sorted, at any level; a skew output, one that
+    /// is not always finite, and two that depend on each other but for a little.
+    #[test]
+    fn tails_say_what_all_trials_say() {
+        let names = ["a", "b"];
+        let line = |text: &str| Tape::compile(&Expression::parse(text).unwrap(), &names).unwrap();
+        let factor = Mat::from_fn(2, 2, |i, j| if i >= j { 1.0 } else { 0.0 });
+        let model = Model {
+            point: vec![1.0, 2.0],
+            scatter: vec![Scatter { factor, dof: 5.0 }],
+            known: Vec::new(),
+            outputs: vec![Output::Parameter(0), Output::Line(line("a^2 + b")), Output::Line(line("sqrt(b + 4)"))],
+        };
+        let trials = 200_000;
+        for level in [0.3, 0.6827, 0.95, 0.9973, 0.99999] {
+            let found = monte_carlo(&model, trials, 7, 3, level, &|_| ()).unwrap();
+            let mut all = Vec::new();
+            for block in 0..trials / BLOCK {
+                all.extend(draw(&model, BLOCK, 7, block as u64));
+            }
+            drop_infinite(&mut all, 3);
+            let m = all.len() / 3;
+            assert!(m == found.trials && m < trials, "{m}");
+            for (k, own) in found.outputs.iter().enumerate() {
+                let mut column: Vec<f64> = all.iter().skip(k).step_by(3).copied().collect();
+                let mean = column.iter().sum::<f64>() / m as f64;
+                let sd = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (m as f64 - 1.0)).sqrt();
+                assert!((own.mean - mean).abs() < 1e-12 * sd && (own.sd / sd - 1.0).abs() < 1e-12);
+                column.sort_by(f64::total_cmp);
+                let whole = Sorted { low: column, high: Vec::new(), len: m };
+                assert_eq!((own.symmetric, own.shortest), intervals(&whole, level), "output {k} at {level}");
+                assert_eq!(own.ends, sampling(&whole, level), "output {k} at {level}");
+            }
+            let inverse = {
+                use faer::linalg::solvers::DenseSolveCore;
+                Mat::from_fn(3, 3, |i, j| found.covariance[i][j]).partial_piv_lu().inverse()
+            };
+            let mut squares: Vec<f64> = all
+                .chunks(3)
+                .map(|trial| {
+                    let off: Vec<f64> = trial.iter().zip(&found.outputs).map(|(x, own)| x - own.mean).collect();
+                    (0..3).map(|i| (0..3).map(|j| off[i] * inverse[(i, j)] * off[j]).sum::<f64>()).sum()
+                })
+                .collect();
+            squares.sort_by(f64::total_cmp);
+            let expected = squares[(level * m as f64).ceil() as usize - 1].sqrt();
+            assert!((found.ellipsoid_factor.unwrap() / expected - 1.0).abs() < 1e-9, "{level}");
+        }
+    }
 }

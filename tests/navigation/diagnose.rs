@@ -80,11 +80,11 @@ fn names(found: &NavigationDiagnosis) -> Vec<String> {
 }
 
 /// Every error of the catalogue alone, at t = 12, is named, or is an alias of what is named; in a long run at rest twice, with other noise,
-/// else every other one at rest and every fourth in the swing.
+/// else every third one at rest and every eighth in the swing.
 #[test]
 fn one_error_is_named() {
     let full = [("static", at_rest(), 2, 1), ("swing", swing(), 1, 1)];
-    let short = [("static", at_rest(), 1, 2), ("swing", swing(), 1, 4)];
+    let short = [("static", at_rest(), 1, 3), ("swing", swing(), 1, 8)];
     for (name, motion, seeds, every) in if long() { full } else { short } {
         let mission = mission(motion);
         let times = times(&mission);
@@ -118,7 +118,7 @@ fn one_error_is_named() {
         rows.iter().for_each(|(text, _, _)| println!("{text}"));
         let (right, tried) = rows.iter().fold((0, 0), |sum, row| (sum.0 + row.1, sum.1 + row.2));
         println!("{name}: {right} of {tried}");
-        assert!(tried > if long() { 35 } else { 5 } && right as f64 >= 0.97 * tried as f64, "{name}");
+        assert!(tried > if long() { 35 } else { 3 } && right as f64 >= 0.97 * tried as f64, "{name}");
     }
 }
 
@@ -202,7 +202,7 @@ fn short() -> Mission {
 /// Nothing is hidden, and nothing is found: with stated noise, with noise from residuals, and with random walks that the mission states.
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
-    let count = draws(60, 400) as u64;
+    let count = draws(25, 400) as u64;
     for (name, stated, walk) in [("stated u", true, 0.0), ("u from residuals", false, 0.0), ("random walk", true, 1.0)]
     {
         let mut mission = short();
@@ -248,7 +248,7 @@ fn noisy(mission: &Mission, times: &[f64]) -> Vec<Channels> {
 fn what_is_not_in_the_catalogue_is_unexplained() {
     let mission = Mission { errors: ImuErrors::default(), ..short() };
     let times = times(&mission);
-    let count = 40_u64;
+    let count = draws(15, 40) as u64;
     let late = |seed: u64| {
         // at rest the navigator does not change in time, so that an error from a later time on is the same, later
         let source = ["gyro_bias_y", "accelerometer_bias_x", "gyro_bias_z"][seed as usize % 3];
@@ -296,7 +296,7 @@ fn what_is_not_in_the_catalogue_is_unexplained() {
         let right = verdicts.iter().filter(|(right, _)| *right).count();
         println!("{name}: unexplained, or what it is, in {right} of {count}; for example: {}", verdicts[0].1);
         verdicts.iter().filter(|(right, _)| !right).for_each(|(_, text)| println!("  named: {text}"));
-        assert!(right as f64 >= 0.95 * count as f64, "{name}");
+        assert!(right as f64 >= (0.95 * count as f64).floor(), "{name}");
     }
 }
 

@@ -1,7 +1,8 @@
 //! What the diagnosis of measured navigation errors promises, as seeded experiments that print their table.
 //!
-//! Few trials in the suite; the full count by `TUMBLE_FULL=1 cargo test --release --test navigation laws -- --nocapture`, with other seeds by
+//! Few trials in the suite; the full count by `TUMBLE_LONG=1 cargo test --release --test navigation laws -- --nocapture`, with other seeds by
 //! `TUMBLE_SEED=n`. Data are flown by the full navigator; what changes in time is flown in pieces of its own, not by the columns of the search.
+use crate::draws::long;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
@@ -25,7 +26,7 @@ const ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 const U: Channels = [2.0 * ARCSEC, 2.0 * ARCSEC, 2.0 * ARCSEC, 0.01, 0.01, 5.0, 5.0];
 
 fn trials(few: u64, full: u64) -> u64 {
-    if std::env::var_os("TUMBLE_FULL").is_some() { full } else { few }
+    if long() { full } else { few }
 }
 
 fn seed(own: u64) -> Pcg64Mcg {
@@ -157,11 +158,13 @@ fn laws_five_biases_are_named() {
         ("2 deg/h, 10 mg", [2.0, 2.0], [1e-2, 1e-2]),
         ("any of these", [1e-3, 2.0], [1e-5, 1e-2]),
     ];
-    for (motion, make) in [("static", at_rest as fn() -> Motion), ("swing", swing)] {
+    // the swing only prints its table
+    let motions = [("static", at_rest as fn() -> Motion), ("swing", swing)];
+    for (motion, make) in motions.into_iter().filter(|(name, _)| *name == "static" || long()) {
         let mission = mission(make());
         let times = times(&mission);
         for (name, gyro, accelerometer) in sizes {
-            let outcomes: Vec<(bool, bool, String)> = (0..trials(if motion == "static" { 4 } else { 1 }, 40))
+            let outcomes: Vec<(bool, bool, String)> = (0..trials(2, 40))
                 .into_par_iter()
                 .map(|trial| {
                     let mut random = seed(trial);
@@ -200,7 +203,7 @@ fn laws_an_outlier_does_not_stop_the_search() {
     let mission = mission(at_rest());
     let times = times(&mission);
     for (name, wrong) in [("one value of 40 u", 1), ("5 % of rows", 10)] {
-        let outcomes: Vec<(bool, String)> = (0..trials(8, 100))
+        let outcomes: Vec<(bool, String)> = (0..trials(5, 100))
             .into_par_iter()
             .map(|trial| {
                 let mut random = seed(100 + trial);
@@ -243,7 +246,7 @@ fn laws_faults_of_the_reference() {
         ("step", ":step", |share| f64::from(u8::from(share > 0.43))),
     ];
     for (name, suffix, f) in kinds {
-        let outcomes: Vec<(bool, String)> = (0..trials(14, 140))
+        let outcomes: Vec<(bool, String)> = (0..trials(7, 140))
             .into_par_iter()
             .map(|trial| {
                 let mut random = seed(200 + trial);
@@ -278,7 +281,7 @@ fn laws_errors_that_change_in_time() {
         ("warm-up", ":warm-up", |share| (-share / 0.08).exp()),
     ];
     for (name, suffix, f) in kinds {
-        let outcomes: Vec<(bool, String)> = (0..trials(10, 100))
+        let outcomes: Vec<(bool, String)> = (0..trials(5, 100))
             .into_par_iter()
             .map(|trial| {
                 let mut random = seed(300 + trial);
@@ -304,7 +307,7 @@ fn laws_errors_that_change_in_time() {
 fn laws_nothing_and_what_has_no_name() {
     let mut mission = mission(at_rest());
     let times = times(&mission);
-    let outcomes: Vec<(bool, String)> = (0..trials(30, 400))
+    let outcomes: Vec<(bool, String)> = (0..trials(12, 400))
         .into_par_iter()
         .map(|trial| {
             let mut random = seed(400 + trial);
@@ -318,7 +321,7 @@ fn laws_nothing_and_what_has_no_name() {
     mission.errors.gyro.random_walk = 0.003f64.to_radians() / 60.0;
     let stated = mission.clone();
     mission.errors.gyro.random_walk = 0.0;
-    let outcomes: Vec<(bool, String)> = (0..trials(6, 60))
+    let outcomes: Vec<(bool, String)> = (0..trials(3, 60))
         .into_par_iter()
         .map(|trial| {
             use tumble::navigate::run::{self, Scenario};

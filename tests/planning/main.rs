@@ -1,6 +1,8 @@
 //! Schedules judged and found.
 
 mod cli;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod effects;
 mod enumeration;
 mod optima;

@@ -1,0 +1,144 @@
+//! What `tumble plan` is asked.
+
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// What to judge, what to look for and what to write.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Arguments {
+    /// The schedule, or a campaign whose values play no part (but tell the noise).
+    pub(super) schedule: PathBuf,
+    /// Standard deviation of one sample of a sensor, in its unit: V=9e-4 (a reading with n samples has it over the root of n). Repeat for each
+    /// sensor.
+    #[arg(long, value_name = "SENSOR=SD")]
+    pub(super) noise: Vec<String>,
+    /// A tilt that every remounting scatters, with the standard deviation in arcsec: dtheta_y2=0.5.
+    #[arg(long, value_name = "TILT=ARCSEC")]
+    pub(super) remount: Vec<String>,
+    /// Expected size of the tilts in arcsec: known scale factors act through them, and no reading tells their size yet.
+    #[arg(long, value_name = "ARCSEC", allow_negative_numbers = true)]
+    pub(super) tilts: Option<f64>,
+    /// Judge at this value of an estimated parameter (arcsec for a tilt): K=1.3. Else at what the readings say, its start, its prior, or zero.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(super) at: Vec<String>,
+    /// A catalogue of your own effects, tried beside the built-in ones (`tumble schema effects` has its form).
+    #[arg(long, value_name = "FILE")]
+    pub(super) effects: Option<PathBuf>,
+    /// Find the best schedule of so many readings that costs no more than the given one does for as many (--budget: another limit).
+    #[arg(long, value_name = "N", conflicts_with_all = ["add", "goal"])]
+    pub(super) choose: Option<usize>,
+    /// With --choose: whatever it costs.
+    #[arg(long, requires = "choose", conflicts_with = "budget")]
+    pub(super) any_cost: bool,
+    /// Keep the schedule and find the best so many readings to add.
+    #[arg(long, value_name = "N", conflicts_with = "goal")]
+    pub(super) add: Option<usize>,
+    /// Keep the schedule and find the positions to add (2, or --add N) that tell two effects apart: a_S a_S^2, or tilt:dtheta_z1 a_S.
+    #[arg(long, num_args = 2, value_names = ["EFFECT", "EFFECT"], conflicts_with_all = ["choose", "goal", "budget"])]
+    pub(super) separate: Vec<String>,
+    /// The sensor that may have the effects of --separate, --find and --beside, where the bench has several.
+    #[arg(long, value_name = "SENSOR")]
+    pub(super) sensor: Option<String>,
+    /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every estimated angle), dtheta_y2=0.5 or gamma=1 for a derived angle
+    /// (arcsec; its unit for a coefficient).
+    #[arg(long, value_name = "[NAME=]U", group = "searched")]
+    pub(super) goal: Vec<String>,
+    /// Find the fewest readings that show an effect of this size with the power of --power: a_S=1e-3, or tilt:dtheta_z2=20 (arcsec). It becomes
+    /// one more unknown, with a limit on its uncertainty; --goal may stand beside it.
+    #[arg(long, value_name = "EFFECT=SIZE", group = "searched", conflicts_with_all = ["choose", "add", "separate", "budget"])]
+    pub(super) find: Vec<String>,
+    /// With --find: probability that an effect of that size is found.
+    #[arg(long, value_name = "P", default_value_t = 0.8, requires = "find")]
+    pub(super) power: f64,
+    /// Judge and search with this effect as one more unknown: what is found must not be taken for it, and the schedule is good with it and
+    /// without. Repeat for several.
+    #[arg(long, value_name = "EFFECT")]
+    pub(super) beside: Vec<String>,
+    /// Find the best schedule that costs no more than this, with the costs of --cost.
+    #[arg(long, value_name = "COST", group = "searched", conflicts_with = "add", allow_negative_numbers = true)]
+    pub(super) budget: Option<f64>,
+    /// With --goal, --find or --budget: keep the schedule and add to it.
+    #[arg(long, requires = "searched")]
+    pub(super) keep: bool,
+    /// With --goal or --find: the cheapest schedule that is found, instead of the fewest readings.
+    #[arg(long, requires = "searched", conflicts_with = "budget")]
+    pub(super) cheapest: bool,
+    /// With --goal or --find: the most readings that may be chosen.
+    #[arg(long, value_name = "N", default_value_t = 600)]
+    pub(super) most: usize,
+    /// D (volume of the confidence ellipsoid), A (sum of the angles' variances), G (largest predicted reading), I (mean of the predicted
+    /// readings), or a quantity: dtheta_z2, gamma.
+    #[arg(long, value_name = "D|A|G|I|NAME", default_value = "D")]
+    pub(super) criterion: String,
+    /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
+    #[arg(long, value_enum, default_value_t = UnitArgument::Reading)]
+    pub(super) unit: UnitArgument,
+    /// A schedule whose positions are the candidates (its lists sweep joints and rates); a sweep of the bench unless given.
+    #[arg(long, value_name = "FILE")]
+    pub(super) candidates: Option<PathBuf>,
+    /// Step of the sweep over joints that stand still.
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true)]
+    pub(super) step: f64,
+    /// Further rates for the sweep, in deg/s, for every joint that the schedule turns: 5,-5,60,-60.
+    #[arg(
+        long,
+        value_name = "RATES",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        conflicts_with = "candidates"
+    )]
+    pub(super) rates: Vec<f64>,
+    /// A zone that no candidate may lie in: alpha_deg=100:170 or alpha_deg=100:170,beta_deg=0:90 (both at once).
+    #[arg(long, value_name = "ZONE")]
+    pub(super) forbid: Vec<String>,
+    /// How often one portion may be chosen.
+    #[arg(long, value_name = "N")]
+    pub(super) repeats: Option<usize>,
+    /// Fedorov exchange, or coordinate exchange for very many candidates.
+    #[arg(long, value_enum, default_value_t = MethodArgument::Fedorov)]
+    pub(super) method: MethodArgument,
+    /// Costs: mounting=10, rate=1, reading=1; and soak=30 for the wait after each mounting.
+    #[arg(long, value_name = "WHAT=COST")]
+    pub(super) cost: Vec<String>,
+    /// Starts of the exchange.
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub(super) starts: usize,
+    /// Seed; the same seed gives the same schedule.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Order of the schedule found.
+    #[arg(long, value_enum, default_value_t = OrderArgument::Abba)]
+    pub(super) order: OrderArgument,
+    /// Write the schedule found (or, without a search, the given one in that order) as a campaign file.
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) write: Option<PathBuf>,
+    /// Write the report as JSON to a file, or to stdout with '-'.
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Write the report as one HTML page with a picture of the positions.
+    #[arg(long, value_name = "FILE")]
+    pub(super) html: Option<PathBuf>,
+    /// Also list every value with its leverage and minimal detectable bias.
+    #[arg(long)]
+    pub(super) readings: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum UnitArgument {
+    Reading,
+    Pair,
+    Mounting,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum MethodArgument {
+    Fedorov,
+    Coordinate,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum OrderArgument {
+    Given,
+    Abba,
+    Random,
+}

@@ -1,0 +1,199 @@
+//! `tumble plan SCHEDULE`.
+
+mod arguments;
+mod asked;
+
+pub(super) use arguments::Arguments;
+
+use super::outputs::Outputs;
+use super::{Outcome, files};
+use crate::campaign::{Campaign, Reading, Readings};
+use crate::diagnosis;
+use crate::error::{Malformed, Result};
+use crate::fit;
+use crate::plan::{self, Goal, Offer};
+use crate::report::{self, Better, FindReport, Foreseen};
+use crate::wire;
+use asked::{costs, criterion_name, extras, find_candidates, noise, parse_goals, point, request, terms};
+use indicatif::ProgressBar;
+
+/// With more values than this, what a diagnosis could find is not foreseen.
+const MOST_FORESEEN: usize = 100_000;
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (campaign, source) = files::campaign(&arguments.schedule)?;
+    let (html, json) = (arguments.html.as_deref(), arguments.json.as_deref());
+    let mut outputs = Outputs::plan([arguments.write.as_deref(), html, json])?;
+    // an option has no place in the file
+    let located = |error: Malformed| match error.place().path.is_empty() {
+        true => error,
+        false => wire::locate(error, &source),
+    };
+    let mut asked = campaign;
+    let extras = extras(arguments, &asked)?;
+    let (mut without, mut coefficients) = (None, Vec::new());
+    if !extras.is_empty() {
+        let terms: Vec<plan::Term> = extras.iter().map(|extra| extra.term.clone()).collect();
+        let (longer, names) = plan::extended(&asked, &terms).map_err(located)?;
+        (without, coefficients) = (Some(std::mem::replace(&mut asked, longer)), names);
+    }
+    let fitted = match asked.is_measured() {
+        true => fit::fit(&asked, &fit::Settings::default()).ok(),
+        false => None,
+    };
+    let plan::Judged { campaign, from } = plan::judged_at(&asked, &point(&arguments.at, &asked)?, fitted.as_ref())?;
+    let noise = noise(arguments, &campaign, fitted.as_ref()).map_err(located)?;
+    let costs = costs(&arguments.cost)?;
+    let positions = plan::positions_only(&campaign.readings);
+    let campaign = campaign.with_readings(plan::planned(&campaign, &campaign.readings));
+    let judgement = plan::judge(&campaign, &noise, &costs).map_err(located)?;
+    let bar = ProgressBar::new_spinner();
+    let request = request(arguments, &judgement, &bar)?;
+    let catalogue = super::diagnose::catalogue(arguments.effects.as_deref())?;
+    let foresee = |schedule: &Campaign| {
+        // a column of every effect for every value: beyond this, gigabytes
+        if schedule.readings.rows.len().saturating_mul(schedule.bench.sensors.len()) > MOST_FORESEEN {
+            return Ok(None);
+        }
+        let foreseen = diagnosis::foresee(schedule, &catalogue.effects, &noise);
+        foreseen.map(Some).map_err(|error| catalogue.locate(error, &source))
+    };
+    let foresight = foresee(&campaign)?;
+    let separates: Option<[String; 2]> = arguments.separate.clone().try_into().ok();
+    let anew = arguments.choose.is_some()
+        || arguments.budget.is_some()
+        || !arguments.goal.is_empty()
+        || !arguments.find.is_empty();
+    let mut candidates = None;
+    let (mut best, mut reached, mut separated) = (None, None, None);
+    let (mut goals, mut finds) = (Vec::<Goal>::new(), Vec::new());
+    if anew || arguments.add.is_some() || separates.is_some() {
+        let keeps = !anew || arguments.keep;
+        let kept = if keeps { campaign.readings.clone() } else { Readings { rows: Vec::new(), ..positions } };
+        let offer = Offer { kept, candidates: find_candidates(arguments, &campaign)?, noise: noise.clone(), costs };
+        if let Some(effects) = &separates {
+            let [a, b] = terms(effects, &campaign, arguments.sensor.as_deref())?;
+            separated = Some(plan::separate(&campaign, &offer, [&a, &b], &request).map_err(located)?);
+        } else if arguments.goal.is_empty() && arguments.find.is_empty() {
+            best = Some(plan::improve(&campaign, &offer, &request).map_err(located)?);
+        } else {
+            let coefficients =
+                extras.iter().zip(&coefficients).filter_map(|(extra, name)| Some((extra, name, extra.size?)));
+            for (extra, name, size) in coefficients {
+                let Some(rule) = foresight.as_ref().map(|foresight| foresight.rule) else { continue };
+                let u = size / rule.size_for(arguments.power);
+                goals.push(Goal { id: name.clone(), u });
+                finds.push(FindReport {
+                    effect: extra.regressor.clone(),
+                    coefficient: name.clone(),
+                    size,
+                    power: arguments.power,
+                    u,
+                });
+            }
+            for goal in parse_goals(&arguments.goal, &campaign)? {
+                goals.retain(|other| other.id != goal.id);
+                goals.push(goal);
+            }
+            reached = Some(plan::reach(&campaign, &offer, &request, &goals, arguments.cheapest).map_err(located)?);
+        }
+        candidates = Some(offer.candidates);
+    }
+    bar.finish_and_clear();
+    let criterion = criterion_name(&request.criterion);
+    let better = match (&best, &reached, separated.as_ref().zip(separates.as_ref())) {
+        (Some(improvement), ..) => Some(Better::Best(improvement, &criterion)),
+        (_, Some(reached), _) => Some(Better::Goal(reached, &goals)),
+        (_, _, Some((separated, effects))) => Some(Better::Apart(separated, effects)),
+        _ => None,
+    };
+    let found = match better {
+        Some(Better::Best(improvement, _)) => Some(improvement),
+        Some(Better::Goal(reached, _)) => Some(&reached.improvement),
+        Some(Better::Apart(separated, _)) => Some(&separated.improvement),
+        None => None,
+    };
+    let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?.flatten();
+    let foreseen = Foreseen { given: foresight.as_ref(), better: better_foresight.as_ref() };
+    let mut report = report::plan_report(
+        &asked_at(&campaign, &asked),
+        &noise,
+        &judgement,
+        better,
+        foreseen,
+        &request,
+        &costs,
+        &from,
+    );
+    report.finds = finds;
+    if let Some(path) = &arguments.write {
+        let (run, kept) = match found {
+            Some(improvement) => (improvement.schedule.readings.clone(), improvement.kept),
+            None => {
+                // what is measured stays in front as it is
+                let (done, rest): (Vec<Reading>, Vec<Reading>) =
+                    asked.readings.rows.iter().cloned().partition(|row| !row.observations.is_empty());
+                let fixed = if rest.is_empty() { 0 } else { done.len() };
+                let rows = done.into_iter().chain(rest).collect();
+                let half = campaign.with_readings(Readings { rows, ..asked.readings.clone() });
+                let whole = campaign.with_readings(plan::planned(&half, &half.readings));
+                let run = plan::ordered(&whole, &noise, &costs, request.order, request.seed, fixed)?;
+                (
+                    Readings {
+                        rows: half
+                            .readings
+                            .rows
+                            .iter()
+                            .take(fixed)
+                            .chain(run.rows.iter().skip(fixed))
+                            .cloned()
+                            .collect(),
+                        ..run
+                    },
+                    fixed,
+                )
+            }
+        };
+        // the file has the model of the one that was given
+        let given = without.as_ref().unwrap_or(&asked);
+        let schedule = given.with_readings(to_write(&asked.readings, run, kept, found.is_some()));
+        let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
+        outputs.add(path, files::json(&file)?);
+    }
+    if let Some(path) = &arguments.html {
+        let page = report::html::plan_page(&campaign, &report, candidates.as_ref())?;
+        outputs.add(path, report::html::render(&page)?);
+    }
+    if let Some(path) = &arguments.json {
+        outputs.add(path, files::json(&report)?);
+    }
+    let to_stdout = outputs.to_stdout();
+    outputs.write()?;
+    if !to_stdout {
+        super::print(&report::plan_table(&report, arguments.readings))?;
+    }
+    let defect = match found {
+        Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
+        None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),
+    };
+    let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
+    Ok(if defect || !apart || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
+}
+
+/// The campaign at the point of judging with the values that it has.
+fn asked_at(judged: &Campaign, asked: &Campaign) -> Campaign {
+    judged.with_readings(asked.readings.clone())
+}
+
+/// What a written schedule has: the first `kept` rows as they were, values and all, the others without values. Beside values an uncertainty alone
+/// would be read as one without its value, so it is left out there.
+fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool) -> Readings {
+    let measured = asked.rows.iter().any(|row| !row.observations.is_empty()) && kept > 0;
+    let row = |(k, row): (usize, &Reading)| match asked.rows.get(k).filter(|_| k < kept && in_order) {
+        Some(own) => own.clone(),
+        None if k < kept => row.clone(),
+        None if measured => Reading { planned_u: Vec::new(), ..row.unread() },
+        None => row.unread(),
+    };
+    Readings { rows: run.rows.iter().enumerate().map(row).collect(), columns: run.columns.clone() }
+}

@@ -1,0 +1,114 @@
+//! A campaign with effects as further unknowns: what is to be found, and what it must not be taken for.
+//!
+//! With the effect's column `c` in the model, `u = 1 / |c'|` is the standard uncertainty of its coefficient, `c'` being what the other columns leave
+//! of `c`: a limit on `u` is a limit on the size that a diagnosis finds, and beside a second effect on the size that is not taken for that one.
+
+use super::whitened::Term;
+use crate::algebra::Expression;
+use crate::campaign::{Asked, Campaign, Given, Request, Role};
+use crate::error::{Fault, Malformed, Result};
+use crate::simulate::Regressor;
+
+/// The campaign with these effects estimated beside its unknowns, and the names of their coefficients.
+///
+/// A term is appended to its sensor's model line with a coefficient of its own (`c_a_S*a_S`); a tilt assumed zero or a known parameter is
+/// estimated. Errors: lines of scatter in the campaign, an effect of single readings or positions, one that is estimated already.
+pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<String>)> {
+    if let Some(line) = campaign.scatter.first() {
+        return Err(Malformed::new(Fault::Value, "effects are not searched for beside lines of \"scatter\"")
+            .expected("a schedule without lines of \"scatter\"")
+            .found(line.name(campaign))
+            .at_path(line.place.clone()));
+    }
+    let mut bench = campaign.bench.clone();
+    let mut names: Vec<String> = Vec::new();
+    let mut promoted: Vec<usize> = Vec::new();
+    for term in terms {
+        match (&term.regressor, term.sensor) {
+            (Regressor::Tilt(k) | Regressor::Known(k), _) => {
+                let parameter = campaign.parameters.get(*k);
+                let id = parameter.map_or(String::new(), |own| own.id.clone());
+                if parameter.is_none_or(|own| matches!(own.role, Role::Estimated { .. })) {
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        format!("'{id}' is estimated here, so it is no effect that may be missing"),
+                    )
+                    .expected("--goal for a limit on its uncertainty")
+                    .found(format!("'{id}'")));
+                }
+                promoted.push(*k);
+                names.push(id);
+            }
+            (Regressor::Term(line), Some(sensor)) => {
+                let name = coefficient(campaign, &names, &line.to_string());
+                if let Some(own) = bench.sensors.get_mut(sensor) {
+                    own.model = own.model.plus(&Expression::parse(&name)?.times(line));
+                }
+                names.push(name);
+            }
+            _ => {
+                return Err(Malformed::new(Fault::Value, "this effect cannot become an unknown of a plan")
+                    .expected("a term of the inputs (a_S, w_I^2, sin(2*beta)), tilt:NAME or known:NAME"));
+            }
+        }
+    }
+    let mut request = Request::default();
+    for (k, parameter) in campaign.parameters.iter().enumerate() {
+        let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
+        match &parameter.role {
+            Role::Estimated { start, prior } => {
+                request.estimate.push((parameter.id.clone(), Asked { start: *start, prior: *prior, unit }));
+            }
+            Role::Known(known) if !promoted.contains(&k) => {
+                request.known.push((parameter.id.clone(), Given { known: *known, unit }));
+            }
+            _ => {}
+        }
+    }
+    for parameter in promoted.iter().filter_map(|k| campaign.parameters.get(*k)) {
+        let start = matches!(parameter.role, Role::Known(_)).then(|| parameter.reference());
+        let unit = (!parameter.unit.is_empty()).then(|| parameter.unit.clone());
+        request.estimate.push((parameter.id.clone(), Asked { start, prior: None, unit }));
+    }
+    let fresh = names.iter().filter(|name| campaign.parameter_index(name).is_none());
+    request.estimate.extend(fresh.map(|name| (name.clone(), Asked::default())));
+    let mut longer = Campaign::new(bench, request, campaign.readings.clone())?;
+    longer.constraints = campaign.constraints.clone();
+    longer.derived = campaign.derived.clone();
+    longer.identity = campaign.identity.clone();
+    Ok((longer, names))
+}
+
+/// A name for a term's coefficient that nothing has yet: `c_sin_2_beta` for `sin(2*beta)`.
+fn coefficient(campaign: &Campaign, taken: &[String], term: &str) -> String {
+    let words: Vec<&str> = term.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| !w.is_empty()).collect();
+    let plain = format!("c_{}", words.join("_"));
+    let is_taken = |name: &String| campaign.parameter_index(name).is_some() || taken.contains(name);
+    (2..1000)
+        .map(|k| format!("{plain}_{k}"))
+        .fold(plain.clone(), |name, next| if is_taken(&name) { next } else { name })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The uncertainty of an effect found beside the model is that of its column with the model's taken out: a quadratic on -1, 0, 1, whose rest is
+    /// (1/3, -2/3, 1/3) of length sqrt(2/3).
+    #[test]
+    fn an_effect_is_one_more_unknown() {
+        let text = r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} },
+            "readings": [ {"x": -1, "y_u": 0.1}, {"x": 0, "y_u": 0.1}, {"x": 1, "y_u": 0.1} ] }"#;
+        let source = crate::wire::Source { name: "line".into(), text: text.into() };
+        let campaign = crate::wire::read_campaign(&source, &mut |_| unreachable!()).unwrap();
+        let term = Term { sensor: Some(0), regressor: Regressor::parse(&campaign, Some(0), "x^2").unwrap() };
+        let (longer, names) = extended(&campaign, std::slice::from_ref(&term)).unwrap();
+        assert_eq!(names, ["c_x_2"]);
+        let noise = super::super::Noise::new(&longer, &[], &[]).unwrap();
+        let judged = super::super::judge(&longer, &noise, &super::super::Costs::default()).unwrap();
+        let own = judged.parameters.iter().find(|p| p.id == "c_x_2").unwrap();
+        assert!((own.u.unwrap() - 0.1 / (2.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        let (_, twice) = extended(&campaign, &[term.clone(), term]).unwrap();
+        assert_eq!(twice, ["c_x_2", "c_x_2_2"]);
+    }
+}
