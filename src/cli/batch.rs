@@ -348,7 +348,7 @@ fn no_file() -> Malformed {
 /// The column of dates or lots.
 fn lot(columns: &[Column]) -> Option<String> {
     let named = |name: &&str| columns.iter().find(|own| own.name.eq_ignore_ascii_case(name));
-    LOTS.iter().find_map(|name| named(&name)).map(|column| column.title.clone())
+    LOTS.iter().find_map(named).map(|column| column.title.clone())
 }
 
 fn open(path: &Path) -> Result<Record> {

@@ -101,7 +101,7 @@ pub(super) fn run(question: &Question, many: &Many, catalogue: &Catalogue, setti
         }
     }
     let mut counts: Vec<((&str, &str), usize)> = effects.into_iter().collect();
-    counts.sort_by(|a, b| b.1.cmp(&a.1));
+    counts.sort_by_key(|b| std::cmp::Reverse(b.1));
     let said: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{n} {verdict}")).collect();
     let mut text = format!("{} devices by {}: {}\n", rows.len(), table.by(), said.join(", "));
     if !counts.is_empty() {

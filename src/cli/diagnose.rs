@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         None => None,
     };
     let catalogue = Catalogue::new(own)?;
-    let settings = diagnosis::Settings { significance: arguments.significance };
+    let settings = diagnosis::Settings::at(arguments.significance);
     let Some(campaign) = campaign else {
         let single = [
             (arguments.write_model.is_some(), "--write-model"),

@@ -29,7 +29,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
     let [html, md] = question.pages.paths();
     let mut outputs = Outputs::plan([html, md, question.json, question.svg, question.write_model])?;
-    let settings = Settings { significance: question.significance };
+    let settings = Settings::at(question.significance);
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
         bar.set_style(style);

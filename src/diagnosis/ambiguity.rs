@@ -4,68 +4,88 @@
 //! x(S) = x - A+ C_S k,    k = (C_S'^T C_S')^-1 C_S'^T r        half-width_j = max over aliases |x_j(S with the alias) - x_j(S)|
 //! ```
 //!
-//! Aliases fit the readings alike and yet move the parameters differently, by what the model absorbs of each. The correction is then known
-//! only to lie between those of the aliases: a rectangular distribution, `u = half-width / sqrt 3` (GUM 4.3.7), on top of the covariance.
+//! Aliases fit the readings alike and yet move the parameters differently, by what the model absorbs of each. Each has its probability, and the
+//! variance of the parameters over them adds to their covariance (J. Hoeting, D. Madigan, A. Raftery, C. Volinsky: Bayesian model averaging,
+//! Statistical Science 14 (1999), 382, eq. 3): `u^2 = u(S)^2 + sum_k P_k (x_k - x(S))^2`, about the value that is reported.
 
-use super::arena::Arena;
 use super::candidates::Candidate;
+use super::evidence::Evidence;
 use super::linear::solve;
 use super::noise::Weighted;
-use super::search::Rival;
+use super::search::Question;
+use super::sets::Rival;
 
-/// Half-width for each unknown, `n`: over the aliases of one finding the largest, over several findings the root sum of squares.
-///
-/// Aliases whose term is zero at these positions but for rounding or small tilts are left out: they would need an absurd coefficient.
-pub(super) fn half_widths(
+/// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + handicap - handicap of the member) / 2)`.
+pub(super) fn shares(question: &Question<'_>, set: &[usize], rivals: &[Rival]) -> Vec<f64> {
+    let share = |rival: &Rival| {
+        let named = set.get(rival.place).map_or(0.0, |j| question.burden(&[*j]));
+        let own = question.burden(&[rival.candidate]) + rival.together.map_or(0.0, |(_, j)| question.burden(&[j]));
+        // a rival that fits better by chance counts for no more than the named one
+        (-0.5 * (rival.excess.max(0.0) + (own - named).max(0.0))).exp()
+    };
+    rivals.iter().map(share).collect()
+}
+
+/// For each unknown, `n`: the largest shift if a rival were the effect, and the standard deviation over all of them with their weights.
+pub(super) fn moved_by(
     candidates: &[Candidate],
-    arena: &Arena,
+    evidence: &Evidence,
     weighted: &Weighted,
     set: &[usize],
     rivals: &[Rival],
-) -> Vec<f64> {
+    shares: &[f64],
+) -> Vec<(f64, f64)> {
     let unknowns = weighted.estimate.solution.len();
-    let Some(named) = moved(candidates, arena, weighted, set) else { return vec![0.0; unknowns] };
-    let plausible = |j: usize| candidates.get(j).is_some_and(|c| !c.rounding && !c.vanishing);
-    let mut squares = vec![0.0_f64; unknowns];
+    let Some(named) = moved(candidates, evidence, weighted, set) else { return vec![(0.0, 0.0); unknowns] };
+    let mut squares = vec![(0.0_f64, 0.0_f64); unknowns];
     for place in 0..set.len() {
-        let mut widest = vec![0.0_f64; unknowns];
-        for rival in rivals.iter().filter(|rival| rival.place == place && plausible(rival.candidate)) {
+        let mut own = vec![(0.0_f64, 0.0_f64); unknowns];
+        let mut all = 1.0;
+        for (rival, share) in rivals.iter().zip(shares).filter(|(rival, _)| rival.place == place) {
             let mut other = set.to_vec();
+            // what only small tilts leave would need an absurd coefficient
+            let small = |j: usize| candidates.get(j).is_none_or(|c| c.vanishing);
+            if small(rival.candidate) || rival.together.is_some_and(|(_, j)| small(j)) {
+                continue;
+            }
             if let Some(slot) = other.get_mut(place) {
                 *slot = rival.candidate;
             }
-            if let Some(together) = rival.together {
+            if let Some((at, together)) = rival.together {
                 // the pair counts once, at its first place
-                if place > 0 || !plausible(together) {
+                if place > at {
                     continue;
                 }
-                other.iter_mut().skip(1).take(1).for_each(|slot| *slot = together);
+                other.iter_mut().skip(at).take(1).for_each(|slot| *slot = together);
             }
-            let Some(moved) = moved(candidates, arena, weighted, &other) else { continue };
-            for ((widest, here), named) in widest.iter_mut().zip(&moved).zip(&named) {
-                *widest = widest.max((here - named).abs());
+            let Some(moved) = moved(candidates, evidence, weighted, &other) else { continue };
+            all += share;
+            for ((own, here), named) in own.iter_mut().zip(&moved).zip(&named) {
+                let shift = (here - named).abs();
+                own.0 = own.0.max(shift);
+                own.1 += share * shift * shift;
             }
         }
-        squares.iter_mut().zip(widest).for_each(|(sum, width)| *sum += width * width);
+        for (sum, (widest, variance)) in squares.iter_mut().zip(own) {
+            sum.0 += widest * widest;
+            sum.1 += variance / all;
+        }
     }
-    squares.into_iter().map(f64::sqrt).collect()
+    squares.into_iter().map(|(widest, variance)| (widest.sqrt(), variance.sqrt())).collect()
 }
 
 /// What a set of effects does to the unknowns: `-A+ C_S k`.
-fn moved(candidates: &[Candidate], arena: &Arena, weighted: &Weighted, set: &[usize]) -> Option<Vec<f64>> {
-    let cosine = |a: usize, b: usize| arena.cosines.col_as_slice(a).get(b).copied().unwrap_or_default();
-    if set.iter().any(|j| *j >= arena.cosines.ncols()) {
-        return None;
-    }
+fn moved(candidates: &[Candidate], evidence: &Evidence, weighted: &Weighted, set: &[usize]) -> Option<Vec<f64>> {
+    let cosine = |a: usize, b: usize| evidence.cosines(a).get(b).copied().unwrap_or_default();
     let gram = faer::Mat::from_fn(set.len(), set.len(), |i, k| {
         set.get(i).zip(set.get(k)).map_or(0.0, |(a, b)| if i == k { 1.0 } else { cosine(*a, *b) })
     });
-    let scores = set.iter().map(|j| arena.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
+    let scores = set.iter().map(|j| evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
     let sizes = solve(gram, scores)?;
     let mut moved = vec![0.0; weighted.estimate.solution.len()];
     for (member, size) in set.iter().zip(sizes) {
         let candidate = candidates.get(*member)?;
-        let left = arena.pool.visible().get(*member).copied()? * norm(&candidate.column, &weighted.weight);
+        let left = evidence.pool.visible().get(*member).copied()? * norm(&candidate.column, &weighted.weight);
         let absorbed = weighted.estimate.factor.solve(&candidate.column).ok()?;
         moved.iter_mut().zip(absorbed).for_each(|(x, own)| *x -= own * (size / left));
     }

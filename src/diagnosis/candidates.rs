@@ -2,16 +2,12 @@
 
 use super::catalogue::{Effect, Filling, column_values, fill};
 use super::screen::{Chosen, Scanned};
+use super::settings::Settings;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Regressor, Table, indicator};
-
-/// A term smaller than this share of its natural size is zero but for rounding,
-const ROUNDING: f64 = 1e-10;
-/// or than this one vanishes but for small tilts.
-const VANISHING: f64 = 0.02;
 
 /// One effect that might be missing.
 #[derive(Debug, Clone)]
@@ -26,6 +22,10 @@ pub struct Candidate {
     pub kind: Regressor,
     /// The sensor that has it; `None` for what is common to all.
     pub sensor: Option<usize>,
+    /// The catalogue's term with its placeholders.
+    pub family: String,
+    /// Order of a harmonic; 0 for what is none.
+    pub harmonic: usize,
     /// Order among what cannot be told apart, 0 first.
     pub rank: u8,
     /// Why it happens.
@@ -34,11 +34,9 @@ pub struct Candidate {
     pub confirm: String,
     /// A coefficient that the model line has already, assumed zero.
     pub existing: Option<usize>,
-    /// Is the term zero at every reading but for rounding?
-    pub rounding: bool,
     /// Is it small at every reading against what its inputs could make of it, so that only small tilts leave anything of it?
     pub vanishing: bool,
-    /// Share of its column's weighted norm that the model leaves; 1 until an arena has looked.
+    /// Share of its column's weighted norm that the model leaves; 1 until an evidence has looked.
     pub visible: f64,
     /// Its largest value here over what its inputs could make of it; 1 for what is no term.
     pub size: f64,
@@ -49,6 +47,8 @@ pub struct Candidate {
 /// Everything that the catalogue has for this campaign. `rows` is the length of the system, priors included.
 ///
 /// Errors: a term of a user's catalogue that uses a name which this campaign does not have.
+///
+/// `kept` holds the columns of terms that no tilt moves, from one point to the next.
 pub(super) fn build(
     campaign: &Campaign,
     catalogue: &[Effect],
@@ -56,9 +56,11 @@ pub(super) fn build(
     design: &DesignMatrix,
     rows: usize,
     chosen: &Chosen,
+    kept: &mut Kept,
 ) -> Result<Vec<Candidate>> {
     let tilts = model.tilts_of(&design.point);
     let mut maker = Maker {
+        kept,
         campaign,
         design,
         rows,
@@ -75,12 +77,23 @@ pub(super) fn build(
         maker.effect(effect)?;
     }
     let mut found = maker.found;
-    mark_vanishing(campaign, &mut found);
-    mark_small_tilts(campaign, design, &mut found);
+    let settings = Settings::default();
+    let rounding = settings.roundings * f64::EPSILON;
+    let bounds = sizes(campaign, design, &mut found, rounding);
+    let mut bounds = bounds.into_iter();
+    // a column of rounding is no column
+    found.retain(|candidate| bounds.next().is_none_or(|bound| candidate.size > bound));
+    for candidate in &mut found {
+        candidate.vanishing = candidate.size < settings.vanishing;
+    }
     Ok(found)
 }
 
+/// Columns of terms that no tilt moves, by regressor and sensor.
+pub(super) type Kept = std::collections::HashMap<(String, usize), Vec<f64>>;
+
 struct Maker<'a> {
+    kept: &'a mut Kept,
     campaign: &'a Campaign,
     design: &'a DesignMatrix,
     rows: usize,
@@ -131,6 +144,15 @@ impl Maker<'_> {
             let chosen = breaks.filter(|(_, at)| self.chosen.has(&Scanned::Break(sensor, at.to_bits())));
             return chosen.map(|(text, at)| (with("{break}", text), Some(at))).collect();
         }
+        if effect.term.contains("{other}") {
+            let pairs = self.chosen.pairs(sensor).into_iter();
+            let both = |(a, b): (usize, usize)| {
+                let mut next = with("{reading}", (a + 1).to_string());
+                next.push(("{other}", (b + 1).to_string()));
+                (next, None)
+            };
+            return pairs.map(both).collect();
+        }
         if effect.term.contains("{reading}") {
             let indices = (0..self.campaign.readings.rows.len())
                 .filter(|k| read(*k) && self.chosen.has(&Scanned::Reading(sensor, *k)));
@@ -174,9 +196,19 @@ impl Maker<'_> {
                     return Err(Malformed::new(Fault::Value, format!("the effect '{text}' is a constant"))
                         .expected("a term with an input, a joint or a column"));
                 }
-                match self.table.term(sensor, line, &self.design.rows)? {
-                    Some(column) => column,
-                    None => return Ok(()),
+                let key = (regressor.clone(), sensor);
+                match self.kept.get(&key) {
+                    Some(column) => column.clone(),
+                    None => match self.table.term(sensor, line, &self.design.rows)? {
+                        Some(column) => {
+                            let moves = |name: &&str| crate::campaign::is_axis_input(&campaign.bench, name);
+                            if !line.names().iter().any(moves) {
+                                self.kept.insert(key, column.clone());
+                            }
+                            column
+                        }
+                        None => return Ok(()),
+                    },
                 }
             }
             (other, _) => indicator(campaign, &self.design.rows, other, sensor),
@@ -198,11 +230,12 @@ impl Maker<'_> {
             coefficient,
             kind,
             sensor: owner,
+            family: effect.term.clone(),
+            harmonic: filling.iter().find(|(key, _)| *key == "{k}").and_then(|(_, k)| k.parse().ok()).unwrap_or(0),
             rank: effect.rank,
             why: fill(&effect.why, filling),
             confirm: fill(&effect.confirm, filling),
             existing,
-            rounding: false,
             vanishing: false,
             visible: 1.0,
             size: 1.0,
@@ -316,45 +349,60 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
     })
 }
 
-/// A tilt whose derivatives are small beside those of the largest tilt is seen only through other small tilts.
-fn mark_small_tilts(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate]) {
+/// Each candidate's largest value over what its inputs could make of it: gravity along the axis, the fastest rate, any angle; a tilt's largest
+/// derivative over that of all tilts. Gives the size below which each is nothing but the rounding of its inputs.
+///
+/// A product or sum of few factors errs by few epsilon of the size of its terms; the sine of an angle by an epsilon of the angle in radians,
+/// so that `sin(k*joint)` at k half turns is as large as that, and no larger.
+fn sizes(campaign: &Campaign, design: &DesignMatrix, found: &mut [Candidate], rounding: f64) -> Vec<f64> {
     let largest = |column: &[f64]| column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
     let tilts = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Tilt).map(|(k, _)| k);
     let columns = tilts.filter(|k| *k < design.jacobian.ncols()).map(|k| largest(design.jacobian.col_as_slice(k)));
-    let natural = columns.fold(0.0, f64::max);
-    for candidate in found.iter_mut().filter(|c| matches!(c.kind, Regressor::Tilt(_)) && natural > 0.0) {
-        candidate.size = largest(&candidate.column) / natural;
-        candidate.rounding = candidate.size < ROUNDING;
-        candidate.vanishing = candidate.size < VANISHING;
-    }
-}
-
-/// Compare each term's largest value here with what its inputs could make of it: gravity along the axis, the fastest rate, any angle.
-fn mark_vanishing(campaign: &Campaign, found: &mut [Candidate]) {
+    let of_tilts = columns.fold(0.0, f64::max);
     let per_deg_s = campaign.bench.units.rate.per_deg_s();
-    let rates =
-        campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs() * per_deg_s));
-    let rate = rates.fold(campaign.bench.earth_rate().norm(), f64::max);
+    let joints = || campaign.readings.rows.iter().flat_map(|row| row.joints.iter());
+    let rate = joints().map(|s| s.rate_deg_s().abs() * per_deg_s).fold(campaign.bench.earth_rate().norm(), f64::max);
+    let angle =
+        joints().filter_map(|s| s.keys().0).map(|deg| deg.abs().to_radians()).fold(std::f64::consts::TAU, f64::max);
     let force = campaign.bench.specific_force().norm();
     let mut scratch = Scratch::default();
+    let mut bounds = Vec::with_capacity(found.len());
+    let mut known: std::collections::HashMap<String, f64> = std::collections::HashMap::new();
     for candidate in found {
-        let Regressor::Term(line) = &candidate.kind else { continue };
-        let names = line.names();
-        let size = |name: &str| {
-            if crate::campaign::is_axis_input(&campaign.bench, name) {
-                return if name.starts_with("w_") { rate } else { force };
+        let here = largest(&candidate.column);
+        let natural = match &candidate.kind {
+            Regressor::Tilt(_) => of_tilts,
+            Regressor::Term(line) => {
+                let names = line.names();
+                let mut size = |name: &str| {
+                    if crate::campaign::is_axis_input(&campaign.bench, name) {
+                        return if name.starts_with("w_") { rate } else { force };
+                    }
+                    if campaign.bench.joints().any(|joint| joint == name) {
+                        return 0.7; // radians: no low harmonic is small there
+                    }
+                    *known.entry(name.to_string()).or_insert_with(|| {
+                        column_values(campaign, name).iter().fold(0.0_f64, |largest, v| largest.max(v.abs()))
+                    })
+                };
+                let inputs: Vec<f64> = names.iter().map(|name| size(name)).collect();
+                // of a harmonic the size is that of what stands before it
+                let compiled = if candidate.harmonic > 0 { None } else { Tape::compile(line, &names).ok() };
+                match compiled {
+                    Some(tape) => tape.value(&inputs, &mut scratch).abs(),
+                    None => names
+                        .iter()
+                        .zip(&inputs)
+                        .filter(|(n, _)| !campaign.bench.joints().any(|j| j == **n))
+                        .map(|(_, v)| *v)
+                        .product(),
+                }
             }
-            if campaign.bench.joints().any(|joint| joint == name) {
-                return 0.7; // radians: no harmonic up to the fourth is small there
-            }
-            column_values(campaign, name).iter().fold(0.0_f64, |largest, v| largest.max(v.abs()))
+            _ => 0.0,
         };
-        let inputs: Vec<f64> = names.iter().map(|name| size(name)).collect();
-        let Ok(tape) = Tape::compile(line, &names) else { continue };
-        let natural = tape.value(&inputs, &mut scratch).abs();
-        let here = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
         candidate.size = if natural > 0.0 { here / natural } else { 1.0 };
-        candidate.rounding = here < ROUNDING * natural;
-        candidate.vanishing = here < VANISHING * natural;
+        let argument = if candidate.harmonic > 0 { candidate.harmonic as f64 * angle } else { 1.0 };
+        bounds.push(rounding * argument.max(1.0));
     }
+    bounds
 }

@@ -2,14 +2,14 @@
 
 use crate::algebra::Expression;
 use crate::bench::Sensor;
-use crate::campaign::{Campaign, Kind, Role};
+use crate::campaign::{Campaign, JointState, Kind, Role};
 use crate::error::Result;
 
 /// The text of the catalogue that ships with the program.
 pub const BUILT_IN: &str = include_str!("../../data/effects.json");
 
-/// Harmonics of joint angles that are tried.
-const HARMONICS: usize = 4;
+/// Harmonics of joint angles that are tried at least, and at most.
+const HARMONICS: (usize, usize) = (4, 12);
 /// Leading digits of the time constants that are tried, in every decade.
 const TIME_CONSTANTS: [f64; 13] = [1.0, 1.2, 1.5, 1.8, 2.0, 2.4, 3.0, 3.6, 4.5, 5.0, 6.0, 7.5, 9.0];
 
@@ -105,7 +105,12 @@ impl Effect {
         let axes: Vec<String> = sensor.axes.iter().map(|(axis, _)| axis.clone()).collect();
         each("{i}", axes.clone());
         each("{j}", axes.clone());
-        each("{k}", (1..=HARMONICS).map(|k| k.to_string()).collect());
+        // equal steps of n angles carry harmonics up to n / 2; those above are the same columns again
+        let most =
+            campaign.bench.joints().enumerate().map(|(place, joint)| (joint.to_string(), carried(campaign, place)));
+        let most: Vec<(String, usize)> = most.collect();
+        let highest = most.iter().map(|(_, n)| *n).max().unwrap_or(HARMONICS.0);
+        each("{k}", (1..=highest).map(|k| k.to_string()).collect());
         each("{joint}", campaign.bench.joints().map(str::to_string).collect());
         each("{turning}", turning(campaign));
         each("{tilt}", parameters(campaign, |role, kind| *role == Role::AssumedZero && kind == Kind::Tilt));
@@ -115,6 +120,14 @@ impl Effect {
             let text = filling.iter().find(|(own, _)| *own == key).map(|(_, text)| text.as_str());
             text.and_then(|text| axes.iter().position(|axis| axis == text))
         };
+        let order = |filling: &Filling| {
+            filling.iter().find(|(own, _)| *own == "{k}").and_then(|(_, k)| k.parse::<usize>().ok())
+        };
+        fillings.retain(|filling| {
+            let joint = filling.iter().find(|(own, _)| *own == "{joint}").map(|(_, joint)| joint);
+            let own = joint.and_then(|joint| most.iter().find(|(name, _)| name == joint)).map(|(_, n)| *n);
+            order(filling).zip(own).is_none_or(|(k, own)| k <= own)
+        });
         fillings.retain(|filling| match (place(filling, "{i}"), place(filling, "{j}")) {
             (Some(i), Some(j)) => i < j,
             _ => true,
@@ -126,6 +139,20 @@ impl Effect {
 /// A text with its placeholders filled.
 pub(super) fn fill(text: &str, filling: &Filling) -> String {
     filling.iter().fold(text.to_string(), |text, (placeholder, value)| text.replace(placeholder, value))
+}
+
+/// The highest harmonic of a joint that its angles can tell: half of their number.
+pub(super) fn carried(campaign: &Campaign, place: usize) -> usize {
+    let angles: std::collections::HashSet<u64> = campaign
+        .readings
+        .rows
+        .iter()
+        .filter_map(|row| match row.joints.get(place) {
+            Some(JointState::Held { angle_deg }) => Some((angle_deg.rem_euclid(360.0) + 0.0).to_bits()),
+            _ => None,
+        })
+        .collect();
+    (angles.len() / 2).clamp(HARMONICS.0, HARMONICS.1)
 }
 
 fn turning(campaign: &Campaign) -> Vec<String> {

@@ -1,15 +1,21 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
-use super::arena::Arena;
-use super::look::Look;
+use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
-use super::search::{Found, Rival};
+use super::pass::Seen;
+use super::posterior;
+use super::remainder::Remainder;
+use super::search::{Found, Question};
 use super::separate::Separation;
-use super::{Candidate, Diagnosis, Gap, NoiseFloor, Step, Unexplained, Verdict};
-use super::{ambiguity, holdout, places, separate};
+use super::sets::Rival;
+use super::settings::Settings;
+use super::support::Support;
+use super::{Candidate, Diagnosis, Gap, NoiseFloor, Unexplained, Verdict};
+use super::{ambiguity, holdout, places, separate, serial, steps};
 use crate::campaign::{Campaign, Kind};
 use crate::error::Result;
 use crate::fit::{self, Fit};
+use crate::simulate::Regressor;
 
 /// An effect that explains what the same readings show.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,8 +28,8 @@ pub struct Alias {
     pub exact: bool,
     /// How much worse it fits, in noise variances.
     pub excess: f64,
-    /// Is its term zero at these positions but for rounding?
-    pub rounding: bool,
+    /// Posterior probability that it is the effect.
+    pub probability: f64,
     /// Is it small at every reading against what its inputs could make of it, or mostly in the model already?
     pub vanishing: bool,
     /// Share of its column's weighted norm that the model leaves.
@@ -51,10 +57,56 @@ pub struct Finding {
     pub p: f64,
     /// Share of the gap's sum of squares that it takes off, the others given.
     pub explains: f64,
+    /// Posterior probability that it or one of its aliases is present.
+    pub probability: f64,
     /// What else it could be.
     pub aliases: Vec<Alias>,
     /// Positions that would tell the aliases apart.
     pub separation: Separation,
+    /// The same effect in further sensors of the unit.
+    pub also: Vec<InSensor>,
+}
+
+/// An effect in one further sensor.
+#[derive(Debug, Clone)]
+pub struct InSensor {
+    /// The effect there.
+    pub effect: Candidate,
+    /// Its coefficient.
+    pub value: Option<f64>,
+    /// Standard uncertainty.
+    pub u: Option<f64>,
+    /// Unit of the coefficient.
+    pub unit: String,
+    /// Student's t (z where the noise is stated) given the other effects.
+    pub t: f64,
+    /// Family-wise probability of evidence as strong by chance.
+    pub p: f64,
+    /// Posterior probability that it or one of its aliases is present there.
+    pub probability: f64,
+}
+
+/// One term in several sensors is one finding, with its size in each: the first stays, the others join it.
+fn common(findings: Vec<Finding>) -> Vec<Finding> {
+    let mut merged: Vec<Finding> = Vec::with_capacity(findings.len());
+    for own in findings {
+        let is_term = matches!(
+            own.effect.kind,
+            Regressor::Term(_) | Regressor::Approach(_) | Regressor::Change { .. } | Regressor::Position(_)
+        );
+        let same = |other: &&mut Finding| {
+            is_term && other.effect.regressor == own.effect.regressor && other.effect.sensor != own.effect.sensor
+        };
+        match merged.iter_mut().find(same) {
+            Some(first) => {
+                first.explains += own.explains;
+                let Finding { effect, value, u, unit, t, p, probability, .. } = own;
+                first.also.push(InSensor { effect, value, u, unit, t, p, probability });
+            }
+            None => merged.push(own),
+        }
+    }
+    merged
 }
 
 /// An estimated parameter before and after the repair.
@@ -70,61 +122,156 @@ pub struct Change {
     pub before: (Option<f64>, Option<f64>),
     /// Value and standard uncertainty after, if the effects are the ones named.
     pub after: (Option<f64>, Option<f64>),
-    /// How far the value would move at most if an alias were the effect: the half-width of a rectangular distribution.
+    /// How far the value would move at most if an alias were the effect.
     pub alias_half_width: f64,
+    /// Standard deviation of the value over the explanations that remain, each with its probability.
+    pub alias_u: f64,
+    /// Standard uncertainty from what is unexplained, beyond that of the noise.
+    pub remainder_u: f64,
 }
 
 impl Change {
-    /// Standard uncertainty after, not knowing which alias it is: `sqrt(u^2 + half-width^2 / 3)`.
-    pub fn u_with_aliases(&self) -> Option<f64> {
-        self.after.1.map(|u| u.hypot(self.alias_half_width / 3f64.sqrt()))
+    /// Standard uncertainty after, with what is not known about the alias and about the rest: root sum of squares.
+    pub fn u_in_all(&self) -> Option<f64> {
+        self.after.1.map(|u| u.hypot(self.alias_u).hypot(self.remainder_u))
     }
 }
 
 pub(super) fn conclude(
     campaign: &Campaign,
     before: Fit,
-    look: Look,
+    seen: Seen,
     repaired: Option<(Campaign, Fit)>,
-    steps: Vec<Step>,
+    settings: &Settings,
 ) -> Result<Diagnosis> {
-    let Look { candidates, arena, weighted, design, found } = look;
-    let set: &[usize] = match &found {
-        Found::Set { set, .. } => set,
-        _ => &[],
-    };
-    let scale = row_scale(&weighted);
-    let gap_before = gap(&before, &scale, &arena, &[]);
-    let gap_after = match &repaired {
-        Some((_, after)) => gap(after, &scale, &arena, set),
-        None => gap_before.clone(),
-    };
-    let (verdict, effects, unexplained) = match &found {
-        _ if weighted.estimate.dof == 0 => (Verdict::NotDiagnosable, Vec::new(), None),
-        Found::Nothing => (Verdict::NothingMissing, Vec::new(), None),
-        Found::Set { set, rivals } => {
-            let after = repaired.as_ref();
-            let effects = findings(campaign, &candidates, &arena, &design, set, rivals, after);
-            (Verdict::EffectsFound, effects, None)
-        }
-        Found::Unexplained { nearest, .. } => {
-            let cells = places::cells(campaign, &design, &weighted);
-            let explains = if arena.rss > 0.0 { 1.0 - arena.rss_of(nearest) / arena.rss } else { 0.0 };
-            let nearest: Vec<Candidate> = nearest.iter().filter_map(|j| candidates.get(*j).cloned()).collect();
-            let pattern = places::pattern(campaign, &design, &weighted, &cells);
-            let unexplained = Unexplained { pattern, cells, nearest, nearest_explains: explains };
-            (Verdict::Unexplained, Vec::new(), Some(unexplained))
-        }
-    };
-    let widths = match &found {
-        Found::Set { set, rivals } => ambiguity::half_widths(&candidates, &arena, &weighted, set, rivals),
+    let Seen { candidates, evidence, weighted, design, handicap, found } = seen;
+    let ordered = match &found {
+        Found::Set { set, .. } if repaired.is_some() => steps::order(&evidence, set),
         _ => Vec::new(),
     };
-    let changes = repaired.as_ref().map(|(_, after)| changes(&before, after, &widths)).unwrap_or_default();
-    let holdout = holdout::holdout(campaign, &before, repaired.as_ref().map(|(_, fit)| fit), &scale);
+    let set: &[usize] = &ordered;
+    let scale = row_scale(&weighted);
+    let gap_before = gap(&before, &scale, &evidence, &[]);
+    let gap_after = match &repaired {
+        Some((_, after)) => gap(after, &scale, &evidence, set),
+        None => gap_before.clone(),
+    };
+    let standardised: Vec<f64> = gap_after.residuals.iter().zip(&scale).map(|(v, u)| v / u).collect();
+    let pattern_in_time = serial::serial(campaign, &design, &standardised).filter(|own| own.p <= settings.serial());
+    let verdict = match &found {
+        _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
+        Found::Nothing if pattern_in_time.is_none() => Verdict::NothingMissing,
+        Found::Set { complete: true, .. } if pattern_in_time.is_none() => Verdict::EffectsFound,
+        Found::Set { .. } if repaired.is_some() => Verdict::PartlyExplained,
+        _ => Verdict::Unexplained,
+    };
+    let is_left = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
+    let left = evidence.directions(set).filter(|_| is_left);
+    let remainder = left.as_ref().map(|(directions, residual)| {
+        let rss = residual.iter().map(|v| v * v).sum();
+        evidence.remainders.left(directions, residual, rss)
+    });
+    let sd = noise_sd(&weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
+    let unexplained = left.map(|(_, residual)| {
+        let nearest: &[usize] = match &found {
+            Found::Set { nearest, .. } | Found::Unexplained { nearest, .. } => nearest,
+            Found::Nothing => &[],
+        };
+        let with: Vec<usize> = set.iter().chain(nearest).copied().collect();
+        let rest = evidence.rss_of(set);
+        let explains = if rest > 0.0 { (1.0 - evidence.rss_of(&with) / rest).max(0.0) } else { 0.0 };
+        let mut after = weighted.clone();
+        after.rss = rest;
+        after.estimate.residuals = residual.iter().zip(&weighted.weight).map(|(r, w)| r / w).collect();
+        after.residual = residual;
+        let cells = places::cells(campaign, &design, &after);
+        let mut pattern = match (&found, &pattern_in_time) {
+            (Found::Nothing, Some(own)) => own.what.clone(),
+            _ => places::pattern(campaign, &design, &after, &cells),
+        };
+        if let (Some(own), false) = (&pattern_in_time, matches!(found, Found::Nothing)) {
+            pattern.push_str(&format!("; {}", own.what));
+        }
+        let follows = remainder.as_ref().and_then(|own| evidence.remainders.grouping(own)).map(|g| g.name.clone());
+        let sd = remainder.as_ref().zip(sd).map(|(own, sd)| match own.grouping {
+            Some(_) => sd * (own.ratio * own.variance).sqrt(),
+            None => sd * (own.variance - 1.0).max(0.0).sqrt(),
+        });
+        Unexplained {
+            pattern,
+            follows,
+            sd,
+            cells,
+            nearest: nearest.iter().filter_map(|j| candidates.get(*j).cloned()).collect(),
+            nearest_explains: explains,
+        }
+    });
+    let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
+    let support = Support { weighted: &weighted, columns: &columns, positions: &[] };
+    let question = Question {
+        settings,
+        handicap: &handicap,
+        support: &support,
+        is_pattern: &|_| false,
+        needs_all: &|_| false,
+        other_phase: &|_| None,
+    };
+    let rivals: Vec<Rival> = match &found {
+        // places are those of the order in which the effects are reported
+        Found::Set { set: own, rivals, .. } => rivals
+            .iter()
+            .filter_map(|rival| {
+                let member = own.get(rival.place)?;
+                let place = set.iter().position(|j| j == member)?;
+                let together = match rival.together {
+                    Some((other, candidate)) => {
+                        let member = own.get(other)?;
+                        Some((set.iter().position(|j| j == member)?, candidate))
+                    }
+                    None => None,
+                };
+                Some(Rival { place, together, ..rival.clone() })
+            })
+            .collect(),
+        _ => Vec::new(),
+    };
+    let shares = ambiguity::shares(&question, set, &rivals);
+    let mut effects = Vec::new();
+    if let Some((repaired, after)) = &repaired {
+        let own = Effects {
+            campaign,
+            candidates: &candidates,
+            evidence: &evidence,
+            design: &design,
+            set,
+            rivals: &rivals,
+            complete: remainder.is_none(),
+        };
+        effects = own.findings(&question, &shares, repaired, after);
+        if let Some(remainder) = &remainder {
+            for finding in &mut effects {
+                let index = repaired.estimated().iter().position(|p| p.id == finding.effect.coefficient);
+                let extra = index.and_then(|j| beyond_noise(after, &weighted, &evidence, remainder, j));
+                finding.u = finding.u.map(|u| u.hypot(extra.unwrap_or(0.0)));
+            }
+        }
+    }
+    let effects = common(effects);
+    let moved = ambiguity::moved_by(&candidates, &evidence, &weighted, set, &rivals, &shares);
+    let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
+    let mut changes = if verdict == Verdict::NotDiagnosable { Vec::new() } else { changes(&before, finished, &moved) };
+    if let Some(remainder) = &remainder {
+        for change in &mut changes {
+            let index = finished.campaign.estimated().iter().position(|p| p.id == change.id);
+            let extra = index.and_then(|j| beyond_noise(finished, &weighted, &evidence, remainder, j));
+            change.remainder_u = extra.unwrap_or(0.0);
+        }
+    }
+    let after = repaired.as_ref().map(|(_, fit)| fit);
+    let steps = steps::steps(campaign, (&before, after), &candidates, &evidence, set, &scale, settings)?;
+    let holdout = holdout::holdout(campaign, &before, after, &scale);
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
-    let sd = noise_sd(&weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
     Ok(Diagnosis {
         verdict,
         effects,
@@ -135,16 +282,47 @@ pub(super) fn conclude(
         unexplained,
         holdout,
         steps,
-        candidates: (candidates.len(), arena.tests),
+        candidates: (candidates.len(), evidence.tests),
         changes,
         would_help,
         row_sd: scale,
         grouping: None,
         constraints: Vec::new(),
         repaired: None,
+        averaged: None,
         after: repaired.map(|(_, after)| after),
         before,
     })
+}
+
+/// Standard uncertainty of an estimate from what is unexplained, beyond that of the noise: `l = W A C e_j`, `l'V l - l'l`.
+///
+/// A remainder estimated from few degrees of freedom has the variance of Student's t, `nu / (nu - 2)` (JCGM 101, 6.4.9.4).
+fn beyond_noise(
+    fit: &Fit,
+    weighted: &Weighted,
+    evidence: &Evidence,
+    remainder: &Remainder,
+    index: usize,
+) -> Option<f64> {
+    let n = fit.covariance.nrows();
+    if index >= n {
+        return None;
+    }
+    let rows = weighted.weight.len();
+    let mut combination = vec![0.0; rows];
+    for k in 0..n.min(fit.design.jacobian.ncols()) {
+        let share = fit.covariance[(k, index)];
+        if share != 0.0 {
+            let column = fit.design.jacobian.col_as_slice(k);
+            let weights = column.iter().zip(&weighted.weight);
+            combination.iter_mut().zip(weights).for_each(|(l, (a, w))| *l += a * w * share);
+        }
+    }
+    let white: f64 = combination.iter().map(|l| l * l).sum();
+    let extra = evidence.remainders.variance_of(remainder, &combination) - white;
+    let heavy = if remainder.dof > 2.5 { remainder.dof / (remainder.dof - 2.0) } else { 5.0 };
+    (extra > 0.0 && extra.is_finite()).then(|| (extra * heavy).sqrt())
 }
 
 /// Standard uncertainty of each row by the noise floor.
@@ -164,76 +342,101 @@ fn noise_sd(weighted: &Weighted, finished: &Fit) -> Option<f64> {
     (!rows.is_empty()).then(|| (square / rows.len() as f64).sqrt())
 }
 
-fn gap(fit: &Fit, scale: &[f64], arena: &Arena, set: &[usize]) -> Gap {
+fn gap(fit: &Fit, scale: &[f64], evidence: &Evidence, set: &[usize]) -> Gap {
     let readings = fit.design.rows.len();
     let residuals: Vec<f64> = fit.estimate.residuals.iter().take(readings).copied().collect();
     let dof = fit.estimate.dof;
     let square: f64 = residuals.iter().map(|v| v * v).sum();
     let max = residuals.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
     let chi_square = fit.estimate.residuals.iter().zip(scale).map(|(v, u)| (v / u) * (v / u)).sum();
-    let p = arena.given(set).and_then(|given| arena.global(&given));
+    let p = evidence.given(set).and_then(|given| evidence.global(&given));
     Gap { rms: (dof > 0).then(|| (square / dof as f64).sqrt()), max, chi_square, dof, p, residuals }
 }
 
-fn findings(
-    campaign: &Campaign,
-    candidates: &[Candidate],
-    arena: &Arena,
-    design: &crate::design::DesignMatrix,
-    set: &[usize],
-    rivals: &[Rival],
-    repaired: Option<&(Campaign, Fit)>,
-) -> Vec<Finding> {
-    let rss = arena.rss_of(set);
-    let mut findings = Vec::with_capacity(set.len());
-    for (place, member) in set.iter().enumerate() {
-        let Some(effect) = candidates.get(*member) else { continue };
-        let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| *k != place).map(|(_, j)| *j).collect();
-        let Some(without) = arena.given(&others) else { continue };
-        let (t, dof) = arena.t(&without, *member);
-        let own = arena.cosines.col_as_slice(*member);
-        let mut aliases: Vec<(u32, f64, usize, Alias)> = rivals
-            .iter()
-            .filter(|rival| rival.place == place)
-            .filter_map(|rival| {
-                let other = candidates.get(rival.candidate)?;
+/// What the findings are made from.
+struct Effects<'a> {
+    campaign: &'a Campaign,
+    candidates: &'a [Candidate],
+    evidence: &'a Evidence,
+    design: &'a crate::design::DesignMatrix,
+    set: &'a [usize],
+    rivals: &'a [Rival],
+    /// Is the rest noise? Then the noise alone is what an effect is compared with.
+    complete: bool,
+}
+
+impl Effects<'_> {
+    fn findings(&self, question: &Question<'_>, shares: &[f64], repaired: &Campaign, after: &Fit) -> Vec<Finding> {
+        (0..self.set.len()).filter_map(|place| self.finding(place, question, shares, repaired, after)).collect()
+    }
+
+    fn finding(
+        &self,
+        place: usize,
+        question: &Question<'_>,
+        shares: &[f64],
+        repaired: &Campaign,
+        after: &Fit,
+    ) -> Option<Finding> {
+        let evidence = self.evidence;
+        let member = self.set.get(place)?;
+        let effect = self.candidates.get(*member)?;
+        let others = super::search::without(self.set, place);
+        let without = evidence.given(&others)?;
+        let standing = evidence.standing(&others, *member).filter(|_| !self.complete);
+        let (alone, dof_alone) = evidence.t(&without, *member);
+        let (t, dof) = standing.map_or((alone, dof_alone), |own| (own.t, own.dof));
+        let posterior = posterior::of(evidence, &others, *member, self.complete, question);
+        let own = evidence.cosines(*member);
+        let at_place = || self.rivals.iter().zip(shares).filter(|(rival, _)| rival.place == place);
+        // probability of the class as far as its aliases are listed
+        let listed = |j: usize| at_place().any(|(rival, _)| rival.candidate == j);
+        let further: f64 = posterior.of.iter().filter(|(j, _)| *j == *member || listed(*j)).map(|(_, p)| p).sum();
+        let probability = posterior.probability.max(further).min(1.0);
+        let all = 1.0 + at_place().map(|(_, share)| share).sum::<f64>();
+        let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
+            .filter_map(|(rival, share)| {
+                let other = self.candidates.get(rival.candidate)?;
                 let cosine = own.get(rival.candidate).map_or(0.0, |g| g.abs());
                 let alias = Alias {
                     regressor: other.regressor.clone(),
                     name: other.name.clone(),
                     exact: 1.0 - cosine < 1e-6,
                     excess: rival.excess.max(0.0),
-                    rounding: other.rounding,
+                    probability: probability * share / all,
                     vanishing: other.vanishing,
                     visible: other.visible,
                     size: other.size,
-                    together_with: rival.together.and_then(|j| candidates.get(j)).map(|c| c.regressor.clone()),
+                    together_with: rival
+                        .together
+                        .and_then(|(_, j)| self.candidates.get(j))
+                        .map(|c| c.regressor.clone()),
                 };
-                let order = u32::from(other.rank) + if other.rounding { 1000 } else { 0 };
+                let order = u32::from(other.rank);
                 let order = order + if other.vanishing { 300 } else { 0 };
                 let order = order + if alias.exact { 0 } else { 100 };
                 Some((order, alias.excess, rival.candidate, alias))
             })
             .collect();
         aliases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| candidates.get(*j)).collect();
-        let separation = separate::positions(campaign, design, effect, &columns);
-        let (value, u, unit) = repaired
-            .map_or((None, None, String::new()), |(repaired, after)| coefficient(campaign, repaired, after, effect));
-        findings.push(Finding {
+        let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| self.candidates.get(*j)).collect();
+        let separation = separate::positions(self.campaign, self.design, effect, &columns);
+        let (value, u, unit) = coefficient(self.campaign, repaired, after, effect);
+        let rss = evidence.rss_of(self.set);
+        Some(Finding {
             effect: effect.clone(),
             value,
             u,
             unit,
             t,
-            p: arena.family_wise(t, dof),
-            explains: if arena.rss > 0.0 { (without.rss - rss) / arena.rss } else { 0.0 },
+            p: evidence.family_wise(t, dof, *member),
+            explains: if evidence.rss > 0.0 { (without.rss - rss) / evidence.rss } else { 0.0 },
+            probability,
             aliases: aliases.into_iter().map(|(_, _, _, alias)| alias).collect(),
             separation,
-        });
+            also: Vec::new(),
+        })
     }
-    findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));
-    findings
 }
 
 fn coefficient(
@@ -258,7 +461,7 @@ fn coefficient(
     (result.value.map(|v| v - stated), result.uncertainty.as_ref().map(|c| c.u), unit)
 }
 
-fn changes(before: &Fit, after: &Fit, widths: &[f64]) -> Vec<Change> {
+fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Change> {
     let unknown = |id: &str| before.campaign.estimated().iter().position(|own| own.id == id);
     let of = |p: &fit::ParameterResult| (p.value, p.uncertainty.as_ref().map(|c| c.u));
     before
@@ -266,13 +469,16 @@ fn changes(before: &Fit, after: &Fit, widths: &[f64]) -> Vec<Change> {
         .iter()
         .filter_map(|own| {
             let then = after.parameters.iter().find(|p| p.id == own.id)?;
+            let (widest, sd) = unknown(&own.id).and_then(|j| moved.get(j)).copied().unwrap_or_default();
             Some(Change {
                 id: own.id.clone(),
                 is_angle: own.kind == Kind::Tilt,
                 unit: own.unit.clone(),
                 before: of(own),
                 after: of(then),
-                alias_half_width: unknown(&own.id).and_then(|j| widths.get(j)).copied().unwrap_or_default(),
+                alias_half_width: widest,
+                alias_u: sd,
+                remainder_u: 0.0,
             })
         })
         .collect()

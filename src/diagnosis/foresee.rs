@@ -12,11 +12,10 @@
 //! Where only residuals tell the noise, `delta` is that of Student's t. One bad reading is not among the effects: its minimal detectable bias
 //! stands in the judgement of the schedule.
 
-use super::ahead::effects;
 use super::catalogue::Effect;
 use super::level;
 use super::pool::Pool;
-use super::search::{INDISTINGUISHABLE, Levels};
+use super::prospective::effects;
 use super::{Candidate, Settings};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
@@ -194,7 +193,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         Some(levels) => rule(levels.tests, levels.usual, estimate.dof),
         None => {
             let tests = tests.max(groups.len()).max(1);
-            rule(tests, -f64::exp_m1(f64::ln_1p(-Levels::of(significance).names) / tests as f64), estimate.dof)
+            rule(tests, -f64::exp_m1(f64::ln_1p(-Settings::at(significance).names()) / tests as f64), estimate.dof)
         }
     };
     for prospect in &mut prospects {
@@ -255,7 +254,7 @@ fn noncentrality(alone: f64) -> f64 {
 
 /// What must be left of an effect beside another one, in units of u, for the other to be dropped with the power of the rule.
 fn apart() -> f64 {
-    z(POWER) + (z(POWER).powi(2) + INDISTINGUISHABLE).sqrt()
+    z(POWER) + (z(POWER).powi(2) + Settings::default().indistinguishable).sqrt()
 }
 
 /// Change of every unknown when the effect, with coefficient 1, is in the readings and not in the model.

@@ -4,9 +4,8 @@
 //! makes.
 
 use super::catalogue::Effect;
-use super::look::Pass;
-use super::search::Levels;
-use super::{assumptions, fit_exactly};
+use super::pass::Pass;
+use super::{Settings, assumptions, fit_exactly};
 use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::{self, Model};
 use crate::error::Result;
@@ -43,11 +42,11 @@ pub(super) fn single_levels(
     let measured = pretended(schedule, system)?;
     let assumed = assumptions::hold(&measured)?;
     let fit = fit_exactly(&assumed.campaign)?;
-    let levels = Levels::of(significance);
+    let levels = Settings::at(significance);
     let mut pass = Pass::new(&assumed.campaign, &assumed.asked, catalogue, levels, fit.design.point.clone())?;
     let (tests, of) = pass.tests()?;
-    let usual = alone(levels.names, tests as f64);
-    let of = of.into_iter().map(|(name, sensor, tests)| ((name, sensor), alone(levels.names, tests))).collect();
+    let usual = alone(levels.names(), tests as f64);
+    let of = of.into_iter().map(|(name, sensor, tests)| ((name, sensor), alone(levels.names(), tests))).collect();
     Ok(SingleLevels { tests, usual, of })
 }
 

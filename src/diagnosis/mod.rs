@@ -8,20 +8,30 @@
 //! |---|---|
 //! | `catalogue.rs` | effects as data |
 //! | `assumptions.rs` | priors and constraints: held, and candidates themselves |
+//! | `averaged.rs` | long records |
 //! | `passes.rs` | search and repair in turn |
-//! | `look.rs` | one pass of the search at one point |
+//! | `pass.rs` | one pass of the search at one point |
+//! | `settings.rs` | every threshold, with its meaning and source |
 //! | `candidates.rs` | each effect as a column of this campaign |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
-//! | `arena.rs` | evidence given a set, family-wise probabilities, the global test |
+//! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
-//! | `search.rs` | the smallest complete set, and its rivals |
+//! | `families.rs` | what the members of a family share, and which of them build any pattern |
+//! | `remainder.rs` | what no effect explains, as a component of variance |
+//! | `search.rs` | the smallest complete set |
+//! | `sets.rs` | sets by what they leave, and their rivals |
+//! | `stepwise.rs` | one effect after another beside an unexplained rest |
+//! | `posterior.rs` | probabilities of effects and aliases |
+//! | `serial.rs` | patterns in the order of time |
+//! | `steps.rs` | the gap after each effect |
 //! | `finding.rs` | from a search to the answer |
 //! | `support.rs` | effects that hang on one position alone |
 //! | `repair.rs` | the effect in the model line |
 //! | `separate.rs` | positions that would tell rivals apart |
+//! | `level.rs` | the level that one column must pass |
 //! | `foresee.rs` | what a diagnosis could find on a schedule |
-//! | `ahead.rs` | its columns, where nobody has measured yet |
+//! | `prospective.rs` | its columns, where nobody has measured yet |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
@@ -30,63 +40,63 @@
 //! Honesty: probabilities count everything that was tried; what the schedule cannot tell apart is one finding with aliases; a set that only
 //! approximates the pattern is not named. Priors and constraints stand while the model is diagnosed, and may be found wrong themselves.
 
-mod ahead;
 mod ambiguity;
-mod arena;
 mod assumptions;
+mod averaged;
 mod candidates;
 mod catalogue;
+mod evidence;
+mod families;
 mod finding;
 mod foresee;
 mod holdout;
 mod level;
 mod linear;
-mod look;
 mod noise;
+mod pass;
 mod passes;
 mod places;
 mod pool;
+mod posterior;
+mod prospective;
+mod remainder;
 mod repair;
 mod screen;
 mod search;
 mod separate;
+mod serial;
+mod sets;
+mod settings;
+mod steps;
+mod stepwise;
 mod support;
 
 pub use assumptions::Held;
 pub use candidates::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
-pub use finding::{Alias, Change, Finding};
+pub use finding::{Alias, Change, Finding, InSensor};
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
-pub use look::candidates;
 pub use noise::NoiseFrom;
+pub use pass::candidates;
 pub use places::{Cell, Grouping, Level, Place};
 pub use pool::{Pool, VISIBLE};
 pub use separate::Separation;
+pub use settings::Settings;
+pub use steps::{GapStep, Step};
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Fit, Stop};
-use search::Levels;
-
-/// How to diagnose.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Probability of reporting anything when nothing is missing; between 0 and 1.
-    pub significance: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings { significance: 0.01 }
-    }
-}
+use crate::simulate::Regressor;
 
 /// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The effects named explain the gap down to the noise.
     EffectsFound,
+    /// The effects named stand; what remains is more than noise, and nothing in the catalogue explains it.
+    PartlyExplained,
     /// The gap is noise.
     NothingMissing,
     /// Something is missing that nothing in the catalogue explains.
@@ -100,6 +110,7 @@ impl Verdict {
     pub fn name(self) -> &'static str {
         match self {
             Verdict::EffectsFound => "effects-found",
+            Verdict::PartlyExplained => "partly-explained",
             Verdict::NothingMissing => "nothing-missing",
             Verdict::Unexplained => "unexplained",
             Verdict::NotDiagnosable => "not-diagnosable",
@@ -138,23 +149,16 @@ pub struct NoiseFloor {
 pub struct Unexplained {
     /// In one sentence.
     pub pattern: String,
+    /// What readings share that share their deviation: the setting, a joint, a stretch of time; `None` where each has its own.
+    pub follows: Option<String>,
+    /// Standard deviation of what is unexplained, in the unit of the first sensor; `None` where the noise is unknown.
+    pub sd: Option<f64>,
     /// Mean residual at each distinct state of the joints, the most significant first.
     pub cells: Vec<Cell>,
     /// Candidates that come nearest, with the share of the sum of squares that they take off together: not accepted.
     pub nearest: Vec<Candidate>,
     /// That share.
     pub nearest_explains: f64,
-}
-
-/// One look at the evidence.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Step {
-    /// Regressors in the model beyond the given one.
-    pub with: Vec<String>,
-    /// The strongest further candidate, its t and its family-wise p.
-    pub strongest: Option<(String, f64, f64)>,
-    /// The global test of what is left.
-    pub global_p: Option<f64>,
 }
 
 /// Everything that a diagnosis found.
@@ -182,8 +186,8 @@ pub struct Diagnosis {
     pub unexplained: Option<Unexplained>,
     /// Leave-one-position-out prediction.
     pub holdout: Option<Holdout>,
-    /// The search's record.
-    pub steps: Vec<Step>,
+    /// The gap as given, after the first effect, after the second, and so on.
+    pub steps: Vec<GapStep>,
     /// How many candidates, and how many distinct ones among them.
     pub candidates: (usize, usize),
     /// Estimated parameters before and after.
@@ -196,17 +200,44 @@ pub struct Diagnosis {
     pub constraints: Vec<Held>,
     /// The repaired question with its constraints as they were asked for, without those found wrong; `None` where nothing was found.
     pub repaired: Option<Campaign>,
+    /// Of a long record: readings, and how many averages of them were compared.
+    pub averaged: Option<(usize, usize)>,
 }
 
 /// Diagnose a campaign with a catalogue (see `wire::built_in_effects`).
 ///
 /// Errors: those of [`fit::fit`]; a significance outside (0, 1); a catalogue's term with a name that this campaign does not have.
 pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
-    if !(settings.significance > 0.0 && settings.significance < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the significance is no probability")
-            .expected("a number between 0 and 1, for example 0.01")
-            .found(settings.significance.to_string()));
+    settings.check()?;
+    let Some(long) = averaged::averaged(campaign) else { return diagnose_readings(campaign, catalogue, settings) };
+    let mut diagnosis = diagnose_readings(&long.campaign, catalogue, settings)?;
+    diagnosis.averaged = Some((campaign.readings.rows.len(), long.campaign.readings.rows.len()));
+    let first = |k: usize| long.first.get(k).copied().unwrap_or(k);
+    for finding in &mut diagnosis.effects {
+        let own = &mut finding.effect;
+        match own.kind {
+            Regressor::Reading(k) => {
+                (own.kind, own.regressor) = (Regressor::Reading(first(k)), format!("reading:{}", first(k) + 1));
+            }
+            Regressor::Exchange(a, b) => {
+                own.kind = Regressor::Exchange(first(a), first(b));
+                own.regressor = format!("exchange:{}:{}", first(a) + 1, first(b) + 1);
+            }
+            _ => {}
+        }
     }
+    if diagnosis.repaired.is_some() {
+        let all = diagnosis
+            .effects
+            .iter()
+            .flat_map(|own| [&own.effect].into_iter().chain(own.also.iter().map(|o| &o.effect)));
+        let effects: Vec<&Candidate> = all.collect();
+        diagnosis.repaired = Some(passes::repaired(campaign, &effects)?);
+    }
+    Ok(diagnosis)
+}
+
+fn diagnose_readings(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
     if let Some(line) = campaign.scatter.first() {
         return Err(Malformed::new(Fault::Value, "a diagnosis does not take what scatters into account yet")
             .expected("a campaign without lines of \"scatter\"; `tumble fit` takes them")
@@ -217,12 +248,11 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let question = campaign;
     let campaign = &assumed.campaign;
     let before = fit_exactly(campaign)?;
-    let levels = Levels::of(settings.significance);
-    let mut pass = look::Pass::new(campaign, &assumed.asked, catalogue, levels, before.design.point.clone())?;
-    let (look, repaired) = passes::run(&mut pass, campaign, levels)?;
-    let grouping = places::grouping(campaign, &look.design, &look.weighted);
+    let mut pass = pass::Pass::new(campaign, &assumed.asked, catalogue, *settings, before.design.point.clone())?;
+    let (seen, repaired) = passes::run(&mut pass, campaign, settings)?;
+    let grouping = places::grouping(campaign, &seen.design, &seen.weighted);
     let without_column = pass.without_column;
-    let mut diagnosis = finding::conclude(campaign, before, look, repaired, pass.steps)?;
+    let mut diagnosis = finding::conclude(campaign, before, seen, repaired, settings)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
             assumptions::value(campaign, after, finding);
@@ -244,12 +274,20 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     Ok(diagnosis)
 }
 
+/// Gauss-Newton iterations of one fit: lines with kinks or jumps never settle to rounding, since what they average moves in steps.
+const ITERATIONS: usize = 30;
+/// A fit whose last step moved the predictions by less than this, in standard uncertainties of all readings together, is as good as settled.
+const SMALL_STEP: f64 = 0.05;
+
 /// Gauss-Newton to the exact model as far as it goes, or the linear estimator where it goes astray.
 ///
 /// At a jump (`sign` of an input that a tilt makes positive or negative) it ends with no descent, next to the jump: as near as there is.
 fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
-    let exact = fit::fit(campaign, &fit::Settings::default())?;
-    let usable = exact.convergence.as_ref().is_some_and(|record| record.converged || record.stop == Stop::NoDescent);
+    let exact = fit::fit(campaign, &fit::Settings { iterations: ITERATIONS, ..fit::Settings::default() })?;
+    let usable = exact.convergence.as_ref().is_some_and(|record| {
+        let small = record.iterations.last().is_some_and(|last| last.step < SMALL_STEP);
+        record.converged || record.stop == Stop::NoDescent || (record.stop != Stop::OutOfRange && small)
+    });
     if usable {
         Ok(exact)
     } else {

@@ -78,6 +78,17 @@ impl Pool {
         &self.norm
     }
 
+    /// Column `a` outside the model, of norm one; zero where the model leaves nothing of it.
+    pub(super) fn direction(&self, a: usize, q: MatRef<'_, f64>) -> Vec<f64> {
+        let Some(&size) = self.norm.get(a).filter(|size| **size > 0.0) else { return vec![0.0; self.columns.nrows()] };
+        let mut direction = self.columns.col_as_slice(a).to_vec();
+        for (k, along) in self.along.col_as_slice(a).iter().enumerate().take(q.ncols()) {
+            direction.iter_mut().zip(q.col(k).iter()).for_each(|(v, q)| *v -= along * q);
+        }
+        direction.iter_mut().for_each(|v| *v /= size);
+        direction
+    }
+
     /// Cosines between column `a` and all columns, both orthogonalised.
     pub fn cosines(&self, a: usize) -> Vec<f64> {
         let (Some(&size), true) = (self.norm.get(a), a < self.columns.ncols()) else { return vec![0.0; self.len()] };

@@ -28,6 +28,8 @@ pub(super) enum Scanned {
     Position(usize, String),
     /// A step at a time, by its bits.
     Break(usize, u64),
+    /// Two readings exchanged, by index: always screened.
+    Exchange(usize, usize, usize),
 }
 
 /// The members that get a column; everything of a family that is not screened.
@@ -46,14 +48,71 @@ impl Chosen {
             Scanned::Reading(..) => self.readings,
             Scanned::Position(..) => self.positions,
             Scanned::Break(..) => self.breaks,
+            Scanned::Exchange(..) => true,
         };
         !screened || self.members.contains(member)
+    }
+
+    /// The pairs of readings of one sensor that get a column.
+    pub fn pairs(&self, sensor: usize) -> Vec<(usize, usize)> {
+        let mut pairs: Vec<(usize, usize)> = self
+            .members
+            .iter()
+            .filter_map(|member| match member {
+                Scanned::Exchange(own, a, b) if *own == sensor => Some((*a, *b)),
+                _ => None,
+            })
+            .collect();
+        pairs.sort_unstable();
+        pairs
     }
 
     /// Take more members in; how many of them are new.
     pub fn add(&mut self, members: impl IntoIterator<Item = Scanned>) -> usize {
         members.into_iter().filter(|member| self.members.insert(member.clone())).count()
     }
+}
+
+/// Pairs of readings of one sensor whose values, exchanged, fit far better: of so many pairs the best get a column.
+const PAIRS: usize = 6;
+/// Readings with the largest residuals that are paired.
+const PAIRED: usize = 400;
+/// Fall of the sum of squares, in noise variances, from which on a pair gets a column.
+const EXCHANGED: f64 = 30.0;
+
+/// The pairs that look exchanged: `(r_i, r_j)` would become `(r_i + y_j - y_i, r_j + y_i - y_j)`.
+pub(super) fn exchanged(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<Scanned> {
+    let mut found: Vec<(f64, Scanned)> = Vec::new();
+    for sensor in 0..campaign.bench.sensors.len() {
+        let own = design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor);
+        let mut rows: Vec<(usize, usize, f64, f64)> = own
+            .filter_map(|(i, origin)| {
+                let reading = campaign.readings.rows.get(origin.reading)?;
+                let value = reading.observations.iter().find(|o| o.sensor == sensor)?.value;
+                Some((i, origin.reading, value, weighted.estimate.residuals.get(i).copied()?))
+            })
+            .collect();
+        rows.sort_by(|a, b| b.3.abs().total_cmp(&a.3.abs()));
+        rows.truncate(PAIRED);
+        for (n, (i, first, y, r)) in rows.iter().enumerate() {
+            for (j, second, other, s) in rows.iter().skip(n + 1) {
+                let difference = other - y;
+                let (w, v) =
+                    (weighted.weight.get(*i).copied().unwrap_or(0.0), weighted.weight.get(*j).copied().unwrap_or(0.0));
+                let square = |x: f64, w: f64| (x * w) * (x * w);
+                let after = square(r + difference, w) + square(s - difference, v);
+                let fall = square(*r, w) + square(*s, v) - after;
+                // most of both residuals must go
+                if fall > EXCHANGED && after < 0.25 * (square(*r, w) + square(*s, v)) {
+                    let (a, b) = (*first.min(second), *first.max(second));
+                    found.push((fall, Scanned::Exchange(sensor, a, b)));
+                }
+            }
+        }
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.truncate(PAIRS);
+    found.into_iter().map(|(_, pair)| pair).collect()
 }
 
 /// Which families a campaign is too long for.

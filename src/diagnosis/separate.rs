@@ -38,7 +38,7 @@ pub(super) fn positions(
 ) -> Separation {
     let term = |c: &Candidate| Term { sensor: c.sensor, regressor: c.kind.clone() };
     let rivals: Vec<&Candidate> =
-        aliases.iter().copied().filter(|c| !c.rounding && !c.vanishing && only_position(campaign, c)).collect();
+        aliases.iter().copied().filter(|c| !c.vanishing && only_position(campaign, c)).collect();
     if rivals.is_empty() || !only_position(campaign, effect) {
         return Separation::default();
     }
@@ -118,7 +118,12 @@ fn only_position(campaign: &Campaign, candidate: &Candidate) -> bool {
             line.names().iter().all(|name| !column(name) || joint_key(name))
         }
         Regressor::Tilt(_) | Regressor::Known(_) | Regressor::Position(_) => true,
-        Regressor::Reading(_) | Regressor::Approach(_) | Regressor::Prior(_) | Regressor::Constraint(_) => false,
+        Regressor::Reading(_)
+        | Regressor::Exchange(..)
+        | Regressor::Change { .. }
+        | Regressor::Approach(_)
+        | Regressor::Prior(_)
+        | Regressor::Constraint(_) => false,
     }
 }
 

@@ -1,6 +1,6 @@
 //! What an effect rests on: one that a single position carries cannot be told from that position's remounting.
 
-use super::arena::Arena;
+use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
 
 /// What is needed to leave a position out.
@@ -18,8 +18,8 @@ const HANGS: f64 = 1e-3;
 impl Support<'_> {
     /// May a set of several effects be named? Where only the residuals tell the noise, at most one of them may hang on one position alone:
     /// readings of one position share what its mounting did, and the residuals cannot tell.
-    pub fn is_enough(&self, arena: &Arena, set: &[usize]) -> bool {
-        if arena.from != NoiseFrom::Residuals {
+    pub fn is_enough(&self, evidence: &Evidence, set: &[usize]) -> bool {
+        if evidence.from != NoiseFrom::Residuals {
             return true;
         }
         let hanging = (0..set.len()).filter(|place| self.hangs(set, *place)).count();

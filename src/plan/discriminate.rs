@@ -202,6 +202,11 @@ fn name(campaign: &Campaign, regressor: &Regressor) -> String {
         Regressor::Known(k) => format!("known:{}", parameter(k)),
         Regressor::Position(label) => format!("position:{label}"),
         Regressor::Reading(k) => format!("reading:{}", k + 1),
+        Regressor::Exchange(a, b) => format!("exchange:{}:{}", a + 1, b + 1),
+        Regressor::Change { column, sense } => {
+            let name = campaign.readings.columns.get(*column).map_or("", String::as_str);
+            format!("{}:{name}", if *sense { "sense" } else { "rate" })
+        }
         Regressor::Approach(k) => format!("approach:{}", campaign.bench.joints().nth(*k).unwrap_or_default()),
         Regressor::Prior(k) => format!("prior:{}", parameter(k)),
         Regressor::Constraint(k) => format!("constraint:{}", k + 1),

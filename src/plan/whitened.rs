@@ -139,8 +139,16 @@ fn term_columns(
     further: bool,
 ) -> Result<Vec<Vec<f64>>> {
     let tilts = model.tilts_of(&design.point);
-    let at_readings =
-        |r: &Regressor| matches!(r, Regressor::Reading(_) | Regressor::Position(_) | Regressor::Approach(_));
+    let at_readings = |r: &Regressor| {
+        matches!(
+            r,
+            Regressor::Reading(_)
+                | Regressor::Exchange(..)
+                | Regressor::Change { .. }
+                | Regressor::Position(_)
+                | Regressor::Approach(_)
+        )
+    };
     let wanted: Vec<(&Regressor, Option<usize>)> = terms.iter().map(|term| (&term.regressor, term.sensor)).collect();
     let mut columns = simulate::columns(schedule, &design.rows, &tilts, &design.point, &wanted)?;
     for (column, term) in columns.iter_mut().zip(terms) {

@@ -93,12 +93,12 @@ impl Record {
     ///
     /// Errors: an empty file, a format that is not read (named), a table without rows that are parted alike.
     pub fn open(name: &str, file: std::fs::File) -> Result<Self> {
-        Record::opened(name, file, |name, stream| Delimited::open(name, stream))
+        Record::opened(name, file, Delimited::open)
     }
 
     /// The same where the first line of a table of text is known to name the columns.
     pub fn open_titled(name: &str, file: std::fs::File) -> Result<Self> {
-        Record::opened(name, file, |name, stream| Delimited::open_titled(name, stream))
+        Record::opened(name, file, Delimited::open_titled)
     }
 
     fn opened(

@@ -177,6 +177,16 @@ pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Reg
             f64::from(campaign.readings.rows.get(k).is_some_and(|reading| reading.position == *label))
         }),
         Regressor::Reading(n) => Box::new(move |k| f64::from(k == *n)),
+        Regressor::Exchange(a, b) => Box::new(move |k| f64::from(k == *a) - f64::from(k == *b)),
+        Regressor::Change { column, sense } => {
+            let slopes = slopes(campaign, *column);
+            let of = move |slope: f64| match (sense, slope == 0.0) {
+                (true, true) => 0.0,
+                (true, false) => slope.signum(),
+                _ => slope,
+            };
+            Box::new(move |k| of(slopes.get(k).copied().unwrap_or_default()))
+        }
         Regressor::Approach(joint) => {
             let senses = senses(campaign, *joint);
             Box::new(move |k| senses.get(k).copied().unwrap_or_default())
@@ -188,6 +198,25 @@ pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Reg
         | Regressor::Constraint(_) => Box::new(|_| 0.0),
     };
     rows.iter().map(|origin| if origin.sensor == sensor { value(origin.reading) } else { 0.0 }).collect()
+}
+
+/// How fast a column changes at each reading: between the readings before and after, per second, or per reading where there is no time; 0
+/// where the column or the time is missing, or time stands still.
+fn slopes(campaign: &Campaign, column: usize) -> Vec<f64> {
+    let time = campaign.readings.columns.iter().position(|name| name == "time_s");
+    let rows = &campaign.readings.rows;
+    let value = |k: usize| rows.get(k).and_then(|row| row.columns.get(column).copied().flatten());
+    let at = |k: usize| match time {
+        Some(time) => rows.get(k).and_then(|row| row.columns.get(time).copied().flatten()),
+        None => Some(k as f64),
+    };
+    let last = rows.len().saturating_sub(1);
+    let slope = |k: usize| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+        let slope = (value(after)? - value(before)?) / (at(after)? - at(before)?);
+        slope.is_finite().then_some(slope)
+    };
+    (0..rows.len()).map(|k| slope(k).unwrap_or(0.0)).collect()
 }
 
 /// For each reading, the sense in which a held joint was last moved (the shorter way round); 0 before its first move.

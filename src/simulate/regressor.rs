@@ -21,6 +21,15 @@ pub enum Regressor {
     Reading(usize),
     /// +1 where a joint was last moved forward, -1 where backward, by joint index.
     Approach(usize),
+    /// The values of two readings exchanged, by index: +1 at the first, -1 at the second.
+    Exchange(usize, usize),
+    /// How fast a column changes with time (`sense` false), or whether it rises or falls (+1, -1), by column index.
+    Change {
+        /// Index of the column.
+        column: usize,
+        /// Only its sign.
+        sense: bool,
+    },
     /// The error of a prior, by parameter index. Only a diagnosis has it.
     Prior(usize),
     /// What a constraint forbids, by its index. Only a diagnosis has it.
@@ -28,7 +37,8 @@ pub enum Regressor {
 }
 
 impl Regressor {
-    /// Read a regressor as reports write it: a term, or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N` (from 1), `approach:JOINT`.
+    /// Read a regressor as reports write it: a term, or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N` (from 1),
+    /// `exchange:N:M`, `approach:JOINT`, `rate:COLUMN` (per second, or per reading without time_s), `sense:COLUMN`.
     ///
     /// A term is bound to `sensor`, or to every sensor of the bench. Errors: a term that does not parse (with its span), unknown names.
     pub fn parse(campaign: &Campaign, sensor: Option<usize>, text: &str) -> Result<Self> {
@@ -72,12 +82,32 @@ impl Regressor {
                 _ => Err(Malformed::new(Fault::Value, format!("there is no reading '{number}'"))
                     .expected(format!("a number from 1 to {}", campaign.readings.rows.len()))),
             },
+            Some(("exchange", pair)) => {
+                let rows = campaign.readings.rows.len();
+                let number = |text: &str| text.trim().parse::<usize>().ok().filter(|n| (1..=rows).contains(n));
+                match pair.split_once(':').and_then(|(a, b)| Some((number(a)?, number(b)?))).filter(|(a, b)| a != b) {
+                    Some((a, b)) => Ok(Regressor::Exchange(a - 1, b - 1)),
+                    None => Err(Malformed::new(Fault::Value, format!("there are no two readings '{pair}'"))
+                        .expected(format!("two numbers from 1 to {rows}, as in exchange:3:7"))),
+                }
+            }
+            Some((kind @ ("rate" | "sense"), name)) => {
+                match campaign.readings.columns.iter().position(|column| column == name) {
+                    Some(column) => Ok(Regressor::Change { column, sense: kind == "sense" }),
+                    None => {
+                        let columns = campaign.readings.columns.iter().map(String::as_str).collect();
+                        Err(unknown("column", name, columns))
+                    }
+                }
+            }
             Some(("approach", joint)) => match campaign.bench.joints().position(|own| own == joint) {
                 Some(k) => Ok(Regressor::Approach(k)),
                 None => Err(unknown("joint", joint, campaign.bench.joints().collect())),
             },
             Some((kind, _)) => Err(Malformed::new(Fault::Value, format!("'{kind}:' is no kind of effect"))
-                .expected("a term of inputs, or tilt:, known:, position:, reading:, approach:")
+                .expected(
+                    "a term of inputs, or tilt:, known:, position:, reading:, exchange:, approach:, rate:, sense:",
+                )
                 .found(format!("'{text}'"))),
         }
     }

@@ -1,11 +1,15 @@
 //! Hidden effects found and named, or not.
 
 mod campaigns;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod examples;
 mod files;
 mod hidden;
 #[path = "../markup/mod.rs"]
 mod markup;
 mod questions;
+mod schedules;
+mod steps;
 #[path = "../support/mod.rs"]
 mod support;

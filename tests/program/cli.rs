@@ -172,7 +172,7 @@ fn aliases_are_told_with_a_written_model() {
     let told = run.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(run.code == 2 && told.contains("takes the effect as named (a_S)") && told.contains("V0 by"), "{told}");
     let page = std::fs::read_to_string(page).expect("the page");
-    assert!(page.contains("counts in u after") && !page.contains("U after"));
+    assert!(page.contains("u after includes") && !page.contains("U after"));
 }
 
 /// Long lines hang; every kind of file that has a schema is named where it is asked for.

@@ -1,6 +1,7 @@
 //! What is missing, as the report of a diagnosis has it: effects, their aliases, and what the repair does to each parameter.
 
 use super::super::{ARCSEC, PositionReport, position_keys};
+use super::gap::GapReport;
 use crate::campaign::{Campaign, JointState, Role};
 use crate::diagnosis::{Change, Diagnosis, Finding};
 use crate::simulate::Regressor;
@@ -43,10 +44,16 @@ pub struct EffectReport {
     pub why: String,
     /// How to confirm it.
     pub confirm: String,
-    /// Is the term zero at these positions but for rounding?
-    pub zero_but_for_rounding: bool,
+    /// Posterior probability that it or one of its aliases is present.
+    pub probability: f64,
+    /// Posterior probability that it is the effect, rather than an alias.
+    pub probability_as_named: f64,
+    /// The gap with this effect and those before it in the model.
+    pub gap_after: Option<GapReport>,
     /// Share of its column that the model as given leaves: what it is seen by.
     pub visible: f64,
+    /// Its size in each sensor, where several have it; empty where one does, or all share it.
+    pub in_sensors: Vec<SensorSizeReport>,
     /// What else it could be on this schedule.
     pub aliases: Vec<AliasReport>,
     /// Positions that would tell them apart, best first.
@@ -57,6 +64,27 @@ pub struct EffectReport {
     pub separate_of: usize,
     /// Aliases among them that no position of this bench tells.
     pub separate_never: Vec<String>,
+}
+
+/// The size of an effect in one sensor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SensorSizeReport {
+    /// The sensor.
+    pub sensor: String,
+    /// Name of its coefficient in the repaired model line.
+    pub coefficient: String,
+    /// The coefficient.
+    pub value: Option<f64>,
+    /// Its standard uncertainty.
+    pub u: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// Student's t (z where the noise is stated), the other effects given.
+    pub t: f64,
+    /// Probability of evidence as strong by chance, among all that was tried.
+    pub p: f64,
+    /// Posterior probability that it or one of its aliases is present there.
+    pub probability: f64,
 }
 
 /// Another effect that explains the same.
@@ -70,8 +98,8 @@ pub struct AliasReport {
     pub exact: bool,
     /// How much worse it fits, in variances of the noise.
     pub excess: f64,
-    /// Is its term zero at these positions but for rounding, so that it would need an absurd coefficient?
-    pub zero_but_for_rounding: bool,
+    /// Posterior probability that it is the effect.
+    pub probability: f64,
     /// Is it seen only through small terms (it vanishes here but for small tilts, or the model has nearly all of it)?
     pub only_small_terms: bool,
     /// Share of its column that the model as given leaves.
@@ -95,12 +123,16 @@ pub struct ChangeReport {
     pub u_before: Option<f64>,
     /// After.
     pub after: Option<f64>,
-    /// Standard uncertainty after, with what is not known about which alias it is.
+    /// Standard uncertainty after, with what is not known about which alias it is, and what is unexplained.
     pub u_after: Option<f64>,
     /// Standard uncertainty after, if the effects are the ones named.
     pub u_after_as_named: Option<f64>,
-    /// How far the value would move at most if an alias were the effect (rectangular half-width; part of `u_after`).
+    /// How far the value would move at most if an alias were the effect.
     pub alias_half_width: f64,
+    /// Standard deviation of the value over the explanations that remain, each with its probability (part of `u_after`).
+    pub alias_u: f64,
+    /// Standard uncertainty from what is unexplained, beyond that of the noise (part of `u_after`).
+    pub remainder_u: f64,
     /// After minus before.
     pub shift: Option<f64>,
     /// After minus before, over the standard uncertainty after as named.
@@ -136,7 +168,8 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
         regressor: own.regressor.clone(),
         name: name.unwrap_or_else(|| own.name.clone()),
         coefficient: own.coefficient.clone(),
-        sensor: own.sensor.map(sensor),
+        sensor: own.sensor.filter(|_| finding.also.is_empty()).map(sensor),
+        in_sensors: in_sensors(campaign, finding),
         value: finding.value,
         u: finding.u,
         expanded: finding.u.zip(coverage).map(|(u, k)| k * u),
@@ -149,7 +182,14 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
         explains: finding.explains,
         why: own.why.clone(),
         confirm: own.confirm.clone(),
-        zero_but_for_rounding: own.rounding,
+        probability: finding.probability,
+        probability_as_named: (finding.probability - finding.aliases.iter().map(|a| a.probability).sum::<f64>())
+            .max(0.0),
+        gap_after: diagnosis
+            .steps
+            .iter()
+            .find(|step| step.evidence.with.last() == Some(&own.regressor))
+            .map(super::gap::of_step),
         visible: own.visible,
         aliases: finding
             .aliases
@@ -159,7 +199,7 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
                 name: alias.name.clone(),
                 exact: alias.exact,
                 excess: alias.excess,
-                zero_but_for_rounding: alias.rounding,
+                probability: alias.probability,
                 only_small_terms: alias.vanishing,
                 visible: alias.visible,
                 size: alias.size,
@@ -171,6 +211,36 @@ fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> Effe
         separate_of: finding.separation.of,
         separate_never: finding.separation.never.clone(),
     }
+}
+
+fn in_sensors(campaign: &Campaign, finding: &Finding) -> Vec<SensorSizeReport> {
+    if finding.also.is_empty() {
+        return Vec::new();
+    }
+    let id = |sensor: Option<usize>| {
+        sensor.and_then(|k| campaign.bench.sensors.get(k)).map_or(String::new(), |s| s.id.clone())
+    };
+    let mut sizes = vec![SensorSizeReport {
+        sensor: id(finding.effect.sensor),
+        coefficient: finding.effect.coefficient.clone(),
+        value: finding.value,
+        u: finding.u,
+        unit: finding.unit.clone(),
+        t: finding.t,
+        p: finding.p,
+        probability: finding.probability,
+    }];
+    sizes.extend(finding.also.iter().map(|own| SensorSizeReport {
+        sensor: id(own.effect.sensor),
+        coefficient: own.effect.coefficient.clone(),
+        value: own.value,
+        u: own.u,
+        unit: own.unit.clone(),
+        t: own.t,
+        p: own.p,
+        probability: own.probability,
+    }));
+    sizes
 }
 
 /// Index of the constraint that a regressor `constraint:N` names.
@@ -202,9 +272,11 @@ pub(super) fn change(own: &Change) -> ChangeReport {
         before: scaled(own.before.0),
         u_before: scaled(own.before.1),
         after: scaled(own.after.0),
-        u_after: scaled(own.u_with_aliases()),
+        u_after: scaled(own.u_in_all()),
         u_after_as_named: scaled(own.after.1),
         alias_half_width: scale * own.alias_half_width,
+        alias_u: scale * own.alias_u,
+        remainder_u: scale * own.remainder_u,
         shift: scaled(shift),
         change_in_u,
     }

@@ -98,6 +98,10 @@ pub enum LevelReport {
 pub struct UnexplainedReport {
     /// In one sentence.
     pub pattern: String,
+    /// What readings share that share their deviation (the setting, a joint, a stretch of time); null where each has its own.
+    pub follows: Option<String>,
+    /// Standard deviation of what is unexplained, in the unit of the first sensor; null where the noise is unknown.
+    pub sd: Option<f64>,
     /// Mean residual at each state of the joints.
     pub cells: Vec<CellReport>,
     /// The candidates that come nearest together; they are not accepted.
@@ -149,6 +153,11 @@ pub(super) fn gaps(campaign: &Campaign, diagnosis: &Diagnosis) -> GapsReport {
 
 fn gap(own: &Gap) -> GapReport {
     GapReport { rms: own.rms, max: own.max, chi_square: own.chi_square, dof: own.dof, p: own.p }
+}
+
+/// The gap of a step.
+pub(super) fn of_step(own: &crate::diagnosis::GapStep) -> GapReport {
+    GapReport { rms: own.rms, max: own.max, chi_square: own.chi_square, dof: own.dof, p: own.evidence.global_p }
 }
 
 /// Is there a noise floor? Without a degree of freedom, and no stated uncertainty, there is none.
@@ -217,6 +226,8 @@ pub(super) fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<
     };
     Some(UnexplainedReport {
         pattern: own.pattern.clone(),
+        follows: own.follows.clone(),
+        sd: own.sd,
         cells: own.cells.iter().map(cell).collect(),
         nearest: own.nearest.iter().map(|c: &Candidate| c.regressor.clone()).collect(),
         nearest_explains: own.nearest_explains,

@@ -35,11 +35,11 @@ pub struct DiagnoseReport {
     /// The files that the report was made from, with the SHA-256 of their bytes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<Input>,
-    /// `effects-found`, `nothing-missing`, `unexplained`, or `not-diagnosable` (no redundancy).
+    /// `effects-found`, `partly-explained`, `nothing-missing`, `unexplained`, or `not-diagnosable` (no redundancy).
     pub verdict: String,
     /// Probability of reporting anything when nothing is missing.
     pub significance: f64,
-    /// What is missing, the strongest first.
+    /// What is missing, in the order in which it takes the gap off.
     pub effects: Vec<EffectReport>,
     /// Model line of each sensor as given.
     pub model_before: BTreeMap<String, String>,
@@ -54,15 +54,17 @@ pub struct DiagnoseReport {
     pub unexplained: Option<UnexplainedReport>,
     /// Leave-one-position-out prediction; null where no position can be predicted from the others.
     pub holdout: Option<HoldoutReport>,
-    /// The search's record.
-    pub steps: Vec<StepReport>,
+    /// The gap as given, after the first effect, after the second, and so on.
+    pub steps: Vec<GapStepReport>,
     /// How many candidates were tried.
     pub candidates: usize,
     /// How many of them are distinct on this schedule: the number of tests that every p accounts for.
     pub distinct_candidates: usize,
-    /// What the repair does to each estimated parameter; empty where nothing was repaired.
+    /// Each estimated parameter before and after, its uncertainty with what is not known about aliases and the rest.
     pub parameters: Vec<ChangeReport>,
-    /// Residual of each reading before and after, for a picture.
+    /// Readings of a long record, which were averaged; null where each was compared by itself.
+    pub averaged_from: Option<usize>,
+    /// Residual of each reading (of each average in a long record) before and after, for a picture.
     pub residuals: Vec<ResidualReport>,
     /// Positions that would make a diagnosis possible; empty where it is.
     pub would_help: Vec<PositionReport>,
@@ -97,7 +99,7 @@ pub struct HoldoutReport {
     pub after: Option<f64>,
 }
 
-/// One look at the evidence.
+/// The evidence with some effects in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StepReport {
     /// Effects in the model.
@@ -110,6 +112,27 @@ pub struct StepReport {
     pub p: Option<f64>,
     /// Probability of what is left by chance.
     pub global_p: Option<f64>,
+}
+
+/// The gap with some effects in the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GapStepReport {
+    /// Effects in the model.
+    pub with: Vec<String>,
+    /// Each sensor's model line.
+    pub model: BTreeMap<String, String>,
+    /// The gap.
+    pub gap: GapReport,
+    /// The strongest further candidate.
+    pub strongest: Option<String>,
+    /// Its t.
+    pub t: Option<f64>,
+    /// Its probability by chance among all that was tried.
+    pub p: Option<f64>,
+    /// Probability of what is left by chance.
+    pub global_p: Option<f64>,
+    /// What was decided here, and why.
+    pub decision: String,
 }
 
 /// The report of a diagnosis; `campaign` is the question with its constraints.
@@ -142,6 +165,7 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         candidates: diagnosis.candidates.0,
         distinct_candidates: diagnosis.candidates.1,
         parameters: diagnosis.changes.iter().map(effects::change).collect(),
+        averaged_from: diagnosis.averaged.map(|(from, _)| from),
         residuals: gap::residuals(campaign, diagnosis),
         would_help: diagnosis.would_help.iter().map(|joints| position_keys(campaign, joints)).collect(),
         assumed_zero: diagnosis.before.assumed_zero().map(str::to_string).collect(),
@@ -149,13 +173,17 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
     }
 }
 
-fn step(step: &diagnosis::Step) -> StepReport {
-    StepReport {
-        with: step.with.clone(),
-        strongest: step.strongest.as_ref().map(|(name, _, _)| name.clone()),
-        t: step.strongest.as_ref().map(|(_, t, _)| *t),
-        p: step.strongest.as_ref().map(|(_, _, p)| *p),
-        global_p: step.global_p,
+fn step(step: &diagnosis::GapStep) -> GapStepReport {
+    let own = &step.evidence;
+    GapStepReport {
+        with: own.with.clone(),
+        model: step.model.iter().cloned().collect(),
+        gap: gap::of_step(step),
+        strongest: own.strongest.as_ref().map(|(name, _, _)| name.clone()),
+        t: own.strongest.as_ref().map(|(_, t, _)| *t),
+        p: own.strongest.as_ref().map(|(_, _, p)| *p),
+        global_p: own.global_p,
+        decision: step.decision.clone(),
     }
 }
 

@@ -26,11 +26,12 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
     }
     text.push_str(&repaired(report));
     text.push_str(&gap(report));
+    text.push_str(&steps(report));
     text.push_str(&unexplained(report));
     if report.verdict != "nothing-missing" {
         text.push_str(&places(report));
     }
-    if !report.parameters.is_empty() {
+    if report.parameters.iter().any(|p| p.shift.is_some_and(|s| s != 0.0) || p.remainder_u > 0.0) {
         text.push_str(&changes(report));
     }
     let holdout = words::holdout(report);
@@ -43,6 +44,7 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
 fn verdict(report: &DiagnoseReport) -> String {
     let label = match report.verdict.as_str() {
         "effects-found" => "EFFECTS FOUND",
+        "partly-explained" => "PARTLY EXPLAINED",
         "nothing-missing" => "NOTHING MISSING",
         "unexplained" => "UNEXPLAINED",
         _ => "NOT DIAGNOSABLE",
@@ -52,7 +54,7 @@ fn verdict(report: &DiagnoseReport) -> String {
         let help = words::would_help(report);
         return if help.is_empty() { sentence } else { format!("{sentence};\n{help}") };
     }
-    format!("{sentence}\n({})", words::tried(report))
+    format!("{sentence}\n{}", hanging(&format!("({})", words::tried(report)), 2))
 }
 
 fn constraints(report: &DiagnoseReport) -> String {
@@ -84,6 +86,14 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
     } else {
         text.push_str("  the repaired model does not determine its coefficient\n");
     }
+    for own in &effect.in_sensors {
+        let u = own.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
+        let value = own.value.map_or("not determined".into(), |v| rounded(v, own.u));
+        text.push_str(&format!(
+            "  in {}: {} = {value} {}{u}, t = {:.1}\n",
+            own.sensor, own.coefficient, own.unit, own.t
+        ));
+    }
     let stated = words::against_stated(effect);
     if !stated.is_empty() {
         text.push_str(&(hanging(&format!("  {stated}"), 4) + "\n"));
@@ -95,15 +105,12 @@ fn found(report: &DiagnoseReport, effect: &EffectReport) -> String {
         100.0 * effect.explains,
         if alone { "" } else { " beyond the others" }
     ));
-    if effect.zero_but_for_rounding {
-        text.push_str("  the term is zero at these positions but for rounding: the coefficient is absurd\n");
-    }
+    text.push_str(&format!("  {}\n", words::probability(effect)));
     let aliases = words::aliases(effect);
     for (what, names) in [
         ("this schedule cannot tell it from", &aliases.same),
         ("nor, fitting not significantly worse (by so many noise variances), from", &aliases.near),
         ("nor, but only through small terms, from", &aliases.small),
-        ("nor, but only through rounding, from", &aliases.rounding),
     ] {
         if !names.is_empty() {
             text.push_str(&(hanging(&format!("  {what}: {}", listed(names, 2 * LISTED)), 4) + "\n"));
@@ -209,9 +216,38 @@ fn gap(report: &DiagnoseReport) -> String {
     text
 }
 
+/// The gap after each effect, with the model line growing.
+fn steps(report: &DiagnoseReport) -> String {
+    let rows: Vec<Vec<String>> = report
+        .steps
+        .iter()
+        .map(|step| {
+            let with = match step.with.last() {
+                None => "as given".to_string(),
+                Some(last) => format!("+ {last}"),
+            };
+            let mut cells = vec![with];
+            if report.gap.sensors.len() < 2 {
+                cells.push(step.gap.rms.map_or("-".into(), |v| significant(v, 4)));
+            }
+            cells.extend([significant(step.gap.chi_square, 4), step.gap.dof.to_string()]);
+            cells.push(step.strongest.clone().unwrap_or("-".into()));
+            cells.push(step.t.map_or("-".into(), |t| format!("{t:.1}")));
+            cells.push(step.p.map_or("-".into(), words::p));
+            cells
+        })
+        .collect();
+    let mut header = vec!["the gap shrinks", "residual sd", "chi-square", "dof", "strongest further", "t", "p"];
+    if report.gap.sensors.len() > 1 {
+        header.remove(1);
+    }
+    let last = report.steps.last().map_or(String::new(), |step| hanging(&step.decision, 2) + "\n");
+    format!("\n{}{last}", plain(&header, &rows))
+}
+
 fn unexplained(report: &DiagnoseReport) -> String {
     let Some(own) = &report.unexplained else { return String::new() };
-    let mut text = format!("\n{}\n", hanging(&own.pattern, 2));
+    let mut text = format!("\n{}\n{}\n", hanging(&own.pattern, 2), hanging(&words::remainder(report), 2));
     if !own.nearest.is_empty() {
         text.push_str(&format!(
             "nearest of the catalogue: {} would take off {:.1} % and leave more than noise: not accepted\n",

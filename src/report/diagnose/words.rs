@@ -14,6 +14,11 @@ pub fn verdict(report: &DiagnoseReport) -> String {
             let names: Vec<String> = several.iter().map(named).collect();
             format!("{} effects are missing from the model: {}", several.len(), names.join("; and "))
         }
+        ("partly-explained", several) => {
+            let names: Vec<String> = several.iter().map(named).collect();
+            let count = if several.len() == 1 { "one effect is".into() } else { format!("{} effects are", several.len()) };
+            format!("{count} missing from the model: {}; what remains is more than noise, and nothing in the catalogue explains it", names.join("; and "))
+        }
         ("nothing-missing", _) if known => "the gap is noise".into(),
         ("nothing-missing", _) => {
             "no effect explains more than chance; the noise is known from the residuals alone, so that is all they can say".into()
@@ -39,8 +44,12 @@ fn named(effect: &EffectReport) -> String {
 
 /// How much was tried.
 pub fn tried(report: &DiagnoseReport) -> String {
+    let averaged = report.averaged_from.map_or(String::new(), |from| {
+        let groups = report.residuals.iter().map(|r| r.index).max().unwrap_or(0);
+        format!("; {from} readings were averaged to {groups}, each of one setting in one stretch of time")
+    });
     format!(
-        "{} candidates tried, {} of them distinct on this schedule; significance {}",
+        "{} candidates tried, {} of them distinct on this schedule; significance {}{averaged}",
         report.candidates, report.distinct_candidates, report.significance
     )
 }
@@ -127,8 +136,6 @@ pub struct Aliases {
     pub near: Vec<String>,
     /// Seen only through small terms; each with the share of its column.
     pub small: Vec<String>,
-    /// Zero but for rounding.
-    pub rounding: Vec<String>,
 }
 
 /// The aliases of an effect.
@@ -137,9 +144,7 @@ pub fn aliases(effect: &EffectReport) -> Aliases {
     for alias in &effect.aliases {
         let with = alias.together_with.as_ref().map_or(String::new(), |other| format!(" (with {other})"));
         let name = format!("{}{with}", alias.regressor);
-        if alias.zero_but_for_rounding {
-            sorted.rounding.push(name);
-        } else if alias.only_small_terms {
+        if alias.only_small_terms {
             sorted.small.push(format!("{name} ({})", seen(alias)));
         } else if alias.exact {
             sorted.same.push(name);
@@ -213,13 +218,49 @@ pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
     shift.map_or("-".into(), |v| rounded(v, u))
 }
 
-/// What the standard uncertainties after are of; empty where the aliases move nothing.
+/// What the standard uncertainties after are of; empty where they are those of the fit.
 pub fn after_u(report: &DiagnoseReport) -> &'static str {
-    if report.parameters.iter().any(|p| p.alias_half_width > 0.0) {
-        "not knowing which of the aliases it is counts in u after (they move the estimates differently); the shift is over u without that"
-    } else {
-        ""
+    let aliases = report.parameters.iter().any(|p| p.alias_u > 0.0);
+    let rest = report.parameters.iter().any(|p| p.remainder_u > 0.0);
+    match (aliases, rest) {
+        (true, true) => {
+            "u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability), and what is unexplained; the shift is over u without these"
+        }
+        (true, false) => {
+            "u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability); the shift is over u without that"
+        }
+        (false, true) => "u after includes what is unexplained; the shift is over u without that",
+        (false, false) => "",
     }
+}
+
+/// What is unexplained in one sentence: what it follows and how large it is.
+pub fn remainder(report: &DiagnoseReport) -> String {
+    let Some(own) = &report.unexplained else { return String::new() };
+    let follows = match &own.follows {
+        Some(name) => format!("what is unexplained follows {name}"),
+        None => "what is unexplained differs from reading to reading".into(),
+    };
+    let unit = report.gap.sensors.values().next().map_or("", |s| s.unit.as_str());
+    match own.sd.filter(|sd| *sd > 0.0) {
+        Some(sd) if report.gap.sensors.len() == 1 => {
+            format!("{follows}, with a standard deviation of {} {unit}", significant(sd, 2))
+        }
+        _ => follows,
+    }
+}
+
+/// The probability of an effect; empty where there is none to speak of.
+pub fn probability(effect: &EffectReport) -> String {
+    let percent = |p: f64| if p > 0.999 { "> 99.9 %".to_string() } else { format!("{:.1} %", 100.0 * p) };
+    if effect.aliases.is_empty() {
+        return format!("probability {}", percent(effect.probability));
+    }
+    format!(
+        "probability {} that it or an alias is present, {} as named",
+        percent(effect.probability),
+        percent(effect.probability_as_named)
+    )
 }
 
 /// What a fit of the repaired model leaves out: that the effect could be one of its aliases; `None` where that moves nothing.

@@ -169,15 +169,20 @@ fn card(report: &DiagnoseReport, effect: &EffectReport) -> Block {
         }
         None => say("Value", "the repaired model does not determine it".into()),
     }
+    for own in &effect.in_sensors {
+        let value = own.value.map_or("not determined".into(), |v| crate::report::table::rounded(v, own.u));
+        let u = own.u.map_or(String::new(), |u| format!(", u = {}", significant(u, 2)));
+        say(&format!("In `{}`", own.sensor), minus(&format!("{value} {}{u}, t = {:.1}", own.unit, own.t)));
+    }
     say("Stated", words::against_stated(effect));
     say("Evidence", minus(&format!("t = {:.1}, {} among all that was tried", effect.t, words::p_is(effect.p))));
+    say("Probability", words::probability(effect).replacen("probability ", "", 1));
     let beyond = if report.effects.len() == 1 { "" } else { " beyond the others" };
     say("Explains", format!("{} of the gap{beyond}", cells::percent(effect.explains)));
     let aliases = words::aliases(effect);
     say("Cannot be told from", cells::names(&aliases.same));
     say("Fits not significantly worse", listed(&aliases.near));
     say("Only through small terms", listed(&aliases.small));
-    say("Only through rounding", listed(&aliases.rounding));
     let told = effect.separate_by.iter().zip(&effect.separate_tells);
     let positions: Vec<String> =
         told.map(|(at, n)| format!("`{}` (from {n} of {})", words::position(at), effect.separate_of)).collect();
@@ -285,7 +290,8 @@ fn changes(report: &DiagnoseReport) -> Section {
         }
     }
     let note = words::after_u(report);
-    table.note = if note.is_empty() { String::new() } else { sentence(note) + " " };
+    // a sentence that begins with u would turn it into U, the expanded uncertainty
+    table.note = if note.is_empty() { String::new() } else { format!("In this table, {note}. ") };
     table.note.push_str("Marked: shifts of more than twice their standard uncertainty.");
     Section::new("What it does to the estimates").table(table)
 }
@@ -327,22 +333,40 @@ fn places(report: &DiagnoseReport) -> Section {
 fn search(report: &DiagnoseReport) -> Section {
     let mut table = Table::new(&[
         ("in the model", Align::Left),
+        ("model line", Align::Left),
+        ("residual sd", Align::Decimal),
+        ("chi-square", Align::Decimal),
+        ("dof", Align::Right),
         ("strongest further candidate", Align::Left),
         ("t", Align::Decimal),
         ("p", Align::Right),
         ("p of what is left", Align::Right),
     ]);
+    let several = report.gap.sensors.len() > 1;
     for step in report.steps.iter().take(LISTED) {
-        let with = if step.with.is_empty() { "nothing more".into() } else { cells::names(&step.with) };
+        let with = step.with.last().map_or("as given".into(), |last| format!("+ `{last}`"));
+        let lines: Vec<String> = step
+            .model
+            .iter()
+            .filter(|(id, line)| !several || report.model_before.get(*id) != Some(*line))
+            .map(|(_, line)| format!("`{line}`"))
+            .collect();
+        let lines = if lines.is_empty() { cells::dash() } else { lines.join(", ") };
         table.row(vec![
             with,
+            lines,
+            step.gap.rms.filter(|_| !several).map_or_else(cells::dash, |v| significant(v, 4)),
+            significant(step.gap.chi_square, 4),
+            step.gap.dof.to_string(),
             step.strongest.as_ref().map_or(cells::dash(), |name| format!("`{name}`")),
             step.t.map_or_else(cells::dash, |t| format!("{t:.1}")),
             step.p.map_or_else(cells::dash, words::p),
             step.global_p.map_or_else(cells::dash, words::p),
         ]);
     }
-    let section = Section::new("How it was found").table(table);
+    table.caption = "The gap as given, and after each effect".into();
+    table.note = report.steps.last().map_or(String::new(), |step| format!("At the end: {}.", step.decision));
+    let section = Section::new("The gap shrinks step by step").table(table);
     let holdout = words::holdout(report);
     if holdout.is_empty() { section } else { section.prose(sentence(&holdout)) }
 }

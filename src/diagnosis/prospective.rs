@@ -73,7 +73,15 @@ fn columns(
     let sensors = campaign.bench.sensors.len();
     let wide = campaign.with_readings(crate::campaign::Readings { columns: campaign.readings.columns.clone(), rows });
     let all = design::assemble(&wide, model, &design.point)?;
-    let found = candidates::build(&wide, catalogue, model, &all, all.rows.len(), &super::screen::chosen(&wide))?;
+    let found = candidates::build(
+        &wide,
+        catalogue,
+        model,
+        &all,
+        all.rows.len(),
+        &super::screen::chosen(&wide),
+        &mut candidates::Kept::new(),
+    )?;
     let keep = |mut candidate: Candidate| {
         let size = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let at = |origin: &design::RowOrigin| candidate.column.get(origin.reading * sensors + origin.sensor);
@@ -81,9 +89,21 @@ fn columns(
         (candidate, size)
     };
     // one bad reading has its detectable bias; a wrong prior or constraint is no effect of a position
-    let other =
-        |c: &Candidate| !matches!(c.kind, Regressor::Reading(_) | Regressor::Prior(_) | Regressor::Constraint(_));
+    let other = |c: &Candidate| {
+        let of_readings = matches!(c.kind, Regressor::Reading(_) | Regressor::Exchange(..));
+        let assumed = matches!(c.kind, Regressor::Prior(_) | Regressor::Constraint(_));
+        !of_readings && !assumed && is_carried(campaign, c)
+    };
     Ok(found.into_iter().filter(other).map(keep).collect())
+}
+
+/// Is this a harmonic that the schedule's own angles can tell, or none at all?
+fn is_carried(campaign: &Campaign, candidate: &Candidate) -> bool {
+    candidate.harmonic == 0
+        || campaign.bench.joints().enumerate().any(|(place, joint)| {
+            candidate.regressor.contains(&format!("{joint})"))
+                && candidate.harmonic <= super::catalogue::carried(campaign, place)
+        })
 }
 
 /// Positions at no special angles, with the rates of the schedule: a term that is zero there too is zero everywhere.

@@ -1,21 +1,20 @@
 //! One pass: every candidate at one point of the model, and what the search finds among them.
 
-use super::arena::Arena;
-use super::candidates::build;
+use super::candidates::{Kept, build};
+use super::evidence::Evidence;
 use super::noise::{self, Weighted};
+use super::remainder::Remainders;
 use super::screen::{self, Chosen, Scanned, Screen};
-use super::search::{self, Found, IMPLAUSIBLE, Levels};
+use super::search::{self, Found, Question};
+use super::settings::Settings;
 use super::support::Support;
-use super::{Candidate, Effect, Step, assumptions};
+use super::{Candidate, Effect, assumptions, families};
 use crate::campaign::Campaign;
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::fit::Fit;
 
-/// Candidates that are mostly in the model already are the less plausible the less of them is left.
-const MOSTLY_ABSORBED: f64 = 1e-2;
-
-/// Looks at a long campaign before what has no column is left alone.
+/// Passes over a long campaign before what has no column is left alone.
 const SCREENED: usize = 4;
 
 /// What the passes of a diagnosis share, and where the next one stands.
@@ -24,7 +23,7 @@ pub(super) struct Pass<'a> {
     /// For each equation, the constraint that was asked for.
     asked: &'a [usize],
     catalogue: &'a [Effect],
-    levels: Levels,
+    settings: Settings,
     model: Model,
     point: Vec<f64>,
     scales: Option<Vec<Option<f64>>>,
@@ -34,19 +33,20 @@ pub(super) struct Pass<'a> {
     chosen: Chosen,
     /// How many of them have none.
     pub without_column: usize,
-    /// The last pass's record.
-    pub steps: Vec<Step>,
+    kept: Kept,
 }
 
 /// Where a pass stands: its point, and the scales of the noise if a finished model told them.
 pub(super) type Stand = (Vec<f64>, Option<Vec<Option<f64>>>);
 
 /// What one pass saw and found.
-pub(super) struct Look {
+pub(super) struct Seen {
     pub candidates: Vec<Candidate>,
-    pub arena: Arena,
+    pub evidence: Evidence,
     pub weighted: Weighted,
     pub design: DesignMatrix,
+    /// Of each candidate, in noise variances.
+    pub handicap: Vec<f64>,
     pub found: Found,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Pass<'a> {
         campaign: &'a Campaign,
         asked: &'a [usize],
         catalogue: &'a [Effect],
-        levels: Levels,
+        settings: Settings,
         point: Vec<f64>,
     ) -> Result<Self> {
         let model = Model::new(campaign)?;
@@ -63,20 +63,20 @@ impl<'a> Pass<'a> {
             campaign,
             asked,
             catalogue,
-            levels,
+            settings,
             model,
             point,
             scales: None,
             banned: Vec::new(),
             chosen: screen::chosen(campaign),
             without_column: 0,
-            steps: Vec::new(),
+            kept: Kept::new(),
         })
     }
 
-    /// Stand where a repaired model stands, with its noise: columns that depend on the tilts follow.
+    /// Stand where a repaired model stands, with its noise: columns that depend on the tilts follow, on those too that were assumed zero.
     pub fn stand_at(&mut self, repaired: &Campaign, after: &Fit) {
-        for (value, parameter) in self.point.iter_mut().zip(self.campaign.estimated()) {
+        for (value, parameter) in self.point.iter_mut().zip(&self.campaign.parameters) {
             if let Some(found) = repaired.parameter_index(&parameter.id).and_then(|k| after.point.get(k)) {
                 *value = *found;
             }
@@ -97,65 +97,83 @@ impl<'a> Pass<'a> {
     /// Does the exact fit with a set take off at least half of what its columns promised? If not, the set is banned.
     ///
     /// A column that exists only because of wrong tilts promises what no coefficient keeps: once the tilts are right, it is gone.
-    pub fn keeps_its_promise(&mut self, look: &Look, set: &[usize], after: &Fit) -> bool {
-        let left: f64 = after.estimate.residuals.iter().zip(&look.weighted.weight).map(|(v, w)| v * w * v * w).sum();
-        let promised = look.arena.rss - look.arena.rss_of(set);
-        if look.arena.rss - left >= 0.5 * promised {
+    pub fn keeps_its_promise(&mut self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
+        let left: f64 = after.estimate.residuals.iter().zip(&seen.weighted.weight).map(|(v, w)| v * w * v * w).sum();
+        let promised = seen.evidence.rss - seen.evidence.rss_of(set);
+        if seen.evidence.rss - left >= 0.5 * promised {
             return true;
         }
         // of a set the least visible is the one that fails
         let least = set
             .iter()
-            .filter_map(|j| look.candidates.get(*j))
+            .filter_map(|j| seen.candidates.get(*j))
             .min_by(|a, b| (a.visible * a.size).total_cmp(&(b.visible * b.size)));
         self.banned.extend(least.map(|c| (c.regressor.clone(), c.sensor)));
         false
     }
 
-    fn arena(&mut self) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, Arena)> {
-        let design = design::assemble(self.campaign, &self.model, &self.point)?;
+    fn evidence(&mut self) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, Evidence)> {
+        let mut design = design::assemble(self.campaign, &self.model, &self.point)?;
+        self.put_back(&mut design);
         let weighted = noise::weigh(self.campaign, &design, self.scales.as_deref())?;
         let screen = Screen::new(self.campaign, &design, &weighted, &self.chosen, &[]);
         self.chosen.add(screen.strongest(&self.chosen).into_iter().map(|(member, _)| member));
+        self.chosen.add(screen::exchanged(self.campaign, &design, &weighted));
         let rows = weighted.weight.len();
-        let mut candidates = build(self.campaign, self.catalogue, &self.model, &design, rows, &self.chosen)?;
+        let mut candidates =
+            build(self.campaign, self.catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
         candidates.extend(assumptions::candidates(self.campaign, self.asked, &design)?);
         candidates.retain(|c| !self.banned.iter().any(|(name, sensor)| *name == c.regressor && *sensor == c.sensor));
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-        let mut arena = Arena::new(&weighted, &columns);
+        let remainders = Remainders::new(self.campaign, &design, &weighted);
+        let mut evidence = Evidence::new(&weighted, &columns, remainders);
         self.without_column = screen.without_column(&self.chosen);
-        arena.tests += self.without_column;
-        for (candidate, visible) in candidates.iter_mut().zip(arena.pool.visible()) {
+        evidence.tests += self.without_column;
+        evidence.multiplicity = families::multiplicity(self.campaign, &candidates, &evidence);
+        for (candidate, visible) in candidates.iter_mut().zip(evidence.pool.visible()) {
             candidate.visible = *visible;
-            candidate.vanishing |= *visible < MOSTLY_ABSORBED;
+            candidate.vanishing |= *visible < self.settings.absorbed;
         }
-        Ok((design, weighted, candidates, arena))
+        Ok((design, weighted, candidates, evidence))
     }
 
     /// How many directions are tested together, and for how many tests the probability of each candidate accounts.
     pub fn tests(&mut self) -> Result<(usize, Vec<(String, Option<usize>, f64)>)> {
-        let (_, _, candidates, arena) = self.arena()?;
-        let tests = arena.tests;
-        Ok((tests, candidates.into_iter().map(|c| (c.regressor, c.sensor, tests as f64)).collect()))
+        let (_, _, candidates, evidence) = self.evidence()?;
+        let own = candidates.into_iter().zip(&evidence.multiplicity);
+        Ok((evidence.tests, own.map(|(c, tests)| (c.regressor, c.sensor, *tests)).collect()))
     }
 
-    /// Look; in a long campaign again, as long as a bad reading, a position or a step without a column is significant beside what was found.
-    pub fn look(&mut self) -> Result<Look> {
-        let mut look = self.look_here()?;
+    /// What the point has beyond the model as given (a tilt that was found) belongs to the gap: it is taken out of the predictions linearly, so
+    /// that columns are those of the point and the gap is that of the model as given.
+    fn put_back(&self, design: &mut DesignMatrix) {
+        let given = self.campaign.reference_point();
+        for k in self.campaign.unknowns()..self.campaign.parameters.len().min(design.jacobian.ncols()) {
+            let moved = self.point.get(k).zip(given.get(k)).map_or(0.0, |(point, given)| point - given);
+            if moved != 0.0 {
+                let column = design.jacobian.col_as_slice(k);
+                design.predicted.iter_mut().zip(column).for_each(|(predicted, slope)| *predicted -= slope * moved);
+            }
+        }
+    }
+
+    /// Search; in a long campaign again, as long as a bad reading, a position or a step without a column is significant beside what was found.
+    pub fn see(&mut self) -> Result<Seen> {
+        let mut seen = self.once()?;
         for _ in 0..SCREENED {
-            if !self.has_overlooked(&look) {
+            if !self.has_overlooked(&seen) {
                 break;
             }
-            look = self.look_here()?;
+            seen = self.once()?;
         }
-        Ok(look)
+        Ok(seen)
     }
 
     /// Members without a column that are significant given what was found, or the strongest candidate by itself, get one.
-    fn has_overlooked(&mut self, look: &Look) -> bool {
-        let nothing = look.arena.given(&[]);
-        let leader = nothing.and_then(|given| look.arena.strongest(&given)).map(|strongest| vec![strongest.index]);
-        let found = match &look.found {
+    fn has_overlooked(&mut self, seen: &Seen) -> bool {
+        let nothing = seen.evidence.given(&[]);
+        let leader = nothing.and_then(|given| seen.evidence.strongest(&given)).map(|strongest| vec![strongest.index]);
+        let found = match &seen.found {
             Found::Nothing => return false,
             Found::Set { set, .. } => set.clone(),
             Found::Unexplained { nearest, .. } => nearest.clone(),
@@ -163,12 +181,16 @@ impl<'a> Pass<'a> {
         let mut added = 0;
         for set in leader.into_iter().chain([found]) {
             let columns: Vec<&Vec<f64>> =
-                set.iter().filter_map(|j| look.candidates.get(*j)).map(|c| &c.column).collect();
-            let Some(given) = look.arena.given(&set) else { continue };
-            let sd = look.arena.variance(&given).sqrt();
-            let screen = Screen::new(self.campaign, &look.design, &look.weighted, &self.chosen, &columns);
+                set.iter().filter_map(|j| seen.candidates.get(*j)).map(|c| &c.column).collect();
+            let Some(given) = seen.evidence.given(&set) else { continue };
+            let sd = seen.evidence.variance(&given).sqrt();
+            let screen = Screen::new(self.campaign, &seen.design, &seen.weighted, &self.chosen, &columns);
             let strongest = screen.strongest(&self.chosen).into_iter();
-            let significant = |score: f64| look.arena.family_wise(score / sd, f64::INFINITY) <= self.levels.names;
+            let significant = |score: f64| {
+                let tests = seen.evidence.tests as f64;
+                let alone = 2.0 * crate::uncertainty::quantiles::normal_survival((score / sd).abs()).unwrap_or(0.5);
+                tests * alone <= self.settings.names()
+            };
             let overlooked: Vec<Scanned> =
                 strongest.filter(|(_, score)| significant(*score)).map(|(member, _)| member).collect();
             added += self.chosen.add(overlooked);
@@ -176,37 +198,37 @@ impl<'a> Pass<'a> {
         added > 0
     }
 
-    fn look_here(&mut self) -> Result<Look> {
-        let (design, weighted, candidates, mut arena) = self.arena()?;
+    fn once(&mut self) -> Result<Seen> {
+        let (design, weighted, candidates, evidence) = self.evidence()?;
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
         let handicap: Vec<f64> = candidates
             .iter()
             .map(|candidate| {
-                let small = if candidate.vanishing { IMPLAUSIBLE } else { 0.0 };
-                let rounding = if candidate.rounding { IMPLAUSIBLE } else { 0.0 };
+                let small = if candidate.vanishing { self.settings.small_handicap() } else { 0.0 };
                 // what was only asserted is the first to be doubted
                 let asserted = if assumptions::is_assumption(candidate) { 0.3 } else { 0.0 };
-                0.4 * f64::from(candidate.rank) + small + rounding - asserted
+                self.settings.rank_handicap * f64::from(candidate.rank) + small - asserted
             })
             .collect();
-        let mut steps = Vec::new();
         let found = if weighted.estimate.dof == 0 {
             Found::Nothing
         } else {
             let positions = noise::positions(self.campaign, &design, weighted.weight.len());
             let support = Support { weighted: &weighted, columns: &columns, positions: &positions };
-            search::search(&mut arena, self.levels, &handicap, &support, &mut steps)
+            let is_pattern = |set: &[usize]| families::is_pattern(self.campaign, &candidates, set);
+            let needs_all = |j: usize| candidates.get(j).is_some_and(families::needs_all);
+            let other_phase = |j: usize| families::other_phase(&candidates, j);
+            let question = Question {
+                settings: &self.settings,
+                handicap: &handicap,
+                support: &support,
+                is_pattern: &is_pattern,
+                needs_all: &needs_all,
+                other_phase: &other_phase,
+            };
+            search::search(&evidence, &question)
         };
-        let name = |j: usize| candidates.get(j).map_or(String::new(), |c: &Candidate| c.regressor.clone());
-        self.steps = steps
-            .iter()
-            .map(|step| Step {
-                with: step.set.iter().map(|j| name(*j)).collect(),
-                strongest: step.strongest.map(|(j, t, p)| (name(j), t, p)),
-                global_p: step.global,
-            })
-            .collect();
-        Ok(Look { candidates, arena, weighted, design, found })
+        Ok(Seen { candidates, evidence, weighted, design, handicap, found })
     }
 }
 
@@ -221,7 +243,7 @@ pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Cand
     let mut point = fit.point.clone();
     point.truncate(fit.design.point.len());
     let (_, weighted, candidates, _) =
-        Pass::new(campaign, &assumed.asked, catalogue, Levels::of(0.01), point)?.arena()?;
+        Pass::new(campaign, &assumed.asked, catalogue, Settings::default(), point)?.evidence()?;
     let norm = |candidate: &Candidate| {
         let largest = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
         let square = |(v, w): (&f64, &f64)| (v / largest * w) * (v / largest * w);

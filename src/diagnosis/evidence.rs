@@ -2,25 +2,30 @@
 
 use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
+use super::remainder::{Remainders, Standing};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
 use faer::Mat;
+use std::cell::OnceCell;
 
 /// A column whose direction is this near to the span of others is no further effect.
 pub(super) const DISTINCT: f64 = 1e-6;
 
-/// Evidence this near in size is the same: of one column, but for rounding.
-const SAME_EVIDENCE: f64 = 1e-9;
-
 /// All candidates against one model.
-pub(super) struct Arena {
+pub(super) struct Evidence {
     pub pool: Pool,
-    /// Cosines between all candidates, orthogonalised.
-    pub cosines: Mat<f64>,
+    /// Cosines of each candidate with all, orthogonalised; computed when they are first asked for.
+    cosines: Vec<OnceCell<Vec<f64>>>,
     /// Distinct directions among the candidates: how many tests were made.
     pub tests: usize,
     pub rss: f64,
     pub dof: usize,
     pub from: NoiseFrom,
+    /// Tests that each candidate's probability accounts for: a family that stands for readings, positions or times counts as one effect, which
+    /// its members share.
+    pub multiplicity: Vec<f64>,
+    pub remainders: Remainders,
+    basis: Mat<f64>,
+    residual: Vec<f64>,
     pure: Option<Pure>,
 }
 
@@ -51,8 +56,8 @@ pub(super) struct Strongest {
     pub p: f64,
 }
 
-impl Arena {
-    pub fn new(weighted: &Weighted, columns: &[&Vec<f64>]) -> Self {
+impl Evidence {
+    pub fn new(weighted: &Weighted, columns: &[&Vec<f64>], remainders: Remainders) -> Self {
         let matrix = weighted_columns(columns.iter().copied(), &weighted.weight);
         let pure = weighted.replicates.as_ref().map(|replicates| {
             let mut within = Mat::zeros(matrix.nrows(), matrix.ncols());
@@ -74,9 +79,14 @@ impl Arena {
         sizes.sort_by(f64::total_cmp);
         // columns of one direction have one score, and chance does not repeat nine digits
         sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
-        Arena {
-            tests: sizes.len().max(1),
-            cosines: Mat::new(),
+        let tests = sizes.len().max(1);
+        Evidence {
+            tests,
+            multiplicity: vec![tests as f64; pool.len()],
+            remainders,
+            basis: weighted.estimate.factor.thin_q().to_owned(),
+            residual: weighted.residual.clone(),
+            cosines: vec![OnceCell::new(); pool.len()],
             rss: weighted.rss,
             dof: weighted.estimate.dof,
             from: weighted.from,
@@ -85,11 +95,9 @@ impl Arena {
         }
     }
 
-    /// Compute all cosines; needed as soon as anything is in the set.
-    pub fn prepare(&mut self) {
-        if self.cosines.ncols() != self.pool.len() {
-            self.cosines = self.pool.all_cosines();
-        }
+    /// Cosines of a candidate with all, orthogonalised; empty for one that does not exist.
+    pub fn cosines(&self, index: usize) -> &[f64] {
+        self.cosines.get(index).map_or(&[], |own| own.get_or_init(|| self.pool.cosines(index)))
     }
 
     /// Evidence given a set, `None` where its members are not independent of each other and the model.
@@ -101,10 +109,7 @@ impl Arena {
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(set.len());
         for &member in set {
             let size = left.get(member).copied().filter(|n| *n > DISTINCT)?.sqrt();
-            if member >= self.cosines.ncols() {
-                return None;
-            }
-            let mut direction = self.cosines.col_as_slice(member).to_vec();
+            let mut direction = self.cosines(member).to_vec();
             for before in &basis {
                 let own = before.get(member).copied().unwrap_or_default();
                 direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
@@ -155,43 +160,83 @@ impl Arena {
         }
     }
 
-    /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak).
-    pub fn family_wise(&self, t: f64, dof: f64) -> f64 {
+    /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak, with the candidate's share of the tests).
+    pub fn family_wise(&self, t: f64, dof: f64, index: usize) -> f64 {
+        let alone = self.alone(t, dof);
+        let tests = self.multiplicity.get(index).copied().unwrap_or(self.tests as f64).max(1.0);
+        -f64::exp_m1(tests * f64::ln_1p(-alone))
+    }
+
+    /// The probability of a `t` as large by chance, of one candidate alone.
+    pub fn alone(&self, t: f64, dof: f64) -> f64 {
         let alone = if dof.is_finite() {
             if dof < 1.0 { Some(1.0) } else { student_t_two_sided(t.abs(), dof) }
         } else {
             normal_survival(t.abs()).map(|p| 2.0 * p)
         };
-        let alone = alone.unwrap_or(1.0).clamp(0.0, 1.0);
-        -f64::exp_m1(self.tests as f64 * f64::ln_1p(-alone))
+        alone.unwrap_or(1.0).clamp(0.0, 1.0)
     }
 
-    /// The candidate with the strongest evidence given the set.
+    /// The candidate with the strongest evidence given the set: `t^2`, less what its family's tests cost.
     pub fn strongest(&self, given: &Given) -> Option<Strongest> {
-        let mut best: Option<(usize, f64, f64)> = None;
+        self.strongest_of(given, |_| true)
+    }
+
+    /// The same among some of them.
+    pub fn strongest_of(&self, given: &Given, wanted: impl Fn(usize) -> bool) -> Option<Strongest> {
+        let mut best: Option<(usize, f64, f64, f64)> = None;
         for index in 0..self.pool.len() {
-            if given.left.get(index).is_some_and(|n| *n > DISTINCT) {
+            if given.left.get(index).is_some_and(|n| *n > DISTINCT) && wanted(index) {
                 let (t, dof) = self.t(given, index);
-                if best.is_none_or(|(_, before, _)| t.abs() > before.abs()) {
-                    best = Some((index, t, dof));
+                let order = t * t - 2.0 * self.multiplicity.get(index).copied().unwrap_or(1.0).max(1.0).ln();
+                if best.is_none_or(|(.., before)| order > before) {
+                    best = Some((index, t, dof, order));
                 }
             }
         }
-        best.map(|(index, t, dof)| Strongest { index, t, p: self.family_wise(t, dof) })
+        best.map(|(index, t, dof, _)| Strongest { index, t, p: self.family_wise(t, dof, index) })
     }
 
-    /// Of the candidates with the same evidence as the strongest (one column, but for rounding), the one with the least handicap.
-    pub fn most_plausible(&self, given: &Given, strongest: Strongest, handicap: &[f64]) -> Strongest {
-        let burden = |index: usize| handicap.get(index).copied().unwrap_or_default();
-        let least = (0..self.pool.len())
-            .filter(|index| given.left.get(*index).is_some_and(|n| *n > DISTINCT))
-            .map(|index| (index, self.t(given, index).0))
-            .filter(|(_, t)| t.abs() >= (1.0 - SAME_EVIDENCE) * strongest.t.abs())
-            .min_by(|a, b| burden(a.0).total_cmp(&burden(b.0)));
-        match least {
-            Some((index, t)) if burden(index) < burden(strongest.index) => Strongest { index, t, ..strongest },
-            _ => strongest,
+    /// Orthonormal directions of a set outside the model, and the residuals outside both; `None` where they are not independent.
+    pub fn directions(&self, set: &[usize]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+        let mut directions: Vec<Vec<f64>> = Vec::with_capacity(set.len());
+        let mut residual = self.residual.clone();
+        for member in set {
+            let (direction, _) = self.further(&directions, *member)?;
+            let along = dot(&direction, &residual);
+            residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
+            directions.push(direction);
         }
+        Some((directions, residual))
+    }
+
+    /// The direction of a candidate outside the model and others, and its score if `residual` of [`Evidence::directions`] is dotted with it.
+    pub fn further(&self, directions: &[Vec<f64>], index: usize) -> Option<(Vec<f64>, f64)> {
+        let mut own = self.pool.direction(index, self.basis.as_ref());
+        for _ in 0..2 {
+            for other in directions {
+                let along = dot(other, &own);
+                own.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
+            }
+        }
+        let size = norm(&own);
+        if !(size * size > DISTINCT) {
+            return None;
+        }
+        own.iter_mut().for_each(|v| *v /= size);
+        let score = dot(&own, &self.residual);
+        Some((own, score))
+    }
+
+    /// Evidence for a candidate beside a set, against the noise and what is left with both in the model.
+    pub fn standing(&self, set: &[usize], index: usize) -> Option<Standing> {
+        let (mut directions, mut residual) = self.directions(set)?;
+        let (own, score) = self.further(&directions, index)?;
+        residual.iter_mut().zip(&own).for_each(|(r, d)| *r -= score * d);
+        directions.push(own);
+        let rss = (self.rss_of(set) - score * score).max(0.0);
+        let remainder = self.remainders.left(&directions, &residual, rss);
+        Some(self.remainders.evidence(remainder, &directions, &residual, score))
     }
 
     /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.

@@ -1,0 +1,86 @@
+//! Families of candidates: what their members share of the tests, and which of them can build any pattern.
+
+use super::candidates::{Candidate, breaks};
+use super::evidence::Evidence;
+use crate::campaign::Campaign;
+use std::collections::{HashMap, HashSet};
+
+/// Placeholders of families whose members stand for readings, positions, times: each family counts as one effect.
+const SCANNED: [&str; 5] = ["{other}", "{reading}", "{position}", "{break}", "{tau}"];
+/// Harmonics up to this order are effects by themselves; higher ones together can build any pattern of an angle.
+const OWN_HARMONICS: usize = 4;
+/// Orders above that which may stand in one set, each alone in its phase.
+const HIGH_ORDERS: usize = 2;
+/// Largest share of the readings that may be bad, and of the positions that may be remounted wrongly.
+const FEW: f64 = 0.05;
+/// Steps in time from which on they build a pattern.
+const STEPS: usize = 3;
+
+fn scanned(candidate: &Candidate) -> Option<&'static str> {
+    SCANNED.into_iter().find(|placeholder| candidate.family.contains(placeholder))
+}
+
+/// How many tests each candidate's probability accounts for: all distinct effects, times the members of its family.
+pub(super) fn multiplicity(campaign: &Campaign, candidates: &[Candidate], evidence: &Evidence) -> Vec<f64> {
+    let visible = |j: usize| evidence.pool.visible().get(j).is_some_and(|v| *v > 0.0);
+    let score = |j: usize| evidence.pool.scores().get(j).map_or(0.0, |s| s.abs());
+    let mut single: Vec<f64> = Vec::new();
+    let mut families: HashMap<(&str, Option<usize>), usize> = HashMap::new();
+    for (j, candidate) in candidates.iter().enumerate().filter(|(j, _)| visible(*j)) {
+        match scanned(candidate) {
+            None => single.push(score(j)),
+            Some(_) => *families.entry((&candidate.family, candidate.sensor)).or_insert(0) += 1,
+        }
+    }
+    single.sort_by(f64::total_cmp);
+    // columns of one direction have one score, and chance does not repeat nine digits
+    single.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
+    let effects = (single.len() + families.len()).max(1) as f64;
+    let rows = campaign.readings.rows.len();
+    let labels: HashSet<&str> = campaign.readings.rows.iter().map(|r| r.position.as_str()).collect();
+    let times = if families.keys().any(|(term, _)| term.contains("{break}")) { breaks(campaign).len() } else { 0 };
+    let members = |candidate: &Candidate| {
+        let with_column = families.get(&(candidate.family.as_str(), candidate.sensor)).copied().unwrap_or(1);
+        let possible = match scanned(candidate) {
+            Some("{other}") => rows * rows.saturating_sub(1) / 2,
+            Some("{reading}") => rows,
+            Some("{position}") => labels.len(),
+            Some("{break}") => times,
+            _ => 1,
+        };
+        with_column.max(possible) as f64
+    };
+    candidates.iter().map(|c| if scanned(c).is_some() { effects * members(c) } else { effects }).collect()
+}
+
+/// Is this set rather the expansion of an unknown pattern: high harmonics of several orders, many positions, readings or steps?
+pub(super) fn is_pattern(campaign: &Campaign, candidates: &[Candidate], set: &[usize]) -> bool {
+    let members = || set.iter().filter_map(|j| candidates.get(*j));
+    let high: HashSet<usize> = members().map(|c| c.harmonic).filter(|k| *k > OWN_HARMONICS).collect();
+    let harmonics = members().filter(|c| c.harmonic > 0).count();
+    if high.len() > HIGH_ORDERS || (!high.is_empty() && harmonics > HIGH_ORDERS) {
+        return true;
+    }
+    let count = |placeholder: &str| members().filter(|c| scanned(c) == Some(placeholder)).count();
+    let rows = campaign.readings.rows.len() as f64;
+    let labels: HashSet<&str> = campaign.readings.rows.iter().map(|r| r.position.as_str()).collect();
+    count("{reading}") as f64 > (FEW * rows).max(2.0)
+        || count("{position}") as f64 > (FEW * labels.len() as f64).max(2.0)
+        || count("{break}") > STEPS
+}
+
+/// The other phase of a high harmonic: the cosine of a sine, and the other way round.
+pub(super) fn other_phase(candidates: &[Candidate], index: usize) -> Option<usize> {
+    let own = candidates.get(index).filter(|own| needs_all(own))?;
+    let wanted = if own.regressor.contains("sin(") {
+        own.regressor.replace("sin(", "cos(")
+    } else {
+        own.regressor.replace("cos(", "sin(")
+    };
+    candidates.iter().position(|other| other.sensor == own.sensor && other.regressor == wanted)
+}
+
+/// A high harmonic is named only where nothing else is left: it may be one of many that build a pattern.
+pub(super) fn needs_all(candidate: &Candidate) -> bool {
+    candidate.harmonic > OWN_HARMONICS
+}

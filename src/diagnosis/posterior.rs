@@ -1,0 +1,84 @@
+//! Posterior probabilities: of an effect or one of its aliases, and of each alias.
+//!
+//! ```text
+//! P(k | readings) ~ exp(-(deviance_k + price_k + handicap_k) / 2)      over all candidates for one place, and over none of them
+//! ```
+//!
+//! The deviance is that of the restricted likelihood with the remainder estimated anew for each candidate; the price is the Occam factor and
+//! the share of all that was tried (see `Settings`). Candidates compete for one place beside the other members of a set.
+
+use super::evidence::Evidence;
+use super::search::{Question, price};
+
+/// Candidates whose deviance is computed; the others are too far behind to count.
+const COMPARED: usize = 48;
+
+/// What could stand in one place.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Posterior {
+    /// That the member, or one that the readings cannot tell from it, is there.
+    pub probability: f64,
+    /// Probability of each candidate that has any, the member among them.
+    pub of: Vec<(usize, f64)>,
+}
+
+/// For the place of `member` beside the others; `whole` where the rest is noise, which has no remainder.
+pub(super) fn of(
+    evidence: &Evidence,
+    others: &[usize],
+    member: usize,
+    whole: bool,
+    question: &Question<'_>,
+) -> Posterior {
+    let settings = question.settings;
+    let own = || {
+        let given = evidence.given(others)?;
+        let (directions, residual) = evidence.directions(others)?;
+        let rss = evidence.rss_of(others);
+        let (first, _) = evidence.further(&directions, member)?;
+        let deviance = |direction: Vec<f64>, grouping: Option<Option<usize>>| {
+            let score: f64 = direction.iter().zip(&residual).map(|(d, r)| d * r).sum();
+            let left: Vec<f64> = residual.iter().zip(&direction).map(|(r, d)| r - score * d).collect();
+            let mut all = directions.clone();
+            all.push(direction);
+            let rest = (rss - score * score).max(0.0);
+            match grouping {
+                _ if whole => evidence.remainders.left_by(None, &all, &left, rest),
+                None => evidence.remainders.left(&all, &left, rest),
+                Some(grouping) => evidence.remainders.left_by(grouping, &all, &left, rest),
+            }
+        };
+        let leading = deviance(first.clone(), None);
+        let nothing = match whole {
+            true => evidence.remainders.left_by(None, &directions, &residual, rss),
+            false => evidence.remainders.left(&directions, &residual, rss),
+        };
+        let none = nothing.deviance - leading.deviance - price(evidence, member, settings) - question.burden(&[member]);
+        let size = |j: usize| given.score.get(j).map_or(0.0, |s| s.abs());
+        let mut ranked: Vec<usize> =
+            (0..evidence.pool.len()).filter(|j| *j != member && size(*j) > 0.0 && !others.contains(j)).collect();
+        ranked.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+        let mut weights = vec![(member, 1.0, 1.0)];
+        let base = price(evidence, member, settings) + question.burden(&[member]);
+        for j in ranked.into_iter().take(COMPARED) {
+            let Some((direction, _)) = evidence.further(&directions, j) else { continue };
+            let cosine: f64 = direction.iter().zip(&first).map(|(a, b)| a * b).sum::<f64>().abs();
+            let own = if 1.0 - cosine < 1e-9 { leading } else { deviance(direction, Some(leading.grouping)) };
+            let mut further = own.deviance - leading.deviance;
+            // what only small tilts leave never stands before a plain term
+            if question.is_doubtful(&[j]) && !question.is_doubtful(&[member]) {
+                further = further.max(0.0);
+            }
+            let behind = further + price(evidence, j, settings) + question.burden(&[j]) - base;
+            weights.push((j, (-0.5 * behind).exp(), cosine));
+        }
+        let all: f64 = weights.iter().map(|(_, w, _)| w).sum::<f64>() + (-0.5 * none).exp();
+        let class = weights.iter().filter(|(_, _, cosine)| *cosine >= settings.alias_cosine);
+        let probability = class.map(|(_, w, _)| w).sum::<f64>() / all;
+        Some(Posterior {
+            probability: if probability.is_finite() { probability } else { 0.0 },
+            of: weights.iter().map(|(j, w, _)| (*j, w / all)).collect(),
+        })
+    };
+    own().unwrap_or_default()
+}

@@ -1,0 +1,126 @@
+//! The gap step by step: as given, after the first effect, after the second, with the model line growing.
+
+use super::evidence::Evidence;
+use super::settings::Settings;
+use super::{Candidate, fit_exactly, passes};
+use crate::campaign::Campaign;
+use crate::error::Result;
+use crate::fit::Fit;
+
+/// The evidence with some effects in the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Regressors in the model beyond the given one.
+    pub with: Vec<String>,
+    /// The strongest further candidate, its t and its family-wise p.
+    pub strongest: Option<(String, f64, f64)>,
+    /// The global test of what is left.
+    pub global_p: Option<f64>,
+}
+
+/// The gap with some effects in the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GapStep {
+    /// What speaks for more.
+    pub evidence: Step,
+    /// Each sensor's model line.
+    pub model: Vec<(String, String)>,
+    /// Root mean square of the residuals, `sqrt(sum v^2 / dof)`; `None` without degrees of freedom.
+    pub rms: Option<f64>,
+    /// Largest residual by size.
+    pub max: f64,
+    /// `sum (v/u)^2` with the noise of the report.
+    pub chi_square: f64,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// What was decided here, and why.
+    pub decision: String,
+}
+
+/// One step for each effect in this order, and one before them.
+pub(super) fn steps(
+    campaign: &Campaign,
+    (before, after): (&Fit, Option<&Fit>),
+    candidates: &[Candidate],
+    evidence: &Evidence,
+    set: &[usize],
+    scale: &[f64],
+    settings: &Settings,
+) -> Result<Vec<GapStep>> {
+    let name = |j: usize| candidates.get(j).map_or(String::new(), |c| c.regressor.clone());
+    let mut steps = Vec::with_capacity(set.len() + 1);
+    for count in 0..=set.len() {
+        let members = set.get(..count).unwrap_or_default();
+        let between;
+        let fit = match (count, after) {
+            (0, _) => before,
+            (_, Some(after)) if count == set.len() => after,
+            _ => {
+                let effects: Vec<&Candidate> = members.iter().filter_map(|j| candidates.get(*j)).collect();
+                between = fit_exactly(&passes::repaired(campaign, &effects)?)?;
+                &between
+            }
+        };
+        let given = evidence.given(members);
+        let plain = |j: usize| candidates.get(j).is_some_and(|c| !c.vanishing);
+        let strongest = given.as_ref().and_then(|given| evidence.strongest_of(given, plain));
+        let global_p = given.as_ref().and_then(|given| evidence.global(given));
+        let residuals = || fit.estimate.residuals.iter().take(fit.design.rows.len());
+        let square: f64 = residuals().map(|v| v * v).sum();
+        let dof = fit.estimate.dof;
+        let model = fit.campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect();
+        let level = if count == 0 { settings.names() } else { settings.further * settings.names() };
+        let decision = match (set.get(count), &strongest) {
+            (Some(next), _) => format!("{} is added", name(*next)),
+            (None, Some(own)) if own.p > level && global_p.is_none_or(|p| p > settings.whole()) => {
+                let reason = if count == 0 { "" } else { " (the simpler explanation has the first claim)" };
+                format!(
+                    "nothing further: {} has p = {}, and a name needs p below {}{reason}",
+                    name(own.index),
+                    short(own.p),
+                    short(level)
+                )
+            }
+            (None, Some(own)) if own.p <= level => format!(
+                "{} is significant, but no candidate stands above what is left, clearly ahead of the others",
+                name(own.index)
+            ),
+            (None, _) => "more than noise is left, and no candidate is significant".to_string(),
+        };
+        steps.push(GapStep {
+            evidence: Step {
+                with: members.iter().map(|j| name(*j)).collect(),
+                strongest: strongest.map(|s| (name(s.index), s.t, s.p)),
+                global_p,
+            },
+            model,
+            rms: (dof > 0).then(|| (square / dof as f64).sqrt()),
+            max: residuals().fold(0.0_f64, |max, v| max.max(v.abs())),
+            chi_square: fit.estimate.residuals.iter().zip(scale).map(|(v, u)| (v / u) * (v / u)).sum(),
+            dof,
+            decision,
+        });
+    }
+    Ok(steps)
+}
+
+/// The order in which effects take off most, one after another.
+pub(super) fn order(evidence: &Evidence, set: &[usize]) -> Vec<usize> {
+    let mut ordered: Vec<usize> = Vec::with_capacity(set.len());
+    while ordered.len() < set.len() {
+        let left = |j: &usize| {
+            let longer: Vec<usize> = ordered.iter().copied().chain([*j]).collect();
+            evidence.rss_of(&longer)
+        };
+        let rest = set.iter().filter(|j| !ordered.contains(j));
+        match rest.min_by(|a, b| left(a).total_cmp(&left(b))) {
+            Some(next) => ordered.push(*next),
+            None => break,
+        }
+    }
+    ordered
+}
+
+fn short(p: f64) -> String {
+    if p >= 0.01 { format!("{p:.2}") } else { format!("{p:.1e}") }
+}
