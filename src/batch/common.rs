@@ -1,10 +1,12 @@
 //! A schedule factorised once: what is left for each device are products, sums and tests.
 
 use super::block::{Kernel, LANES, Lane};
+use super::inputs::{Input, inputs};
+use super::replicates::{Replicates, runs_p};
 use super::row::{Solved, Verdict, chi_square_words, remarks};
 use super::{Device, Row};
 use crate::algebra::{Scratch as TapeScratch, Tape};
-use crate::campaign::{Campaign, Kind, Known, Limited, Role};
+use crate::campaign::{Campaign, Kind, Limited, Role};
 use crate::design::{self, Model};
 use crate::estimate::{Estimate, Group, System, adjust};
 use crate::fit::{self, Estimator, Remount, Settings, resolution};
@@ -13,8 +15,6 @@ use crate::uncertainty::quantiles;
 use crate::uncertainty::{Combined, effective_dof};
 use faer::Mat;
 use pulp::Arch;
-use std::cell::RefCell;
-use std::collections::HashMap;
 
 /// Above this condition number one step of refinement is not enough.
 const ILL: f64 = 1e4;
@@ -60,29 +60,6 @@ pub struct Common {
     largest_u: f64,
 }
 
-/// A known input with an uncertainty: the unknowns follow it by `base + slope dx`.
-#[derive(Debug, Clone)]
-struct Input {
-    index: usize,
-    known: Known,
-    base: Vec<f64>,
-    /// `n x n`, one unknown after the other; empty where all are zero.
-    slope: Vec<f64>,
-}
-
-/// Rows of equal inputs.
-#[derive(Debug, Clone, Default)]
-struct Replicates {
-    /// Cell of each row, one after the other.
-    cell: Vec<usize>,
-    /// Sum of weights of each cell.
-    weight: Vec<f64>,
-    /// Weight of each row.
-    own: Vec<f64>,
-    pure_dof: usize,
-    between_dof: usize,
-}
-
 /// Buffers, and probabilities that return.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
@@ -94,15 +71,6 @@ pub(super) struct Scratch {
     sums: Vec<f64>,
     factors: Vec<(u64, Option<f64>)>,
 }
-
-/// Probabilities of the runs test by counts: they depend on nothing else.
-type Runs = HashMap<(usize, usize, usize), f64>;
-
-thread_local! {
-    static RUNS: RefCell<Runs> = RefCell::default();
-}
-/// As many of them are kept.
-const RUNS_KEPT: usize = 1 << 16;
 
 impl Common {
     /// What devices with these readings' schedule share; `None` where each needs a fit of its own.
@@ -354,7 +322,7 @@ impl Common {
             _ => None,
         };
         let rejected = chi_square_p.is_some_and(|p| p < 1.0 - level);
-        let lack_of_fit_p = self.cells.lack_of_fit(v, work);
+        let lack_of_fit_p = self.cells.lack_of_fit(v, &mut work.sums);
         let suspects = self.suspects(v, squares, map);
         let mut why = Vec::new();
         if let Some(p) = chi_square_p.filter(|_| rejected) {
@@ -514,134 +482,9 @@ impl Common {
     }
 }
 
-/// Probability of the runs test; NaN where there is none. Equal counts have equal probabilities, and return often.
-fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
-    let (mut positive, mut negative, mut runs, mut last) = (0_usize, 0_usize, 0_usize, None);
-    for v in residuals.filter(|v| *v != 0.0 && v.is_finite()) {
-        let sign = v > 0.0;
-        if sign {
-            positive += 1;
-        } else {
-            negative += 1;
-        }
-        runs += usize::from(last != Some(sign));
-        last = Some(sign);
-    }
-    let key = (positive, negative, runs);
-    RUNS.with_borrow_mut(|seen| {
-        if seen.len() > RUNS_KEPT {
-            seen.clear();
-        }
-        *seen.entry(key).or_insert_with(|| quality::runs_of(positive, negative, runs).map_or(f64::NAN, |test| test.p))
-    })
-}
-
-impl Replicates {
-    fn new(cells: &[usize], u: &[f64], dof: usize) -> Self {
-        let count = cells.iter().max().map_or(0, |most| most + 1);
-        let mut weight = vec![0.0; count];
-        let own: Vec<f64> = u.iter().map(|u| 1.0 / (u * u)).collect();
-        for (cell, own) in cells.iter().zip(&own) {
-            weight.get_mut(*cell).into_iter().for_each(|sum| *sum += own);
-        }
-        let filled = weight.iter().filter(|sum| **sum > 0.0).count();
-        let pure_dof = cells.len() - filled;
-        Replicates { cell: cells.to_vec(), weight, own, pure_dof, between_dof: dof.saturating_sub(pure_dof) }
-    }
-
-    /// Probability of the test for lack of fit, as [`quality::lack_of_fit`] has it.
-    fn lack_of_fit(&self, v: &[f64], work: &mut Scratch) -> Option<f64> {
-        if self.pure_dof == 0 || self.between_dof == 0 {
-            return None;
-        }
-        let sums = &mut work.sums;
-        sums.clear();
-        sums.resize(self.weight.len(), 0.0);
-        let rows = || v.iter().zip(&self.own).zip(&self.cell);
-        for ((v, own), cell) in rows() {
-            sums.get_mut(*cell).into_iter().for_each(|sum| *sum += v * own);
-        }
-        let between: f64 = sums
-            .iter()
-            .zip(&self.weight)
-            .map(|(sum, weight)| if *weight > 0.0 { sum * sum / weight } else { 0.0 })
-            .sum();
-        for (sum, weight) in sums.iter_mut().zip(&self.weight) {
-            *sum /= weight;
-        }
-        let (mut pure, mut total) = (0.0, 0.0);
-        for ((v, own), cell) in rows() {
-            let mean = sums.get(*cell).copied().unwrap_or_default();
-            pure += (v - mean) * (v - mean) * own;
-            total += v * v * own;
-        }
-        quality::lack_of_fit_p(pure, self.pure_dof, between, self.between_dof, total).map(|(_, p)| p)
-    }
-}
-
-impl Input {
-    fn sensitivity(&self, dx: &[f64]) -> Vec<f64> {
-        if self.slope.is_empty() {
-            return self.base.clone();
-        }
-        let rows = self.slope.chunks_exact(dx.len().max(1));
-        self.base
-            .iter()
-            .zip(rows)
-            .map(|(base, row)| base + row.iter().zip(dx).map(|(s, dx)| s * dx).sum::<f64>())
-            .collect()
-    }
-}
-
 /// Is every sensor's line affine in the unknowns, and no unknown an angle of the chain?
 fn is_linear(campaign: &Campaign) -> bool {
     let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
     campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
         && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
-}
-
-/// How the unknowns follow the known inputs: `-(dx/dy) df/dp`, where `df/dp` is affine in the unknowns as the model is.
-fn inputs(
-    campaign: &Campaign,
-    model: &Model,
-    reference: &[f64],
-    design: &design::DesignMatrix,
-    sensitivities: &Mat<f64>,
-) -> Option<Vec<Input>> {
-    let n = campaign.unknowns();
-    let uncertain: Vec<(usize, Known)> = campaign
-        .parameters
-        .iter()
-        .enumerate()
-        .filter_map(|(k, p)| match p.role {
-            Role::Known(known) if known.u != 0.0 => Some((k, known)),
-            _ => None,
-        })
-        .collect();
-    if uncertain.is_empty() {
-        return Some(Vec::new());
-    }
-    let follow = |column: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        (0..n).map(|j| -(0..design.rows.len()).map(|i| sensitivities[(j, i)] * column(i)).sum::<f64>()).collect()
-    };
-    let mut moved = Vec::with_capacity(n);
-    for j in 0..n {
-        let mut point = reference.to_vec();
-        point.get_mut(j).into_iter().for_each(|x| *x += 1.0);
-        moved.push(design::assemble(campaign, model, &point).ok()?);
-    }
-    let input = |(k, known): (usize, Known)| {
-        let base = follow(&|i| design.jacobian[(i, k)]);
-        let columns: Vec<Vec<f64>> =
-            moved.iter().map(|there| follow(&|i| there.jacobian[(i, k)] - design.jacobian[(i, k)])).collect();
-        let none = columns.iter().flatten().all(|s| *s == 0.0);
-        let at = |j: usize, i: usize| columns.get(i).and_then(|c| c.get(j)).copied().unwrap_or_default();
-        let slope = if none {
-            Vec::new()
-        } else {
-            (0..n).flat_map(|j| (0..n).map(move |i| (j, i))).map(|(j, i)| at(j, i)).collect()
-        };
-        Input { index: k, known, base, slope }
-    };
-    Some(uncertain.into_iter().map(input).collect())
 }

@@ -10,6 +10,8 @@
 //! | `device.rs` | the readings of one device, and when two devices have the same schedule |
 //! | `stream.rs` | a table of many devices, device by device; a serial number that comes back |
 //! | `common.rs` | a schedule factorised once |
+//! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
+//! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
 //! | `block.rs` | estimates and residuals of eight devices side by side |
 //! | `fleet.rs` | which device is fitted how |
 //! | `repeat.rs` | a column that seems to tell devices apart where nobody says so |
@@ -24,8 +26,10 @@ mod block;
 mod common;
 mod device;
 mod fleet;
+mod inputs;
 mod layout;
 mod repeat;
+mod replicates;
 mod row;
 mod stream;
 mod summary;
