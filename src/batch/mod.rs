@@ -1,4 +1,4 @@
-//! Many devices through one schedule: the fit of [`crate::fit`] for each, with what they share done once.
+//! Many devices through one schedule: the fit of [`fit`](mod@crate::fit) for each, with what they share done once.
 //!
 //! ```text
 //! columns of many devices -> devices -> { common schedule: P Y for a block of devices; by itself: fit } -> one row a device
