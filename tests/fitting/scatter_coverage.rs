@@ -4,6 +4,7 @@
 //! A few hundred campaigns a schedule by default; the full count of 20,000 is `TUMBLE_LONG=1 cargo test --release --test fitting
 //! scatter_coverage -- --nocapture` (TUMBLE_CAMPAIGNS is any other count), which prints the table.
 
+use crate::draws::draws;
 use crate::support::parse;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -16,9 +17,8 @@ use tumble::fit::{self, Settings};
 const ARCSEC_DEG: f64 = 1.0 / 3600.0;
 
 fn campaigns() -> usize {
-    let long = std::env::var_os("TUMBLE_LONG").is_some();
     let asked = std::env::var("TUMBLE_CAMPAIGNS").ok().and_then(|n| n.parse().ok());
-    asked.unwrap_or(if long { 20_000 } else { 300 })
+    asked.unwrap_or(draws(300, 20_000))
 }
 
 fn normal(random: &mut Pcg64Mcg) -> f64 {
