@@ -69,7 +69,7 @@ fn robust_method(text: &str) -> std::result::Result<RobustMethod, String> {
     }
 }
 
-fn remount(text: &str) -> std::result::Result<Remount, String> {
+pub(super) fn remount(text: &str) -> std::result::Result<Remount, String> {
     match text.parse::<f64>() {
         _ if text == "estimate" => Ok(Remount::Estimate),
         Ok(u) if u > 0.0 && u.is_finite() => Ok(Remount::Stated(u)),

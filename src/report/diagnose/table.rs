@@ -1,5 +1,6 @@
 //! A diagnosis as a person reads it at a terminal.
 
+use super::super::scatter;
 use super::super::table::{plain, rounded, significant};
 use super::super::wrap::hanging;
 use super::{DiagnoseReport, EffectReport, GapReport, words};
@@ -26,6 +27,7 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
     }
     text.push_str(&repaired(report));
     text.push_str(&gap(report));
+    text.push_str(&scatter::table(&report.scatter));
     text.push_str(&steps(report));
     text.push_str(&unexplained(report));
     if report.verdict != "nothing-missing" {
