@@ -43,7 +43,8 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
         })
         .collect();
     if !rows.is_empty() {
-        let header = ["effect", "shows from", "unit", "then at\u{a0}a\u{a0}reading", "and shifts", "cannot be told from"];
+        let header =
+            ["effect", "shows from", "unit", "then at\u{a0}a\u{a0}reading", "and shifts", "cannot be told from"];
         text.push_str(&plain(&header, &rows));
     }
     if lines.len() > LISTED {

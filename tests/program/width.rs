@@ -37,7 +37,12 @@ fn examples(ending: &str) -> Vec<PathBuf> {
 
 fn check(arguments: &[&str]) {
     let long = too_long(&printed(arguments));
-    assert!(long.is_empty(), "tumble {}: lines of more than {COLUMNS} columns\n{}", arguments.join(" "), long.join("\n"));
+    assert!(
+        long.is_empty(),
+        "tumble {}: lines of more than {COLUMNS} columns\n{}",
+        arguments.join(" "),
+        long.join("\n")
+    );
 }
 
 #[test]
@@ -62,7 +67,8 @@ fn reports_fit_80_columns() {
 
 #[test]
 fn help_fits_80_columns() {
-    for command in ["fit", "diagnose", "plan", "simulate", "navigate", "compare", "reduce", "noise", "apply", "export"] {
+    for command in ["fit", "diagnose", "plan", "simulate", "navigate", "compare", "reduce", "noise", "apply", "export"]
+    {
         check(&[command, "--help"]);
     }
     check(&["--help"]);
