@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::diagnose_table(&report))?;
+        super::show(&report::diagnose_table(&report))?;
     }
     if let Some(names) = &model_names {
         super::note(&names.note(&diagnosis));
