@@ -186,8 +186,9 @@ impl Screen {
                     rows.add(i, labels.entry(label).or_insert_with(|| Sums::new(rows.directions())));
                 }
                 let labelled = labels.into_iter().filter(|(label, _)| !label.is_empty());
-                let mut family: Vec<(Scanned, f64)> =
-                    labelled.map(|(label, sums)| (Scanned::Position(sensor, label.into()), sums.score(&rows))).collect();
+                let mut family: Vec<(Scanned, f64)> = labelled
+                    .map(|(label, sums)| (Scanned::Position(sensor, label.into()), sums.score(&rows)))
+                    .collect();
                 family.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| label(&a.0).cmp(label(&b.0))));
                 families.push(family);
             }

@@ -47,7 +47,14 @@ fn summary(found: &Diagnosis) -> String {
         .iter()
         .map(|f| {
             let aliases: Vec<&str> = f.aliases.iter().take(3).map(|a| a.regressor.as_str()).collect();
-            format!("{} t={:.1} p={:.1e} ({} aliases {})", f.effect.regressor, f.t, f.p, f.aliases.len(), aliases.join(" "))
+            format!(
+                "{} t={:.1} p={:.1e} ({} aliases {})",
+                f.effect.regressor,
+                f.t,
+                f.p,
+                f.aliases.len(),
+                aliases.join(" ")
+            )
         })
         .collect();
     let follows = found.unexplained.as_ref().map(|u| u.pattern.clone()).unwrap_or_default();
@@ -105,7 +112,9 @@ fn outcome(row: &Row, count: usize) -> Outcome {
 #[test]
 fn scatter_table() {
     let count = count(3, 1000);
-    println!("positions  sd/noise  noise      line       hidden                          right  wrong  nothing-missing, %");
+    println!(
+        "positions  sd/noise  noise      line       hidden                          right  wrong  nothing-missing, %"
+    );
     for hidden in [&[][..], &[("a_S", 0.008)], &[("a_S", 0.008), ("cos(2*beta)", 0.006)]] {
         for positions in [12, 24] {
             for sd in [1e-4, 1e-3] {
@@ -156,7 +165,11 @@ fn positions_that_scatter_are_found_where_settings_are_mounted_again() {
         for sd in [0.0, 4e-4, 1e-3] {
             for stated in [true, false] {
                 for hidden in [&[][..], &[("a_S", 0.008)]] {
-                    let line = if sd > 0.0 { format!(r#"{{"of": "V", "per": "position", "u": {sd}}}"#) } else { String::new() };
+                    let line = if sd > 0.0 {
+                        format!(r#"{{"of": "V", "per": "position", "u": {sd}}}"#)
+                    } else {
+                        String::new()
+                    };
                     let mut plan = table(24, &line);
                     for reading in plan.readings.rows.iter_mut() {
                         let k: usize = reading.position.parse().unwrap();
@@ -182,7 +195,9 @@ fn positions_that_scatter_are_found_where_settings_are_mounted_again() {
                             (scatter, hidden.iter().all(|(term, _)| named(term)))
                         })
                         .collect();
-                    let share = |f: &dyn Fn(&(bool, bool)) -> bool| 100.0 * results.iter().filter(|r| f(r)).count() as f64 / count as f64;
+                    let share = |f: &dyn Fn(&(bool, bool)) -> bool| {
+                        100.0 * results.iter().filter(|r| f(r)).count() as f64 / count as f64
+                    };
                     let (scatter, named) = (share(&|r| r.0), share(&|r| r.1));
                     let chance = 4.0 * (99.0 / count as f64).sqrt();
                     match (mountings, sd > 0.0) {
@@ -190,7 +205,12 @@ fn positions_that_scatter_are_found_where_settings_are_mounted_again() {
                         _ => assert!(scatter <= 1.0 + chance, "{scatter}"),
                     }
                     assert!(named >= 80.0 - chance || mountings == 1, "{named}");
-                    println!("{mountings:9}  {:8.1}  {:9}  {:10}  {scatter:5.1}  {named:5.1}", sd / SD, if stated { "stated" } else { "estimated" }, hidden.iter().map(|h| h.0).collect::<String>());
+                    println!(
+                        "{mountings:9}  {:8.1}  {:9}  {:10}  {scatter:5.1}  {named:5.1}",
+                        sd / SD,
+                        if stated { "stated" } else { "estimated" },
+                        hidden.iter().map(|h| h.0).collect::<String>()
+                    );
                 }
             }
         }
