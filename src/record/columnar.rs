@@ -79,6 +79,14 @@ impl Columnar {
         &self.columns
     }
 
+    /// Does a column hold texts, not numbers?
+    pub fn is_text(&self, column: usize) -> bool {
+        use parquet::basic::Type::{BYTE_ARRAY, FIXED_LEN_BYTE_ARRAY, INT96};
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        let kind = schema.columns().get(column).map(|own| own.physical_type());
+        kind.is_some_and(|kind| matches!(kind, BYTE_ARRAY | FIXED_LEN_BYTE_ARRAY | INT96))
+    }
+
     /// The name given to [`Columnar::open`].
     pub fn name(&self) -> &str {
         &self.name

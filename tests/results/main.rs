@@ -3,5 +3,6 @@
 mod agreement;
 mod correction;
 mod exported;
+mod records;
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,11 +1,17 @@
 //! `tumble apply CALIBRATION LOG`: a record corrected, row by row.
+//!
+//! A table of text becomes a table of text cell by cell, so that what is not corrected stays as it was written (`text.rs`); where one
+//! of both is Parquet, it goes in blocks of columns (`columns.rs`).
 
-use super::outputs::Outputs;
+mod columns;
+mod text;
+
+use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
 use crate::correction::{Calibration, Corrector, InputRole, Quantity};
 use crate::error::{Fault, Malformed, Result};
 use clap::{Args, ValueEnum};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// What to correct, and where to write it.
@@ -13,9 +19,9 @@ use std::path::{Path, PathBuf};
 pub(super) struct Arguments {
     /// The calibration: a fit report (`tumble fit CAMPAIGN --json CALIBRATION`).
     calibration: PathBuf,
-    /// The record: CSV with a header; one column for each sensor, under its name. '-' reads stdin.
+    /// The record, CSV with a header or Parquet: one column for each sensor, under its name. '-' reads CSV from stdin.
     log: PathBuf,
-    /// Write to a file; without it, CSV to stdout.
+    /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Also write the standard uncertainty of each input from the calibration (not the noise of the sample), as <input>_u.
@@ -49,6 +55,22 @@ struct Plan {
     kept: Vec<usize>,
 }
 
+/// What is done to every row.
+struct Correction<'a> {
+    arguments: &'a Arguments,
+    calibration: &'a Calibration,
+    corrector: &'a Corrector,
+    rotation: Option<nalgebra::Matrix3<f64>>,
+}
+
+/// What came of it.
+struct Counts {
+    rows: u64,
+    failed: u64,
+    /// Is each given input in the record?
+    given: Vec<bool>,
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let calibration = calibrations::read(&arguments.calibration)?.calibration()?;
     let corrector = Corrector::new(&calibration)?;
@@ -56,29 +78,62 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Frame::Sensor => None,
         Frame::Mount => Some(to_mount(&calibration)?),
     };
-    let input: Box<dyn std::io::Read> = if arguments.log == Path::new("-") {
-        Box::new(std::io::stdin().lock())
-    } else {
-        let name = arguments.log.display();
-        super::session::reads(&arguments.log);
-        Box::new(std::fs::File::open(&arguments.log).map_err(|error| {
-            Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable record (CSV)")
-        })?)
-    };
+    let correction = Correction { arguments, calibration: &calibration, corrector: &corrector, rotation };
     let mut outputs = Outputs::plan([arguments.out.as_deref()])?;
-    match &arguments.out {
-        None => {
-            let out = super::embedded::Stdout;
-            correct(arguments, &calibration, &corrector, rotation.as_ref(), input, out)
-        }
-        Some(path) => {
-            let mut stream = outputs.open(path)?;
-            let outcome = correct(arguments, &calibration, &corrector, rotation.as_ref(), input, &mut stream)?;
+    let stream = arguments.out.as_deref().map(|path| outputs.open(path)).transpose()?;
+    let to_columns = arguments.out.as_deref().is_some_and(is_parquet);
+    let counts = match stream {
+        Some(stream) if to_columns => {
+            let (counts, stream) = columns::to_columns(&correction, stream)?;
             outputs.finish(stream);
-            outputs.write()?;
-            Ok(outcome)
+            counts
+        }
+        Some(mut stream) => {
+            let counts = rows(&correction, &mut stream)?;
+            outputs.finish(stream);
+            counts
+        }
+        None => rows(&correction, super::embedded::Stdout)?,
+    };
+    outputs.write()?;
+    let notes = notes(&calibration, &counts);
+    notes.iter().for_each(|note| super::note(&format!("note: {note}")));
+    Ok(if counts.failed > 0 { Outcome::Rejected } else { Outcome::Done })
+}
+
+/// CSV, from text or from columns.
+fn rows(correction: &Correction<'_>, output: impl Write) -> Result<Counts> {
+    let log = &correction.arguments.log;
+    let name = log.display();
+    if log == Path::new("-") {
+        return text::correct(correction, std::io::stdin().lock(), output);
+    }
+    super::session::reads(log);
+    let mut file = std::fs::File::open(log).map_err(|error| {
+        Malformed::new(Fault::File, format!("cannot read '{name}': {error}"))
+            .expected("a readable record (CSV or Parquet)")
+    })?;
+    let mut first = [0_u8; 4];
+    let mut read = 0;
+    while read < first.len() {
+        match file.read(first.get_mut(read..).unwrap_or_default()) {
+            Ok(0) => break,
+            Ok(more) => read += more,
+            Err(error) => {
+                return Err(Malformed::new(Fault::File, format!("cannot read '{name}': {error}"))
+                    .expected("a readable record (CSV or Parquet)"));
+            }
         }
     }
+    if first == *b"PAR1" {
+        return columns::to_text(correction, output);
+    }
+    // a pipe cannot be rewound: it is read on from behind its first bytes
+    text::correct(correction, first.get(..read).unwrap_or_default().chain(file), output)
+}
+
+fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet") || end.eq_ignore_ascii_case("pq"))
 }
 
 /// Rotations of the solved rates and forces to the mounting face.
@@ -106,88 +161,32 @@ fn to_mount(calibration: &Calibration) -> Result<nalgebra::Matrix3<f64>> {
     Ok(mounting.rotation)
 }
 
-fn correct(
-    arguments: &Arguments,
-    calibration: &Calibration,
-    corrector: &Corrector,
-    rotation: Option<&nalgebra::Matrix3<f64>>,
-    input: impl std::io::Read,
-    output: impl Write,
-) -> Result<Outcome> {
-    let name = arguments.log.display().to_string();
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(input);
-    let fault = |error: csv::Error| {
-        let line = error.position().map_or(0, |p| p.line() as usize);
-        Malformed::new(Fault::Syntax, format!("the record cannot be read: {error}"))
-            .expected("CSV with one header line and as many cells in every row")
-            .at_line(line, 1)
-            .in_file(&name)
-    };
-    let header: Vec<String> = reader.headers().map_err(fault)?.iter().map(str::to_string).collect();
-    let plan = plan(arguments, calibration, &header).map_err(|error| error.at_line(1, 1).in_file(&name))?;
-    let solved: Vec<&str> = calibration.solved().map(|i| i.name.as_str()).collect();
-    let mut writer = csv::Writer::from_writer(std::io::BufWriter::with_capacity(1 << 16, output));
-    let unwritten = |error: &dyn std::fmt::Display| {
-        Malformed::new(Fault::File, format!("the corrected record cannot be written: {error}"))
-            .expected("room to write to")
-    };
-    let mut titles: Vec<String> = plan.kept.iter().filter_map(|k| header.get(*k).cloned()).collect();
-    titles.extend(solved.iter().map(|s| (*s).to_string()));
-    if arguments.u {
+/// Titles of the corrected columns.
+fn titles(correction: &Correction<'_>) -> Vec<String> {
+    let solved: Vec<&str> = correction.calibration.solved().map(|i| i.name.as_str()).collect();
+    let mut titles: Vec<String> = solved.iter().map(|s| (*s).to_string()).collect();
+    if correction.arguments.u {
         titles.extend(solved.iter().map(|s| format!("{s}_u")));
     }
-    writer.write_record(&titles).map_err(|e| unwritten(&e))?;
-    let mut row = csv::StringRecord::new();
-    let (mut readings, mut given) = (vec![0.0; plan.sensors.len()], corrector.fallbacks());
-    let (mut count, mut failed) = (0_u64, 0_u64);
-    while reader.read_record(&mut row).map_err(fault)? {
-        count += 1;
-        let number = |column: usize| -> Result<f64> {
-            let cell = row.get(column).unwrap_or_default();
-            if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
-                return Ok(f64::NAN);
-            }
-            cell.parse::<f64>().map_err(|_| {
-                Malformed::new(Fault::Value, format!("'{cell}' is no number"))
-                    .expected("a number with a decimal point, or an empty cell")
-                    .found(format!("'{cell}'"))
-                    .at_path(header.get(column).cloned().unwrap_or_default())
-                    .at_line(row.position().map_or(0, |p| p.line() as usize), 1)
-                    .in_file(&name)
-            })
-        };
-        for (reading, column) in readings.iter_mut().zip(&plan.sensors) {
-            *reading = number(*column)?;
+    titles
+}
+
+impl Correction<'_> {
+    /// The corrected inputs of a row, then their uncertainties where these are asked for; NaN and `false` where there is no solution.
+    fn row(&self, readings: &[f64], given: &[f64]) -> (Vec<f64>, bool) {
+        let corrected = self.corrector.correct(readings, given);
+        let covariance = if self.arguments.u { self.corrector.covariance(&corrected.inputs, given) } else { None };
+        let (mut values, covariance) =
+            turned(self.calibration, self.rotation.as_ref(), &corrected.inputs, covariance);
+        if self.arguments.u {
+            let n = values.len();
+            values.extend((0..n).map(|k| covariance.as_ref().map_or(f64::NAN, |c| c[(k, k)].max(0.0).sqrt())));
         }
-        for (value, from) in given.iter_mut().zip(&plan.given) {
-            if let Some((column, factor)) = from {
-                *value = number(*column)? * factor;
-            }
+        if !corrected.converged {
+            values.fill(f64::NAN);
         }
-        for k in &plan.kept {
-            writer.write_field(row.get(*k).unwrap_or_default()).map_err(|e| unwritten(&e))?;
-        }
-        let corrected = corrector.correct(&readings, &given);
-        failed += u64::from(!corrected.converged);
-        let covariance = if arguments.u { corrector.covariance(&corrected.inputs, &given) } else { None };
-        let (inputs, covariance) = turned(calibration, rotation, &corrected.inputs, covariance);
-        let cell =
-            |value: f64| if value.is_finite() && corrected.converged { value.to_string() } else { String::new() };
-        for value in &inputs {
-            writer.write_field(cell(*value)).map_err(|e| unwritten(&e))?;
-        }
-        if arguments.u {
-            for k in 0..inputs.len() {
-                let u = covariance.as_ref().map_or(f64::NAN, |c| c[(k, k)].max(0.0).sqrt());
-                writer.write_field(cell(u)).map_err(|e| unwritten(&e))?;
-            }
-        }
-        writer.write_record(None::<&[u8]>).map_err(|e| unwritten(&e))?;
+        (values, corrected.converged)
     }
-    writer.flush().map_err(|e| unwritten(&e))?;
-    let notes = notes(calibration, &plan, count, failed);
-    notes.iter().for_each(|note| super::note(&format!("note: {note}")));
-    Ok(if failed > 0 { Outcome::Rejected } else { Outcome::Done })
 }
 
 /// The inputs in the frame asked for.
@@ -248,10 +247,10 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[String]) -> 
 }
 
 /// What was assumed, and what failed.
-fn notes(calibration: &Calibration, plan: &Plan, count: u64, failed: u64) -> Vec<String> {
+fn notes(calibration: &Calibration, counts: &Counts) -> Vec<String> {
     let mut notes = Vec::new();
     let given = calibration.inputs.iter().filter(|i| i.role == InputRole::Given);
-    for (input, _) in given.zip(&plan.given).filter(|(_, from)| from.is_none()) {
+    for (input, _) in given.zip(&counts.given).filter(|(_, there)| !**there) {
         let unit = calibration.unit_of(input);
         notes.push(
             format!("{} is not in the record: {} {unit} was taken", input.name, input.fallback)
@@ -262,8 +261,9 @@ fn notes(calibration: &Calibration, plan: &Plan, count: u64, failed: u64) -> Vec
     for (sensor, why) in &calibration.left_out {
         notes.push(format!("{sensor} is left out: {why}"));
     }
-    if failed > 0 {
-        notes.push(format!("{failed} of {count} rows could not be corrected (empty cells): no number, or no solution of the exact lines"));
+    let Counts { rows, failed, .. } = counts;
+    if *failed > 0 {
+        notes.push(format!("{failed} of {rows} rows could not be corrected (empty cells): no number, or no solution of the exact lines"));
     }
     notes
 }
