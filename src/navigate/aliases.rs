@@ -60,12 +60,16 @@ impl Walk<'_> {
         let is_constant = |j: &usize| linear.causes.get(*j).is_some_and(Cause::is_constant);
         let constants: Vec<usize> = (0..linear.causes.len()).filter(is_constant).collect();
         for other in (0..set.len()).filter(|other| *other != place) {
-            let (Some(second), true) = (set.get(other), set.get(place).is_some_and(|j| is_constant(j))) else { continue };
+            let (Some(second), true) = (set.get(other), set.get(place).is_some_and(|j| is_constant(j))) else {
+                continue;
+            };
             if !is_constant(second) {
                 continue;
             }
             for (first, second, worse) in linear.products.pairs(set, [place, other], excess, &constants) {
-                let (Some(source), Some(with)) = (linear.causes.get(first), linear.causes.get(second)) else { continue };
+                let (Some(source), Some(with)) = (linear.causes.get(first), linear.causes.get(second)) else {
+                    continue;
+                };
                 let known = found.iter().position(|alias| alias.source == *source);
                 if alone.contains(&first) || known.and_then(|k| found.get(k)).is_some_and(|own| own.excess <= worse) {
                     continue;

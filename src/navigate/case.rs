@@ -87,7 +87,8 @@ impl<'a> Case<'a> {
 
     /// The same question with the columns of errors around others than the mission's; `None` where those cannot be flown.
     pub fn around(&self, errors: &ImuErrors, u: &[f64]) -> Option<Case<'a>> {
-        let steps: Vec<f64> = Source::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
+        let steps: Vec<f64> =
+            Source::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
         let there = signatures::prediction(self.mission, self.measured, errors);
         let columns = self.columns.around(self.mission, self.measured, errors, &steps);
         let raw: Vec<Vec<f64>> = self.causes.iter().map(|cause| columns.of(cause)).collect();

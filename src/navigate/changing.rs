@@ -104,7 +104,8 @@ impl Columns {
                     };
                     others.iter().zip(steps).map(one).collect()
                 };
-                let one = |(row, base)| Instant { signatures: derivative(row, base), walk: [[0.0; CHANNELS]; CHANNELS] };
+                let one =
+                    |(row, base)| Instant { signatures: derivative(row, base), walk: [[0.0; CHANNELS]; CHANNELS] };
                 base.iter().enumerate().map(one).collect()
             }));
         }

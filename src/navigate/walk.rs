@@ -90,7 +90,10 @@ impl<'a> Walk<'a> {
             return round;
         }
         let straight = straight.or_else(|| self.refine_or_damp(set, &vec![0.0; set.len()], out));
-        [straight, round].into_iter().flatten().min_by(|a, b| (!a.settled, a.rss).partial_cmp(&(!b.settled, b.rss)).unwrap_or(std::cmp::Ordering::Equal))
+        [straight, round]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| (!a.settled, a.rss).partial_cmp(&(!b.settled, b.rss)).unwrap_or(std::cmp::Ordering::Equal))
     }
 
     /// Columns are the derivatives around the mission's errors; where a state is far from these, around the state.

@@ -298,7 +298,8 @@ fn what_is_not_in_the_catalogue_is_unexplained() {
                 // row 20 + seed of the rows from 0 is reading 21 + seed
                 let value = name == "one bad value" && named == format!("reading:{}", 21 + seed);
                 let walk = name == "a random walk that is not stated" && named == "angle_random_walk";
-                let right = found.verdict == Verdict::Unexplained || ((step || value || walk) && found.findings.len() == 1);
+                let right =
+                    found.verdict == Verdict::Unexplained || ((step || value || walk) && found.findings.len() == 1);
                 (right, found.unexplained.map_or(named, |u| u.pattern))
             })
             .collect();

@@ -360,8 +360,7 @@ fn laws_random_walks_are_named() {
                         truth.push(channels(&row.errors[0]));
                         Continue::Yes
                     });
-                    let found =
-                        diagnose(&mission, &measured(&at, &truth, &mut random), &Settings::default()).unwrap();
+                    let found = diagnose(&mission, &measured(&at, &truth, &mut random), &Settings::default()).unwrap();
                     let walk = found.findings.iter().find(|own| own.source.id() == name);
                     let hidden = own.errors.gyro.random_walk + own.errors.accelerometer.random_walk;
                     let near = walk.is_some_and(|own| (own.value - hidden).abs() < 4.0 * own.u.unwrap());
