@@ -40,7 +40,7 @@ pub(super) fn run(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings)
         let repaired = repaired(campaign, &effects)?;
         let after = fit::fit(&repaired, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() })?;
         pass.go_back(home.clone());
-        pass.stand_at(&repaired, &after);
+        pass.stand_at(&repaired, &effects, &after);
         // from a point that only a hypothesis gave, nothing less than a complete explanation counts
         if !matches!(pass.see()?.found, Found::Set { complete: true, .. }) {
             continue;
@@ -81,7 +81,7 @@ fn settle(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings) -> Resu
             continue;
         }
         passes += 1;
-        pass.stand_at(&repaired, &after);
+        pass.stand_at(&repaired, &effects, &after);
         if passes == PASSES {
             return Ok((seen, Some((repaired, after))));
         }
@@ -91,9 +91,9 @@ fn settle(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings) -> Resu
 
 /// Does the exact fit with the effects leave nothing but the stated noise?
 fn is_complete(seen: &Seen, after: &Fit, settings: &Settings) -> bool {
-    let weighted = after.estimate.residuals.iter().zip(&seen.weighted.weight).map(|(v, w)| (v * w) * (v * w));
+    let weighted = seen.weighted.squares(&after.estimate.residuals);
     seen.weighted.from == NoiseFrom::Stated
-        && chi_square_survival(weighted.sum(), after.estimate.dof as f64).is_some_and(|p| p > settings.whole())
+        && chi_square_survival(weighted, after.estimate.dof as f64).is_some_and(|p| p > settings.whole())
 }
 
 /// The strongest effects that jump where a small input changes its sign, alone and with what would then be missing.

@@ -58,7 +58,11 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
     let Some(nothing) = evidence.given(&[]) else { return Found::Nothing };
     let strongest = evidence.strongest(&nothing);
     let global = evidence.global(&nothing);
-    let significant = strongest.is_some_and(|s| s.p <= settings.names());
+    let hidden_pair = || {
+        let pairs = if evidence.has_strata() { sets::pairs(evidence, settings.indistinguishable) } else { Vec::new() };
+        evidence.hidden_pair(&pairs).is_some_and(|p| p <= settings.names())
+    };
+    let significant = strongest.is_some_and(|s| s.p <= settings.names()) || hidden_pair();
     if !significant && global.is_none_or(|p| p > settings.whole()) {
         return Found::Nothing;
     }
@@ -180,6 +184,11 @@ fn outweighs(evidence: &Evidence, set: &[usize], settings: &Settings) -> bool {
         let price: f64 = set.iter().map(|j| price(evidence, *j, settings)).sum();
         Some(left.deviance + price)
     };
+    if evidence.has_strata() {
+        // the remainder is what scatters
+        let price: f64 = set.iter().map(|j| price(evidence, *j, settings)).sum();
+        return evidence.gain(set).is_some_and(|gain| gain - price >= settings.outweighs);
+    }
     match (cost(&[]), cost(set)) {
         (Some(nothing), Some(own)) => nothing - own >= settings.outweighs,
         _ => false,
