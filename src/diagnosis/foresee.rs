@@ -168,7 +168,8 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             () if *left == 0.0 || (*left < ROUGH && has_kinks(&effect)) => Fate::Absorbed,
             () => Fate::Detectable,
         };
-        let mut shifts = if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, &independent)? };
+        let mut shifts =
+            if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, &independent)? };
         shifts.truncate(campaign.unknowns());
         let hides_in = if fate == Fate::Absorbed { hides_in(&estimate, &shifts) } else { Vec::new() };
         prospects.push(Prospect {

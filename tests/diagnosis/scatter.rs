@@ -285,7 +285,8 @@ fn a_plan_foresees_effects_beside_what_scatters() {
     let factor = v.partial_piv_lu();
     let mut compared = 0;
     for prospect in seen.prospects.iter().filter(|p| p.u.is_some() && p.left > 0.01) {
-        let all = faer::Mat::from_fn(m, 5, |i, j| if j == 4 { prospect.effect.column[i] } else { design.jacobian[(i, j)] });
+        let all =
+            faer::Mat::from_fn(m, 5, |i, j| if j == 4 { prospect.effect.column[i] } else { design.jacobian[(i, j)] });
         let normal = all.transpose() * factor.solve(&all);
         let scale: Vec<f64> = (0..5).map(|j| normal[(j, j)].sqrt()).collect();
         let scaled = faer::Mat::from_fn(5, 5, |i, j| normal[(i, j)] / scale[i] / scale[j]);
