@@ -174,7 +174,7 @@ impl Common {
             cells: Replicates::new(&fit::cells(campaign, &design, m), &system.u, estimate.dof),
             scores: NormalScores::new(studentizing.len()),
             priors: system.observed.iter().skip(readings).copied().collect(),
-            campaign: Campaign { readings: Default::default(), ..campaign.clone() },
+            campaign: campaign.with_readings(Default::default()),
             settings: *settings,
             share,
             kernel,

@@ -210,7 +210,7 @@ impl<'a> Fleet<'a> {
             let other = Shape::of(&schedule.device, layout);
             let rows = 0..shape.device.rows;
             let same = match map {
-                None => shape.same(rows.clone(), &other, rows),
+                None => shape.is_alike(&other) || shape.same(rows.clone(), &other, rows),
                 Some(map) => shape.same(map.iter().copied(), &other, rows),
             };
             if same {

@@ -186,7 +186,20 @@ impl Campaign {
 
     /// The same question about other readings.
     pub fn with_readings(&self, readings: Readings) -> Self {
-        Campaign { readings, ..self.clone() }
+        // field by field: the own readings may be many, and nobody wants a copy of them
+        Campaign {
+            readings,
+            bench: self.bench.clone(),
+            units: self.units.clone(),
+            parameters: self.parameters.clone(),
+            constraints: self.constraints.clone(),
+            derived: self.derived.clone(),
+            scatter: self.scatter.clone(),
+            identity: self.identity.clone(),
+            limits: self.limits.clone(),
+            decision: self.decision,
+            by: self.by.clone(),
+        }
     }
 
     /// Does the schedule carry any sensor value? Without one it is a schedule, to be simulated or planned.

@@ -61,6 +61,15 @@ fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {
             .in_file(path.display().to_string()));
     }
     let (campaign, source, inputs) = files::campaign_and_inputs(path)?;
+    if let Some(by) = &campaign.by {
+        return Err(wire::locate(
+            Malformed::new(Fault::Value, "closed forms are compared for one device, and this campaign is of many")
+                .expected("the readings of one device, and no \"by\"; or tumble fit, which takes each device by itself")
+                .found(format!("\"by\": \"{by}\""))
+                .at_path("by"),
+            &source,
+        ));
+    }
     let outputs = outputs(arguments)?;
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =

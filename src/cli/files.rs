@@ -89,6 +89,15 @@ pub(super) fn campaign_and_inputs(path: &Path) -> Result<(Campaign, Source, Vec<
     Ok((campaign, source, inputs))
 }
 
+/// Say that a schedule is judged or simulated as that of one device, where its campaign is of many.
+pub(super) fn one_device(campaign: &Campaign) {
+    if let Some(by) = &campaign.by {
+        super::note(&format!(
+            "note: all positions are taken as those of one device; \"by\": \"{by}\" tells devices apart in fit and diagnose only"
+        ));
+    }
+}
+
 /// Read a mission file.
 pub(super) fn mission(path: &Path) -> Result<(MissionFile, Source)> {
     let source = read(path)?;

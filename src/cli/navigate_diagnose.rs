@@ -5,7 +5,9 @@ use super::pages::Pages;
 use super::{Outcome, files};
 use crate::diagnosis::{Settings, Verdict};
 use crate::error::Result;
+use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{self, NavigationDiagnosis};
+use crate::navigate::errors::Instrument;
 use crate::report;
 use crate::wire::{self, MissionFile};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -73,6 +75,14 @@ fn repaired(file: &MissionFile, diagnosis: &NavigationDiagnosis) -> MissionFile 
     let mut file = file.clone();
     for (source, value) in diagnosis.findings.iter().filter_map(|own| Some((own.source.constant()?, own.value))) {
         file.errors.add(&source, value / source.si_per_unit());
+    }
+    for own in diagnosis.findings.iter().map(|own| own.source) {
+        let Some(walk) = own.of(&diagnosis.after).map(|value| value / own.si_per_unit()) else { continue };
+        match own {
+            Cause::RandomWalk(Instrument::Gyro) => file.errors.angle_random_walk_deg_sqrt_h = walk,
+            Cause::RandomWalk(_) => file.errors.velocity_random_walk_m_s_sqrt_h = walk,
+            _ => {}
+        }
     }
     file
 }

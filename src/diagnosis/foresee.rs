@@ -22,8 +22,7 @@ use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
 use crate::error::Result;
 use crate::estimate;
-use crate::fit;
-use crate::plan::{self, Noise};
+use crate::plan::{Independent, Noise};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
 use faer::Mat;
@@ -151,14 +150,14 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     let model = Model::new(campaign)?;
     let point = campaign.reference_point();
     let design = design::assemble(campaign, &model, &point)?;
-    let system = plan::system(campaign, &design, noise);
-    let estimate = fit::adjust_with_equations(campaign, &design, &system)?;
+    let independent = Independent::new(campaign, &design, noise);
+    let estimate = independent.adjust(campaign, &design)?;
     let (effects, tests) = effects(campaign, catalogue, &model, &design, noise)?;
-    let rows = system.u.len();
-    let weighted = Mat::from_fn(rows, effects.len(), |i, j| {
-        let value = effects.get(j).and_then(|(effect, _)| effect.column.get(i)).copied().unwrap_or_default();
-        value / system.u.get(i).copied().unwrap_or(1.0)
-    });
+    let rows = independent.u.len();
+    let mut weighted = Mat::zeros(rows, effects.len());
+    for (j, (effect, _)) in effects.iter().enumerate() {
+        weighted.col_as_slice_mut(j).copy_from_slice(&independent.white(&effect.column));
+    }
     let norm: Vec<f64> = (0..effects.len()).map(|j| weighted.col(j).norm_l2()).collect();
     let pool = Pool::new(weighted, estimate.factor.thin_q(), &vec![0.0; rows]);
     let mut prospects: Vec<Prospect> = Vec::with_capacity(effects.len());
@@ -169,7 +168,8 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             () if *left == 0.0 || (*left < ROUGH && has_kinks(&effect)) => Fate::Absorbed,
             () => Fate::Detectable,
         };
-        let mut shifts = if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, rows)? };
+        let mut shifts =
+            if fate == Fate::NotExercised { Vec::new() } else { shifts(&estimate, &effect, &independent)? };
         shifts.truncate(campaign.unknowns());
         let hides_in = if fate == Fate::Absorbed { hides_in(&estimate, &shifts) } else { Vec::new() };
         prospects.push(Prospect {
@@ -188,7 +188,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
     }
     let (mut groups, cosines) = alike(&pool, &mut prospects);
     let significance = Settings::default().significance;
-    let levels = level::single_levels(campaign, catalogue, &system, significance).ok();
+    let levels = level::single_levels(campaign, catalogue, &independent.u, significance).ok();
     let rule = match &levels {
         Some(levels) => rule(levels.tests, levels.usual, estimate.dof),
         None => {
@@ -200,7 +200,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         let Some(u) = prospect.u else { continue };
         let own = levels.as_ref().map(|levels| levels.of(&prospect.effect.regressor, prospect.effect.sensor));
         let minimal = own.map_or(rule.noncentrality, noncentrality) * u;
-        let values = prospect.effect.column.iter().zip(&system.u).map(|(c, u)| (c.abs() * minimal, u));
+        let values = prospect.effect.column.iter().zip(&independent.u).map(|(c, u)| (c.abs() * minimal, u));
         prospect.at_a_reading = values.map(|(c, u)| (c, c / u)).reduce(|a, b| if b.0 > a.0 { b } else { a });
         let sd = |k: usize| estimate.covariance[(k, k)].sqrt();
         prospect.moves = (0..campaign.unknowns())
@@ -258,10 +258,10 @@ fn apart() -> f64 {
 }
 
 /// Change of every unknown when the effect, with coefficient 1, is in the readings and not in the model.
-fn shifts(estimate: &estimate::Estimate, effect: &Candidate, rows: usize) -> Result<Vec<f64>> {
+fn shifts(estimate: &estimate::Estimate, effect: &Candidate, independent: &Independent) -> Result<Vec<f64>> {
     let mut column = effect.column.clone();
-    column.resize(rows, 0.0);
-    estimate.factor.solve(&column)
+    column.resize(independent.u.len(), 0.0);
+    estimate.factor.solve(&independent.column(column))
 }
 
 /// Parameters by how much of the effect's column they take up.

@@ -9,7 +9,6 @@ use super::{Settings, assumptions, fit_exactly};
 use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::{self, Model};
 use crate::error::Result;
-use crate::estimate::System;
 use std::collections::HashMap;
 
 /// At which level each column's own test is made.
@@ -29,17 +28,17 @@ impl SingleLevels {
     }
 }
 
-/// The levels of a diagnosis at this significance, of readings at these rows and with these standard uncertainties (`system`, as
-/// [`crate::plan::system`] makes it).
+/// The levels of a diagnosis at this significance, of readings at these rows and with these standard uncertainties of
+/// the rows' own noise.
 ///
 /// Errors: those of [`super::diagnose`].
 pub(super) fn single_levels(
     schedule: &Campaign,
     catalogue: &[Effect],
-    system: &System,
+    u: &[f64],
     significance: f64,
 ) -> Result<SingleLevels> {
-    let measured = pretended(schedule, system)?;
+    let measured = pretended(schedule, u)?;
     let assumed = assumptions::hold(&measured)?;
     let fit = fit_exactly(&assumed.campaign)?;
     let levels = Settings::at(significance);
@@ -56,12 +55,12 @@ fn alone(level: f64, tests: f64) -> f64 {
 }
 
 /// The schedule with values about the reference point that follow no pattern.
-fn pretended(schedule: &Campaign, system: &System) -> Result<Campaign> {
+fn pretended(schedule: &Campaign, u: &[f64]) -> Result<Campaign> {
     let plain = Campaign { scatter: Vec::new(), ..schedule.clone() };
     let design = design::assemble(&plain, &Model::new(&plain)?, &plain.reference_point())?;
     let mut rows: Vec<Reading> = plain.readings.rows.iter().map(Reading::unread).collect();
     for (i, (origin, predicted)) in design.rows.iter().zip(&design.predicted).enumerate() {
-        let u = system.u.get(i).copied().unwrap_or(1.0);
+        let u = u.get(i).copied().unwrap_or(1.0);
         // angles that never repeat, twice: near enough to normal, and no sequence of positions has it
         let x = i as f64 + 1.0;
         let off = (2.4 * x * x.sqrt()).sin() + (1.7 * x * x).cos();

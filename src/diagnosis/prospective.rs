@@ -7,7 +7,7 @@ use crate::campaign::{Campaign, JointState, Kind, Reading, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate;
-use crate::plan::{self, Noise};
+use crate::plan::{Independent, Noise};
 use crate::simulate::Regressor;
 use faer::Mat;
 use std::collections::HashMap;
@@ -34,14 +34,14 @@ pub(super) fn effects(
         }
     }
     let tilted = design::assemble(campaign, model, &point)?;
-    let system = plan::system(campaign, &tilted, noise);
-    let estimate = estimate::adjust(&system, &estimate::Settings::default())?;
+    let independent = Independent::new(campaign, &tilted, noise);
+    let estimate = estimate::adjust(&independent.system, &estimate::Settings::default())?;
     let all = columns(campaign, catalogue, model, &tilted)?;
-    let rows = system.u.len();
-    let matrix = Mat::from_fn(rows, all.len(), |i, j| {
-        let value = all.get(j).and_then(|(effect, _)| effect.column.get(i)).copied().unwrap_or_default();
-        value / system.u.get(i).copied().unwrap_or(1.0)
-    });
+    let rows = independent.u.len();
+    let mut matrix = Mat::zeros(rows, all.len());
+    for (j, (effect, _)) in all.iter().enumerate() {
+        matrix.col_as_slice_mut(j).copy_from_slice(&independent.white(&effect.column));
+    }
     // columns of one direction have one score against numbers of no pattern, and chance does not repeat nine digits
     let patternless: Vec<f64> = (0..rows).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
     let pool = Pool::new(matrix, estimate.factor.thin_q(), &patternless);

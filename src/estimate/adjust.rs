@@ -5,6 +5,7 @@ use super::compress::Compressed;
 use super::condition::condition;
 use super::factor::Factor;
 use super::groups::ScaleHints;
+use super::refine::Refined;
 use super::{Group, Settings, System, groups, refine};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -162,6 +163,9 @@ fn is_alone(system: &System, count: usize) -> bool {
     count == 1 && !system.group.contains(&Group::Known)
 }
 
+/// Up to so many rows compressing them costs more than it saves.
+const FEW: usize = 64;
+
 /// The unknowns alone, as a step towards them needs them.
 #[derive(Debug, Clone)]
 pub struct Solution {
@@ -184,6 +188,19 @@ pub struct Solution {
 pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Solution> {
     system.check()?;
     let count = groups::count(&system.group);
+    if (count == 0 || is_alone(system, count)) && system.observed.len() <= FEW {
+        // so few rows are factorised as they are
+        let weight = system.u.iter().map(|u| 1.0 / u).collect();
+        let factor = Factor::new(system.rows.as_ref(), weight, system.observed.len(), settings.rank_tolerance)?;
+        let found = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements.min(1));
+        let finite = found.solution.iter().chain(&found.residuals).all(|value| value.is_finite());
+        let (rank, group_scale) = (factor.rank(), vec![1.0; count]);
+        let Refined { solution, residuals, .. } = found;
+        return match finite {
+            true => Ok(Solution { solution, rank, residuals, group_scale, group_converged: true }),
+            false => Err(out_of_range()),
+        };
+    }
     let compressed = Compressed::new(system, count);
     let scales = if count == 0 || is_alone(system, count) {
         groups::Scales { scale: vec![None; count], iterations: 0, converged: true }

@@ -12,13 +12,13 @@ pub(super) fn condition(r: &Mat<f64>) -> Option<f64> {
         return None;
     }
     // rows instead of columns: the same singular values, and the rows of a pivoted triangle are nearer to orthogonal
-    let mut columns: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| r[(i, j)]).collect()).collect();
+    let mut entries: Vec<f64> = (0..n).flat_map(|i| (0..n).map(move |j| r[(i, j)])).collect();
     for _ in 0..30 {
         let mut largest_cosine = 0.0_f64;
         for j in 1..n {
-            let (left, right) = columns.split_at_mut(j);
-            let b = &mut right[0];
-            for a in left {
+            let (left, right) = entries.split_at_mut(j * n);
+            let Some(b) = right.get_mut(..n) else { continue };
+            for a in left.chunks_exact_mut(n) {
                 largest_cosine = largest_cosine.max(orthogonalise(a, b));
             }
         }
@@ -26,7 +26,7 @@ pub(super) fn condition(r: &Mat<f64>) -> Option<f64> {
             break;
         }
     }
-    let norms = columns.iter().map(|column| dot(column, column).sqrt());
+    let norms = entries.chunks_exact(n).map(|column| dot(column, column).sqrt());
     let (least, most) = norms.fold((f64::INFINITY, 0.0_f64), |(least, most), s| (least.min(s), most.max(s)));
     (least > 0.0).then(|| most / least)
 }
@@ -39,8 +39,9 @@ fn orthogonalise(a: &mut [f64], b: &mut [f64]) -> f64 {
         return 0.0;
     }
     let zeta = (bb - aa) / (2.0 * ab);
-    let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-    let c = t.hypot(1.0).recip();
+    // an infinite square is a rotation by nothing
+    let t = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
+    let c = (1.0 + t * t).sqrt().recip();
     let s = c * t;
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = (c * *a - s * *b, s * *a + c * *b);

@@ -4,6 +4,7 @@
 //! that leverages and projections cost one pass. See G. H. Golub, C. F. Van Loan, Matrix Computations, 5.4-5.5.
 
 use super::basis::{self, Coupling, Dependence};
+use super::small_qr;
 use crate::error::{Fault, Malformed, Result};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::matmul::matmul;
@@ -314,6 +315,9 @@ const BLOCK: usize = 512;
 pub(super) fn pivoted_qr(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pivoted {
     let (m, k) = (scaled.nrows(), active.len());
     let size = m.min(k);
+    if m * k <= small_qr::MOST {
+        return small_qr::pivoted(scaled, active, tolerance);
+    }
     let mut work = Mat::zeros(m, k);
     for (l, &j) in active.iter().enumerate() {
         work.col_as_slice_mut(l).copy_from_slice(scaled.col_as_slice(j));

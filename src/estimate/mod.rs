@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
+//! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `compress.rs` | each group's rows as a triangle that says the same |
@@ -39,6 +40,7 @@ mod groups;
 mod inequalities;
 mod refine;
 pub mod scatter;
+mod small_qr;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};

@@ -3,8 +3,8 @@
 use super::cause::{self, Cause};
 use super::changing::Columns;
 use super::diagnose::Gap;
-use super::errors::ImuErrors;
-use super::measured::{CHANNELS, Measured};
+use super::errors::{ImuErrors, Source};
+use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::search::dot;
 use super::signatures;
@@ -12,6 +12,7 @@ use super::whiten::whiten;
 use crate::diagnosis::{NoiseFrom, Settings};
 use crate::error::{Fault, Malformed, Result};
 use crate::uncertainty::quantiles::chi_square_survival;
+use std::rc::Rc;
 
 /// An error that even at its largest admissible size stays below so many standard deviations cannot be seen.
 const UNSEEN: f64 = 5.0;
@@ -19,15 +20,22 @@ const UNSEEN: f64 = 5.0;
 const LEFT_OUT: f64 = 1e7;
 /// Size of a finite difference, in standard deviations of all values together.
 const DIFFERENCE: f64 = 30.0;
+/// but standard deviations no smaller than these (rad, m/s, m), beside which the simulation's rounding is nothing.
+const ROUNDED: Channels = [1e-9, 1e-9, 1e-9, 1e-5, 1e-5, 1e-2, 1e-2];
 
 /// One question, and what is common to all passes.
+#[derive(Clone)]
 pub(super) struct Case<'a> {
     pub mission: &'a Mission,
     pub measured: &'a Measured,
     pub causes: Vec<Cause>,
-    pub columns: Columns,
+    pub columns: Rc<Columns>,
     /// The columns of all causes.
-    pub raw: Vec<Vec<f64>>,
+    pub raw: Rc<Vec<Vec<f64>>>,
+    /// Errors around which the columns are the derivatives,
+    pub around: ImuErrors,
+    /// and the full simulation of them.
+    pub there: Rc<Vec<f64>>,
     pub values: Vec<f64>,
     pub channel: Vec<usize>,
     pub from: NoiseFrom,
@@ -66,13 +74,77 @@ impl<'a> Case<'a> {
             mission,
             measured,
             causes,
-            columns,
-            raw,
+            columns: Rc::new(columns),
+            raw: Rc::new(raw),
+            around: mission.errors,
+            there: Rc::new(signatures::prediction(mission, measured, &mission.errors)),
             values: measured.cells().map(|cell| cell.value).collect(),
             channel: measured.cells().map(|cell| cell.channel).collect(),
             from: if stated { NoiseFrom::Stated } else { NoiseFrom::Residuals },
             settings: *settings,
         })
+    }
+
+    /// The same question with the columns of errors around others than the mission's; `None` where those cannot be flown.
+    pub fn around(&self, errors: &ImuErrors, u: &[f64]) -> Option<Case<'a>> {
+        let steps: Vec<f64> =
+            Source::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
+        let there = signatures::prediction(self.mission, self.measured, errors);
+        let columns = self.columns.around(self.mission, self.measured, errors, &steps);
+        let raw: Vec<Vec<f64>> = self.causes.iter().map(|cause| columns.of(cause)).collect();
+        if there.iter().chain(raw.iter().flatten()).any(|v| !v.is_finite()) {
+            return None;
+        }
+        let (columns, raw, there) = (Rc::new(columns), Rc::new(raw), Rc::new(there));
+        Some(Case { columns, raw, there, around: *errors, ..self.clone() })
+    }
+
+    /// The question of the first rows alone, which `early` holds: `kept` says which values those are.
+    pub fn until<'b>(&self, early: &'b Measured, kept: &[bool]) -> Case<'b>
+    where
+        'a: 'b,
+    {
+        let cut = |values: &[f64]| -> Vec<f64> {
+            values.iter().zip(kept).filter(|(_, kept)| **kept).map(|(value, _)| *value).collect()
+        };
+        let channel = self.channel.iter().zip(kept).filter(|(_, kept)| **kept).map(|(channel, _)| *channel);
+        Case {
+            mission: self.mission,
+            measured: early,
+            causes: self.causes.clone(),
+            columns: self.columns.clone(),
+            raw: Rc::new(self.raw.iter().map(|column| cut(column)).collect()),
+            around: self.around,
+            there: Rc::new(cut(&self.there)),
+            values: cut(&self.values),
+            channel: channel.collect(),
+            from: self.from,
+            settings: self.settings,
+        }
+    }
+
+    /// Size of a finite difference by a constant error.
+    fn step(&self, cause: &Cause, u: &[f64]) -> f64 {
+        let u = u.iter().zip(&self.channel).map(|(u, channel)| u.max(ROUNDED.get(*channel).copied().unwrap_or(0.0)));
+        let norm = self.raw_of(cause).iter().zip(u).map(|(c, u)| (c / u) * (c / u)).sum::<f64>().sqrt();
+        (DIFFERENCE / norm.max(1e-300)).min(1e-3 * cause.limit())
+    }
+
+    /// How far the columns are from the full simulation of some errors, `predicted`: the length of what they miss in standard deviations, and
+    /// its share of what the errors do.
+    pub fn bent(&self, errors: &ImuErrors, predicted: &[f64], u: &[f64]) -> (f64, f64) {
+        let moved: Vec<f64> = predicted.iter().zip(self.there.iter()).map(|(a, b)| a - b).collect();
+        let mut missed = moved.clone();
+        for (source, column) in Source::catalogue().iter().zip(self.raw.iter()) {
+            let by = source.of(errors) - source.of(&self.around);
+            if by != 0.0 {
+                missed.iter_mut().zip(column).for_each(|(slot, c)| *slot -= by * c);
+            }
+        }
+        let mut both = [missed, moved];
+        self.weigh(u, &[], &mut both);
+        let [missed, moved] = both.map(|column| dot(&column, &column).sqrt());
+        (missed, missed / moved.max(f64::MIN_POSITIVE))
     }
 
     /// Stated standard uncertainties; where there are none, the gap's own size.
@@ -128,8 +200,7 @@ impl<'a> Case<'a> {
                 steps.push(0.0);
                 continue;
             }
-            let norm = self.raw_of(cause).iter().zip(u).map(|(c, u)| (c / u) * (c / u)).sum::<f64>().sqrt();
-            let step = (DIFFERENCE / norm.max(1e-300)).min(1e-3 * cause.limit());
+            let step = self.step(cause, u);
             let mut moved = values.to_vec();
             moved.get_mut(k).into_iter().for_each(|value| *value += step);
             flights.push(self.with(causes, &moved));
@@ -162,12 +233,19 @@ impl<'a> Case<'a> {
 
     /// Weigh columns: divided by `u`, random walks taken out; cells that are left out weigh nothing.
     pub fn weigh(&self, u: &[f64], out: &[usize], columns: &mut [Vec<f64>]) {
-        if out.is_empty() {
-            return whiten(self.measured, &self.columns.walks, u, columns);
-        }
+        whiten(self.measured, &self.columns.walks, &self.without(u, out), columns);
+    }
+
+    /// By how much the logarithms of the innovations' variances exceed those without random walks, summed.
+    pub fn spread(&self, u: &[f64], out: &[usize]) -> f64 {
+        whiten(self.measured, &self.columns.walks, &self.without(u, out), &mut [])
+    }
+
+    /// Standard uncertainties with which cells that are left out weigh nothing.
+    pub fn without(&self, u: &[f64], out: &[usize]) -> Vec<f64> {
         let mut u = u.to_vec();
         out.iter().for_each(|at| u.get_mut(*at).into_iter().for_each(|u| *u *= LEFT_OUT));
-        whiten(self.measured, &self.columns.walks, &u, columns);
+        u
     }
 
     /// `measured - predicted`.

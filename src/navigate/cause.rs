@@ -1,7 +1,7 @@
 //! What can be behind a gap between measured and predicted navigation errors: constant errors of the unit and the start, errors that change
-//! in time, faults of the reference, single values.
+//! in time, random walks, faults of the reference, single values.
 
-use super::errors::{Instrument, Kind, Source};
+use super::errors::{ImuErrors, Instrument, Kind, Source};
 use super::measured::{CHANNEL_NAMES, CHANNELS, si_per_unit};
 
 /// How an error of the unit changes in time.
@@ -22,6 +22,8 @@ pub enum Cause {
     Constant(Source),
     /// A bias that changes in time.
     Changing(Source, Change),
+    /// A random walk of the gyros or the accelerometers, the same on each axis, that the mission does not state.
+    RandomWalk(Instrument),
     /// The reference is wrong in one channel: by a constant (`None`), or by what changes in time.
     Reference(usize, Option<Change>),
     /// One value is wrong: the number of its row (from 1, runs after one another), its channel, and its place among all values.
@@ -88,6 +90,8 @@ impl Cause {
         match self {
             Cause::Constant(source) => source.id(),
             Cause::Changing(source, change) => format!("{}:{}", source.id(), change.id()),
+            Cause::RandomWalk(Instrument::Gyro) => "angle_random_walk".into(),
+            Cause::RandomWalk(_) => "velocity_random_walk".into(),
             Cause::Reference(channel, None) => format!("reference:{}", column(*channel)),
             Cause::Reference(channel, Some(change)) => format!("reference:{}:{}", column(*channel), change.id()),
             Cause::Reading { row, .. } => format!("reading:{row}"),
@@ -99,6 +103,8 @@ impl Cause {
         match self {
             Cause::Constant(source) => name(source),
             Cause::Changing(source, change) => format!("{}, {}", name(source), change.in_words()),
+            Cause::RandomWalk(Instrument::Gyro) => "angle random walk of the gyros, the same on each axis".into(),
+            Cause::RandomWalk(_) => "velocity random walk of the accelerometers, the same on each axis".into(),
             Cause::Reference(2, None) => "heading offset of the reference".into(),
             Cause::Reference(channel, None) => format!("offset of the reference in {}", column(*channel)),
             Cause::Reference(channel, Some(Change::Ramp)) => format!("drift of the reference in {}", column(*channel)),
@@ -114,6 +120,8 @@ impl Cause {
         let (unit, change) = match self {
             Cause::Constant(source) => (source.unit(), None),
             Cause::Changing(source, change) => (source.unit(), Some(*change)),
+            Cause::RandomWalk(Instrument::Gyro) => ("deg/sqrt(h)", None),
+            Cause::RandomWalk(_) => ("(m/s)/sqrt(h)", None),
             Cause::Reference(channel, change) => (channel_unit(*channel), *change),
             Cause::Reading { channel, .. } => (channel_unit(*channel), None),
         };
@@ -129,6 +137,8 @@ impl Cause {
         let (si, change) = match self {
             Cause::Constant(source) => (source.si_per_unit(), None),
             Cause::Changing(source, change) => (source.si_per_unit(), Some(*change)),
+            Cause::RandomWalk(Instrument::Gyro) => (1f64.to_radians() / 60.0, None),
+            Cause::RandomWalk(_) => (1.0 / 60.0, None),
             Cause::Reference(channel, change) => (si_per_unit(*channel), *change),
             Cause::Reading { channel, .. } => (si_per_unit(*channel), None),
         };
@@ -142,7 +152,7 @@ impl Cause {
             // over an hour
             Cause::Changing(source, Change::Ramp) => source.limit() / 3600.0,
             Cause::Changing(source, _) => source.limit(),
-            Cause::Reference(..) | Cause::Reading { .. } => f64::INFINITY,
+            Cause::RandomWalk(_) | Cause::Reference(..) | Cause::Reading { .. } => f64::INFINITY,
         }
     }
 
@@ -150,6 +160,16 @@ impl Cause {
     pub fn constant(&self) -> Option<Source> {
         match self {
             Cause::Constant(source) => Some(*source),
+            _ => None,
+        }
+    }
+
+    /// Its value in the errors of a mission, SI; `None` where those do not hold it.
+    pub fn of(&self, errors: &ImuErrors) -> Option<f64> {
+        match self {
+            Cause::Constant(source) => Some(source.of(errors)),
+            Cause::RandomWalk(Instrument::Gyro) => Some(errors.gyro.random_walk),
+            Cause::RandomWalk(_) => Some(errors.accelerometer.random_walk),
             _ => None,
         }
     }
@@ -167,6 +187,7 @@ impl Cause {
             Cause::Reference(_, None) => 3.5,
             Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)) => 4.0,
             Cause::Changing(..) | Cause::Reference(..) => 5.0,
+            Cause::RandomWalk(_) => 4.0,
             Cause::Reading { .. } => 0.0,
         }
     }

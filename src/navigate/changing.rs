@@ -10,10 +10,10 @@
 //! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on.
 
 use super::cause::{Cause, Change};
-use super::errors::{Kind, Source};
-use super::measured::{CHANNELS, Channels, Measured};
+use super::errors::{ImuErrors, Kind, Source};
+use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
-use super::signatures::{Instant, instants, motion, times};
+use super::signatures::{Instant, instants, motion, predicted_together, times};
 use nalgebra::{SMatrix, SVector};
 
 type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
@@ -43,33 +43,73 @@ struct Run {
     carried: Vec<Vec<Vector>>,
 }
 
+impl Run {
+    fn new(
+        mission: &Mission,
+        run: &measured::Run,
+        own: &[f64],
+        sources: &[Source],
+        instants: impl Fn(&[f64]) -> Vec<Instant>,
+    ) -> Run {
+        let end = own.last().copied().unwrap_or_default();
+        let step = (mission.duration() / GRID).max(2.0 * mission.step);
+        let count = (end / step).ceil().max(1.0) as usize;
+        let grid: Vec<f64> = (0..=count).map(|k| (k as f64 * step).min(end)).collect();
+        // both lists are in rising order; one pass serves both
+        let mut union: Vec<(f64, bool)> =
+            own.iter().map(|time| (*time, true)).chain(grid.iter().map(|time| (*time, false))).collect();
+        union.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all: Vec<f64> = union.iter().map(|(time, _)| *time).collect();
+        let (mut at_rows, mut on_grid) = (Vec::new(), Vec::new());
+        for ((_, is_row), instant) in union.iter().zip(instants(&all)) {
+            if *is_row { at_rows.push(instant) } else { on_grid.push(instant) }
+        }
+        let carried = biases(sources).map(|j| on_grid.iter().map(|own| carried(own, j)).collect()).collect();
+        let rows = run.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect();
+        Run { rows, at_rows, grid, carried }
+    }
+}
+
 impl Columns {
     pub fn new(mission: &Mission, measured: &Measured) -> Columns {
         let sources = Source::catalogue();
         let (mut runs, mut walks) = (Vec::new(), Vec::new());
         for (run, own) in measured.runs.iter().zip(times(measured)) {
-            let end = own.last().copied().unwrap_or_default();
-            let step = (mission.duration() / GRID).max(2.0 * mission.step);
-            let count = (end / step).ceil().max(1.0) as usize;
-            let grid: Vec<f64> = (0..=count).map(|k| (k as f64 * step).min(end)).collect();
-            // both lists are in rising order; one pass serves both
-            let mut union: Vec<(f64, bool)> =
-                own.iter().map(|time| (*time, true)).chain(grid.iter().map(|time| (*time, false))).collect();
-            union.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let all: Vec<f64> = union.iter().map(|(time, _)| *time).collect();
-            let found = instants(mission, motion(mission, run.motion), &all);
-            let (mut at_rows, mut on_grid) = (Vec::new(), Vec::new());
-            for ((_, is_row), instant) in union.iter().zip(found) {
-                if *is_row { at_rows.push(instant) } else { on_grid.push(instant) }
-            }
-            let carried = biases(&sources).map(|j| on_grid.iter().map(|own| carried(own, j)).collect()).collect();
-            let rows = run.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect();
+            let own = Run::new(mission, run, &own, &sources, |all| instants(mission, motion(mission, run.motion), all));
             if mission.errors.is_noisy() {
-                walks.push(at_rows.clone());
+                walks.push(own.at_rows.clone());
             }
-            runs.push(Run { rows, at_rows, grid, carried });
+            runs.push(own);
         }
         Columns { runs, walks, sources }
+    }
+
+    /// The same around other errors than none: differences of the full simulation by a step of each source.
+    pub fn around(&self, mission: &Mission, measured: &Measured, errors: &ImuErrors, steps: &[f64]) -> Columns {
+        let mut flights = vec![*errors];
+        for (source, step) in self.sources.iter().zip(steps) {
+            let mut moved = *errors;
+            source.set(&mut moved, source.of(errors) + step);
+            flights.push(moved);
+        }
+        let mut runs = Vec::new();
+        for (run, own) in measured.runs.iter().zip(times(measured)) {
+            runs.push(Run::new(mission, run, &own, &self.sources, |all| {
+                let flown = predicted_together(mission, motion(mission, run.motion), &flights, all);
+                let Some((base, others)) = flown.split_first() else { return Vec::new() };
+                let derivative = |row: usize, base: &Channels| -> Vec<Channels> {
+                    let one = |(moved, step): (&Vec<Channels>, &f64)| {
+                        let moved = moved.get(row).copied().unwrap_or(*base);
+                        std::array::from_fn(|c| (moved[c] - base[c]) / step)
+                    };
+                    others.iter().zip(steps).map(one).collect()
+                };
+                let one =
+                    |(row, base)| Instant { signatures: derivative(row, base), walk: [[0.0; CHANNELS]; CHANNELS] };
+                base.iter().enumerate().map(one).collect()
+            }));
+        }
+        Columns { runs, walks: self.walks.clone(), sources: self.sources.clone() }
     }
 
     /// The column of a cause: SI of the channel per SI of the cause, all runs after one another.
@@ -87,7 +127,8 @@ impl Columns {
                     let one = |time: f64| std::array::from_fn(|c| if c == *channel { value(time) } else { 0.0 });
                     run.rows.iter().map(|(time, _)| one(*time)).collect()
                 }
-                Cause::Reading { .. } => vec![[0.0; CHANNELS]; run.rows.len()],
+                // a random walk has no column: it is of the noise
+                Cause::RandomWalk(_) | Cause::Reading { .. } => vec![[0.0; CHANNELS]; run.rows.len()],
             };
             for ((_, measured), value) in run.rows.iter().zip(values) {
                 column.extend(value.iter().zip(measured).filter(|(_, measured)| **measured).map(|(value, _)| *value));

@@ -1,8 +1,7 @@
 //! From a walk that has ended to a diagnosis.
 
-use super::cause::{Cause, Change};
-use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
-use super::measured::CHANNEL_NAMES;
+use super::cause::Cause;
+use super::diagnose::{Finding, NavigationDiagnosis, Suspect, Unexplained};
 use super::refine::{State, Walk};
 use super::remainder::Remainder;
 use super::search::dot;
@@ -11,18 +10,15 @@ use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::Result;
 use crate::uncertainty::quantiles::normal_survival;
 
-/// Another cause that fits worse by no more than this, in variances of the noise, cannot be told here.
-const ALIKE: f64 = 9.0;
-
 impl Walk<'_> {
     pub fn conclude(self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
-        let case = self.case;
+        let case = &self.case;
         let u = self.u;
         let complete = self.is_complete(state);
         let left = case.left(&state.flown.predicted);
         let before = case.gap(gap, u, &[], 0);
         let after = case.gap(&left, u, &state.out, state.set.len());
-        let nothing = state.set.is_empty() && state.out.is_empty();
+        let nothing = state.set.is_empty() && state.out.is_empty() && self.wander.is_none();
         let verdict = match (complete, nothing) {
             _ if case.values.len() < 3 => Verdict::NotDiagnosable,
             (true, true) => Verdict::NothingMissing,
@@ -95,7 +91,7 @@ impl Walk<'_> {
     }
 
     fn findings(&self, state: &State, gap: &[f64]) -> Vec<Finding> {
-        let case = self.case;
+        let case = &self.case;
         let linear = self.linear(state);
         let set: Vec<usize> =
             state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
@@ -128,6 +124,21 @@ impl Walk<'_> {
         }
         let cells: Vec<_> = case.measured.cells().collect();
         let left = case.left(&state.flown.predicted);
+        if let Some(wander) = self.wander {
+            // against the values' own noise, without any walk
+            let square = |values: &[f64]| values.iter().zip(self.u).map(|(v, u)| (v / u) * (v / u)).sum::<f64>();
+            let t = wander.gain.max(0.0).sqrt();
+            findings.push(Finding {
+                source: wander.cause(),
+                value: wander.density,
+                u: Some(wander.u),
+                t,
+                p: p_of(t, tests),
+                explains: ((square(&left) - rss) / square(gap).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
+                aliases: Vec::new(),
+                separate_by: Vec::new(),
+            });
+        }
         for at in &state.out {
             let (Some(cell), Some(value)) = (cells.get(*at), left.get(*at)) else { continue };
             let u = self.u.get(*at).copied().unwrap_or(1.0);
@@ -144,40 +155,5 @@ impl Walk<'_> {
             });
         }
         findings
-    }
-
-    fn aliases(&self, linear: &super::refine::Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
-        let own = set.get(place).and_then(|j| linear.causes.get(*j));
-        let rivals = linear.products.rivals(set, place, ALIKE * scale * scale);
-        let one = |(j, excess, exact): (usize, f64, bool)| -> Option<Alias> {
-            let source = *linear.causes.get(j)?;
-            let mut other = set.to_vec();
-            *other.get_mut(place)? = j;
-            let value = linear.products.solve(&other).map(|solved| solved.values[place] / linear.norms[j]);
-            let absurd = value.is_some_and(|value| self.case.is_absurd(&source, value));
-            let excess = (excess / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
-            Some(Alias { source, value, exact, excess, absurd, together_with: None })
-        };
-        let mut aliases: Vec<Alias> = rivals.into_iter().filter_map(one).collect();
-        // of the many times of one step the best speaks for all, and none beside the time that was found
-        let step = |cause: &Cause| match cause {
-            Cause::Changing(source, Change::Step(_)) => Some(source.id()),
-            Cause::Changing(source, Change::WarmUp(_)) => Some(format!("{} warm-up", source.id())),
-            Cause::Reference(channel, Some(Change::Step(_))) => CHANNEL_NAMES.get(*channel).map(|s| (*s).to_string()),
-            _ => None,
-        };
-        aliases.sort_by(|a, b| a.excess.total_cmp(&b.excess));
-        let mut seen: Vec<String> = own.and_then(step).into_iter().collect();
-        aliases.retain(|alias| match step(&alias.source) {
-            Some(name) if seen.contains(&name) => false,
-            Some(name) => {
-                seen.push(name);
-                true
-            }
-            None => true,
-        });
-        let order = |a: &Alias| (a.absurd, !a.exact, a.source.rank() as u8);
-        aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(a.excess.total_cmp(&b.excess)));
-        aliases
     }
 }

@@ -7,22 +7,24 @@
 //! Causes ([`super::cause`]) are constant errors of the unit and the start, biases that change in time (ramp, step, warm-up), faults of the
 //! reference (offset, drift, step) and single values. The smallest set that leaves noise is looked for (`search.rs`): each cause must be beyond
 //! chance among all that were tried, the others given. Errors enter a navigator not quite linearly: every set is refined by Gauss-Newton on
-//! the full simulation, with derivatives by differences of it (`refine.rs`), and looked at again from there. The walk begins from nothing and,
-//! where that does not end simply and completely, from the biases that every unit has. Random walks that the mission states are whitened
-//! away (`whiten.rs`). Known errors of the mission are the current model: what is found is a change of them.
+//! the full simulation, with derivatives by differences of it (`refine.rs`), and looked at again from there (`walk.rs`). If no single cause will
+//! do, the walk begins with all biases that a unit has, fitted together and then pruned; where the gap is large, fitted to the first rows
+//! before the later ones, and with columns made anew around them. Then, where fewer causes of another kind may do, from nothing. Random walks
+//! that the mission states are whitened away (`whiten.rs`); one that it does not state is looked for where nothing else fits (`wander.rs`).
+//! Known errors of the mission are the current model: what is found is a change of them.
 //!
-//! The search is one of its own, beside that of `tumble diagnose` for campaigns. Deliberately absent: random walks that the mission does not
-//! state. They come out as unexplained.
+//! The search is one of its own, beside that of `tumble diagnose` for campaigns: each of its sets is flown, and the columns move with it.
+//! Deliberately absent: biases that walk at random (rate random walk). They come out as unexplained.
 
 use super::case::Case;
 use super::cause::Cause;
 use super::errors::{ImuErrors, Source};
 use super::measured::{Cell, Measured};
 use super::mission::Mission;
-use super::refine::{self, Walk};
+use super::refine::Walk;
 use super::remainder::{self, ChannelGap, Course};
 use super::separate::Separation;
-use super::signatures;
+use super::walk;
 use crate::diagnosis::{NoiseFrom, Settings, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 
@@ -177,15 +179,14 @@ pub fn diagnose_with(
             .expected("errors with which the mission can be flown")
     };
     let case = Case::new(mission, measured, settings)?;
-    let gap = case.left(&signatures::prediction(mission, measured, &mission.errors));
+    let gap = case.left(&case.there);
     if gap.iter().any(|v| !v.is_finite()) {
         return Err(over_a_pole());
     }
     let mut u = case.first_u(&gap);
     for round in 0..ROUNDS {
-        let (penalty, distinct) = refine::penalty(&case, &u);
-        let (seen, flights) = (Vec::new(), 0);
-        let mut walk = Walk { case: &case, u: &u, penalty, distinct, seen, flights, progress: &mut *progress };
+        let tests = walk::penalty(&case, &u);
+        let mut walk = Walk::new(case.clone(), &u, tests, &mut *progress);
         let state = walk.run().ok_or_else(over_a_pole)?;
         if case.from == NoiseFrom::Residuals && round + 1 < ROUNDS {
             let better = case.u_of(&case.left(&state.flown.predicted), state.set.len(), &gap);
@@ -193,6 +194,22 @@ pub fn diagnose_with(
                 u = better;
                 continue;
             }
+        }
+        let Some(wander) = walk.wander(&state) else { return walk.conclude(&state, &gap) };
+        // the same question of a mission that states the random walk
+        let stated = wander.stated(mission);
+        let cost = walk.is_complete(&state).then(|| walk.score(&state) + case.spread(&u, &state.out));
+        let with = Case::new(&stated, measured, settings)?;
+        let mut other = Walk::new(with.clone(), &u, tests, &mut *walk.progress);
+        other.wander = Some(wander);
+        if let Some(found) = other.run()
+            && other.is_complete(&found)
+            && cost.is_none_or(|cost| other.score_of_all(&found) < cost)
+        {
+            let diagnosis = other.conclude(&found, &gap)?;
+            let before = case.gap(&gap, &u, &[], 0);
+            let [_, after] = diagnosis.gap;
+            return Ok(NavigationDiagnosis { before: mission.errors, gap: [before, after], ..diagnosis });
         }
         return walk.conclude(&state, &gap);
     }

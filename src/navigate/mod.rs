@@ -12,13 +12,15 @@
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | [`cause`], `changing` | what can be behind a gap, and what it does |
-//! | `search`, `refine` | a few of many columns by inner products; sets of causes refined on the full simulation |
-//! | [`diagnose`] (`case`, `conclude`), [`separate`], [`remainder`] | the diagnosis, motions that would tell aliases apart, what is left |
+//! | `search`, `refine` (`sharpen`, `single`), `walk` | a few of many columns by inner products; sets of causes refined on the full simulation; both in turn |
+//! | `wander` | a random walk that the mission does not state |
+//! | [`diagnose`] (`case`, `conclude`, `aliases`), [`separate`], [`remainder`] | the diagnosis, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
 //! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
 
+mod aliases;
 pub mod carry;
 mod case;
 pub mod cause;
@@ -40,7 +42,11 @@ pub mod remainder;
 pub mod run;
 mod search;
 pub mod separate;
+mod sharpen;
 pub mod signatures;
+mod single;
 pub mod study;
 pub mod vector;
+mod walk;
+mod wander;
 mod whiten;

@@ -12,7 +12,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 /// A column so near the span of others is none of its own: share of its square that is left.
-const INDEPENDENT: f64 = 1e-7;
+pub(super) const INDEPENDENT: f64 = 1e-7;
 
 /// Inner products of columns (weighted, of unit norm) with each other and with a residual.
 pub(super) struct Products {
@@ -72,13 +72,19 @@ impl Products {
 
     /// Least squares of a set; `None` where its columns are not independent.
     pub fn solve(&self, set: &[usize]) -> Option<Solved> {
+        self.damped(set, 0.0)
+    }
+
+    /// The same with so much added to the square of each column (Levenberg and Marquardt's step); what is left is that of the linear model.
+    pub fn damped(&self, set: &[usize], damping: f64) -> Option<Solved> {
         let m = set.len();
         // Cholesky, then the inverse column by column
         let mut l = vec![vec![0.0; m]; m];
         for a in 0..m {
             for b in 0..=a {
                 let sum: f64 = (0..b).map(|k| l[a][k] * l[b][k]).sum();
-                let own = self.product(set[a], set[b]) - sum;
+                let more = if a == b { damping * self.product(set[a], set[a]) } else { 0.0 };
+                let own = self.product(set[a], set[b]) + more - sum;
                 if a == b {
                     if !(own > INDEPENDENT * self.product(set[a], set[a])) {
                         return None;
@@ -195,6 +201,44 @@ impl Products {
         let found = found.map(|(j, gain)| (j, solved.rss - gain - with.rss));
         let near = found.filter(|(j, worse)| *worse <= excess && self.handicap[*j].is_finite());
         near.map(|(j, worse)| (j, worse, self.product(*own, j).abs() > 1.0 - 1e-6)).collect()
+    }
+
+    /// Pairs of these columns that could stand in two places of a set together, and how much worse they fit; at most `excess`. Of two columns the
+    /// one nearer to the first place's stands first. With scores `s` and cosines `g` outside the others,
+    /// `drop = (s_a^2 + s_b^2 - 2 g s_a s_b) / (1 - g^2)`.
+    pub fn pairs(&self, set: &[usize], places: [usize; 2], excess: f64, among: &[usize]) -> Vec<(usize, usize, f64)> {
+        let others: Vec<usize> = set.iter().enumerate().filter(|(k, _)| !places.contains(k)).map(|(_, j)| *j).collect();
+        let (Some(with), Some(solved)) = (self.solve(set), self.solve(&others)) else { return Vec::new() };
+        let [Some(first), Some(second)] = places.map(|place| set.get(place).copied()) else { return Vec::new() };
+        // of each column what the others leave, and its score
+        let one = |j: &usize| {
+            let own = self.product(*j, *j);
+            let along: Vec<f64> = others.iter().map(|k| self.product(*k, *j)).collect();
+            let taken: Vec<f64> = solved.inverse.iter().map(|row| dot(row, &along)).collect();
+            let left = own - dot(&along, &taken);
+            let usable = own > 0.0 && left > INDEPENDENT * own && self.handicap.get(*j).is_some_and(|h| h.is_finite());
+            let score = self.along.get(*j)? - dot(&along, &solved.values);
+            usable.then(|| (*j, along, taken, left.sqrt(), score / left.sqrt()))
+        };
+        let usable: Vec<_> = among.iter().filter(|j| !set.contains(j)).filter_map(one).collect();
+        let mut found = Vec::new();
+        for (k, (a, along, _, norm, score)) in usable.iter().enumerate() {
+            for (b, _, taken, size, other) in usable.iter().skip(k + 1) {
+                let cosine = (self.product(*a, *b) - dot(along, taken)) / (norm * size);
+                let sine = 1.0 - cosine * cosine;
+                if !(sine > INDEPENDENT) {
+                    continue;
+                }
+                let drop = (score * score + other * other - 2.0 * cosine * score * other) / sine;
+                let worse = solved.rss - drop - with.rss;
+                if worse <= excess {
+                    let near = |j: usize, member: usize| self.product(member, j).abs();
+                    let straight = near(*a, first) * near(*b, second) >= near(*b, first) * near(*a, second);
+                    found.push(if straight { (*a, *b, worse) } else { (*b, *a, worse) });
+                }
+            }
+        }
+        found
     }
 }
 

@@ -17,16 +17,17 @@ use nalgebra::SMatrix;
 type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
 
 /// Replace each column by its innovations, weighted; `u` holds the standard uncertainty of each value. Without random walks (`walks`
-/// is empty) this is the division by `u`.
-pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], columns: &mut [Vec<f64>]) {
+/// is empty) this is the division by `u`. Returns by how much the sum of the logarithms of the innovations' variances exceeds that without walks.
+pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], columns: &mut [Vec<f64>]) -> f64 {
     if walks.is_empty() {
         for column in columns {
             column.iter_mut().zip(u).for_each(|(value, u)| *value /= u);
         }
-        return;
+        return 0.0;
     }
     let first_start = Source::all().len();
     let mut at = 0;
+    let mut size = 0.0;
     for (run, instants) in measured.runs.iter().zip(walks) {
         let mut state = vec![[0.0; CHANNELS]; columns.len()];
         let mut p = Matrix::zeros();
@@ -44,6 +45,7 @@ pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], col
             for channel in (0..CHANNELS).filter(|c| row.value.get(*c).is_some_and(Option::is_some)) {
                 let u = u.get(at).copied().unwrap_or(1.0);
                 let variance = p[(channel, channel)].max(0.0) + u * u;
+                size += (variance / (u * u)).ln();
                 let gain = p.column(channel) / variance;
                 for (column, z) in columns.iter_mut().zip(&mut state) {
                     let Some(value) = column.get_mut(at) else { continue };
@@ -57,6 +59,7 @@ pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], col
             }
         }
     }
+    size
 }
 
 /// `Psi(t) Psi(s)^-1`, with channels scaled to a size near one another.

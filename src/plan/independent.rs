@@ -12,7 +12,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 
 /// Rows of readings and priors with what scatters taken out: no column for any deviation, whatever their number.
-pub(super) struct Independent {
+pub(crate) struct Independent {
     /// The rows; of unit variance where anything scatters.
     pub system: System,
     /// Standard deviation of each row's own noise.
@@ -57,6 +57,14 @@ impl Independent {
             Some(whitening) => whitening.whiten(&column),
             None => column,
         }
+    }
+
+    /// A column of the readings (a shorter one: zero beyond) as independent values of unit variance.
+    pub fn white(&self, column: &[f64]) -> Vec<f64> {
+        let mut column = column.to_vec();
+        column.resize(self.u.len(), 0.0);
+        let column = self.column(column);
+        column.iter().zip(&self.system.u).map(|(v, u)| v / u).collect()
     }
 
     /// `d x / d y` by the rows as they are read.

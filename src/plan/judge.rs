@@ -9,11 +9,10 @@ use super::independent::Independent;
 use super::known::{ThroughTilts, contributions};
 use super::order::times;
 use super::point::{self, Lacking};
-use super::whitened::lines;
 use crate::campaign::{Campaign, Constraint, Kind, Reading, Role};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Group, Line, System};
+use crate::estimate;
 use crate::fit::{self, Separation};
 use crate::quality;
 use faer::Mat;
@@ -225,39 +224,6 @@ pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
             .at_path("readings"));
     }
     Ok(())
-}
-
-/// Rows of the schedule, priors, and for each deviation of what scatters one more unknown with its own prior row.
-pub(crate) fn system(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> System {
-    let n = campaign.unknowns();
-    let (stated, mut u) = own_noise(campaign, design, noise);
-    let (lines, variance) = lines(campaign, design, noise, &stated);
-    let priors = priors(campaign);
-    let deviations: usize = lines.iter().map(Line::levels).sum();
-    let m = design.rows.len();
-    let mut matrix = Mat::zeros(m + priors.len() + deviations, n + deviations);
-    for i in 0..m {
-        for j in 0..n {
-            matrix[(i, j)] = design.jacobian[(i, j)];
-        }
-    }
-    let mut first = n;
-    for (line, variance) in lines.iter().zip(&variance) {
-        for felt in &line.felt {
-            matrix[(felt.row, first + felt.level)] += felt.by * variance.sqrt();
-        }
-        first += line.levels();
-    }
-    for (p, (k, prior_u)) in priors.iter().enumerate() {
-        matrix[(m + p, *k)] = 1.0;
-        u.push(*prior_u);
-    }
-    for s in 0..deviations {
-        matrix[(m + priors.len() + s, n + s)] = 1.0;
-        u.push(1.0);
-    }
-    let total = u.len();
-    System { rows: matrix, observed: vec![0.0; total], u, group: vec![Group::Known; total] }
 }
 
 /// Standard uncertainty of each row of a design, and what of it is the row's own noise.

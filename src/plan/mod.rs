@@ -83,7 +83,7 @@ pub use exchange::Objective;
 pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, Method, Request, improve};
-pub(crate) use judge::system;
+pub(crate) use independent::Independent;
 pub use judge::{Judgement, Predicted, PredictedDerived, PredictedReading, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};

@@ -46,10 +46,13 @@ pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest
     let n = a + b;
     let expected = 1.0 + 2.0 * a * b / n;
     let p = if all <= SUMMED {
+        let factorials: Vec<f64> = (0..=all).map(ln_factorial).collect();
+        let of = |n: usize| factorials.get(n).copied().unwrap_or_default();
+        // ln C(n, k)
+        let choose = |n: usize, k: usize| of(n) - of(k) - of(n.saturating_sub(k));
+        let ways = choose(all, positive);
         let probability = |r: usize| -> f64 {
             let (k, odd) = (r / 2, r % 2 == 1);
-            let choose = |n: usize, k: usize| log_binomial(n, k);
-            let ways = log_binomial(all, positive);
             let way = |i: usize, j: usize| match (i.checked_sub(1), j.checked_sub(1)) {
                 (Some(i), Some(j)) if i < positive && j < negative => {
                     (choose(positive - 1, i) + choose(negative - 1, j) - ways).exp()
@@ -67,11 +70,9 @@ pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest
     Some(RunsTest { runs, expected, p })
 }
 
-/// `ln C(n, k)`.
-fn log_binomial(n: usize, k: usize) -> f64 {
-    use statrs::function::gamma::ln_gamma;
-    let ln_factorial = |n: usize| ln_gamma(n as f64 + 1.0);
-    ln_factorial(n) - ln_factorial(k) - ln_factorial(n.saturating_sub(k))
+/// `ln n!`.
+fn ln_factorial(n: usize) -> f64 {
+    statrs::function::gamma::ln_gamma(n as f64 + 1.0)
 }
 
 /// The Shapiro-Francia test of normality.

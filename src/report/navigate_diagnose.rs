@@ -73,8 +73,8 @@ pub struct RunReport {
 /// An error that the mission misses.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct NavigationEffectReport {
-    /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a fault of the
-    /// reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
+    /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
+    /// (`angle_random_walk`, `velocity_random_walk`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
     pub regressor: String,
     /// Name in the field's words.
     pub name: String,
@@ -282,8 +282,8 @@ fn effect(finding: &Finding, diagnosis: &NavigationDiagnosis) -> NavigationEffec
         value: finding.value / unit,
         u: finding.u.map(|u| u / unit),
         unit: source.unit(),
-        before: source.constant().map(|own| own.of(&diagnosis.before) / unit),
-        after: source.constant().map(|own| own.of(&diagnosis.after) / unit),
+        before: source.of(&diagnosis.before).map(|own| own / unit),
+        after: source.of(&diagnosis.after).map(|own| own / unit),
         t: finding.t,
         p: finding.p,
         explains: finding.explains,

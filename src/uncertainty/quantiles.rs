@@ -6,8 +6,6 @@
 //! freedom not positive) and where the answer exceeds a double.
 
 use super::tails::{self, Tails};
-use statrs::function::erf::erfc_inv;
-use std::f64::consts::SQRT_2;
 
 /// Above this Student t is expanded about the normal distribution.
 const NEARLY_NORMAL: f64 = 1e6;
@@ -33,10 +31,43 @@ pub fn normal_quantile(p: f64) -> Option<f64> {
     if !in_unit(p) || p == 0.5 {
         return (p == 0.5).then_some(0.0);
     }
-    let one_sided = p.min(1.0 - p);
-    let start = (SQRT_2 * erfc_inv(2.0 * one_sided)).ln();
-    let z = solve(start, two_sided_target(one_sided), normal_tails)?;
+    let q = p - 0.5;
+    if q.abs() <= 0.425 {
+        return Some(q * quotient(&CENTRAL, 0.180625 - q * q));
+    }
+    let r = (-p.min(1.0 - p).ln()).sqrt();
+    let z = if r <= 5.0 { quotient(&MIDDLE, r - 1.6) } else { quotient(&FAR, r - 5.0) };
     Some(if p < 0.5 { -z } else { z })
+}
+
+/// Numerator and denominator by falling powers: M. J. Wichura, "Algorithm AS 241", Applied Statistics 37 (1988), PPND16.
+type Rational = [[f64; 8]; 2];
+
+#[rustfmt::skip]
+const CENTRAL: Rational = [
+    [2.5090809287301226727e3, 3.3430575583588128105e4, 6.7265770927008700853e4, 4.5921953931549871457e4,
+     1.3731693765509461125e4, 1.9715909503065514427e3, 1.3314166789178437745e2, 3.3871328727963666080e0],
+    [5.2264952788528545610e3, 2.8729085735721942674e4, 3.9307895800092710610e4, 2.1213794301586595867e4,
+     5.3941960214247511077e3, 6.8718700749205790830e2, 4.2313330701600911252e1, 1.0],
+];
+#[rustfmt::skip]
+const MIDDLE: Rational = [
+    [7.74545014278341407640e-4, 2.27238449892691845833e-2, 2.41780725177450611770e-1, 1.27045825245236838258e0,
+     3.64784832476320460504e0, 5.76949722146069140550e0, 4.63033784615654529590e0, 1.42343711074968357734e0],
+    [1.05075007164441684324e-9, 5.47593808499534494600e-4, 1.51986665636164571966e-2, 1.48103976427480074590e-1,
+     6.89767334985100004550e-1, 1.67638483018380384940e0, 2.05319162663775882187e0, 1.0],
+];
+#[rustfmt::skip]
+const FAR: Rational = [
+    [2.01033439929228813265e-7, 2.71155556874348757815e-5, 1.24266094738807843860e-3, 2.65321895265761230930e-2,
+     2.96560571828504891230e-1, 1.78482653991729133580e0, 5.46378491116411436990e0, 6.65790464350110377720e0],
+    [2.04426310338993978564e-15, 1.42151175831644588870e-7, 1.84631831751005468180e-5, 7.86869131145613259100e-4,
+     1.48753612908506148525e-2, 1.36929880922735805310e-1, 5.99832206555887937690e-1, 1.0],
+];
+
+fn quotient(of: &Rational, r: f64) -> f64 {
+    let [above, below] = of.map(|powers| powers.iter().fold(0.0, |sum, c| sum * r + c));
+    above / below
 }
 
 /// `P(T <= t)` for `nu` degrees of freedom.
@@ -83,9 +114,29 @@ pub fn student_t_quantile(p: f64, nu: f64) -> Option<f64> {
     }
     let one_sided = p.min(1.0 - p);
     let z = normal_quantile(one_sided)?;
-    let start = 0.5 * (nu.ln() + (z * z / nu * (1.0 + 0.5 / nu)).min(700.0).exp_m1().ln());
-    let t = solve(start, two_sided_target(one_sided), |t| student_t_tails(t, nu))?;
+    let start = match expanded(z.abs(), nu) {
+        Some(t) => t.ln(),
+        None => 0.5 * (nu.ln() + (z * z / nu * (1.0 + 0.5 / nu)).min(700.0).exp_m1().ln()),
+    };
+    let own = tails::Beta::new(0.5, 0.5 * nu);
+    let t = solve(start, two_sided_target(one_sided), |t| student_t_of(&own, t, nu))?;
     Some(if p < 0.5 { -t } else { t })
+}
+
+/// The expansion of Student t about the normal deviate `z`, Abramowitz and Stegun 26.7.5; a start for more exact ways.
+fn expanded(z: f64, nu: f64) -> Option<f64> {
+    if !(nu > 4.0 && z < 0.5 * nu.sqrt() + 1.5) {
+        return None;
+    }
+    let s = z * z;
+    let terms = [
+        (s + 1.0) / 4.0,
+        ((5.0 * s + 16.0) * s + 3.0) / 96.0,
+        (((3.0 * s + 19.0) * s + 17.0) * s - 15.0) / 384.0,
+        ((((79.0 * s + 776.0) * s + 1482.0) * s - 1920.0) * s - 945.0) / 92_160.0,
+    ];
+    let t = z * (1.0 + terms.iter().rev().fold(0.0, |sum, term| (sum + term) / nu));
+    (t > 0.0 && t.is_finite()).then_some(t)
 }
 
 /// Coverage factor `k` for a two-sided interval of coverage `level` (GUM G.3.2): `k = t_((1+level)/2)(nu)`.
@@ -173,13 +224,18 @@ fn normal_tails(z: f64) -> Tails {
 
 /// `P(|T| <= t)` and `P(|T| > t)`, `t` not negative.
 fn student_t_tails(t: f64, nu: f64) -> Tails {
+    student_t_of(&tails::Beta::new(0.5, 0.5 * nu.min(NEARLY_NORMAL)), t, nu)
+}
+
+/// The same with the distribution of `1/(1 + t^2/nu)` at hand.
+fn student_t_of(own: &tails::Beta, t: f64, nu: f64) -> Tails {
     if nu > NEARLY_NORMAL {
         return normal_tails(normal_deviate(t, nu));
     }
     // x = 1/(1 + t^2/nu), and y = 1 - x from the same quotient.
     let ratio = t / nu.sqrt() * (t / nu.sqrt());
     let (x, y) = if ratio.is_finite() { (1.0 / (1.0 + ratio), ratio / (1.0 + ratio)) } else { (0.0, 1.0) };
-    let Tails { lower, upper, density } = tails::beta(0.5, 0.5 * nu, y, x);
+    let Tails { lower, upper, density } = own.tails(y, x);
     Tails { lower, upper, density: 2.0 * density }
 }
 
@@ -269,6 +325,7 @@ impl Target {
 fn solve(start: f64, target: Target, tails: impl Fn(f64) -> Tails) -> Option<f64> {
     const LEAST: f64 = 1e-307;
     const MOST: f64 = 1e307;
+    const SETTLED: f64 = 1e-10;
     let (mut low, mut high) = (LEAST, MOST);
     let mut x = start.exp();
     if !(x > low && x < high) {
@@ -285,7 +342,13 @@ fn solve(start: f64, target: Target, tails: impl Fn(f64) -> Tails) -> Option<f64
         } else {
             low = x
         }
-        let newton = x + x * (-excess / slope).exp_m1();
+        let change = (-excess / slope).exp_m1();
+        let newton = x + x * change;
+        // the step after such a one would be its square times the curvature
+        if change.abs() <= SETTLED && newton > LEAST && newton < MOST {
+            x = newton;
+            break;
+        }
         let next = if newton > low && newton < high { newton } else { low.sqrt() * high.sqrt() };
         let settled = (next / x - 1.0).abs() <= 2.0 * f64::EPSILON;
         x = next;

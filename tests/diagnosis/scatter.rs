@@ -264,3 +264,38 @@ fn evidence_is_that_of_generalised_least_squares() {
     let fall = chi_square(0) - chi_square(1);
     assert!((own.t * own.t / fall - 1.0).abs() < 1e-3, "{} {fall}", own.t * own.t);
 }
+
+/// What a plan promises of an effect is the `u` of a dense generalised least squares with its column.
+#[test]
+fn a_plan_foresees_effects_beside_what_scatters() {
+    let plan = table(12, r#"{"of": "beta", "per": "position", "u": 40, "unit": "arcsec"}"#);
+    let noise = tumble::plan::Noise::new(&plan, &[("V".into(), SD)], &[]).unwrap();
+    let seen = tumble::diagnosis::foresee(&plan, &wire::built_in_effects().unwrap(), &noise).unwrap();
+    let model = tumble::design::Model::new(&plan).unwrap();
+    let design = tumble::design::assemble(&plan, &model, &plan.reference_point()).unwrap();
+    let m = design.rows.len();
+    let line = &tumble::fit::scatter_lines(&plan, &design, &vec![SD; m])[0];
+    let mut v = faer::Mat::from_fn(m, m, |i, j| if i == j { SD * SD } else { 0.0 });
+    for a in &line.felt {
+        for b in line.felt.iter().filter(|b| b.level == a.level) {
+            v[(a.row, b.row)] += a.by * b.by * line.variance.unwrap();
+        }
+    }
+    use faer::linalg::solvers::Solve;
+    let factor = v.partial_piv_lu();
+    let mut compared = 0;
+    for prospect in seen.prospects.iter().filter(|p| p.u.is_some() && p.left > 0.01) {
+        let all =
+            faer::Mat::from_fn(m, 5, |i, j| if j == 4 { prospect.effect.column[i] } else { design.jacobian[(i, j)] });
+        let normal = all.transpose() * factor.solve(&all);
+        let scale: Vec<f64> = (0..5).map(|j| normal[(j, j)].sqrt()).collect();
+        let scaled = faer::Mat::from_fn(5, 5, |i, j| normal[(i, j)] / scale[i] / scale[j]);
+        let mut unit = faer::Mat::zeros(5, 1);
+        unit[(4, 0)] = 1.0;
+        let u = scaled.partial_piv_lu().solve(&unit)[(4, 0)].sqrt() / scale[4];
+        let own = prospect.u.unwrap();
+        assert!((own / u - 1.0).abs() < 1e-6, "{}: {own} {u}", prospect.effect.regressor);
+        compared += 1;
+    }
+    assert!(compared > 20, "{compared}");
+}

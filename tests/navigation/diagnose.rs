@@ -39,9 +39,10 @@ fn swing() -> Motion {
     Motion::swing(Attitude { pitch: angle(0.0, 7.0, 6.0, 0.0), roll: angle(0.0, 10.0, 8.0, 0.0), yaw }).unwrap()
 }
 
-/// Six hours with a row every 97.3 s, so that rows do not fall on the phase of a swing.
+/// Six hours (four in a short run) with a row every 97.3 s, so that rows do not fall on the phase of a swing.
 fn mission(motion: Motion) -> Mission {
-    Mission::new(site(), 0.05, 6.0 * HOUR, 60.0, motion).unwrap()
+    let (step, hours) = (if motion.fastest_rate() > 0.0 { 0.1 } else { 0.5 }, if long() { 6.0 } else { 4.0 });
+    Mission::new(site(), step, hours * HOUR, 60.0, motion).unwrap()
 }
 
 fn times(mission: &Mission) -> Vec<f64> {
@@ -80,11 +81,11 @@ fn names(found: &NavigationDiagnosis) -> Vec<String> {
 }
 
 /// Every error of the catalogue alone, at t = 12, is named, or is an alias of what is named; in a long run at rest twice, with other noise,
-/// else every third one at rest and every eighth in the swing.
+/// else every sixth one at rest and every twelfth in the swing.
 #[test]
 fn one_error_is_named() {
     let full = [("static", at_rest(), 2, 1), ("swing", swing(), 1, 1)];
-    let short = [("static", at_rest(), 1, 3), ("swing", swing(), 1, 8)];
+    let short = [("static", at_rest(), 1, 6), ("swing", swing(), 1, 12)];
     for (name, motion, seeds, every) in if long() { full } else { short } {
         let mission = mission(motion);
         let times = times(&mission);
@@ -118,7 +119,7 @@ fn one_error_is_named() {
         rows.iter().for_each(|(text, _, _)| println!("{text}"));
         let (right, tried) = rows.iter().fold((0, 0), |sum, row| (sum.0 + row.1, sum.1 + row.2));
         println!("{name}: {right} of {tried}");
-        assert!(tried > if long() { 35 } else { 3 } && right as f64 >= 0.97 * tried as f64, "{name}");
+        assert!(tried >= if long() { 35 } else { 3 } && right as f64 >= 0.97 * tried as f64, "{name}");
     }
 }
 
@@ -138,9 +139,8 @@ fn way(found: &NavigationDiagnosis, hidden: &[Source]) -> &'static str {
     if straight || crossed { "alias" } else { "WRONG" }
 }
 
-/// Two errors at once, drawn at random, each at t = 15 alone.
+/// Two errors at once, drawn at random, each at t = 15 alone; of pairs that one error does not explain to within eight standard deviations.
 #[test]
-#[ignore = "not reached: since errors that change in time are candidates, 3 to 5 of 6 pairs are named; run with --ignored for its table"]
 fn two_errors_are_named() {
     for (name, motion) in [("static", at_rest()), ("swing", swing())] {
         let mission = mission(motion);
@@ -150,19 +150,20 @@ fn two_errors_are_named() {
             .enumerate()
             .filter_map(|(j, source)| Some((j, source, size(&mission, j, &times, 15.0)?)))
             .collect();
-        let results: Vec<(String, &str)> = (0..draws(6, 24) as u64)
+        let columns = columns(&mission, &times, &visible);
+        let results: Vec<(String, &str)> = (0..draws(4, 24) as u64)
             .into_par_iter()
             .map(|seed| {
                 let mut generator = Pcg64Mcg::seed_from_u64(seed);
                 let mut draw = || {
                     let unit: f64 = StandardUniform.sample(&mut generator);
-                    visible[(unit * visible.len() as f64) as usize]
+                    (unit * visible.len() as f64) as usize
                 };
-                let (first, mut second) = (draw(), draw());
-                // two errors of one and the same column are one
-                while second.0 == first.0 || collinear(&mission, first.0, second.0, &times) {
-                    second = draw();
+                let (mut a, mut b) = (draw(), draw());
+                while a == b || beyond_one(&columns, a, b) < 8.0 {
+                    (a, b) = (draw(), draw());
                 }
+                let (first, second) = (visible[a], visible[b]);
                 let mut errors = ImuErrors::single(first.1, first.2);
                 second.1.set(&mut errors, -second.2);
                 let truth = signatures::predicted(&mission, &mission.motion, &errors, &times);
@@ -177,19 +178,26 @@ fn two_errors_are_named() {
         results.iter().for_each(|(text, _)| println!("{text}"));
         let right = results.iter().filter(|(_, way)| *way != "WRONG").count();
         println!("{name}: {right} of {}", results.len());
-        assert!(right as f64 >= (0.85 * results.len() as f64).floor(), "{name}");
+        assert!(right as f64 >= (0.95 * results.len() as f64).floor(), "{name}");
     }
 }
 
-/// Are two columns nearly one? (Then their sum is one error of another size.)
-fn collinear(mission: &Mission, a: usize, b: usize, times: &[f64]) -> bool {
+/// What each error does at its size, in standard uncertainties.
+fn columns(mission: &Mission, times: &[f64], errors: &[(usize, Source, f64)]) -> Vec<Vec<f64>> {
     let instants = signatures::instants(mission, &mission.motion, times);
-    let column = |j: usize| -> Vec<f64> {
-        instants.iter().flat_map(|i| i.signatures[j].iter().zip(U).map(|(s, u)| s / u).collect::<Vec<f64>>()).collect()
+    let column = |(j, _, size): &(usize, Source, f64)| -> Vec<f64> {
+        let one = |channels: &Channels| channels.iter().zip(U).map(|(s, u)| size * s / u).collect::<Vec<f64>>();
+        instants.iter().flat_map(|i| one(&i.signatures[*j])).collect()
     };
-    let (a, b) = (column(a), column(b));
+    errors.iter().map(column).collect()
+}
+
+/// What any one error leaves of the first less the second, in standard deviations.
+fn beyond_one(columns: &[Vec<f64>], a: usize, b: usize) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    (dot(&a, &b) / (dot(&a, &a) * dot(&b, &b)).sqrt()).abs() > 0.9
+    let both: Vec<f64> = columns[a].iter().zip(&columns[b]).map(|(x, y)| x - y).collect();
+    let left = |one: &Vec<f64>| dot(&both, &both) - dot(&both, one).powi(2) / dot(one, one);
+    columns.iter().map(left).fold(f64::INFINITY, f64::min).max(0.0).sqrt()
 }
 
 /// A short mission for many seeds.
@@ -202,7 +210,7 @@ fn short() -> Mission {
 /// Nothing is hidden, and nothing is found: with stated noise, with noise from residuals, and with random walks that the mission states.
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
-    let count = draws(25, 400) as u64;
+    let count = draws(8, 400) as u64;
     for (name, stated, walk) in [("stated u", true, 0.0), ("u from residuals", false, 0.0), ("random walk", true, 1.0)]
     {
         let mut mission = short();
@@ -243,12 +251,12 @@ fn noisy(mission: &Mission, times: &[f64]) -> Vec<Channels> {
 }
 
 /// What is no constant error is not forced onto the name of one: an error that starts late is the step of its source or unexplained, a random
-/// walk that the mission does not state is unexplained, a bad value is that reading or unexplained.
+/// walk that the mission does not state is that walk or unexplained, a bad value is that reading or unexplained.
 #[test]
 fn what_is_not_in_the_catalogue_is_unexplained() {
     let mission = Mission { errors: ImuErrors::default(), ..short() };
     let times = times(&mission);
-    let count = draws(15, 40) as u64;
+    let count = draws(4, 40) as u64;
     let late = |seed: u64| {
         // at rest the navigator does not change in time, so that an error from a later time on is the same, later
         let source = ["gyro_bias_y", "accelerometer_bias_x", "gyro_bias_z"][seed as usize % 3];
@@ -289,7 +297,9 @@ fn what_is_not_in_the_catalogue_is_unexplained() {
                 let step = name == "an error that starts late" && named.starts_with(&format!("{source}:step("));
                 // row 20 + seed of the rows from 0 is reading 21 + seed
                 let value = name == "one bad value" && named == format!("reading:{}", 21 + seed);
-                let right = found.verdict == Verdict::Unexplained || ((step || value) && found.findings.len() == 1);
+                let walk = name == "a random walk that is not stated" && named == "angle_random_walk";
+                let right =
+                    found.verdict == Verdict::Unexplained || ((step || value || walk) && found.findings.len() == 1);
                 (right, found.unexplained.map_or(named, |u| u.pattern))
             })
             .collect();

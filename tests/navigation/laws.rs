@@ -13,8 +13,8 @@ use tumble::navigate::errors::{ImuErrors, Source};
 use tumble::navigate::linear;
 use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
 use tumble::navigate::mission::{Mission, Site};
-use tumble::navigate::motion::{Attitude, Motion, Oscillation};
-use tumble::navigate::run::Continue;
+use tumble::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
+use tumble::navigate::run::{self, Continue, Scenario};
 use tumble::navigate::signatures;
 
 /// A kind of fault: its name, how a finding says it, and its size over the share of the run.
@@ -53,10 +53,24 @@ fn swing() -> Motion {
     Motion::swing(Attitude { pitch: angle(0.0, 7.0, 6.0, 0.0), roll: angle(0.0, 10.0, 8.0, 0.0), yaw }).unwrap()
 }
 
+/// Half an hour at rest, up to 20 m/s, an hour ahead, a right turn, and on.
+fn legs() -> Motion {
+    let leg = |duration: f64, acceleration: f64, turn: f64| Leg { duration, acceleration, turn: turn.to_radians() };
+    let legs = vec![
+        leg(2000.0, 0.0, 0.0),
+        leg(200.0, 0.1, 0.0),
+        leg(3000.0, 0.0, 0.0),
+        leg(100.0, 0.0, 0.9),
+        leg(f64::INFINITY, 0.0, 0.0),
+    ];
+    Motion::legs(Legs { heading: 60f64.to_radians(), speed: 0.0, legs })
+}
+
 fn mission(motion: Motion) -> Mission {
     let site = Site { latitude: 45.7796f64.to_radians(), longitude: 126.6705f64.to_radians(), altitude: 0.0 };
-    let step = if motion.fastest_rate() > 0.0 { 0.1 } else { 0.5 };
-    Mission::new(site, step, 6.0 * HOUR, 60.0, motion).unwrap()
+    let swings = motion.shortest_period().is_finite();
+    let (step, hours) = (if swings { 0.1 } else { 0.5 }, if long() { 6.0 } else { 4.0 });
+    Mission::new(site, step, hours * HOUR, 60.0, motion).unwrap()
 }
 
 fn times(mission: &Mission) -> Vec<f64> {
@@ -158,13 +172,11 @@ fn laws_five_biases_are_named() {
         ("2 deg/h, 10 mg", [2.0, 2.0], [1e-2, 1e-2]),
         ("any of these", [1e-3, 2.0], [1e-5, 1e-2]),
     ];
-    // the swing only prints its table
-    let motions = [("static", at_rest as fn() -> Motion), ("swing", swing)];
-    for (motion, make) in motions.into_iter().filter(|(name, _)| *name == "static" || long()) {
+    for (motion, make) in [("static", at_rest as fn() -> Motion), ("swing", swing), ("legs", legs)] {
         let mission = mission(make());
         let times = times(&mission);
         for (name, gyro, accelerometer) in sizes {
-            let outcomes: Vec<(bool, bool, String)> = (0..trials(2, 40))
+            let outcomes: Vec<(bool, bool, String)> = (0..trials(1, 40))
                 .into_par_iter()
                 .map(|trial| {
                     let mut random = seed(trial);
@@ -190,9 +202,7 @@ fn laws_five_biases_are_named() {
             let first = outcomes.iter().filter(|own| own.0).count();
             println!("five biases, {motion}, {name}: {first} of {} named first, not among aliases", outcomes.len());
             let outcomes: Vec<(bool, String)> = outcomes.into_iter().map(|(_, right, text)| (right, text)).collect();
-            // in a swing the search does not reach this at every size yet: what it reaches is printed, and not asserted
-            let least = if motion == "static" { 0.95 } else { 0.0 };
-            table(&format!("five biases, {motion}"), name, &outcomes, least);
+            table(&format!("five biases, {motion}"), name, &outcomes, 0.95);
         }
     }
 }
@@ -202,8 +212,8 @@ fn laws_five_biases_are_named() {
 fn laws_an_outlier_does_not_stop_the_search() {
     let mission = mission(at_rest());
     let times = times(&mission);
-    for (name, wrong) in [("one value of 40 u", 1), ("5 % of rows", 10)] {
-        let outcomes: Vec<(bool, String)> = (0..trials(5, 100))
+    for (name, wrong) in [("one value of 40 u", 1), ("5 % of rows", times.len() / 20)] {
+        let outcomes: Vec<(bool, String)> = (0..trials(3, 100))
             .into_par_iter()
             .map(|trial| {
                 let mut random = seed(100 + trial);
@@ -246,11 +256,11 @@ fn laws_faults_of_the_reference() {
         ("step", ":step", |share| f64::from(u8::from(share > 0.43))),
     ];
     for (name, suffix, f) in kinds {
-        let outcomes: Vec<(bool, String)> = (0..trials(7, 140))
+        let outcomes: Vec<(bool, String)> = (0..trials(4, 140))
             .into_par_iter()
             .map(|trial| {
                 let mut random = seed(200 + trial);
-                let channel = trial as usize % 7;
+                let channel = (2 * trial) as usize % 7;
                 let size = 10.0 * 30f64.powf(uniform(&mut random));
                 let truth: Vec<Channels> = times
                     .iter()
@@ -281,12 +291,12 @@ fn laws_errors_that_change_in_time() {
         ("warm-up", ":warm-up", |share| (-share / 0.08).exp()),
     ];
     for (name, suffix, f) in kinds {
-        let outcomes: Vec<(bool, String)> = (0..trials(5, 100))
+        let outcomes: Vec<(bool, String)> = (0..trials(3, 100))
             .into_par_iter()
             .map(|trial| {
                 let mut random = seed(300 + trial);
                 let ids = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
-                let id = ids[trial as usize % 5];
+                let id = ids[2 * trial as usize % 5];
                 let source = Source::named(id).unwrap();
                 let size = if id.starts_with('g') { 0.01 } else { 3e-4 } * source.si_per_unit();
                 let duration = mission.duration();
@@ -302,12 +312,12 @@ fn laws_errors_that_change_in_time() {
     }
 }
 
-/// Where nothing is wrong nothing is named; a random walk that the mission does not state is no constant error.
+/// Where nothing is wrong nothing is named.
 #[test]
-fn laws_nothing_and_what_has_no_name() {
-    let mut mission = mission(at_rest());
+fn laws_nothing_is_named_where_nothing_is_wrong() {
+    let mission = mission(at_rest());
     let times = times(&mission);
-    let outcomes: Vec<(bool, String)> = (0..trials(12, 400))
+    let outcomes: Vec<(bool, String)> = (0..trials(8, 400))
         .into_par_iter()
         .map(|trial| {
             let mut random = seed(400 + trial);
@@ -317,28 +327,48 @@ fn laws_nothing_and_what_has_no_name() {
         })
         .collect();
     table("nothing is wrong", "", &outcomes, 0.99);
-    // flown with noise: 0.003 deg/sqrt(h)
-    mission.errors.gyro.random_walk = 0.003f64.to_radians() / 60.0;
-    let stated = mission.clone();
-    mission.errors.gyro.random_walk = 0.0;
-    let outcomes: Vec<(bool, String)> = (0..trials(3, 60))
-        .into_par_iter()
-        .map(|trial| {
-            use tumble::navigate::run::{self, Scenario};
-            let mut own = stated.clone();
-            own.seed = 77 + trial;
-            own.steps_per_row = 194;
-            let scenario = Scenario { id: "walk".into(), errors: own.errors };
-            let (mut at, mut truth) = (Vec::new(), Vec::new());
-            run::fly(&own, &own.motion, &[scenario], &mut |row| {
-                at.push(row.truth.time);
-                truth.push(channels(&row.errors[0]));
-                Continue::Yes
-            });
-            let data = measured(&at, &truth, &mut seed(500 + trial));
-            let found = diagnose(&mission, &data, &Settings::default()).unwrap();
-            (found.verdict == Verdict::Unexplained, format!("{} {:?}", found.verdict.name(), names(&found)))
-        })
-        .collect();
-    table("a random walk not stated", "is unexplained", &outcomes, 0.95);
+}
+
+/// A random walk that the mission does not state is named, with its density, alone and beside a bias; flown with noise by the full navigator.
+#[test]
+fn laws_random_walks_are_named() {
+    let mission = mission(at_rest());
+    let units = [1f64.to_radians() / 60.0, 1.0 / 60.0];
+    let kinds = [("angle_random_walk", [0.003, 0.0]), ("velocity_random_walk", [0.0, 0.02])];
+    for (name, densities) in kinds {
+        for biased in [false, true] {
+            let outcomes: Vec<(bool, String)> = (0..trials(1, 40))
+                .into_par_iter()
+                .map(|trial| {
+                    let mut random = seed(500 + trial);
+                    let mut own = mission.clone();
+                    (own.seed, own.steps_per_row) = (77 + trial + u64::from(biased), 194);
+                    let factor = 10f64.powf(uniform(&mut random) - 0.5);
+                    own.errors.gyro.random_walk = factor * densities[0] * units[0];
+                    own.errors.accelerometer.random_walk = factor * densities[1] * units[1];
+                    let mut expected = vec![name.to_string()];
+                    if biased {
+                        let source = Source::named("gyro_bias_z").unwrap();
+                        source.set(&mut own.errors, 0.5 * source.si_per_unit());
+                        expected.push(source.id());
+                    }
+                    expected.sort();
+                    let scenario = Scenario { id: "walk".into(), errors: own.errors };
+                    let (mut at, mut truth) = (Vec::new(), Vec::new());
+                    run::fly(&own, &own.motion, &[scenario], &mut |row| {
+                        at.push(row.truth.time);
+                        truth.push(channels(&row.errors[0]));
+                        Continue::Yes
+                    });
+                    let found = diagnose(&mission, &measured(&at, &truth, &mut random), &Settings::default()).unwrap();
+                    let walk = found.findings.iter().find(|own| own.source.id() == name);
+                    let hidden = own.errors.gyro.random_walk + own.errors.accelerometer.random_walk;
+                    let near = walk.is_some_and(|own| (own.value - hidden).abs() < 4.0 * own.u.unwrap());
+                    let text = format!("{} {:?} for {expected:?}, {factor:.2}", found.verdict.name(), names(&found));
+                    (near && are_named(&found, &expected), text)
+                })
+                .collect();
+            table(name, if biased { "beside a bias" } else { "alone" }, &outcomes, 0.9);
+        }
+    }
 }

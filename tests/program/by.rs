@@ -236,3 +236,17 @@ fn a_diagnosis_says_which_device_has_which_effect() {
     assert_eq!((rows["B"]["effects"].as_str(), rows["B"]["regressors"].as_str()), ("1", "w_I^2"), "{}", found.stdout);
     assert!(found.stderr.contains("3 devices by serial"), "{}", found.stderr);
 }
+
+/// What takes all readings as one device's says so, or refuses, rather than passing over "by" in silence.
+#[test]
+fn where_devices_are_not_told_apart_that_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = r#"{ "bench": { "id": "line", "sensors": { "y": { "unit": "V", "model": "a + b*x" } } }, "estimate": { "a": {}, "b": {} },
+        "by": "serial", "readings": [ { "x": 0, "y": 1, "y_u": 0.1 }, { "x": 1, "y": 3, "y_u": 0.1 }, { "x": 2, "y": 4, "y_u": 0.1 } ] }"#;
+    std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("a file");
+    let compared = run(folder.path(), &["compare", "c.campaign.json"]);
+    assert_eq!(compared.code, 1);
+    assert!(compared.stderr.contains("this campaign is of many"), "{}", compared.stderr);
+    let planned = run(folder.path(), &["plan", "c.campaign.json"]);
+    assert!(planned.stderr.contains("all positions are taken as those of one device"), "{}", planned.stderr);
+}

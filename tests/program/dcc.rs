@@ -259,3 +259,27 @@ fn the_lab_file_has_a_schema_and_the_example_obeys_it() {
     assert!(jsonschema::is_valid(&schema, &lab));
     assert!(!jsonschema::is_valid(&schema, &serde_json::json!({})));
 }
+
+/// What scatters has a result of its own, with the standard deviation and unit of every source.
+#[test]
+fn what_scatters_stands_in_the_certificate() {
+    let campaign = "examples/40-position-scatter/with.campaign.json";
+    let (_, text, errors) = tumble(&["fit", campaign, "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {errors}"));
+    let told: Vec<&serde_json::Value> =
+        report["scatter"].as_array().unwrap().iter().filter(|s| !s["sd"].is_null()).collect();
+    assert!(told.len() > 1);
+    let text = {
+        let (code, text, errors) = tumble(&["fit", campaign, "--dcc", "-", "--lab", LAB]);
+        assert!(code != 1, "{errors}");
+        text
+    };
+    check_structure(&element(&text));
+    let section = text.split("What scatters").nth(1).expect("a result of its own");
+    for (k, source) in told.iter().enumerate() {
+        let own = section.split(&format!("id=\"scatter_{}\"", k + 1)).nth(1).unwrap();
+        let value = own.split("<si:value>").nth(1).unwrap().split('<').next().unwrap();
+        assert_eq!(value.parse::<f64>().unwrap(), source["sd"].as_f64().unwrap());
+        assert!(own.contains(source["source"].as_str().unwrap()));
+    }
+}

@@ -22,6 +22,7 @@ const MOST_FORESEEN: usize = 100_000;
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
+    files::one_device(&campaign);
     let (html, json) = (arguments.html.as_deref(), arguments.json.as_deref());
     let mut outputs = Outputs::plan([arguments.write.as_deref(), html, json])?;
     // an option has no place in the file

@@ -2,6 +2,7 @@
 
 use super::diagnose_figure::figure;
 use super::fit_page::colophon;
+use super::scatter_page;
 use super::{Align, Block, MarkedLine, Page, Section, Table, Tone, cells};
 use crate::campaign::{Campaign, Role};
 use crate::diagnosis::Diagnosis;
@@ -38,6 +39,7 @@ pub fn diagnose_page(
     Ok(page
         .section(missing)
         .section(model(report))
+        .section(scatter_page::scatter(&report.scatter))
         .section(unexplained(report))
         .section(changes(report))
         .section(places(report))

@@ -25,7 +25,7 @@ pub fn fit_page(fit: &Fit, report: &FitReport, comparison: Option<&CompareReport
         .section(fit_estimates::not_estimable(report))
         .section(fit_correction::correction(report))
         .section(fit_estimates::budget(report)?)
-        .section(scatter_page::scatter(report))
+        .section(scatter_page::scatter(&report.scatter))
         .section(checks_page::monte_carlo(report))
         .section(residuals(fit, report)?)
         .section(checks_page::checks(report))

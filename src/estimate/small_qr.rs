@@ -1,0 +1,125 @@
+//! Column-pivoted Householder QR of few rows by plain loops: what blocks of reflections and their scratch cost is more than such a
+//! factorisation itself. G. H. Golub, C. F. Van Loan, Matrix Computations, 5.4.2.
+
+use super::factor::Pivoted;
+use faer::Mat;
+
+/// Elements up to which this is the faster way.
+pub(super) const MOST: usize = 4096;
+/// A column whose updated norm has lost so much of the computed one is computed again.
+const LOST: f64 = 1e-6;
+
+/// `scaled` restricted to `active`, whose columns have norm 1; of columns with one norm the first is taken.
+pub(super) fn pivoted(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pivoted {
+    let (m, k) = (scaled.nrows(), active.len());
+    let size = m.min(k);
+    let mut work = Vec::with_capacity(m * k);
+    active.iter().for_each(|j| work.extend_from_slice(scaled.col_as_slice(*j)));
+    let mut order = active.to_vec();
+    let mut squares: Vec<f64> = work.chunks_exact(m.max(1)).map(|column| dot(column, column)).collect();
+    squares.resize(k, 0.0);
+    let mut computed = squares.clone();
+    // first element of each reflection, and twice the reciprocal of its squared norm
+    let mut reflections = vec![(0.0, 0.0); size];
+    for s in 0..size {
+        let pivot = (s + 1..k).fold(s, |best, l| if squares[l] > squares[best] { l } else { best });
+        if pivot != s {
+            order.swap(s, pivot);
+            squares.swap(s, pivot);
+            computed.swap(s, pivot);
+            let (left, right) = work.split_at_mut(pivot * m);
+            left[s * m..(s + 1) * m].swap_with_slice(&mut right[..m]);
+        }
+        let (before, after) = work.split_at_mut((s + 1) * m);
+        let (top, own) = before[s * m + s..].split_at_mut(1);
+        let below = dot(own, own);
+        if below > 0.0 {
+            let beta = -(top[0] * top[0] + below).sqrt().copysign(top[0]);
+            let first = top[0] - beta;
+            top[0] = beta;
+            reflections[s] = (first, 2.0 / (first * first + below));
+        }
+        let (first, scale) = reflections[s];
+        for (l, column) in after.chunks_exact_mut(m).enumerate() {
+            let (head, rest) = column[s..].split_at_mut(1);
+            reflect((first, own, scale), &mut head[0], rest);
+            let (left, reference) = (&mut squares[s + 1 + l], &mut computed[s + 1 + l]);
+            *left -= head[0] * head[0];
+            if !(*left > LOST * *reference) {
+                *left = dot(rest, rest);
+                *reference = *left;
+            }
+        }
+    }
+    let mut q = Mat::zeros(m, size);
+    for s in (0..size).rev() {
+        let own = &work[s * m + s + 1..(s + 1) * m];
+        let (first, scale) = reflections[s];
+        q[(s, s)] = 1.0;
+        for l in s..size {
+            let (head, rest) = q.col_as_slice_mut(l)[s..].split_at_mut(1);
+            reflect((first, own, scale), &mut head[0], rest);
+        }
+    }
+    let r = Mat::from_fn(size, k, |i, j| if i <= j { work[j * m + i] } else { 0.0 });
+    let largest = if size > 0 { r[(0, 0)].abs() } else { 0.0 };
+    // Negated, so that anything not comparable counts as dependent.
+    let rank = (0..size).take_while(|&i| r[(i, i)].abs() > tolerance * largest).count();
+    Pivoted { q, r, order, rank }
+}
+
+/// `x -= scale v (v . x)` with `v = (first, own)`.
+fn reflect((first, own, scale): (f64, &[f64], f64), head: &mut f64, rest: &mut [f64]) {
+    let along = scale * (first * *head + dot(own, rest));
+    *head -= along * first;
+    rest.iter_mut().zip(own).for_each(|(x, v)| *x -= along * v);
+}
+
+/// In four sums, which a processor adds side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns of a Hilbert-like matrix, one of them twice: `Q R` gives them back, `Q` is orthonormal, and the rank is one less.
+    #[test]
+    fn factors_multiply_to_the_columns() {
+        for (m, k) in [(7, 5), (5, 7), (30, 6), (4, 4), (1, 1), (3, 0)] {
+            let mut a = Mat::from_fn(m, k, |i, j| ((i * i + 3 * j * i + 2 * j) as f64 * 0.37 + 0.1).sin());
+            if k == 6 {
+                let twin = a.col_as_slice(1).to_vec();
+                a.col_as_slice_mut(4).copy_from_slice(&twin);
+            }
+            for j in 0..k {
+                let norm = dot(a.col_as_slice(j), a.col_as_slice(j)).sqrt();
+                a.col_as_slice_mut(j).iter_mut().for_each(|x| *x /= norm);
+            }
+            let active: Vec<usize> = (0..k).collect();
+            let found = pivoted(&a, &active, 1e-13);
+            assert_eq!(found.rank, if k == 6 { 5 } else { m.min(k) });
+            let product = &found.q * &found.r;
+            for (l, &j) in found.order.iter().enumerate() {
+                for i in 0..m {
+                    assert!((product[(i, l)] - a[(i, j)]).abs() < 1e-14, "{m} x {k}");
+                }
+            }
+            let unit = found.q.transpose() * &found.q;
+            for i in 0..unit.nrows() {
+                for j in 0..unit.ncols() {
+                    assert!((unit[(i, j)] - f64::from(u8::from(i == j))).abs() < 1e-14);
+                }
+            }
+        }
+    }
+}

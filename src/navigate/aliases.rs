@@ -1,0 +1,94 @@
+//! What could stand in the place of a finding: another cause, or another together with another for a second finding.
+
+use super::cause::{Cause, Change};
+use super::diagnose::Alias;
+use super::measured::CHANNEL_NAMES;
+use super::refine::Walk;
+use super::walk::Linear;
+
+/// Another cause that fits worse by no more than this, in variances of the noise, cannot be told here.
+const ALIKE: f64 = 9.0;
+
+/// Sets in which two members together are compared with other pairs.
+const PAIRED: usize = 8;
+
+impl Walk<'_> {
+    pub(super) fn aliases(&self, linear: &Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
+        let own = set.get(place).and_then(|j| linear.causes.get(*j));
+        let rivals = linear.products.rivals(set, place, ALIKE * scale * scale);
+        let alone: Vec<usize> = rivals.iter().map(|(j, ..)| *j).collect();
+        let one = |(j, excess, exact): (usize, f64, bool)| -> Option<Alias> {
+            let source = *linear.causes.get(j)?;
+            let mut other = set.to_vec();
+            *other.get_mut(place)? = j;
+            let value = linear.products.solve(&other).map(|solved| solved.values[place] / linear.norms[j]);
+            let absurd = value.is_some_and(|value| self.case.is_absurd(&source, value));
+            let excess = (excess / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
+            Some(Alias { source, value, exact, excess, absurd, together_with: None })
+        };
+        let mut aliases: Vec<Alias> = rivals.into_iter().filter_map(one).collect();
+        aliases.extend(self.together(linear, set, place, &alone, scale));
+        // of the many times of one step the best speaks for all, and none beside the time that was found
+        let step = |cause: &Cause| match cause {
+            Cause::Changing(source, Change::Step(_)) => Some(source.id()),
+            Cause::Changing(source, Change::WarmUp(_)) => Some(format!("{} warm-up", source.id())),
+            Cause::Reference(channel, Some(Change::Step(_))) => CHANNEL_NAMES.get(*channel).map(|s| (*s).to_string()),
+            _ => None,
+        };
+        aliases.sort_by(|a, b| a.excess.total_cmp(&b.excess));
+        let mut seen: Vec<String> = own.and_then(step).into_iter().collect();
+        aliases.retain(|alias| match step(&alias.source).filter(|_| alias.together_with.is_none()) {
+            Some(name) if seen.contains(&name) => false,
+            Some(name) => {
+                seen.push(name);
+                true
+            }
+            None => true,
+        });
+        let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, a.source.rank() as u8);
+        aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(a.excess.total_cmp(&b.excess)));
+        aliases
+    }
+
+    /// Constant errors that could stand in the place of a member if another stands in that of a second member; those of `alone` need no other.
+    fn together(&self, linear: &Linear, set: &[usize], place: usize, alone: &[usize], scale: f64) -> Vec<Alias> {
+        let mut found: Vec<Alias> = Vec::new();
+        if set.len() > PAIRED {
+            return found;
+        }
+        let excess = ALIKE * scale * scale;
+        let is_constant = |j: &usize| linear.causes.get(*j).is_some_and(Cause::is_constant);
+        let constants: Vec<usize> = (0..linear.causes.len()).filter(is_constant).collect();
+        for other in (0..set.len()).filter(|other| *other != place) {
+            let (Some(second), true) = (set.get(other), set.get(place).is_some_and(|j| is_constant(j))) else {
+                continue;
+            };
+            if !is_constant(second) {
+                continue;
+            }
+            for (first, second, worse) in linear.products.pairs(set, [place, other], excess, &constants) {
+                let (Some(source), Some(with)) = (linear.causes.get(first), linear.causes.get(second)) else {
+                    continue;
+                };
+                let known = found.iter().position(|alias| alias.source == *source);
+                if alone.contains(&first) || known.and_then(|k| found.get(k)).is_some_and(|own| own.excess <= worse) {
+                    continue;
+                }
+                let mut instead = set.to_vec();
+                for (at, j) in [(place, first), (other, second)] {
+                    instead.get_mut(at).into_iter().for_each(|slot| *slot = j);
+                }
+                let solved = linear.products.solve(&instead);
+                let of = |at: usize, j: usize| Some(solved.as_ref()?.values.get(at)? / linear.norms.get(j)?);
+                let value = of(place, first);
+                let absurd = |cause: &Cause, value: Option<f64>| value.is_some_and(|v| self.case.is_absurd(cause, v));
+                let absurd = absurd(source, value) || absurd(with, of(other, second));
+                let worse = (worse / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
+                known.into_iter().for_each(|k| drop(found.remove(k)));
+                let (source, together_with) = (*source, Some(*with));
+                found.push(Alias { source, value, exact: false, excess: worse, absurd, together_with });
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,275 @@
+//! Causes of a gap, walked to: a set refined on the full simulation, then improved on its linear model, in turn until both agree.
+
+use super::case::Case;
+use super::cause::{Cause, Change};
+use super::errors::{Instrument, Kind};
+use super::refine::{Seen, State, Walk, normalise};
+use super::search::{self, Products, dot};
+
+/// Rounds of improving and refining, at most.
+const ROUNDS: usize = 24;
+/// Causes at most: constants of the unit and the start, and what changes in time or is the reference's.
+const MOST: usize = 16;
+const MOST_CHANGING: usize = 3;
+/// Cost of rank: what decides among causes that fit alike, in variances of the noise.
+pub(super) const RANK: f64 = 2.0;
+/// A gap of so many standard uncertainties (root mean square) may be far from linear.
+const FAR: f64 = 50.0;
+/// Columns are made anew where they miss more standard deviations, and more of what the errors do, than this;
+const BENT: (f64, f64) = (5.0, 0.02);
+/// so often at most.
+const MOST_MOVED: usize = 6;
+
+/// The linear model of all causes at a state.
+pub(super) struct Linear {
+    pub causes: Vec<Cause>,
+    pub products: Products,
+    pub norms: Vec<f64>,
+}
+
+impl<'a> Walk<'a> {
+    /// The best explanation: one cause; else all biases that a unit has, together, less those that nothing needs; else a walk from nothing.
+    pub fn run(&mut self) -> Option<State> {
+        let empty = self.refine(&[], &[], &[])?;
+        let far = empty.rss > FAR * FAR * self.u.len() as f64;
+        let original = self.case.clone();
+        let first = self.walk(empty, 1)?;
+        if self.is_finished(&first) {
+            return Some(first);
+        }
+        let mut best = (first.clone(), self.case.clone());
+        let biases: Vec<Cause> = self.visible(|kind, instrument| kind == Kind::Bias && instrument != Instrument::Start);
+        let starts: Vec<Cause> = self.visible(|kind, _| kind == Kind::Attitude);
+        let both: Vec<Cause> = biases.iter().chain(&starts).copied().collect();
+        for start in [biases, both] {
+            self.case = original.clone();
+            let state = self.begin(&start, &first.out, far);
+            self.ordinary = state.clone().or(self.ordinary.take());
+            let state = state.and_then(|state| self.walk(state, MOST));
+            self.keep(&mut best, state);
+            self.case = best.1.clone();
+            if self.is_finished(&best.0) && best.0.set.iter().all(is_bias) {
+                break;
+            }
+        }
+        // fewer causes of another kind may do
+        self.case = best.1.clone();
+        let complete = self.is_finished(&best.0);
+        if !(complete && far && best.0.set.iter().all(is_bias)) {
+            self.case = original;
+            let most = if complete { best.0.set.len() } else { MOST };
+            let state = self.walk(first, most);
+            self.keep(&mut best, state);
+        }
+        let (state, case) = best;
+        self.case = case;
+        Some(state)
+    }
+
+    /// Keep a state, with the columns around it, if it explains more.
+    fn keep(&self, best: &mut (State, Case<'a>), state: Option<State>) {
+        let Some(state) = state else { return };
+        let order = |state: &State| (!self.is_complete(state), self.score(state));
+        if order(&state).partial_cmp(&order(&best.0)).is_some_and(std::cmp::Ordering::is_lt) {
+            *best = (state, self.case.clone());
+        }
+    }
+
+    /// A set refined from nothing; where the gap is far from linear, from what its first rows say too.
+    fn begin(&mut self, set: &[Cause], out: &[usize], far: bool) -> Option<State> {
+        let names: Vec<String> = set.iter().map(Cause::id).collect();
+        (self.progress)(&names.join(" + "));
+        let straight = if far { None } else { self.refine(set, &vec![0.0; set.len()], out) };
+        if straight.as_ref().is_some_and(|state| state.settled) {
+            return straight;
+        }
+        let values = self.approach(set, out);
+        let round = self.refine_or_damp(set, &values, out);
+        let enough = |state: &State| state.settled && state.rss < 4.0 * self.u.len() as f64;
+        if round.as_ref().is_some_and(enough) {
+            return round;
+        }
+        let straight = straight.or_else(|| self.refine_or_damp(set, &vec![0.0; set.len()], out));
+        [straight, round]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| (!a.settled, a.rss).partial_cmp(&(!b.settled, b.rss)).unwrap_or(std::cmp::Ordering::Equal))
+    }
+
+    /// Columns are the derivatives around the mission's errors; where a state is far from these, around the state.
+    fn relinearise(&mut self, state: &State) {
+        if self.moved >= MOST_MOVED {
+            return;
+        }
+        let errors = self.case.with(&state.set, &state.values);
+        let mut constant = state.flown.predicted.clone();
+        for ((cause, value), column) in state.set.iter().zip(&state.values).zip(&state.flown.jacobian) {
+            if !cause.is_constant() {
+                constant.iter_mut().zip(column).for_each(|(slot, c)| *slot -= value * c);
+            }
+        }
+        let (missed, share) = self.case.bent(&errors, &constant, self.u);
+        if missed > BENT.0
+            && share > BENT.1
+            && let Some(case) = self.case.around(&errors, self.u)
+        {
+            self.case = case;
+            self.moved += 1;
+        }
+    }
+
+    /// Constants of some kinds that these data show.
+    fn visible(&self, keep: impl Fn(Kind, Instrument) -> bool) -> Vec<Cause> {
+        let of = |cause: &&Cause| cause.constant().is_some_and(|source| keep(source.kind, source.instrument));
+        let shown = |cause: &&Cause| {
+            let mut column = [self.case.raw_of(cause)];
+            self.case.weigh(self.u, &[], &mut column);
+            !self.case.is_invisible(cause, dot(&column[0], &column[0]).sqrt())
+        };
+        self.case.causes.iter().filter(of).filter(shown).copied().collect()
+    }
+
+    /// Is nothing left but noise?
+    pub fn is_complete(&self, state: &State) -> bool {
+        let left = self.case.left(&state.flown.predicted);
+        let gap = self.case.gap(&left, self.u, &state.out, state.set.len());
+        let changing = state.set.iter().filter(|cause| !cause.is_constant()).count();
+        state.settled && changing <= MOST_CHANGING && gap.p.is_none_or(|p| p > 0.2 * self.case.settings.significance)
+    }
+
+    /// Is a state complete, and no further cause beyond chance?
+    fn is_finished(&self, state: &State) -> bool {
+        let further = || {
+            let linear = self.linear(state);
+            let of = |cause: &Cause| linear.causes.iter().position(|own| own == cause);
+            linear.products.best_addition(&state.set.iter().filter_map(of).collect::<Vec<usize>>())
+        };
+        self.is_complete(state) && further().is_none()
+    }
+
+    pub fn score(&self, state: &State) -> f64 {
+        let cost = |cause: &Cause| self.penalty + RANK * cause.rank();
+        state.rss + state.set.iter().map(cost).sum::<f64>() + (self.penalty + 4.0) * state.out.len() as f64
+    }
+
+    fn record(&mut self, state: &State, linear: &Linear, now: &[usize]) {
+        let strongest = linear.products.solve(now).and_then(|solved| {
+            let gains = linear.products.gains(now, &solved);
+            let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+            Some((*linear.causes.get(best.0)?, best.1.sqrt()))
+        });
+        let left = self.case.left(&state.flown.predicted);
+        let p = self.case.gap(&left, self.u, &state.out, state.set.len()).p;
+        self.seen.push(Seen { set: state.set.clone(), strongest, p });
+    }
+
+    /// The linear model at a state: all causes, those of the set by their own derivatives.
+    pub fn linear(&self, state: &State) -> Linear {
+        let mut causes = self.case.causes.clone();
+        causes.extend(state.set.iter().filter(|own| !self.case.causes.contains(own)));
+        let mut laid = self.case.left(&state.flown.predicted);
+        let mut columns: Vec<Vec<f64>> = Vec::with_capacity(causes.len() + 1);
+        for (j, cause) in causes.iter().enumerate() {
+            let member = state.set.iter().position(|own| own == cause);
+            columns.push(match member.and_then(|k| state.flown.jacobian.get(k)) {
+                Some(own) => own.clone(),
+                None => self.case.raw.get(j).cloned().unwrap_or_default(),
+            });
+        }
+        for (column, value) in state.flown.jacobian.iter().zip(&state.values) {
+            laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
+        }
+        columns.push(laid);
+        self.case.weigh(self.u, &state.out, &mut columns);
+        let residual = columns.pop().unwrap_or_default();
+        let mut handicap = Vec::with_capacity(causes.len());
+        let mut norms = Vec::with_capacity(causes.len());
+        for (cause, column) in causes.iter().zip(&mut columns) {
+            let norm = normalise(column);
+            let seen = norm > 0.0 && !self.case.is_invisible(cause, norm);
+            if !seen {
+                column.fill(0.0);
+            }
+            let alone = if seen { dot(column, &residual) / norm } else { 0.0 };
+            let absurd = if self.case.is_absurd(cause, alone) { 5.0 } else { 0.0 };
+            handicap.push(if seen { RANK * cause.rank() + absurd } else { f64::INFINITY });
+            norms.push(norm);
+        }
+        let products = Products::new(columns, &residual, handicap, self.penalty);
+        Linear { causes, products, norms }
+    }
+
+    /// Improve and refine in turn; a set grows to so many causes at most.
+    fn walk(&mut self, mut state: State, most: usize) -> Option<State> {
+        for _ in 0..ROUNDS {
+            // such a set can build any pattern: it is none that will be accepted
+            if state.set.iter().filter(|cause| !cause.is_constant()).count() > 2 * MOST_CHANGING {
+                break;
+            }
+            self.relinearise(&state);
+            let out = self.single(&state);
+            if out != state.out {
+                state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
+            }
+            let (mut set, mut values) = (state.set.clone(), state.values.clone());
+            if self.sharpen(&state, &mut set, &mut values)
+                && let Some(sharper) = self.refine(&set, &values, &[])
+            {
+                state = sharper;
+                let out = self.single(&state);
+                if out != state.out {
+                    state = self.refine(&state.set.clone(), &state.values.clone(), &out)?;
+                }
+            }
+            let linear = self.linear(&state);
+            let now: Vec<usize> =
+                state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
+            // one more at a time: what is far off may look like many
+            let better = linear.products.improve(now.clone(), (now.len() + 1).min(most));
+            self.record(&state, &linear, &now);
+            let mut set: Vec<Cause> = better.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
+            let Some(solved) = linear.products.solve(&better) else { break };
+            let mut values: Vec<f64> = better.iter().zip(&solved.values).map(|(j, x)| x / linear.norms[*j]).collect();
+            if better.len() == now.len() && better.iter().all(|j| now.contains(j)) {
+                break;
+            }
+            self.sharpen(&state, &mut set, &mut values);
+            let names: Vec<String> = set.iter().map(Cause::id).collect();
+            (self.progress)(&names.join(" + "));
+            let refined = self.refine(&set, &values, &state.out).or_else(|| {
+                // too far for the linear model: from where the walk stands
+                let from =
+                    |cause: &Cause| state.set.iter().position(|own| own == cause).map_or(0.0, |k| state.values[k]);
+                let values: Vec<f64> = set.iter().map(from).collect();
+                self.refine(&set, &values, &state.out)
+            });
+            let Some(refined) = refined else { break };
+            // a change that is none on the full simulation ends the walk
+            if self.score(&refined) >= self.score(&state) && refined.set.len() >= state.set.len() {
+                break;
+            }
+            state = refined;
+        }
+        Some(state)
+    }
+}
+
+fn is_bias(cause: &Cause) -> bool {
+    cause.constant().is_some_and(|source| source.kind == Kind::Bias)
+}
+
+/// Penalty and number of distinct causes of a question. Steps count one by one: no two times are the same.
+pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
+    let is_step = |cause: &Cause| {
+        matches!(cause, Cause::Changing(_, Change::Step(_)) | Cause::Reference(_, Some(Change::Step(_))))
+    };
+    let steps = case.causes.iter().filter(|cause| is_step(cause)).count();
+    let (causes, mut columns): (Vec<&Cause>, Vec<Vec<f64>>) =
+        case.causes.iter().zip(case.raw.iter().cloned()).filter(|(cause, _)| !is_step(cause)).unzip();
+    case.weigh(u, &[], &mut columns);
+    let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
+    let seen = |j: usize| norms[j] > 0.0 && !case.is_invisible(causes[j], norms[j]);
+    let is_new = |i: usize| seen(i) && (0..i).all(|j| !seen(j) || dot(&columns[i], &columns[j]).abs() < 1.0 - 1e-6);
+    let distinct = steps + (0..causes.len()).filter(|i| is_new(*i)).count();
+    (search::penalty(case.settings.significance, distinct), distinct)
+}
