@@ -127,6 +127,7 @@ fn gamma_nearly_normal(a: f64, x: f64, density: f64) -> Tails {
 }
 
 /// [`stirling_error`] of 1/2, 1, 3/2 to 31/2, from its definition in 40 digits.
+#[allow(clippy::excessive_precision)]
 const STIRLING_OF_HALVES: [f64; 31] = [
     0.153_426_409_720_027_345,
     0.081_061_466_795_327_258_2,
