@@ -30,11 +30,8 @@ fn log(path: &Path) {
         let text = physical == Physical::BYTE_ARRAY;
         Arc::new(if text { builder.with_logical_type(Some(LogicalType::String)) } else { builder }.build().unwrap())
     };
-    let fields = vec![
-        field("time_s", Physical::DOUBLE),
-        field("remark", Physical::BYTE_ARRAY),
-        field("V", Physical::FLOAT),
-    ];
+    let fields =
+        vec![field("time_s", Physical::DOUBLE), field("remark", Physical::BYTE_ARRAY), field("V", Physical::FLOAT)];
     let schema = Arc::new(Type::group_type_builder("log").with_fields(fields).build().unwrap());
     let file = std::fs::File::create(path).unwrap();
     let mut writer = SerializedFileWriter::new(file, schema, Arc::default()).unwrap();

@@ -38,7 +38,8 @@ impl Source {
             .map_err(|error| error.at_line(1, 1).in_file(record.name()))?;
         let texts = texts(path, &plan.kept)?;
         let given = plan.given.iter().flatten().map(|(column, _)| (*column, As::Number));
-        let mut wanted: Vec<(usize, As)> = plan.sensors.iter().map(|column| (*column, As::Number)).chain(given).collect();
+        let mut wanted: Vec<(usize, As)> =
+            plan.sensors.iter().map(|column| (*column, As::Number)).chain(given).collect();
         wanted.extend(plan.kept.iter().zip(&texts).map(|(k, text)| (*k, if *text { As::Label } else { As::Number })));
         record.select(&wanted);
         Ok(Source { record, titles, plan, texts })
@@ -71,7 +72,9 @@ impl Source {
                 let at = |column: &Vec<f64>| column.get(row).copied().unwrap_or(f64::NAN);
                 readings.iter_mut().zip(sensors).for_each(|(to, column)| *to = at(column));
                 let mut columns = inputs.iter();
-                for (value, (_, factor)) in given.iter_mut().zip(&plan.given).filter_map(|(v, from)| Some((v, from.as_ref()?))) {
+                for (value, (_, factor)) in
+                    given.iter_mut().zip(&plan.given).filter_map(|(v, from)| Some((v, from.as_ref()?)))
+                {
                     *value = columns.next().map_or(f64::NAN, at) * factor;
                 }
                 let (values, converged) = correction.row(&readings, &given);

@@ -176,8 +176,7 @@ impl Correction<'_> {
     fn row(&self, readings: &[f64], given: &[f64]) -> (Vec<f64>, bool) {
         let corrected = self.corrector.correct(readings, given);
         let covariance = if self.arguments.u { self.corrector.covariance(&corrected.inputs, given) } else { None };
-        let (mut values, covariance) =
-            turned(self.calibration, self.rotation.as_ref(), &corrected.inputs, covariance);
+        let (mut values, covariance) = turned(self.calibration, self.rotation.as_ref(), &corrected.inputs, covariance);
         if self.arguments.u {
             let n = values.len();
             values.extend((0..n).map(|k| covariance.as_ref().map_or(f64::NAN, |c| c[(k, k)].max(0.0).sqrt())));
@@ -263,7 +262,9 @@ fn notes(calibration: &Calibration, counts: &Counts) -> Vec<String> {
     }
     let Counts { rows, failed, .. } = counts;
     if *failed > 0 {
-        notes.push(format!("{failed} of {rows} rows could not be corrected (empty cells): no number, or no solution of the exact lines"));
+        notes.push(format!(
+            "{failed} of {rows} rows could not be corrected (empty cells): no number, or no solution of the exact lines"
+        ));
     }
     notes
 }
