@@ -151,7 +151,7 @@ impl super::Campaign {
             });
             relation.reason == Reason::Argument || unit.is_some_and(|unit| unit.dimension().is_angle_or_number())
         });
-        homogeneous.then(|| Unit::product(&factors))
+        homogeneous.then(|| Unit::reduced(&factors))
     }
 }
 

@@ -466,9 +466,9 @@ pub(super) fn fit(
     outputs.write()?;
     if !to_stdout {
         if many.to.is_none() && summary.devices <= SHOWN {
-            super::print(&(report::batch_rows(template, table.by(), &shown) + "\n"))?;
+            super::show(&(report::batch_rows(template, table.by(), &shown) + "\n"))?;
         }
-        super::print(&report::batch_table(&found))?;
+        super::show(&report::batch_table(&found))?;
     }
     let failed = found.conformity.as_ref().is_some_and(|own| own.fail > 0);
     let rejected = found.devices.rejected + found.devices.malformed > 0;

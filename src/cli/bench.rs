@@ -3,7 +3,7 @@
 use super::Outcome;
 use crate::bench;
 use crate::error::{Fault, Malformed, Result};
-use crate::report::{table, wrap};
+use crate::report::table;
 use crate::wire::{self, Source};
 use clap::Subcommand;
 
@@ -28,8 +28,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
                 let sensors: Vec<&str> = bench.sensors.iter().map(|s| s.id.as_str()).collect();
                 rows.push(vec![bench.id.clone(), format!("{} (sensors: {})", bench.title, sensors.join(", "))]);
             }
-            let title = "what it is";
-            super::print(&wrap::last_column(&table::plain(&["id", title], &rows), title))?;
+            super::show(&table::plain(&["id", "what it is"], &rows))?;
         }
         Arguments::Show { id } => match bench::built_in(id) {
             Some(built_in) => super::print(built_in.text)?,

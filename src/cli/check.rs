@@ -25,7 +25,7 @@ pub(super) struct SchemaArguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     for path in &arguments.files {
         let line = check(path)?;
-        super::print(&format!("{}: {line}\n", path.display()))?;
+        super::show(&format!("{}: {line}\n", path.display()))?;
     }
     Ok(Outcome::Done)
 }

@@ -51,7 +51,7 @@ fn finish(arguments: &Arguments, mut outputs: Outputs, page: &html::Page, json: 
     }
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
-    if to_stdout { Ok(()) } else { super::print(table) }
+    if to_stdout { Ok(()) } else { super::show(table) }
 }
 
 fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {

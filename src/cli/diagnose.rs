@@ -5,6 +5,7 @@ use super::pages;
 use super::{Outcome, batch, batch_diagnose, files};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
+use crate::fit::Remount;
 use crate::report::{self, html};
 use crate::wire::{self, BenchRef, Source};
 use clap::Args;
@@ -24,6 +25,10 @@ pub(super) struct Arguments {
     /// Probability of reporting anything when nothing is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P", allow_negative_numbers = true)]
     significance: f64,
+    /// Remounting scatters each sensor's offset at each position: estimated, or with this standard uncertainty in the sensor's unit. Other
+    /// deviations are "scatter" lines of the campaign.
+    #[arg(long, value_name = "estimate|U", value_parser = super::fit::remount, allow_negative_numbers = true, conflicts_with = "measured")]
+    remount: Option<Remount>,
     /// Write the repaired bench to NAME.bench.json and, beside it, the repaired campaign to NAME.campaign.json; with '--measured' the
     /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
@@ -78,7 +83,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         None => None,
     };
     let catalogue = Catalogue::new(own)?;
-    let settings = diagnosis::Settings::at(arguments.significance);
+    let remount = arguments.remount.unwrap_or_default();
+    let settings = diagnosis::Settings { remount, ..diagnosis::Settings::at(arguments.significance) };
     let Some(campaign) = campaign else {
         let single = [
             (arguments.write_model.is_some(), "--write-model"),
@@ -123,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::diagnose_table(&report))?;
+        super::show(&report::diagnose_table(&report))?;
     }
     if let Some(names) = &model_names {
         super::note(&names.note(&diagnosis));

@@ -69,7 +69,7 @@ fn robust_method(text: &str) -> std::result::Result<RobustMethod, String> {
     }
 }
 
-fn remount(text: &str) -> std::result::Result<Remount, String> {
+pub(super) fn remount(text: &str) -> std::result::Result<Remount, String> {
     match text.parse::<f64>() {
         _ if text == "estimate" => Ok(Remount::Estimate),
         Ok(u) if u > 0.0 && u.is_finite() => Ok(Remount::Stated(u)),
@@ -155,12 +155,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::table::fit(&report, listed))?;
+        super::show(&report::table::fit(&report, listed))?;
         if arguments.correction {
-            super::print(&report::correction_table(&report))?;
+            super::show(&report::correction_table(&report))?;
         }
         if arguments.budget {
-            super::print(&report::fit_checks_table::budget(&report))?;
+            super::show(&report::fit_checks_table::budget(&report))?;
         }
     }
     let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == "fail");

@@ -40,7 +40,7 @@ use std::process::ExitCode;
 
 /// Calibrate inertial sensors from multi-position tests.
 #[derive(Debug, Parser)]
-#[command(name = "tumble", version, about, max_term_width = 100, after_help = help::PROGRAM)]
+#[command(name = "tumble", version, about, max_term_width = 80, after_help = help::PROGRAM)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -159,6 +159,11 @@ fn print(text: &str) -> Result<()> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(outputs::reader_left).map_err(|e| not_printed(&e))
 }
 
+/// A report for a person: lines within the width of a terminal.
+fn show(text: &str) -> Result<()> {
+    print(&crate::report::wrap::lines(text))
+}
+
 fn not_printed(error: &std::io::Error) -> Malformed {
     Malformed::new(Fault::File, format!("cannot write to standard output: {error}"))
         .expected("a terminal, a file or a pipe that takes the whole text")
@@ -202,6 +207,11 @@ fn is_dumb() -> bool {
 
 /// Print a line to stderr; where nobody listens there is nobody to tell.
 fn note(text: &str) {
+    note_as_it_is(&crate::report::wrap::lines(text));
+}
+
+/// The same for a text whose lines must stay: an error with its place marked below the line.
+fn note_as_it_is(text: &str) {
     use std::io::Write;
     if !embedded::notes(text) {
         let _ = writeln!(std::io::stderr().lock(), "{text}");

@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::navigate_table(&report))?;
+        super::show(&report::navigate_table(&report))?;
     }
     Ok(Outcome::Done)
 }

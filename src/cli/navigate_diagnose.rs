@@ -58,7 +58,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::navigate_diagnose_table(&report))?;
+        super::show(&report::navigate_diagnose_table(&report))?;
     }
     match question.write_model {
         Some(path) if found => super::note(&format!("wrote {}", path.display())),

@@ -107,7 +107,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         super::note(&format!("note: {note}"));
     }
     if !to_stdout {
-        super::print(&report::noise_table(&report, arguments.deviations))?;
+        super::show(&report::noise_table(&report, arguments.deviations))?;
     }
     Ok(Outcome::Done)
 }

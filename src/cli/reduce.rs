@@ -119,7 +119,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::reduce_table(&report, arguments.sources))?;
+        super::show(&report::reduce_table(&report, arguments.sources))?;
     }
     Ok(Outcome::Done)
 }

@@ -9,15 +9,16 @@ use std::path::Path;
 
 /// Longest file that is read again to be quoted; beyond it a fault gets its place in words only.
 const LARGEST_QUOTED: u64 = 256 * 1024 * 1024;
-/// Characters of a line that are quoted before the fault, and from it on.
-const BEFORE: usize = 110;
-const AFTER: usize = 110;
+/// Characters of a line that are quoted whole; of a longer one so many before the fault, and from it on.
+const WHOLE: usize = 70;
+const BEFORE: usize = 40;
+const AFTER: usize = 30;
 /// Longest word of a message; of a longer one both ends are shown.
 const LONGEST_WORD: usize = 120;
 
 /// Print an error to stderr.
 pub(super) fn show(error: &Malformed) {
-    super::note(&render(error, super::colours()));
+    super::note_as_it_is(&render(error, super::colours()));
 }
 
 fn render(error: &Malformed, colour: bool) -> String {
@@ -58,7 +59,7 @@ fn render(error: &Malformed, colour: bool) -> String {
         false => GraphicalTheme::unicode_nocolor(),
     };
     let mut out = String::new();
-    let handler = GraphicalReportHandler::new_themed(theme).with_context_lines(1).with_width(110);
+    let handler = GraphicalReportHandler::new_themed(theme).with_context_lines(1).with_width(80);
     match handler.render_report(&mut out, report.as_ref()) {
         Ok(()) => out,
         Err(_) => format!("error: {error}"),
@@ -123,18 +124,20 @@ impl Excerpt {
         let previous = before.get(..line_start.saturating_sub(1)).filter(|_| line_start > 0);
         let previous = previous.map(|lines| lines.rsplit('\n').next().unwrap_or(lines));
         let mut following = rest.split('\n');
-        let after = clipped(following.next().unwrap_or_default().trim_end_matches('\r'), AFTER);
+        let right = following.next().unwrap_or_default().trim_end_matches('\r');
         let left = before.get(line_start..).unwrap_or_default();
-        let skipped = left.chars().count().saturating_sub(BEFORE);
+        let whole = left.chars().count() + right.chars().count() <= WHOLE;
+        let after = clipped(right, if whole { WHOLE } else { AFTER });
+        let skipped = if whole { 0 } else { left.chars().count().saturating_sub(BEFORE) };
         let left: String =
             if skipped > 0 { "…".chars().chain(left.chars().skip(skipped)).collect() } else { left.into() };
-        let mut excerpt = previous.map_or(String::new(), |line| clipped(line.trim_end_matches('\r'), BEFORE) + "\n");
+        let mut excerpt = previous.map_or(String::new(), |line| clipped(line.trim_end_matches('\r'), WHOLE) + "\n");
         excerpt.push_str(&left);
         let span = (excerpt.len(), len.min(after.len()));
         excerpt.push_str(&after);
         if let Some(next) = following.next() {
             excerpt.push('\n');
-            excerpt.push_str(&clipped(next.trim_end_matches('\r'), BEFORE));
+            excerpt.push_str(&clipped(next.trim_end_matches('\r'), WHOLE));
         }
         let excerpt = super::visible(&excerpt).into_owned();
         let line = before.bytes().filter(|b| *b == b'\n').count();

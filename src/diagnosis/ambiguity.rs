@@ -76,16 +76,9 @@ fn moved(candidates: &[Candidate], evidence: &Evidence, weighted: &Weighted, set
     let mut moved = vec![0.0; weighted.estimate.solution.len()];
     for (member, size) in set.iter().zip(sizes) {
         let candidate = candidates.get(*member)?;
-        let left = evidence.pool.visible().get(*member).copied()? * norm(&candidate.column, &weighted.weight);
-        let absorbed = weighted.estimate.factor.solve(&candidate.column).ok()?;
+        let left = evidence.pool.visible().get(*member).copied()? * weighted.norm(&candidate.column);
+        let absorbed = weighted.absorbed(&candidate.column).ok()?;
         moved.iter_mut().zip(absorbed).for_each(|(x, own)| *x -= own * (size / left));
     }
     moved.iter().all(|x| x.is_finite()).then_some(moved)
-}
-
-/// Weighted norm of a column, scaled first so that no square overflows.
-fn norm(column: &[f64], weight: &[f64]) -> f64 {
-    let largest = column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-    let scale = if largest > 0.0 { largest } else { 1.0 };
-    column.iter().zip(weight).map(|(v, w)| (v / scale * w).powi(2)).sum::<f64>().sqrt() * scale
 }

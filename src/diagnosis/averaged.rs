@@ -7,7 +7,7 @@
 //! Where the model's inputs are the same, the mean is sufficient; what changes within a stretch (time, temperature) changes little there. A
 //! reading far from its stretch stays by itself, so that it can be named.
 
-use crate::campaign::{Campaign, Observation, Reading, Readings};
+use crate::campaign::{Campaign, Observation, Per, Reading, Readings};
 use std::collections::{HashMap, HashSet};
 
 /// Campaigns with more readings than this are averaged,
@@ -37,7 +37,16 @@ pub(super) fn averaged(campaign: &Campaign) -> Option<Averaged> {
         return None;
     }
     let labels: Vec<bool> = (0..campaign.readings.columns.len()).map(|k| is_label(rows, k)).collect();
-    let keys: Vec<Key<'_>> = rows.iter().map(|row| key(row, &labels)).collect();
+    // a mean keeps what its readings share, and nothing that scatters anew in each of them
+    if campaign.scatter.iter().any(|line| line.per == Per::Reading || line.over.is_some()) {
+        return None;
+    }
+    let mut keys: Vec<Key<'_>> = rows.iter().map(|row| key(row, &labels)).collect();
+    for line in &campaign.scatter {
+        for (key, level) in keys.iter_mut().zip(line.per.levels(campaign).0) {
+            key.1.push(level.map_or(u64::MAX, |level| level as u64));
+        }
+    }
     let states = keys.iter().collect::<HashSet<_>>().len();
     let window = (rows.len() * states).div_ceil(KEPT).max(1);
     let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -159,7 +168,7 @@ fn mean(members: &[&Reading]) -> Option<Reading> {
         joints: first.joints.clone(),
         columns: (0..first.columns.len()).map(column).collect(),
         observations: (0..first.observations.len()).map(observation).collect::<Option<_>>()?,
-        remarks: Vec::new(),
+        remarks: first.remarks.clone(),
         place: first.place.clone(),
         samples: members.iter().map(|row| row.samples).sum(),
         planned_u: Vec::new(),

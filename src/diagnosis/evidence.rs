@@ -3,6 +3,7 @@
 use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
 use super::remainder::{Remainders, Standing};
+use super::strata::Strata;
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
 use faer::Mat;
 use std::cell::OnceCell;
@@ -27,6 +28,8 @@ pub(super) struct Evidence {
     basis: Mat<f64>,
     residual: Vec<f64>,
     pure: Option<Pure>,
+    /// Where variances of what scatters are estimated.
+    strata: Option<Strata>,
 }
 
 /// The part of everything within replicates.
@@ -45,6 +48,8 @@ pub(super) struct Given {
     pub rss: f64,
     pub dof: usize,
     pure: Option<(f64, usize, Vec<f64>)>,
+    /// The members, and what each takes off the sum of squares in this order.
+    pub(super) steps: Vec<(usize, f64)>,
 }
 
 /// The strongest evidence that something else is missing.
@@ -58,19 +63,24 @@ pub(super) struct Strongest {
 
 impl Evidence {
     pub fn new(weighted: &Weighted, columns: &[&Vec<f64>], remainders: Remainders) -> Self {
-        let matrix = weighted_columns(columns.iter().copied(), &weighted.weight);
+        let matrix = weighted.columns(columns.iter().copied());
         let pure = weighted.replicates.as_ref().map(|replicates| {
+            // within replicates nothing scatters but the rows' own noise
+            let weight = &weighted.own_weight;
+            let own = weighted.floor.as_ref().map(|_| weighted_columns(columns.iter().copied(), weight));
+            let matrix = own.as_ref().unwrap_or(&matrix);
             let mut within = Mat::zeros(matrix.nrows(), matrix.ncols());
             for j in 0..matrix.ncols() {
                 let column = matrix.col_as_slice(j);
                 let norm = norm(column);
-                let rest = replicates.within(column, &weighted.weight);
+                let rest = replicates.within(column, weight);
                 let size = self::norm(&rest);
                 if size > 1e-9 * norm {
                     within.col_as_slice_mut(j).iter_mut().zip(rest).for_each(|(slot, v)| *slot = v / size);
                 }
             }
-            let residual = replicates.within(&weighted.residual, &weighted.weight);
+            let residual: Vec<f64> = weighted.estimate.residuals.iter().zip(weight).map(|(v, w)| v * w).collect();
+            let residual = replicates.within(&residual, weight);
             Pure { columns: within, residual, dof: replicates.dof }
         });
         let pool = Pool::new(matrix, weighted.estimate.factor.thin_q(), &weighted.residual);
@@ -80,7 +90,9 @@ impl Evidence {
         // columns of one direction have one score, and chance does not repeat nine digits
         sizes.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * a.abs().max(b.abs()));
         let tests = sizes.len().max(1);
+        let strata = Strata::new(weighted, &pool);
         Evidence {
+            strata,
             tests,
             multiplicity: vec![tests as f64; pool.len()],
             remainders,
@@ -95,6 +107,34 @@ impl Evidence {
         }
     }
 
+    /// The effects that were in the model from which the variances of what scatters come.
+    pub fn found_with(&mut self, set: &[usize]) {
+        let steps = self.given(set).map(|given| given.steps).unwrap_or_default();
+        if let Some(strata) = &mut self.strata {
+            strata.found_with(steps);
+        }
+    }
+
+    /// The best pair, where what scatters is estimated and hides each of two effects behind the other: the probability of anything as strong
+    /// by chance, among all pairs.
+    pub fn hidden_pair(&self, pairs: &[(f64, Vec<usize>)]) -> Option<f64> {
+        let strata = self.strata.as_ref()?;
+        let given = self.given(&pairs.first()?.1)?;
+        let tests = 0.5 * (self.tests * self.tests) as f64;
+        Some(-f64::exp_m1(tests * f64::ln_1p(-strata.pair(&given)?.clamp(0.0, 1.0))))
+    }
+
+    /// Are variances of what scatters estimated?
+    pub fn has_strata(&self) -> bool {
+        self.strata.is_some()
+    }
+
+    /// What a set takes off twice the logarithm of the restricted likelihood, the variances of what scatters being estimated with it; `None`
+    /// where they are stated.
+    pub fn gain(&self, set: &[usize]) -> Option<f64> {
+        Some(self.strata.as_ref()?.gain(&self.given(&[])?, &self.given(set)?))
+    }
+
     /// Cosines of a candidate with all, orthogonalised; empty for one that does not exist.
     pub fn cosines(&self, index: usize) -> &[f64] {
         self.cosines.get(index).map_or(&[], |own| own.get_or_init(|| self.pool.cosines(index)))
@@ -107,6 +147,7 @@ impl Evidence {
         let mut left: Vec<f64> = self.pool.visible().iter().map(|v| f64::from(u8::from(*v > 0.0))).collect();
         let mut rss = self.rss;
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(set.len());
+        let mut steps: Vec<(usize, f64)> = Vec::with_capacity(set.len());
         for &member in set {
             let size = left.get(member).copied().filter(|n| *n > DISTINCT)?.sqrt();
             let mut direction = self.cosines(member).to_vec();
@@ -121,6 +162,7 @@ impl Evidence {
                 *s -= *d * step;
             }
             rss -= step * step;
+            steps.push((member, step * step));
             basis.push(direction);
         }
         let pure = self.pure.as_ref().map(|pure| pure.given(set, k));
@@ -128,7 +170,7 @@ impl Evidence {
             *s = if *n > DISTINCT { *s / n.sqrt() } else { 0.0 };
         }
         let dof = self.dof.checked_sub(set.len())?;
-        Some(Given { score, left, rss: rss.max(0.0), dof, pure })
+        Some(Given { score, left, rss: rss.max(0.0), dof, pure, steps })
     }
 
     /// Sum of squares left by a set; infinite for one that is not independent.
@@ -138,6 +180,9 @@ impl Evidence {
 
     /// Variance of unit weight, for differences of sums of squares.
     pub fn variance(&self, given: &Given) -> f64 {
+        if let Some(strata) = &self.strata {
+            return strata.variance(given);
+        }
         match (self.from, &given.pure) {
             (NoiseFrom::Stated, _) => 1.0,
             (NoiseFrom::Replicates, Some((sum, dof, _))) if *dof > 0 => sum / *dof as f64,
@@ -149,6 +194,9 @@ impl Evidence {
     /// Student's t (or the normal z) of a candidate given the set, and its degrees of freedom (infinite where the noise is stated).
     pub fn t(&self, given: &Given, index: usize) -> (f64, f64) {
         let score = given.score.get(index).copied().unwrap_or_default();
+        if let Some(strata) = &self.strata {
+            return strata.t(given, index, score);
+        }
         match (self.from, &given.pure) {
             (NoiseFrom::Stated, _) => (score, f64::INFINITY),
             (NoiseFrom::Replicates, Some((sum, dof, within))) => {

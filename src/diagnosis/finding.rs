@@ -151,12 +151,15 @@ pub(super) fn conclude(
     };
     let set: &[usize] = &ordered;
     let scale = row_scale(&weighted);
-    let gap_before = gap(&before, &scale, &evidence, &[]);
+    let gap_before = gap(&before, &weighted, &evidence, &[]);
     let gap_after = match &repaired {
-        Some((_, after)) => gap(after, &scale, &evidence, set),
+        Some((_, after)) => gap(after, &weighted, &evidence, set),
         None => gap_before.clone(),
     };
-    let standardised: Vec<f64> = gap_after.residuals.iter().zip(&scale).map(|(v, u)| v / u).collect();
+    let standardised: Vec<f64> = match &weighted.floor {
+        None => gap_after.residuals.iter().zip(&scale).map(|(v, u)| v / u).collect(),
+        Some(_) => weighted.whiten(&gap_after.residuals),
+    };
     let pattern_in_time = serial::serial(campaign, &design, &standardised).filter(|own| own.p <= settings.serial());
     let verdict = match &found {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
@@ -182,7 +185,13 @@ pub(super) fn conclude(
         let explains = if rest > 0.0 { (1.0 - evidence.rss_of(&with) / rest).max(0.0) } else { 0.0 };
         let mut after = weighted.clone();
         after.rss = rest;
-        after.estimate.residuals = residual.iter().zip(&weighted.weight).map(|(r, w)| r / w).collect();
+        after.estimate.residuals = match &weighted.floor {
+            None => residual.iter().zip(&weighted.weight).map(|(r, w)| r / w).collect(),
+            Some(_) => {
+                let own: Vec<&Vec<f64>> = set.iter().filter_map(|j| candidates.get(*j)).map(|c| &c.column).collect();
+                weighted.residuals_with(&design, campaign.unknowns(), &own).unwrap_or(after.estimate.residuals)
+            }
+        };
         after.residual = residual;
         let cells = places::cells(campaign, &design, &after);
         let mut pattern = match (&found, &pattern_in_time) {
@@ -207,7 +216,8 @@ pub(super) fn conclude(
         }
     });
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-    let support = Support { weighted: &weighted, columns: &columns, positions: &[] };
+    let basis = weighted.estimate.factor.thin_q();
+    let support = Support { weighted: &weighted, basis, columns: &columns, positions: &[] };
     let question = Question {
         settings,
         handicap: &handicap,
@@ -264,15 +274,15 @@ pub(super) fn conclude(
         }
     }
     let after = repaired.as_ref().map(|(_, fit)| fit);
-    let steps = steps::steps(campaign, (&before, after), &candidates, &evidence, set, &scale, settings)?;
-    let holdout = holdout::holdout(campaign, &before, after, &scale);
+    let steps = steps::steps(campaign, (&before, after), &candidates, &evidence, set, &weighted, settings)?;
+    let holdout = holdout::holdout(campaign, &before, after, (&scale, &weighted));
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
     Ok(Diagnosis {
         verdict,
         effects,
         places: places::places(campaign, &design, &weighted),
-        noise: NoiseFloor { sd, from: weighted.from },
+        noise: NoiseFloor { sd, from: noise_from(campaign, &weighted) },
         gap_before,
         gap_after,
         unexplained,
@@ -307,7 +317,15 @@ fn beyond_noise(
     }
     let rows = weighted.weight.len();
     let mut combination = vec![0.0; rows];
-    for k in 0..n.min(fit.design.jacobian.ncols()) {
+    if weighted.floor.is_some() {
+        let mut column = vec![0.0; rows];
+        for k in 0..n.min(fit.design.jacobian.ncols()) {
+            let own = fit.design.jacobian.col_as_slice(k);
+            column.iter_mut().zip(own).for_each(|(l, a)| *l += a * fit.covariance[(k, index)]);
+        }
+        combination = weighted.whiten(&column);
+    }
+    for k in 0..if weighted.floor.is_some() { 0 } else { n.min(fit.design.jacobian.ncols()) } {
         let share = fit.covariance[(k, index)];
         if share != 0.0 {
             let column = fit.design.jacobian.col_as_slice(k);
@@ -326,25 +344,32 @@ fn row_scale(weighted: &Weighted) -> Vec<f64> {
     weighted.weight.iter().map(|w| 1.0 / w).collect()
 }
 
+/// Where the readings' own noise is known from, whatever else scatters.
+fn noise_from(campaign: &Campaign, weighted: &Weighted) -> NoiseFrom {
+    let mut observations = campaign.readings.rows.iter().flat_map(|r| &r.observations);
+    let stated = weighted.floor.is_some() && observations.all(|o| o.u.is_some());
+    if stated { NoiseFrom::Stated } else { weighted.from }
+}
+
 fn noise_sd(weighted: &Weighted, finished: &Fit) -> Option<f64> {
     let readings = finished.design.rows.len();
-    if weighted.from == NoiseFrom::Residuals {
+    if weighted.from == NoiseFrom::Residuals && weighted.floor.is_none() {
         // of the finished model: the scale of the first group, for a reading of one sample
         return finished.estimate.group_scale.first().copied().flatten();
     }
     let first = |i: &usize| finished.design.rows.get(*i).is_some_and(|origin| origin.sensor == 0);
     let rows: Vec<usize> = (0..readings).filter(first).collect();
-    let square: f64 = rows.iter().filter_map(|i| weighted.weight.get(*i)).map(|w| 1.0 / (w * w)).sum();
+    let square: f64 = rows.iter().filter_map(|i| weighted.own_weight.get(*i)).map(|w| 1.0 / (w * w)).sum();
     (!rows.is_empty()).then(|| (square / rows.len() as f64).sqrt())
 }
 
-fn gap(fit: &Fit, scale: &[f64], evidence: &Evidence, set: &[usize]) -> Gap {
+fn gap(fit: &Fit, weighted: &Weighted, evidence: &Evidence, set: &[usize]) -> Gap {
     let readings = fit.design.rows.len();
     let residuals: Vec<f64> = fit.estimate.residuals.iter().take(readings).copied().collect();
     let dof = fit.estimate.dof;
     let square: f64 = residuals.iter().map(|v| v * v).sum();
     let max = residuals.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-    let chi_square = fit.estimate.residuals.iter().zip(scale).map(|(v, u)| (v / u) * (v / u)).sum();
+    let chi_square = weighted.squares(&fit.estimate.residuals);
     let p = evidence.given(set).and_then(|given| evidence.global(&given));
     Gap { rms: (dof > 0).then(|| (square / dof as f64).sqrt()), max, chi_square, dof, p, residuals }
 }
@@ -456,7 +481,7 @@ fn coefficient(
     (result.value.map(|v| v - stated), result.uncertainty.as_ref().map(|c| c.u), unit)
 }
 
-fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Change> {
+pub(super) fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Change> {
     let unknown = |id: &str| before.campaign.estimated().iter().position(|own| own.id == id);
     let of = |p: &fit::ParameterResult| (p.value, p.uncertainty.as_ref().map(|c| c.u));
     before

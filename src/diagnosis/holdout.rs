@@ -1,12 +1,16 @@
 //! Leave-one-position-out prediction: does the repaired model predict positions that it has not seen better than the given one?
 
+use super::noise::Weighted;
 use crate::campaign::Campaign;
+use crate::estimate::{Floor, Group, Settings, System, adjust};
 use crate::fit::Fit;
-use faer::Side;
-use faer::linalg::solvers::Llt;
+use faer::linalg::solvers::{Llt, Solve};
+use faer::{Mat, Side};
 
 /// Least pivot of `1 - A'A` (its square root): below, the rest does not determine what the group needs.
 const LEAST_LEFT: f64 = 1e-4;
+/// Most rows of a campaign with lines of scatter whose positions are left out.
+const MOST_SCATTERED: usize = 3000;
 
 /// Predictions of left-out positions.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +26,12 @@ pub struct Holdout {
 }
 
 /// Leave out each position in turn: `e = (1 - H_gg)^-1 v_g`, `cov e = (1 - H_gg)^-1` (Cook, Weisberg: Residuals and Influence in Regression).
-pub(super) fn holdout(campaign: &Campaign, before: &Fit, after: Option<&Fit>, scale: &[f64]) -> Option<Holdout> {
+pub(super) fn holdout(
+    campaign: &Campaign,
+    before: &Fit,
+    after: Option<&Fit>,
+    (scale, weighted): (&[f64], &Weighted),
+) -> Option<Holdout> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut seen: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
     for (i, origin) in before.design.rows.iter().enumerate() {
@@ -39,10 +48,23 @@ pub(super) fn holdout(campaign: &Campaign, before: &Fit, after: Option<&Fit>, sc
     if groups.len() < 2 {
         return None;
     }
+    let scattered = match &weighted.floor {
+        None => None,
+        // each left-out position costs a pass over all rows for each of its readings
+        Some(_) if weighted.weight.len() > MOST_SCATTERED => return None,
+        Some(floor) => {
+            let of = |fit: &Fit| Scattered::new(fit, floor);
+            Some((of(before)?, after.map(of)))
+        }
+    };
     let (mut sum_before, mut sum_after, mut rows, mut positions, mut skipped) = (0.0, 0.0, 0, 0, 0);
     for group in &groups {
-        let own = left_out(before, group, scale);
-        let other = after.map(|fit| left_out(fit, group, scale));
+        let (own, other) = match &scattered {
+            None => (left_out(before, group, scale), after.map(|fit| left_out(fit, group, scale))),
+            Some((own, other)) => {
+                (own.left_out(group), other.as_ref().map(|own| own.as_ref().and_then(|own| own.left_out(group))))
+            }
+        };
         match (own, other) {
             (Some(own), None) => sum_before += own,
             (Some(own), Some(Some(other))) => {
@@ -105,4 +127,67 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     let own: f64 = v.iter().zip(&floors).map(|(v, u)| (v / u) * (v / u)).sum();
     let sum = own + along.iter().map(|x| x * x).sum::<f64>() / mean;
     sum.is_finite().then_some(sum)
+}
+
+/// A model whose rows are not independent: `P = V^-1 - V^-1 A (A' V^-1 A)^-1 A' V^-1`, `e = P_gg^-1 (P y)_g`, `cov e = P_gg^-1`.
+///
+/// The others predict a position with the deviations that they share with it.
+struct Scattered<'a> {
+    floor: &'a Floor,
+    /// `P y`.
+    weighted: Vec<f64>,
+    /// `W' q` of each direction of the model.
+    basis: Vec<Vec<f64>>,
+}
+
+impl<'a> Scattered<'a> {
+    fn new(fit: &Fit, floor: &'a Floor) -> Option<Self> {
+        let whitening = floor.whitening();
+        let m = whitening.rows();
+        let mut rows = fit.system.rows.clone();
+        rows.resize_with(m, fit.system.rows.ncols(), |_, _| 0.0);
+        let mut observed = fit.system.observed.clone();
+        observed.resize(m, 0.0);
+        let white = System {
+            rows: whitening.whiten_columns(&rows),
+            observed: whitening.whiten(&observed),
+            u: vec![1.0; m],
+            group: vec![Group::Known; m],
+        };
+        let found = adjust(&white, &Settings::default()).ok()?;
+        let q = found.factor.thin_q();
+        let basis = (0..q.ncols()).map(|k| {
+            let own: Vec<f64> = q.col(k).iter().copied().collect();
+            whitening.carry_back(&own)
+        });
+        let basis = basis.collect();
+        Some(Scattered { floor, weighted: whitening.carry_back(&found.residuals), basis })
+    }
+
+    /// `(P y)_g' P_gg^-1 (P y)_g`; `None` where the rest cannot predict the group.
+    fn left_out(&self, group: &[usize]) -> Option<f64> {
+        let whitening = self.floor.whitening();
+        let size = group.len();
+        let mut inner = Mat::<f64>::zeros(size, size);
+        for (b, row) in group.iter().enumerate() {
+            let mut unit = vec![0.0; whitening.rows()];
+            *unit.get_mut(*row)? = 1.0;
+            let column = whitening.carry_back(&whitening.whiten(&unit));
+            for (a, other) in group.iter().enumerate() {
+                let model: f64 = self.basis.iter().map(|q| q[*row] * q[*other]).sum();
+                inner[(a, b)] = column[*other] - model;
+            }
+        }
+        let scale: Vec<f64> = group.iter().map(|i| self.floor.total_sd().get(*i).copied().unwrap_or(1.0)).collect();
+        let scaled = Mat::from_fn(size, size, |a, b| 0.5 * (inner[(a, b)] + inner[(b, a)]) * scale[a] * scale[b]);
+        let factor = Llt::new(scaled.as_ref(), Side::Lower).ok()?;
+        let lower = factor.L();
+        if (0..size).any(|a| !(lower[(a, a)] > LEAST_LEFT)) {
+            return None;
+        }
+        let right = Mat::from_fn(size, 1, |a, _| self.weighted[group[a]] * scale[a]);
+        let solved = factor.solve(&right);
+        let sum: f64 = (0..size).map(|a| right[(a, 0)] * solved[(a, 0)]).sum();
+        (sum.is_finite() && sum >= 0.0).then_some(sum)
+    }
 }

@@ -18,6 +18,8 @@
 //! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test |
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
 //! | `families.rs` | what the members of a family share, and which of them build any pattern |
+//! | `remounting.rs` | positions that scatter |
+//! | `strata.rs` | evidence where variances of what scatters are estimated |
 //! | `remainder.rs` | what no effect explains, as a component of variance |
 //! | `search.rs` | the smallest complete set |
 //! | `sets.rs` | sets by what they leave, and their rivals |
@@ -60,6 +62,7 @@ mod pool;
 mod posterior;
 mod prospective;
 mod remainder;
+mod remounting;
 mod repair;
 mod screen;
 mod search;
@@ -69,6 +72,7 @@ mod sets;
 mod settings;
 mod steps;
 mod stepwise;
+mod strata;
 mod support;
 
 pub use assumptions::Held;
@@ -86,7 +90,7 @@ pub use settings::Settings;
 pub use steps::{GapStep, Step};
 
 use crate::campaign::{Campaign, JointState};
-use crate::error::{Fault, Malformed, Result};
+use crate::error::Result;
 use crate::fit::{self, Estimator, Fit, Stop};
 use crate::simulate::Regressor;
 
@@ -209,6 +213,8 @@ pub struct Diagnosis {
 /// Errors: those of [`fit::fit`]; a significance outside (0, 1); a catalogue's term with a name that this campaign does not have.
 pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
     settings.check()?;
+    let spelled_out = fit::spelled_out(campaign, settings.remount)?;
+    let campaign: &Campaign = &spelled_out;
     let Some(long) = averaged::averaged(campaign) else { return diagnose_readings(campaign, catalogue, settings) };
     let mut diagnosis = diagnose_readings(&long.campaign, catalogue, settings)?;
     diagnosis.averaged = Some((campaign.readings.rows.len(), long.campaign.readings.rows.len()));
@@ -238,12 +244,12 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
 }
 
 fn diagnose_readings(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
-    if let Some(line) = campaign.scatter.first() {
-        return Err(Malformed::new(Fault::Value, "a diagnosis does not take what scatters into account yet")
-            .expected("a campaign without lines of \"scatter\"; `tumble fit` takes them")
-            .found(line.name(campaign))
-            .at_path(line.place.clone()));
-    }
+    let first = given(campaign, catalogue, settings)?;
+    remounting::found(campaign, catalogue, settings, first)
+}
+
+/// With what scatters as the campaign says it.
+fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Result<Diagnosis> {
     let assumed = assumptions::hold(campaign)?;
     let question = campaign;
     let campaign = &assumed.campaign;

@@ -3,7 +3,7 @@
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{Estimate, Group, System};
+use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
 use faer::Mat;
 use std::collections::HashMap;
@@ -33,13 +33,17 @@ impl NoiseFrom {
 /// Fewer degrees of freedom than this make no noise floor.
 const FEWEST_REPLICATES: usize = 4;
 
-/// A model at one point, weighted so that its noise has (relative) unit variance.
+/// A model at one point, weighted so that its noise has (relative) unit variance and its rows are independent.
 #[derive(Debug, Clone)]
 pub(super) struct Weighted {
-    /// The adjustment of the weighted system.
+    /// The adjustment of the weighted system; its residuals are those of the readings.
     pub estimate: Estimate,
-    /// `1/u` of each row, priors included.
+    /// `1/u` of each row, priors included; with lines of scatter one over the standard deviation of all that scatters in it.
     pub weight: Vec<f64>,
+    /// The same of the rows' own noise.
+    pub own_weight: Vec<f64>,
+    /// What scatters beyond the rows' own noise.
+    pub floor: Option<Floor>,
     /// Weighted residuals, `m`.
     pub residual: Vec<f64>,
     /// Their sum of squares.
@@ -48,6 +52,101 @@ pub(super) struct Weighted {
     pub from: NoiseFrom,
     /// Replicate group of each row, and the degrees of freedom within groups; empty unless the noise comes from them.
     pub replicates: Option<Replicates>,
+}
+
+impl Weighted {
+    /// A column of the rows (a shorter one: zero beyond) as independent values of unit variance.
+    pub fn whiten(&self, column: &[f64]) -> Vec<f64> {
+        match &self.floor {
+            None => column.iter().zip(&self.weight).map(|(v, w)| v * w).collect(),
+            Some(floor) => {
+                let mut column = column.to_vec();
+                column.resize(self.weight.len(), 0.0);
+                floor.whitening().whiten(&column)
+            }
+        }
+    }
+
+    /// Sum of squares of a column so weighted.
+    pub fn squares(&self, column: &[f64]) -> f64 {
+        self.whiten(column).iter().map(|v| v * v).sum()
+    }
+
+    /// Norm of a column so weighted, scaled first so that no square overflows.
+    pub fn norm(&self, column: &[f64]) -> f64 {
+        let largest = column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        let scaled: Vec<f64> = column.iter().map(|v| v / scale).collect();
+        self.squares(&scaled).sqrt() * scale
+    }
+
+    /// Weighted columns of candidates as a matrix, `m x k`; each scaled.
+    pub fn columns<'a>(&self, columns: impl ExactSizeIterator<Item = &'a Vec<f64>>) -> Mat<f64> {
+        let Some(floor) = &self.floor else { return weighted_columns(columns, &self.weight) };
+        let mut matrix = Mat::zeros(self.weight.len(), columns.len());
+        for (j, column) in columns.enumerate() {
+            let largest = column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+            let scale = if largest > 0.0 { largest } else { 1.0 };
+            let mut scaled: Vec<f64> = column.iter().map(|v| v / scale).collect();
+            scaled.resize(self.weight.len(), 0.0);
+            matrix.col_as_slice_mut(j).copy_from_slice(&floor.whitening().whiten(&scaled));
+        }
+        matrix
+    }
+
+    /// Orthonormal basis of the design's rows, each by its weight alone; `None` where that is the basis of the estimate.
+    pub fn basis(&self, design: &DesignMatrix, unknowns: usize) -> Option<Mat<f64>> {
+        self.floor.as_ref()?;
+        let m = self.weight.len();
+        let readings = design.jacobian.nrows();
+        let rows = Mat::from_fn(m, unknowns, |i, j| if i < readings { design.jacobian[(i, j)] } else { 0.0 });
+        let u = self.weight.iter().map(|w| 1.0 / w).collect();
+        let system = System { rows, observed: vec![0.0; m], u, group: vec![Group::Known; m] };
+        let found = crate::estimate::adjust(&system, &crate::estimate::Settings::default()).ok()?;
+        Some(found.factor.thin_q().to_owned())
+    }
+
+    /// Shift of every unknown by a column of the readings that is not in the model.
+    pub fn absorbed(&self, column: &[f64]) -> Result<Vec<f64>> {
+        match &self.floor {
+            None => self.estimate.factor.solve(column),
+            Some(_) => self.estimate.factor.solve(&self.whiten(column)),
+        }
+    }
+
+    /// Residuals of the readings once some columns are in the model too.
+    pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
+        let m = self.weight.len();
+        let readings = design.jacobian.nrows();
+        let all = Mat::from_fn(m, n + columns.len(), |i, j| match j.checked_sub(n) {
+            None if i < readings => design.jacobian[(i, j)],
+            None => 0.0,
+            Some(k) => columns.get(k).and_then(|c| c.get(i)).copied().unwrap_or_default(),
+        });
+        let mut white = Mat::zeros(m, all.ncols());
+        for j in 0..all.ncols() {
+            white.col_as_slice_mut(j).copy_from_slice(&self.whiten(all.col_as_slice(j)));
+        }
+        let system =
+            System { rows: white, observed: self.residual.clone(), u: vec![1.0; m], group: vec![Group::Known; m] };
+        let found = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?;
+        let mut rest = self.estimate.residuals.clone();
+        for (j, x) in found.solution.iter().enumerate() {
+            rest.iter_mut().zip(all.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+        }
+        Ok(rest)
+    }
+}
+
+/// What a finished model tells of the noise, where nothing else does.
+#[derive(Debug, Clone)]
+pub(super) struct Finished {
+    /// Scale of each group of readings.
+    pub scales: Vec<Option<f64>>,
+    /// The variances of all that scatters.
+    pub variances: Option<Variances>,
+    /// Regressors and sensors of the effects in it.
+    pub with: Vec<(String, Option<usize>)>,
 }
 
 /// Rows with the same joint states, sensor and model inputs.
@@ -60,6 +159,25 @@ pub(super) struct Replicates {
 }
 
 impl Replicates {
+    /// For each estimated group of the rows, the sum of squares within replicates and its degrees of freedom.
+    fn pure(&self, system: &System) -> Vec<(f64, usize)> {
+        let count = system.group.iter().filter_map(|g| if let Group::Estimated(g) = g { Some(g + 1) } else { None });
+        let mut pure = vec![(0.0, 0_usize); count.max().unwrap_or(0)];
+        let weight: Vec<f64> = system.u.iter().map(|u| 1.0 / u).collect();
+        let observed: Vec<f64> = system.observed.iter().zip(&weight).map(|(y, w)| y * w).collect();
+        let within = self.within(&observed, &weight);
+        let mut seen = std::collections::HashSet::new();
+        for ((group, v), replicate) in system.group.iter().zip(&within).zip(&self.group) {
+            if let Group::Estimated(g) = group
+                && let Some((sum, dof)) = pure.get_mut(*g)
+            {
+                *sum += v * v;
+                *dof += usize::from(!seen.insert(*replicate));
+            }
+        }
+        pure
+    }
+
     /// What is left of a weighted column when the mean of each group is taken out.
     pub fn within(&self, column: &[f64], weight: &[f64]) -> Vec<f64> {
         let count = self.group.iter().max().map_or(0, |g| g + 1);
@@ -78,8 +196,12 @@ impl Replicates {
     }
 }
 
-/// Weigh the system of a design by the best noise there is; `scales` are those of the finished model, where only it can tell.
-pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, scales: Option<&[Option<f64>]>) -> Result<Weighted> {
+/// Weigh the system of a design by the best noise there is; a finished model tells it where only that can.
+pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finished>) -> Result<Weighted> {
+    if !campaign.scatter.is_empty() {
+        return scattered(campaign, design, finished);
+    }
+    let scales = finished.map(|own| own.scales.as_slice());
     let system = fit::weigh(campaign, design, Weighting::AsStated)?;
     let groups = replicate_groups(campaign, design, system.observed.len());
     let unknown_scale = system.group.iter().any(|g| matches!(g, Group::Estimated(_)));
@@ -87,21 +209,8 @@ pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, scales: Option<&
     let mut from = NoiseFrom::Stated;
     let mut u = system.u.clone();
     if unknown_scale {
-        let count = relative.group_scale.len();
-        let mut pure = vec![(0.0, 0_usize); count];
-        let weight: Vec<f64> = system.u.iter().map(|u| 1.0 / u).collect();
-        let observed: Vec<f64> = system.observed.iter().zip(&weight).map(|(y, w)| y * w).collect();
-        let within = groups.within(&observed, &weight);
-        let mut seen = std::collections::HashSet::new();
-        for ((group, v), replicate) in system.group.iter().zip(&within).zip(&groups.group) {
-            if let Group::Estimated(g) = group
-                && let Some((sum, dof)) = pure.get_mut(*g)
-            {
-                *sum += v * v;
-                *dof += usize::from(!seen.insert(*replicate));
-            }
-        }
-        let enough = pure.iter().all(|(sum, dof)| *dof >= FEWEST_REPLICATES && *sum > 0.0);
+        let pure = groups.pure(&system);
+        let enough = is_enough(&pure);
         from = if enough { NoiseFrom::Replicates } else { NoiseFrom::Residuals };
         for (group, u) in system.group.iter().zip(&mut u) {
             if let Group::Estimated(g) = group {
@@ -120,7 +229,81 @@ pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, scales: Option<&
     let residual: Vec<f64> = estimate.residuals.iter().zip(&weight).map(|(v, w)| v * w).collect();
     let rss = residual.iter().map(|v| v * v).sum();
     let replicates = (from == NoiseFrom::Replicates).then_some(groups);
-    Ok(Weighted { estimate, weight, residual, rss, from, replicates })
+    Ok(Weighted { estimate, own_weight: weight.clone(), weight, floor: None, residual, rss, from, replicates })
+}
+
+fn is_enough(pure: &[(f64, usize)]) -> bool {
+    pure.iter().all(|(sum, dof)| *dof >= FEWEST_REPLICATES && *sum > 0.0)
+}
+
+/// The same where something scatters beyond the readings' own noise: rows are made independent before anything is compared.
+///
+/// Variances that are estimated are those of the finished model, or of the model as given.
+fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finished>) -> Result<Weighted> {
+    let system = fit::weigh(campaign, design, Weighting::AsStated)?;
+    let m = system.observed.len();
+    let unknown_scale = system.group.iter().any(|g| matches!(g, Group::Estimated(_)));
+    let estimated = campaign.scatter.iter().any(|line| {
+        line.size == crate::campaign::Size::Estimated || line.over.as_ref().is_some_and(|over| over.tau.is_none())
+    });
+    let stated = fit::stated_variances(campaign);
+    let repeated = (unknown_scale && !estimated).then(|| repeats(campaign, design, m)).flatten().and_then(|groups| {
+        let pure = groups.pure(&system);
+        (is_enough(&pure) && !pure.is_empty()).then_some((groups, pure))
+    });
+    let (variances, from, replicates) = match repeated {
+        _ if !unknown_scale && !estimated => (Variances::known(Vec::new(), stated), NoiseFrom::Stated, None),
+        Some((groups, pure)) => {
+            let factor = pure.iter().map(|(sum, dof)| sum / *dof as f64).collect();
+            (Variances::known(factor, stated), NoiseFrom::Replicates, Some(groups))
+        }
+        None => {
+            let known = finished.and_then(|own| own.variances.clone());
+            let known = known.filter(|own| own.lines.len() == stated.len());
+            let variances = match known {
+                Some(known) => known,
+                None => Variances::from(&fit::scattered(campaign, design)?),
+            };
+            (variances, NoiseFrom::Residuals, None)
+        }
+    };
+    let floor = fit::floor(campaign, design, &system, &variances);
+    let white = System {
+        rows: floor.whitening().whiten_columns(&system.rows),
+        observed: floor.whitening().whiten(&system.observed),
+        u: vec![1.0; m],
+        group: vec![Group::Known; m],
+    };
+    let mut estimate = fit::adjust_with_equations(campaign, design, &white)?;
+    let residual = estimate.residuals.clone();
+    let rss = residual.iter().map(|v| v * v).sum();
+    estimate.residuals = system.observed.clone();
+    for (j, x) in estimate.solution.iter().enumerate().take(system.rows.ncols()) {
+        estimate.residuals.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
+    let inverse = |sd: &[f64]| -> Vec<f64> { sd.iter().map(|sd| 1.0 / sd).collect() };
+    let (weight, own_weight) = (inverse(floor.total_sd()), inverse(floor.whitening().sd()));
+    Ok(Weighted { estimate, weight, own_weight, floor: Some(floor), residual, rss, from, replicates })
+}
+
+/// Rows that differ by nothing but their own noise: replicates at one level of everything that scatters. `None` where something scatters anew
+/// in each reading.
+fn repeats(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Option<Replicates> {
+    let mut groups = replicate_groups(campaign, design, rows);
+    for line in &campaign.scatter {
+        if line.per == crate::campaign::Per::Reading || line.over.is_some() {
+            return None;
+        }
+        let (levels, _) = line.per.levels(campaign);
+        let mut seen: HashMap<(usize, Option<usize>), usize> = HashMap::new();
+        for (i, group) in groups.group.iter_mut().enumerate() {
+            let level = design.rows.get(i).and_then(|origin| levels.get(origin.reading).copied().flatten());
+            let next = seen.len();
+            *group = *seen.entry((*group, level)).or_insert(next);
+        }
+        groups.dof = rows - seen.len();
+    }
+    Some(groups)
 }
 
 /// Group rows by sensor, joint states and the columns that the model lines use; each prior is a group of its own.

@@ -2,7 +2,7 @@
 
 use super::candidates::{Kept, build};
 use super::evidence::Evidence;
-use super::noise::{self, Weighted};
+use super::noise::{self, Finished, Weighted};
 use super::remainder::Remainders;
 use super::screen::{self, Chosen, Scanned, Screen};
 use super::search::{self, Found, Question};
@@ -12,7 +12,8 @@ use super::{Candidate, Effect, assumptions, families};
 use crate::campaign::{Campaign, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
-use crate::fit::Fit;
+use crate::estimate::Variances;
+use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 
 /// Passes over a long campaign before what has no column is left alone.
@@ -27,7 +28,7 @@ pub(super) struct Pass<'a> {
     settings: Settings,
     model: Model,
     point: Vec<f64>,
-    scales: Option<Vec<Option<f64>>>,
+    finished: Option<Finished>,
     /// Candidates whose repair did not do what their column promised.
     banned: Vec<(String, Option<usize>)>,
     /// In a long campaign, the bad readings, positions and steps that have a column.
@@ -38,7 +39,7 @@ pub(super) struct Pass<'a> {
 }
 
 /// Where a pass stands: its point, and the scales of the noise if a finished model told them.
-pub(super) type Stand = (Vec<f64>, Option<Vec<Option<f64>>>);
+pub(super) type Stand = (Vec<f64>, Option<Finished>);
 
 /// What one pass saw and found.
 pub(super) struct Seen {
@@ -67,7 +68,7 @@ impl<'a> Pass<'a> {
             settings,
             model,
             point,
-            scales: None,
+            finished: None,
             banned: Vec::new(),
             chosen: screen::chosen(campaign),
             without_column: 0,
@@ -76,18 +77,23 @@ impl<'a> Pass<'a> {
     }
 
     /// Stand where a repaired model stands, with its noise: columns that depend on the tilts follow, on those too that were assumed zero.
-    pub fn stand_at(&mut self, repaired: &Campaign, after: &Fit) {
+    pub fn stand_at(&mut self, repaired: &Campaign, effects: &[&Candidate], after: &Fit) {
         for (value, parameter) in self.point.iter_mut().zip(&self.campaign.parameters) {
             if let Some(found) = repaired.parameter_index(&parameter.id).and_then(|k| after.point.get(k)) {
                 *value = *found;
             }
         }
-        self.scales = Some(after.estimate.group_scale.clone());
+        let variances = match repaired.scatter.is_empty() {
+            true => None,
+            false => fit::scattered(repaired, &after.design).ok().map(|found| Variances::from(&found)),
+        };
+        let with = effects.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
+        self.finished = Some(Finished { scales: after.estimate.group_scale.clone(), variances, with });
     }
 
     /// Where it stands.
     pub fn stand(&self) -> Stand {
-        (self.point.clone(), self.scales.clone())
+        (self.point.clone(), self.finished.clone())
     }
 
     /// The exact fit of a repaired campaign: from its own start, and, where an effect has a kink or exists only through tilts, from where this
@@ -121,7 +127,7 @@ impl<'a> Pass<'a> {
 
     /// Stand there again.
     pub fn go_back(&mut self, stand: Stand) {
-        (self.point, self.scales) = stand;
+        (self.point, self.finished) = stand;
     }
 
     /// The thresholds.
@@ -131,7 +137,7 @@ impl<'a> Pass<'a> {
 
     /// Does the exact fit with a set take off what its columns promised, but for less than half of what its least member adds?
     pub fn is_confirmed(&self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
-        let left: f64 = after.estimate.residuals.iter().zip(&seen.weighted.weight).map(|(v, w)| v * w * v * w).sum();
+        let left = seen.weighted.squares(&after.estimate.residuals);
         let promised = seen.evidence.rss_of(set);
         let least = (0..set.len()).map(|place| seen.evidence.rss_of(&search::without(set, place)) - promised);
         left - promised <= 0.5 * least.fold(f64::INFINITY, f64::min)
@@ -141,7 +147,7 @@ impl<'a> Pass<'a> {
     ///
     /// A column that exists only because of wrong tilts promises what no coefficient keeps: once the tilts are right, it is gone.
     pub fn keeps_its_promise(&mut self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
-        let left: f64 = after.estimate.residuals.iter().zip(&seen.weighted.weight).map(|(v, w)| v * w * v * w).sum();
+        let left = seen.weighted.squares(&after.estimate.residuals);
         let promised = seen.evidence.rss - seen.evidence.rss_of(set);
         if seen.evidence.rss - left >= 0.5 * promised {
             return true;
@@ -158,7 +164,7 @@ impl<'a> Pass<'a> {
     fn evidence(&mut self) -> Result<(DesignMatrix, Weighted, Vec<Candidate>, Evidence)> {
         let mut design = design::assemble(self.campaign, &self.model, &self.point)?;
         self.put_back(&mut design);
-        let weighted = noise::weigh(self.campaign, &design, self.scales.as_deref())?;
+        let weighted = noise::weigh(self.campaign, &design, self.finished.as_ref())?;
         let screen = Screen::new(self.campaign, &design, &weighted, &self.chosen, &[]);
         self.chosen.add(screen.strongest(&self.chosen).into_iter().map(|(member, _)| member));
         self.chosen.add(screen::exchanged(self.campaign, &design, &weighted));
@@ -170,6 +176,13 @@ impl<'a> Pass<'a> {
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
         let remainders = Remainders::new(self.campaign, &design, &weighted);
         let mut evidence = Evidence::new(&weighted, &columns, remainders);
+        if let Some(finished) = &self.finished {
+            let place = |(name, sensor): &(String, Option<usize>)| {
+                candidates.iter().position(|c| c.regressor == *name && c.sensor == *sensor)
+            };
+            let with: Vec<usize> = finished.with.iter().filter_map(place).collect();
+            evidence.found_with(&with);
+        }
         self.without_column = screen.without_column(&self.chosen);
         evidence.tests += self.without_column;
         evidence.multiplicity = families::multiplicity(self.campaign, &candidates, &evidence);
@@ -257,7 +270,9 @@ impl<'a> Pass<'a> {
             Found::Nothing
         } else {
             let positions = noise::positions(self.campaign, &design, weighted.weight.len());
-            let support = Support { weighted: &weighted, columns: &columns, positions: &positions };
+            let basis = weighted.basis(&design, self.campaign.unknowns());
+            let basis = basis.as_ref().map_or(weighted.estimate.factor.thin_q(), |own| own.as_ref());
+            let support = Support { weighted: &weighted, basis, columns: &columns, positions: &positions };
             let is_pattern = |set: &[usize]| families::is_pattern(self.campaign, &candidates, set);
             let needs_all = |j: usize| candidates.get(j).is_some_and(families::needs_all);
             let other_phase = |j: usize| families::other_phase(&candidates, j);
@@ -289,13 +304,8 @@ pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Cand
     point.truncate(fit.design.point.len());
     let (_, weighted, candidates, _) =
         Pass::new(campaign, &assumed.asked, catalogue, Settings::default(), point)?.evidence()?;
-    let norm = |candidate: &Candidate| {
-        let largest = candidate.column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-        let square = |(v, w): (&f64, &f64)| (v / largest * w) * (v / largest * w);
-        candidate.column.iter().zip(&weighted.weight).map(square).sum::<f64>().sqrt() * largest
-    };
     let with_u = |candidate: Candidate| {
-        let u = 1.0 / (norm(&candidate) * candidate.visible);
+        let u = 1.0 / (weighted.norm(&candidate.column) * candidate.visible);
         (candidate, u)
     };
     Ok(candidates.into_iter().map(with_u).collect())

@@ -1,7 +1,7 @@
 //! Search and repair in turn, until the names settle: columns depend on the tilts, and the tilts on what is in the model.
 
 use super::evidence::Evidence;
-use super::noise::NoiseFrom;
+use super::noise::{NoiseFrom, Weighted};
 use super::pass::{Pass, Seen};
 use super::search::Found;
 use super::settings::Settings;
@@ -53,8 +53,8 @@ pub(super) fn run(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings)
         _ => {}
     }
     hypotheses.extend(jumping(&first.0.candidates, &first.0.evidence));
-    let weight = first.0.weighted.weight.clone();
-    let price = |outcome: &Outcome| price_in_all(outcome, &weight, settings);
+    let weighted = first.0.weighted.clone();
+    let price = |outcome: &Outcome| price_in_all(outcome, &weighted, settings);
     let mut best = whole.then(|| price(&first)).flatten();
     let mut chosen = None;
     for (k, set) in hypotheses.iter().enumerate() {
@@ -66,11 +66,11 @@ pub(super) fn run(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings)
             false => fit::fit(&repaired, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() })?,
         };
         pass.go_back(home.clone());
-        pass.stand_at(&repaired, &after);
+        pass.stand_at(&repaired, &effects, &after);
         // from a point that only a hypothesis gave, nothing less than a complete explanation counts
         let there = pass.see()?;
         let Found::Set { complete: true, set, .. } = &there.found else { continue };
-        let promised = search::misfit(&there.evidence, there.evidence.rss_of(set)) + prices(&there, set, settings);
+        let promised = search::misfit(&there.evidence, set, there.evidence.rss_of(set)) + prices(&there, set, settings);
         if whole && best.is_some_and(|best| promised >= best) {
             continue;
         }
@@ -90,11 +90,11 @@ pub(super) fn run(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings)
 
 /// Twice the negative logarithm of an outcome's posterior probability, but for a constant: what the exact fit leaves, in these weights, and
 /// the price of each effect.
-fn price_in_all((seen, repaired): &Outcome, weight: &[f64], settings: &Settings) -> Option<f64> {
+fn price_in_all((seen, repaired): &Outcome, weighted: &Weighted, settings: &Settings) -> Option<f64> {
     let (_, after) = repaired.as_ref()?;
     let Found::Set { set, .. } = &seen.found else { return None };
-    let rss: f64 = after.estimate.residuals.iter().zip(weight).map(|(v, w)| (v * w) * (v * w)).sum();
-    Some(search::misfit(&seen.evidence, rss) + prices(seen, set, settings))
+    let rss = weighted.squares(&after.estimate.residuals);
+    Some(search::misfit(&seen.evidence, set, rss) + prices(seen, set, settings))
 }
 
 /// Prices and handicaps of the members of a set.
@@ -144,9 +144,9 @@ fn settle(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings) -> Resu
             broken += 1;
             continue;
         }
-        let names = self::names(&seen, set);
+        let (names, effects) = (self::names(&seen, set), members(&seen, set));
         passes += 1;
-        pass.stand_at(&repaired, &after);
+        pass.stand_at(&repaired, &effects, &after);
         if passes == PASSES {
             return Ok((seen, Some((repaired, after))));
         }
@@ -193,9 +193,9 @@ fn confirmed_rival(pass: &Pass<'_>, campaign: &Campaign, seen: &Seen) -> Result<
 
 /// Does the exact fit with the effects leave nothing but the stated noise?
 fn is_complete(seen: &Seen, after: &Fit, settings: &Settings) -> bool {
-    let weighted = after.estimate.residuals.iter().zip(&seen.weighted.weight).map(|(v, w)| (v * w) * (v * w));
+    let weighted = seen.weighted.squares(&after.estimate.residuals);
     seen.weighted.from == NoiseFrom::Stated
-        && chi_square_survival(weighted.sum(), after.estimate.dof as f64).is_some_and(|p| p > settings.whole())
+        && chi_square_survival(weighted, after.estimate.dof as f64).is_some_and(|p| p > settings.whole())
 }
 
 /// The strongest effects that jump where a small input changes its sign, alone and with what would then be missing.

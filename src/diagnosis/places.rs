@@ -288,6 +288,9 @@ fn means(design: &DesignMatrix, weighted: &Weighted, sensor: usize, factor: &Gro
         along: Vec<f64>,
     }
     let q = weighted.estimate.factor.thin_q();
+    if weighted.floor.is_some() {
+        return scattered_means(design, weighted, sensor, factor);
+    }
     let empty = Sums { along: vec![0.0; q.ncols()], ..Sums::default() };
     let mut levels = vec![empty; factor.levels.len()];
     for (i, origin) in design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor) {
@@ -312,4 +315,30 @@ fn means(design: &DesignMatrix, weighted: &Weighted, sensor: usize, factor: &Gro
         (own.readings > 0).then(|| Mean { readings: own.readings, mean: own.sum / own.readings as f64, z })
     };
     levels.into_iter().map(mean).collect()
+}
+
+/// The same where rows are not independent: each level's column is made independent values first.
+fn scattered_means(design: &DesignMatrix, weighted: &Weighted, sensor: usize, factor: &Grouping) -> Vec<Option<Mean>> {
+    let q = weighted.estimate.factor.thin_q();
+    let mut rows: Vec<Vec<usize>> = vec![Vec::new(); factor.levels.len()];
+    for (i, origin) in design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor) {
+        let level = factor.of.get(origin.reading).copied().flatten();
+        level.and_then(|level| rows.get_mut(level)).into_iter().for_each(|own| own.push(i));
+    }
+    let mean = |rows: Vec<usize>| {
+        let mut column = vec![0.0; weighted.weight.len()];
+        for row in &rows {
+            column.iter_mut().skip(*row).take(1).for_each(|v| *v = 1.0);
+        }
+        let white = weighted.whiten(&column);
+        let dot = |other: &mut dyn Iterator<Item = f64>| white.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
+        let square = dot(&mut white.iter().copied());
+        let along: f64 = (0..q.ncols()).map(|k| dot(&mut q.col(k).iter().copied()).powi(2)).sum();
+        let product = dot(&mut weighted.residual.iter().copied());
+        let left = square - along;
+        let z = if left > 1e-9 * square { product / left.sqrt() } else { 0.0 };
+        let sum: f64 = rows.iter().filter_map(|row| weighted.estimate.residuals.get(*row)).sum();
+        (!rows.is_empty()).then(|| Mean { readings: rows.len(), mean: sum / rows.len() as f64, z })
+    };
+    rows.into_iter().map(mean).collect()
 }

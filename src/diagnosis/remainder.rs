@@ -23,6 +23,8 @@ const STRETCHES: [usize; 3] = [3, 6, 12];
 const FEWEST_GROUPS: usize = 4;
 /// Ratio of successive sizes `t` that are tried.
 const GRID: f64 = 2.0;
+/// Most groups that are made orthogonal where rows are not independent.
+const MOST_TURNED: usize = 250;
 /// Smallest `t |z_g|^2` that is tried besides zero.
 const SMALLEST: f64 = 0.1;
 
@@ -37,6 +39,8 @@ pub(super) struct Grouping {
     size: Vec<f64>,
     /// `Z'Q`, groups x rank.
     basis: Mat<f64>,
+    /// Where rows are not independent: orthogonal combinations of the groups' whitened columns, `m x groups`, in the place of `Z`.
+    turned: Option<Mat<f64>>,
 }
 
 /// The remainder of one model.
@@ -84,14 +88,14 @@ impl Remainders {
             rank: q.ncols(),
             basis: q,
         };
-        let z = relative_weights(campaign, design, &weighted.weight);
+        let z = relative_weights(campaign, design, &weighted.own_weight);
         for (name, in_time, group) in groupings(campaign, design) {
-            remainders.add(name, in_time, group, &z);
+            remainders.add(name, in_time, group, (&z, weighted));
         }
         remainders
     }
 
-    fn add(&mut self, name: String, in_time: bool, labels: Vec<Option<usize>>, z: &[f64]) {
+    fn add(&mut self, name: String, in_time: bool, labels: Vec<Option<usize>>, (z, weighted): (&[f64], &Weighted)) {
         let count = labels.iter().flatten().max().map_or(0, |g| g + 1);
         let grouped = labels.iter().flatten().count();
         if count < FEWEST_GROUPS || (count == grouped && in_time) || (count == grouped && !self.known) {
@@ -104,6 +108,16 @@ impl Remainders {
         }
         let mut z = z.to_vec();
         z.resize(self.rows, 0.0);
+        if weighted.floor.is_some() {
+            let shared: Vec<f64> = z.iter().zip(&weighted.own_weight).map(|(z, w)| z / w).collect();
+            if count <= MOST_TURNED
+                && let Some((turned, size)) = turned(weighted, &group, &shared, count)
+            {
+                let basis = turned.transpose() * &self.basis;
+                self.groupings.push(Grouping { name, group, z, size, basis, turned: Some(turned) });
+            }
+            return;
+        }
         let mut size = vec![0.0; count];
         let mut basis = Mat::zeros(count, self.rank);
         for (i, (g, z)) in group.iter().zip(&z).enumerate() {
@@ -113,7 +127,7 @@ impl Remainders {
                 basis[(*g, k)] += z * self.basis[(i, k)];
             }
         }
-        self.groupings.push(Grouping { name, group, z, size, basis });
+        self.groupings.push(Grouping { name, group, z, size, basis, turned: None });
     }
 
     /// The grouping of a remainder.
@@ -235,6 +249,10 @@ struct System {
 
 impl Grouping {
     fn sum(&self, column: &[f64]) -> Vec<f64> {
+        if let Some(turned) = &self.turned {
+            let own = |k: usize| turned.col_as_slice(k).iter().zip(column).map(|(z, c)| z * c).sum();
+            return (0..turned.ncols()).map(own).collect();
+        }
         let mut sums = vec![0.0; self.size.len()];
         for ((g, z), c) in self.group.iter().zip(&self.z).zip(column) {
             if let Some(slot) = g.and_then(|g| sums.get_mut(g)) {
@@ -275,6 +293,30 @@ impl Grouping {
         let of_groups: f64 = self.size.iter().map(|size| (1.0 + ratio * size).ln()).sum();
         Some(System { factor, right, lost: shared + explained, determinant: of_model + of_groups })
     }
+}
+
+/// The groups' columns as independent values, and turned so that they are orthogonal; with their squared norms.
+fn turned(weighted: &Weighted, group: &[Option<usize>], z: &[f64], count: usize) -> Option<(Mat<f64>, Vec<f64>)> {
+    let mut columns = Mat::zeros(weighted.weight.len(), count);
+    for (i, (g, z)) in group.iter().zip(z).enumerate() {
+        if let Some(g) = g {
+            columns[(i, *g)] = *z;
+        }
+    }
+    for g in 0..count {
+        let white = weighted.whiten(columns.col_as_slice(g));
+        columns.col_as_slice_mut(g).copy_from_slice(&white);
+    }
+    let gram = columns.transpose() * &columns;
+    let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
+    let mut turned = &columns * eigen.U();
+    let mut size: Vec<f64> = (0..count).map(|g| eigen.S()[g].max(0.0)).collect();
+    let largest = size.iter().fold(0.0_f64, |a, b| a.max(*b));
+    for (g, own) in size.iter_mut().enumerate().filter(|(_, own)| **own < 1e-10 * largest) {
+        *own = 0.0;
+        turned.col_as_slice_mut(g).fill(0.0);
+    }
+    Some((turned, size))
 }
 
 /// Weights over their root mean square for each sensor; zero for rows of priors.

@@ -2,7 +2,7 @@
 
 use super::candidates::Candidate;
 use crate::algebra::Expression;
-use crate::campaign::{Asked, Campaign, Given, Role};
+use crate::campaign::{Asked, Campaign, Deviating, Given, Role};
 use crate::error::Result;
 use crate::simulate::{Regressor, indicator};
 
@@ -71,5 +71,17 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
     repaired.constraints = campaign.constraints.clone();
     repaired.derived = campaign.derived.clone();
     repaired.identity = campaign.identity.clone();
+    for line in &campaign.scatter {
+        let mut line = line.clone();
+        if let Deviating::Parameter(k) = line.of {
+            // parameters are in another order once some are estimated
+            let id = campaign.parameters.get(k).map_or("", |p| p.id.as_str());
+            match repaired.parameter_index(id) {
+                Some(k) => line.of = Deviating::Parameter(k),
+                None => continue,
+            }
+        }
+        repaired.scatter.push(line);
+    }
     Ok(repaired)
 }

@@ -136,17 +136,20 @@ struct Sums {
     square: f64,
     product: f64,
     along: Vec<f64>,
+    /// The rows, where they are not independent.
+    rows: Vec<usize>,
 }
 
 impl Sums {
     fn new(directions: usize) -> Self {
-        Sums { square: 0.0, product: 0.0, along: vec![0.0; directions] }
+        Sums { square: 0.0, product: 0.0, along: vec![0.0; directions], rows: Vec::new() }
     }
 
     /// Score of the member, its square the drop of the sum of squares; 0 for one that the model absorbs.
-    fn score(&self) -> f64 {
-        let left = self.square - self.along.iter().map(|a| a * a).sum::<f64>();
-        if left > 1e-10 * self.square { self.product / left.sqrt() } else { 0.0 }
+    fn score(&self, of: &Rows<'_>) -> f64 {
+        let square = of.square(self);
+        let left = square - self.along.iter().map(|a| a * a).sum::<f64>();
+        if left > 1e-10 * square { self.product / left.sqrt() } else { 0.0 }
     }
 }
 
@@ -172,7 +175,7 @@ impl Screen {
                 let one = |(i, origin): (usize, &crate::design::RowOrigin)| {
                     let mut sums = Sums::new(rows.directions());
                     rows.add(i, &mut sums);
-                    (Scanned::Reading(sensor, origin.reading), sums.score())
+                    (Scanned::Reading(sensor, origin.reading), sums.score(&rows))
                 };
                 families.push(own().map(one).collect());
             }
@@ -183,8 +186,9 @@ impl Screen {
                     rows.add(i, labels.entry(label).or_insert_with(|| Sums::new(rows.directions())));
                 }
                 let labelled = labels.into_iter().filter(|(label, _)| !label.is_empty());
-                let mut family: Vec<(Scanned, f64)> =
-                    labelled.map(|(label, sums)| (Scanned::Position(sensor, label.into()), sums.score())).collect();
+                let mut family: Vec<(Scanned, f64)> = labelled
+                    .map(|(label, sums)| (Scanned::Position(sensor, label.into()), sums.score(&rows)))
+                    .collect();
                 family.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| label(&a.0).cmp(label(&b.0))));
                 families.push(family);
             }
@@ -200,7 +204,7 @@ impl Screen {
                         rows.add(i, &mut sums);
                         late.pop();
                     }
-                    family.push((Scanned::Break(sensor, at.to_bits()), sums.score()));
+                    family.push((Scanned::Break(sensor, at.to_bits()), sums.score(&rows)));
                 }
                 families.push(family);
             }
@@ -242,6 +246,8 @@ struct Rows<'a> {
     weighted: &'a Weighted,
     further: Vec<Vec<f64>>,
     residual: Vec<f64>,
+    /// Where rows are not independent: what the directions and the residuals are at the readings, and the diagonal of `V^-1`.
+    back: Option<(Vec<Vec<f64>>, Vec<f64>, Vec<f64>)>,
 }
 
 impl<'a> Rows<'a> {
@@ -251,7 +257,8 @@ impl<'a> Rows<'a> {
         let mut residual = weighted.residual.clone();
         for column in given {
             let largest = column.iter().fold(f64::MIN_POSITIVE, |largest, v| largest.max(v.abs()));
-            let mut direction: Vec<f64> = column.iter().zip(&weighted.weight).map(|(v, w)| v / largest * w).collect();
+            let scaled: Vec<f64> = column.iter().map(|v| v / largest).collect();
+            let mut direction = weighted.whiten(&scaled);
             let before = norm(&direction);
             for _ in 0..2 {
                 for k in 0..q.ncols() {
@@ -271,7 +278,30 @@ impl<'a> Rows<'a> {
                 further.push(direction);
             }
         }
-        Rows { weighted, further, residual }
+        let back = weighted.floor.as_ref().map(|floor| {
+            let whitening = floor.whitening();
+            let model = (0..q.ncols()).map(|k| q.col(k).iter().copied().collect::<Vec<f64>>());
+            let directions = model.chain(further.iter().cloned()).map(|own| whitening.carry_back(&own)).collect();
+            let alone = whitening.redundancies(faer::Mat::zeros(weighted.weight.len(), 0).as_ref());
+            let diagonal = alone.iter().zip(whitening.sd()).map(|(left, sd)| left / (sd * sd)).collect();
+            (directions, whitening.carry_back(&residual), diagonal)
+        });
+        Rows { weighted, further, residual, back }
+    }
+
+    /// Squared norm of a member's column.
+    fn square(&self, sums: &Sums) -> f64 {
+        match (&self.back, sums.rows.as_slice()) {
+            (None, _) => sums.square,
+            (Some((.., diagonal)), [row]) => diagonal.get(*row).copied().unwrap_or_default(),
+            (Some(_), rows) => {
+                let mut column = vec![0.0; self.weighted.weight.len()];
+                for row in rows {
+                    column.iter_mut().skip(*row).take(1).for_each(|v| *v = 1.0);
+                }
+                self.weighted.squares(&column)
+            }
+        }
     }
 
     fn directions(&self) -> usize {
@@ -279,6 +309,14 @@ impl<'a> Rows<'a> {
     }
 
     fn add(&self, i: usize, sums: &mut Sums) {
+        if let Some((directions, residual, _)) = &self.back {
+            sums.rows.push(i);
+            sums.product += residual.get(i).copied().unwrap_or_default();
+            for (sum, direction) in sums.along.iter_mut().zip(directions) {
+                *sum += direction.get(i).copied().unwrap_or_default();
+            }
+            return;
+        }
         let (Some(w), Some(r)) = (self.weighted.weight.get(i), self.residual.get(i)) else { return };
         let q = self.weighted.estimate.factor.thin_q();
         sums.square += w * w;

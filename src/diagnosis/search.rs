@@ -61,7 +61,11 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
     let Some(nothing) = evidence.given(&[]) else { return Found::Nothing };
     let strongest = evidence.strongest(&nothing);
     let global = evidence.global(&nothing);
-    let significant = strongest.is_some_and(|s| s.p <= settings.names());
+    let hidden_pair = || {
+        let pairs = if evidence.has_strata() { sets::pairs(evidence, settings.indistinguishable) } else { Vec::new() };
+        evidence.hidden_pair(&pairs).is_some_and(|p| p <= settings.names())
+    };
+    let significant = strongest.is_some_and(|s| s.p <= settings.names()) || hidden_pair();
     if !significant && global.is_none_or(|p| p > settings.whole()) {
         return Found::Nothing;
     }
@@ -184,11 +188,15 @@ fn rivals(evidence: &Evidence, set: &[usize], tried: &[Vec<(f64, Vec<usize>)>], 
 /// how absurd it is. Where the noise is not stated it is estimated from what is left.
 fn cost(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> f64 {
     let price: f64 = set.iter().map(|j| price(evidence, *j, question.settings)).sum();
-    misfit(evidence, evidence.rss_of(set)) + price + question.burden(set)
+    misfit(evidence, set, evidence.rss_of(set)) + price + question.burden(set)
 }
 
-/// Twice the negative logarithm of the likelihood of a sum of squares that is all noise, but for a constant.
-pub(super) fn misfit(evidence: &Evidence, rss: f64) -> f64 {
+/// Twice the negative logarithm of the likelihood of a set that leaves this sum of squares, all of it noise, but for a constant; where
+/// variances of what scatters are estimated, of the set on the straight model.
+pub(super) fn misfit(evidence: &Evidence, set: &[usize], rss: f64) -> f64 {
+    if let Some(gain) = evidence.gain(set) {
+        return -gain;
+    }
     match evidence.from {
         NoiseFrom::Stated => rss,
         _ => evidence.dof.saturating_sub(AT_ONCE).max(1) as f64 * rss.max(f64::MIN_POSITIVE).ln(),
@@ -253,6 +261,11 @@ fn outweighs(evidence: &Evidence, set: &[usize], settings: &Settings) -> bool {
         let price: f64 = set.iter().map(|j| price(evidence, *j, settings)).sum();
         Some(left.deviance + price)
     };
+    if evidence.has_strata() {
+        // the remainder is what scatters
+        let price: f64 = set.iter().map(|j| price(evidence, *j, settings)).sum();
+        return evidence.gain(set).is_some_and(|gain| gain - price >= settings.outweighs);
+    }
     match (cost(&[]), cost(set)) {
         (Some(nothing), Some(own)) => nothing - own >= settings.outweighs,
         _ => false,

@@ -123,7 +123,8 @@ fn only_position(campaign: &Campaign, candidate: &Candidate) -> bool {
         | Regressor::Change { .. }
         | Regressor::Approach(_)
         | Regressor::Prior(_)
-        | Regressor::Constraint(_) => false,
+        | Regressor::Constraint(_)
+        | Regressor::Scatter => false,
     }
 }
 

@@ -1,12 +1,15 @@
 //! Every threshold of a diagnosis: what it means, its default, and where that comes from.
 
 use crate::error::{Fault, Malformed, Result};
+use crate::fit::Remount;
 
 /// How to diagnose. The defaults were calibrated by the seeded campaigns of `tests/diagnosis/campaigns.rs`, which print their table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Probability of reporting anything when nothing is missing; between 0 and 1. Default 0.01: one false alarm in a hundred calibrations.
     pub significance: f64,
+    /// Offset of each sensor at each position: a shorthand for lines of scatter. Default: none.
+    pub remount: Remount,
     /// Share of the significance that is spent on names (Bonferroni's inequality over the three tests). Default 0.5.
     pub names_share: f64,
     /// Share spent on the global test of what is left. Default 0.2: it sees what no name explains, and needs little.
@@ -53,6 +56,7 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             significance: 0.01,
+            remount: Remount::No,
             names_share: 0.5,
             whole_share: 0.2,
             serial_share: 0.2,

@@ -1,6 +1,7 @@
 //! The gap step by step: as given, after the first effect, after the second, with the model line growing.
 
 use super::evidence::Evidence;
+use super::noise::Weighted;
 use super::settings::Settings;
 use super::{Candidate, fit_exactly, passes};
 use crate::campaign::Campaign;
@@ -44,7 +45,7 @@ pub(super) fn steps(
     candidates: &[Candidate],
     evidence: &Evidence,
     set: &[usize],
-    scale: &[f64],
+    weighted: &Weighted,
     settings: &Settings,
 ) -> Result<Vec<GapStep>> {
     let name = |j: usize| candidates.get(j).map_or(String::new(), |c| c.regressor.clone());
@@ -96,7 +97,7 @@ pub(super) fn steps(
             model,
             rms: (dof > 0).then(|| (square / dof as f64).sqrt()),
             max: residuals().fold(0.0_f64, |max, v| max.max(v.abs())),
-            chi_square: fit.estimate.residuals.iter().zip(scale).map(|(v, u)| (v / u) * (v / u)).sum(),
+            chi_square: weighted.squares(&fit.estimate.residuals),
             dof,
             decision,
         });

@@ -6,6 +6,8 @@ use super::noise::{NoiseFrom, Weighted};
 /// What is needed to leave a position out.
 pub(super) struct Support<'a> {
     pub weighted: &'a Weighted,
+    /// Orthonormal basis of the model's rows, each by its weight alone.
+    pub basis: faer::MatRef<'a, f64>,
     /// Columns of all candidates, not weighted.
     pub columns: &'a [&'a Vec<f64>],
     /// Position of each row.
@@ -35,7 +37,7 @@ impl Support<'_> {
 
     /// Norm of a member's column outside the model and the other members, without the rows of one position.
     fn left(&self, set: &[usize], place: usize, without: Option<usize>) -> f64 {
-        let q = self.weighted.estimate.factor.thin_q();
+        let q = self.basis;
         let kept = |i: usize| self.positions.get(i).copied() != without || without.is_none();
         let masked = |values: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
             values.enumerate().map(|(i, v)| if kept(i) { v } else { 0.0 }).collect()

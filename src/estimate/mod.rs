@@ -49,7 +49,8 @@ pub use fold::{Fold, Folded};
 pub use groups::{ScaleHints, ScaleUncertainty};
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scatter::{
-    Felt, Line, LineState, Memory, Pattern, Scattered, Stepped, Whitening, adjust_scattered, step_scattered,
+    Felt, Floor, Line, LineState, Memory, Pattern, Scattered, Stepped, Variances, Whitening, adjust_scattered,
+    step_scattered,
 };
 
 use crate::error::{Fault, Malformed, Result};

@@ -40,10 +40,11 @@ pub use questions::Angle;
 pub(crate) use ranges::{LEAST, MOST, check_rows};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
-pub use scatter::{own_noise, scatter_lines, stated_variances, whitening};
+pub(crate) use scatter::spelled_out;
+pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
 pub(crate) use separate::separations;
 pub use separate::{Separation, candidates};
-pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
+pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations, scattered};
 pub use system::{Weighting, weigh};
 
 use crate::campaign::{Campaign, Known, Role};

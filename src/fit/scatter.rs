@@ -4,11 +4,11 @@ use super::Remount;
 use crate::campaign::{Campaign, Deviating, Per, Scatter, Size};
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{Felt, Line, Memory, Pattern, System, Whitening};
+use crate::estimate::{Felt, Floor, Line, Memory, Pattern, System, Variances, Whitening};
 use std::borrow::Cow;
 
 /// The campaign with the shorthand `--remount` spelled out: each sensor's offset per position.
-pub(super) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'_, Campaign>> {
+pub(crate) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'_, Campaign>> {
     let size = match remount {
         Remount::No => return Ok(Cow::Borrowed(campaign)),
         Remount::Estimate => Size::Estimated,
@@ -113,6 +113,12 @@ pub fn whitening(campaign: &Campaign, design: &DesignMatrix, sd: &[f64], varianc
     let lines = scatter_lines(campaign, design, sd);
     let own = own_noise(campaign, design, sd);
     Whitening::new(&Pattern::new(sd.len(), &lines), &own, &lines, variance)
+}
+
+/// The noise floor of a weighted system of this campaign, as for [`whitening`].
+pub fn floor(campaign: &Campaign, design: &DesignMatrix, system: &System, variances: &Variances) -> Floor {
+    let lines = scatter_lines(campaign, design, &system.u);
+    Floor::new(&own_system(campaign, design, system), &lines, variances)
 }
 
 /// The variances of a campaign's lines as far as they are stated; zero for those to be estimated.

@@ -5,7 +5,7 @@ use super::noise::Noise;
 use super::robust::{self, RobustRecord};
 use super::rules::{self, ActiveConstraint, Constraints, Rules};
 use super::scatter::{own_system, scatter_lines};
-use super::system::{rounding, weigh};
+use super::system::{Weighting, rounding, weigh};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
@@ -107,6 +107,16 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         estimate.residuals = residuals(&system, &change);
     }
     Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled })
+}
+
+/// What scatters at a design's point: as stated, or estimated with the campaign's equations met.
+pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Scattered> {
+    let system = weigh(campaign, design, Weighting::AsStated)?;
+    let lines = scatter_lines(campaign, design, &system.u);
+    let own = own_system(campaign, design, &system);
+    let elimination = eliminate(&system, &Rules::at(campaign, &design.point), campaign.unknowns()).0;
+    let least = rounding(campaign, design, &system);
+    adjust_scattered(&own, &lines, elimination.as_ref(), &least, &crate::estimate::Settings::default())
 }
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.

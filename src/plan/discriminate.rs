@@ -210,5 +210,6 @@ fn name(campaign: &Campaign, regressor: &Regressor) -> String {
         Regressor::Approach(k) => format!("approach:{}", campaign.bench.joints().nth(*k).unwrap_or_default()),
         Regressor::Prior(k) => format!("prior:{}", parameter(k)),
         Regressor::Constraint(k) => format!("constraint:{}", k + 1),
+        Regressor::Scatter => "scatter:position".into(),
     }
 }

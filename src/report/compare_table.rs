@@ -29,7 +29,7 @@ pub fn compare(report: &super::CompareReport) -> String {
         &report.group_title,
         "angle",
         "closed form",
-        "least squares,\u{a0}no\u{a0}Earth\u{a0}rate",
+        "least squares, no Earth rate",
         "least squares",
         "printed",
         "unit",
@@ -58,12 +58,12 @@ pub fn compare(report: &super::CompareReport) -> String {
     let ignored = report.groups.iter().flat_map(|g| &g.quantities).any(|q| q.without_earth_rate.is_some());
     match report.largest_relative_difference.map(|difference| significant(difference, 2)) {
         Some(difference) if ignored && !report.is_square_case() => text.push_str(&format!(
-            "closed form and least squares without Earth rate differ by up to {difference} of the value: these positions are not the square case\n\
+            "closed form and least squares without Earth rate differ by up to {difference} of the value: these positions are not the square case \
              of the formulas, which use some of the readings or weigh them otherwise.\n"
         )),
         Some(difference) if ignored => text.push_str(&format!(
-            "closed form and least squares without Earth rate differ by at most {difference} of the value: per group the formulas are the\n\
-             square special case. With the Earth rate in every row least squares moves by the difference of the last two columns;\n\
+            "closed form and least squares without Earth rate differ by at most {difference} of the value: per group the formulas are the \
+             square special case. With the Earth rate in every row least squares moves by the difference of the last two columns; \
              the closed forms ignore it.\n"
         )),
         Some(difference) => {

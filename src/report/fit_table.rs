@@ -1,7 +1,7 @@
 //! The fit report as a person reads it.
 
 use super::FitReport;
-use super::table::{count, degrees_of_freedom, optional, plain, rounded, significant};
+use super::table::{count, degrees_of_freedom, is_narrow, optional, plain, rounded, significant};
 use super::wrap::hanging;
 
 /// One line of the table of estimates.
@@ -30,6 +30,11 @@ impl Line<'_> {
         ]
     }
 }
+
+/// Column of the coverage factor in the table of estimates.
+const K: usize = 5;
+/// Column of the fitted value in the table of readings.
+const FITTED: usize = 4;
 
 /// A fit report as a person reads it.
 pub fn fit(report: &FitReport, with_readings: bool) -> String {
@@ -94,7 +99,15 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
         rows.push(line.cells());
     }
     let expanded = format!("U ({} %)", significant(100.0 * level, 3).trim_end_matches('0').trim_end_matches('.'));
-    text.push_str(&plain(&["parameter", "estimate", "u", &expanded, "dof", "k", "unit", "state"], &rows));
+    let mut header = vec!["parameter", "estimate", "u", expanded.as_str(), "dof", "k", "unit", "state"];
+    if !is_narrow(&header, &rows) {
+        // k = U/u stands in the two columns before it
+        header.remove(K);
+        rows.iter_mut().for_each(|row| {
+            row.remove(K);
+        });
+    }
+    text.push_str(&plain(&header, &rows));
     text.push('\n');
     if let Some(conformity) = &report.conformity {
         text.push_str(&super::conformity::conformity_text(conformity));
@@ -316,7 +329,7 @@ fn defects(report: &FitReport) -> String {
 }
 
 fn readings(report: &FitReport) -> String {
-    let rows: Vec<Vec<String>> = report
+    let mut rows: Vec<Vec<String>> = report
         .readings
         .iter()
         .map(|r| {
@@ -333,5 +346,14 @@ fn readings(report: &FitReport) -> String {
             ]
         })
         .collect();
-    plain(&["reading", "position", "sensor", "value", "fitted", "residual", "studentized", "redundancy", "mdb"], &rows)
+    let mut header =
+        vec!["reading", "position", "sensor", "value", "fitted", "residual", "studentized", "redundancy", "mdb"];
+    if !is_narrow(&header, &rows) {
+        // fitted = value - residual stands in the columns beside it
+        header.remove(FITTED);
+        rows.iter_mut().for_each(|row| {
+            row.remove(FITTED);
+        });
+    }
+    plain(&header, &rows)
 }

@@ -37,13 +37,14 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
                 significant(line.minimal, 3),
                 line.unit.clone(),
                 format!("{} u", significant(line.at_a_reading, 2)),
-                line.moves.clone(),
+                kept_together(&line.moves),
                 alike,
             ]
         })
         .collect();
     if !rows.is_empty() {
-        let header = ["effect", "shows from", "unit", "then at a reading", "and shifts", "cannot be told from"];
+        let header =
+            ["effect", "shows from", "unit", "then at\u{a0}a\u{a0}reading", "and shifts", "cannot be told from"];
         text.push_str(&plain(&header, &rows));
     }
     if lines.len() > LISTED {
@@ -68,4 +69,13 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
         text.push_str(&format!("Not tried without a column {column}: {families} kinds of effect\n"));
     }
     text
+}
+
+/// A line that breaks only before the number: `V0 by` above `5.0 u`.
+fn kept_together(moves: &str) -> String {
+    let moves = moves.replacen(" by ", "\u{a0}by ", 1);
+    match moves.strip_suffix(" u") {
+        Some(number) => format!("{number}\u{a0}u"),
+        None => moves,
+    }
 }

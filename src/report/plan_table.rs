@@ -230,7 +230,7 @@ fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
     }
     let text = |(value, count): (f64, usize)| match count {
         1..=3 => vec![value.to_string(); count].join(", "),
-        _ => format!("{value} ({count} times)"),
+        _ => format!("{value}\u{a0}({count}\u{a0}times)"),
     };
     runs.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }

@@ -4,28 +4,127 @@
 
 pub use super::compare_table::compare;
 pub use super::fit_table::fit;
+use super::wrap::WIDTH;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
-/// A table without frame: a header, a rule, rows; columns of numbers to the right.
+/// Spaces between two columns, and where the table would be too wide.
+const GAPS: [usize; 2] = [2, 1];
+
+/// A table without frame: a header, a rule, rows; columns of numbers to the right. A table wider than the line stands closer,
+/// breaks its columns of text at spaces and, where that does not suffice, continues below, beside its first column again.
 pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
+    let columns: Vec<Column> = header.iter().enumerate().map(|(k, title)| Column::of(k, title, rows)).collect();
+    let all: Vec<usize> = (0..columns.len()).collect();
+    let natural: usize = columns.iter().map(|column| column.widest).sum();
+    let fits = |size: usize, gap: usize| size + gap * columns.len().saturating_sub(1) <= WIDTH;
+    if let Some(gap) = GAPS.into_iter().find(|gap| fits(natural, *gap)) {
+        return framed(&columns, &all, gap, header, rows);
+    }
+    let least: usize = columns.iter().map(|column| column.least).sum();
+    if let Some(gap) = GAPS.into_iter().find(|gap| fits(least, *gap)) {
+        return framed(&columns, &all, gap, header, rows);
+    }
+    let parts: Vec<String> =
+        blocks(&columns).iter().map(|block| framed(&columns, block, GAPS[0], header, rows)).collect();
+    parts.join("\n")
+}
+
+/// True when the table of [`plain`] stands in one piece within the line, no cell broken.
+pub fn is_narrow(header: &[&str], rows: &[Vec<String>]) -> bool {
+    let widest = |k: usize, title: &str| Column::of(k, title, rows).widest;
+    let natural: usize = header.iter().enumerate().map(|(k, title)| widest(k, title)).sum();
+    natural + header.len().saturating_sub(1) <= WIDTH
+}
+
+/// What a column needs.
+struct Column {
+    numeric: bool,
+    /// Characters of its longest cell.
+    widest: usize,
+    /// Characters below which it cannot go: its longest word, or the widest number.
+    least: usize,
+}
+
+impl Column {
+    fn of(k: usize, title: &str, rows: &[Vec<String>]) -> Self {
+        let cells = || rows.iter().filter_map(move |row| row.get(k)).map(String::as_str);
+        let numeric = !rows.is_empty() && cells().all(looks_numeric);
+        let size = |text: &str| text.chars().count();
+        let word = |text: &str| text.split(' ').map(size).max().unwrap_or(0);
+        let widest = cells().map(size).max().unwrap_or(0).max(size(title));
+        // a title breaks too, but a number does not
+        let body = cells().map(|cell| if numeric { size(cell) } else { word(cell) }).max().unwrap_or(0);
+        Self { numeric, widest, least: body.max(word(title)) }
+    }
+}
+
+/// The columns that stand beside one another, the first one in every block.
+fn blocks(columns: &[Column]) -> Vec<Vec<usize>> {
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    let mut used = 0;
+    for (k, column) in columns.iter().enumerate() {
+        match blocks.last_mut() {
+            Some(block) if used + GAPS[0] + column.least <= WIDTH || block.len() < 2 => {
+                used += GAPS[0] + column.least;
+                block.push(k);
+            }
+            Some(_) => {
+                used = columns.first().map_or(0, |first| first.least) + GAPS[0] + column.least;
+                blocks.push(vec![0, k]);
+            }
+            None => {
+                used = column.least;
+                blocks.push(vec![k]);
+            }
+        }
+    }
+    blocks
+}
+
+/// Widths within the line: the widest columns give way until the table fits.
+fn widths(columns: &[Column], block: &[usize], gap: usize) -> Vec<usize> {
+    let mut widths: Vec<usize> = block.iter().filter_map(|&k| columns.get(k)).map(|column| column.widest).collect();
+    let room = WIDTH.saturating_sub(gap * block.len().saturating_sub(1));
+    loop {
+        let total: usize = widths.iter().sum();
+        if total <= room {
+            return widths;
+        }
+        let least = |k: usize| block.get(k).and_then(|&c| columns.get(c)).map_or(0, |column| column.least);
+        let widest = (0..widths.len()).filter(|&k| widths[k] > least(k)).max_by_key(|&k| widths[k]);
+        match widest {
+            Some(k) => widths[k] = (widths[k] - 1).max(least(k)),
+            None => return widths,
+        }
+    }
+}
+
+fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows: &[Vec<String>]) -> String {
+    let widths = widths(columns, block, gap);
+    let within = |k: usize, cell: &str| super::wrap::narrow(cell, 0, widths.get(k).copied().unwrap_or(WIDTH));
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(header.to_vec());
+    table.set_header(block.iter().enumerate().map(|(k, &c)| within(k, header.get(c).copied().unwrap_or_default())));
     for row in rows {
-        table.add_row(row.clone());
+        table.add_row(block.iter().enumerate().map(|(k, &c)| within(k, row.get(c).map_or("", String::as_str))));
     }
     for (k, column) in table.column_iter_mut().enumerate() {
-        column.set_padding((if k == 0 { 0 } else { 1 }, 1));
-        let numeric = !rows.is_empty() && rows.iter().filter_map(|row| row.get(k)).all(|cell| looks_numeric(cell));
-        if numeric {
+        column.set_padding((if k == 0 { 0 } else { gap as u16 - 1 }, 1));
+        if block.get(k).and_then(|&c| columns.get(c)).is_some_and(|column| column.numeric) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
+    let titles = block
+        .iter()
+        .enumerate()
+        .map(|(k, &c)| within(k, header.get(c).copied().unwrap_or_default()).lines().count())
+        .max()
+        .unwrap_or(1);
     let mut text = String::new();
     for (k, line) in table.to_string().lines().enumerate() {
         text.push_str(line.trim_end());
         text.push('\n');
-        if k == 0 {
+        if k + 1 == titles {
             let width = table.lines().map(|line| line.trim_end().chars().count()).max().unwrap_or(0);
             text.push_str(&"-".repeat(width));
             text.push('\n');

@@ -1,7 +1,7 @@
 //! Lines for a terminal.
 
 /// Columns of a terminal that a line should not exceed.
-const WIDTH: usize = 110;
+pub const WIDTH: usize = 80;
 
 /// Wrap a line at spaces, with so many spaces before every further one; a word that is longer than a line stays whole.
 pub fn hanging(line: &str, indent: usize) -> String {
@@ -11,6 +11,23 @@ pub fn hanging(line: &str, indent: usize) -> String {
 /// The same within so many columns.
 pub fn narrow(line: &str, indent: usize, width: usize) -> String {
     within(line, indent, width)
+}
+
+/// Every line of a text that is too long is wrapped below its own beginning; lines that fit stay as they are. Spaces that were
+/// not to break (U+00A0) become ordinary ones.
+pub fn lines(text: &str) -> String {
+    let mut wrapped = String::with_capacity(text.len() + 64);
+    for line in text.split_inclusive('\n') {
+        let body = line.trim_end_matches('\n');
+        if body.chars().count() <= WIDTH {
+            wrapped.push_str(line);
+        } else {
+            let lead = body.chars().take_while(|c| *c == ' ').count();
+            wrapped.push_str(&hanging(body, lead + 2));
+            wrapped.push_str(line.get(body.len()..).unwrap_or_default());
+        }
+    }
+    if wrapped.contains('\u{a0}') { wrapped.replace('\u{a0}', " ") } else { wrapped }
 }
 
 fn within(line: &str, indent: usize, width: usize) -> String {
@@ -36,23 +53,6 @@ fn within(line: &str, indent: usize, width: usize) -> String {
     text
 }
 
-/// Wrap the last column of a plain table (header, rule, rows), which begins where its title stands.
-pub fn last_column(table: &str, title: &str) -> String {
-    let header = table.lines().next().unwrap_or_default();
-    let Some(at) = header.rfind(title) else { return table.to_string() };
-    let indent = header.get(..at).unwrap_or_default().chars().count();
-    let mut text = String::with_capacity(table.len() + 64);
-    for (k, line) in table.lines().enumerate() {
-        if k == 1 {
-            text.extend(line.chars().take(WIDTH));
-        } else {
-            text.push_str(&hanging(line, indent));
-        }
-        text.push('\n');
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -62,9 +62,8 @@ mod tests {
         assert_eq!(within("  one: two three four", 4, 12), "  one: two\n    three\n    four");
         assert_eq!(within("a-word-that-is-too-long b", 2, 8), "a-word-that-is-too-long\n  b");
         assert_eq!(within("short", 2, 8), "short");
-        let table = format!("id  what\n{}\na   {}\n", "-".repeat(200), "word ".repeat(40).trim());
-        let wrapped = last_column(&table, "what");
-        assert!(wrapped.lines().all(|line| line.chars().count() <= WIDTH));
-        assert!(wrapped.lines().skip(3).all(|line| line.starts_with("    word")));
+        let text = format!("short\n  {}\n", "word ".repeat(40).trim());
+        assert!(lines(&text).lines().all(|line| line.chars().count() <= WIDTH));
+        assert!(lines(&text).starts_with("short\n  word") && lines(&text).contains("\n    word"));
     }
 }

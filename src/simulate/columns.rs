@@ -195,7 +195,8 @@ pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Reg
         | Regressor::Tilt(_)
         | Regressor::Known(_)
         | Regressor::Prior(_)
-        | Regressor::Constraint(_) => Box::new(|_| 0.0),
+        | Regressor::Constraint(_)
+        | Regressor::Scatter => Box::new(|_| 0.0),
     };
     rows.iter().map(|origin| if origin.sensor == sensor { value(origin.reading) } else { 0.0 }).collect()
 }

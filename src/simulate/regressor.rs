@@ -34,6 +34,8 @@ pub enum Regressor {
     Prior(usize),
     /// What a constraint forbids, by its index. Only a diagnosis has it.
     Constraint(usize),
+    /// Positions that scatter: no column. Only a diagnosis has it.
+    Scatter,
 }
 
 impl Regressor {

@@ -14,12 +14,14 @@ pub struct Unit {
     pub(super) scale: Scale,
     /// The power of Hz in it: a number of pulses each second is shown in Hz too.
     pub(super) hertz: f64,
+    /// The names in it with their powers, in the order in which they are written.
+    factors: Vec<(String, f64)>,
 }
 
 impl Unit {
     /// The pure number 1.
     pub fn one() -> Unit {
-        Unit { symbol: "1".into(), dimension: Dimension::default(), scale: ONE, hertz: 0.0 }
+        Unit { symbol: "1".into(), dimension: Dimension::default(), scale: ONE, hertz: 0.0, factors: Vec::new() }
     }
 
     /// Read a unit: names of the table, `1`, `*`, `/` (from the left), `^`, `sqrt( )` and parentheses.
@@ -47,7 +49,7 @@ impl Unit {
     }
 
     pub(super) fn of_name(name: &str, own: bool) -> Option<Unit> {
-        let mut unit = Unit { symbol: name.into(), ..Unit::one() };
+        let mut unit = Unit { symbol: name.into(), factors: vec![(name.into(), 1.0)], ..Unit::one() };
         if let Some(entry) = table::find(name) {
             (unit.dimension.base, unit.scale) = (entry.base, entry.scale);
             unit.hertz = if entry.hertz { 1.0 } else { 0.0 };
@@ -66,7 +68,16 @@ impl Unit {
 
     /// `self * other^power`, without a symbol that a person would write.
     pub(crate) fn times(&self, other: &Unit, power: f64) -> Unit {
+        let mut factors = self.factors.clone();
+        for (name, own) in &other.factors {
+            match factors.iter_mut().find(|(known, _)| known == name) {
+                Some((_, sum)) => *sum += power * own,
+                None => factors.push((name.clone(), power * own)),
+            }
+        }
+        factors.retain(|(_, power)| power.abs() > SAME);
         Unit {
+            factors,
             symbol: String::new(),
             dimension: self.dimension.times(&other.dimension, power),
             scale: self.scale.times(other.scale, power),
@@ -84,27 +95,29 @@ impl Unit {
     /// ```
     pub fn product(powers: &[(Unit, f64)]) -> Unit {
         let unit = powers.iter().fold(Unit::one(), |unit, (factor, power)| unit.times(factor, *power));
-        let part = |above: bool| -> Vec<String> {
-            powers
-                .iter()
-                .filter(|(own, power)| own.symbol != "1" && (*power > SAME) == above && power.abs() > SAME)
-                .map(|(own, power)| raised(&own.symbol, power.abs()))
-                .collect()
-        };
-        let (above, below) = (part(true), part(false));
-        let above = match above.as_slice() {
-            [] => "1".to_string(),
-            [one] => one.clone(),
-            many => many.iter().map(|one| bracketed(one, &['/'])).collect::<Vec<_>>().join("*"),
-        };
-        let symbol = match below.as_slice() {
-            [] => above,
-            [one] => format!("{above}/{}", bracketed(one, &['/', '*'])),
-            many => {
-                format!("{above}/({})", many.iter().map(|one| bracketed(one, &['/'])).collect::<Vec<_>>().join("*"))
-            }
-        };
-        unit.written(symbol)
+        let written = powers.iter().map(|(own, power)| (own.symbol.clone(), *power)).filter(|(own, _)| own != "1");
+        unit.written(symbol_of(&written.collect::<Vec<_>>()))
+    }
+
+    /// The same where names that stand above and below the line cancel: `pulse/s/g` over `pulse/s/(deg/h)` is `deg/(g*h)`.
+    ///
+    /// ```
+    /// use tumble::units::Unit;
+    /// let (drift, scale) = (Unit::parse("pulse/s/g")?, Unit::parse("pulse/s/(deg/h)")?);
+    /// assert_eq!(Unit::reduced(&[(drift, 1.0), (scale, -1.0)]).symbol(), "deg/(g*h)");
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn reduced(powers: &[(Unit, f64)]) -> Unit {
+        let product = Unit::product(powers);
+        let names = |unit: &Unit| -> f64 { unit.factors.iter().map(|(_, power)| power.abs()).sum() };
+        let apart: f64 = powers.iter().map(|(own, power)| names(own) * power.abs()).sum();
+        if names(&product) + SAME >= apart {
+            return product;
+        }
+        let mut factors = product.factors.clone();
+        factors.sort_by(|a, b| a.0.cmp(&b.0));
+        let symbol = symbol_of(&factors);
+        product.written(symbol)
     }
 
     /// Are dimension and size the same, however it is written?
@@ -169,6 +182,30 @@ impl Unit {
                 .expected(format!("{}, or a unit that converts to it", to.symbol))
                 .found(format!("'{}'", self.symbol))
         })
+    }
+}
+
+/// Names with powers, those above the line first.
+fn symbol_of(factors: &[(String, f64)]) -> String {
+    let part = |above: bool| -> Vec<String> {
+        factors
+            .iter()
+            .filter(|(_, power)| (*power > SAME) == above && power.abs() > SAME)
+            .map(|(own, power)| raised(own, power.abs()))
+            .collect()
+    };
+    let (above, below) = (part(true), part(false));
+    let above = match above.as_slice() {
+        [] => "1".to_string(),
+        [one] => one.clone(),
+        many => many.iter().map(|one| bracketed(one, &['/'])).collect::<Vec<_>>().join("*"),
+    };
+    match below.as_slice() {
+        [] => above,
+        [one] => format!("{above}/{}", bracketed(one, &['/', '*'])),
+        many => {
+            format!("{above}/({})", many.iter().map(|one| bracketed(one, &['/'])).collect::<Vec<_>>().join("*"))
+        }
     }
 }
 

@@ -9,6 +9,7 @@ mod hidden;
 #[path = "../markup/mod.rs"]
 mod markup;
 mod questions;
+mod scatter;
 mod schedules;
 mod steps;
 #[path = "../support/mod.rs"]

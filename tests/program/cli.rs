@@ -138,6 +138,7 @@ fn every_command_helps() {
         .skip_while(|line| !line.starts_with("Commands:"))
         .skip(1)
         .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.strip_prefix("  ").filter(|rest| !rest.starts_with(' ')))
         .filter_map(|line| line.split_whitespace().next())
         .collect();
     for required in ["fit", "compare", "diagnose", "simulate", "navigate", "plan", "bench", "check", "schema"] {

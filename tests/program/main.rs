@@ -14,3 +14,4 @@ mod markup;
 mod schemas;
 #[path = "../support/mod.rs"]
 mod support;
+mod width;

@@ -170,7 +170,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::print(&report::plan_table(&report, arguments.readings))?;
+        super::show(&report::plan_table(&report, arguments.readings))?;
     }
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),

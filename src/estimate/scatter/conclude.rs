@@ -121,6 +121,7 @@ fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed) -> Scatte
     Scattered {
         group_variance: (0..groups).map(|g| (!undetermined(g)).then(|| reported[g])).collect(),
         weighed_with: theta[..groups].to_vec(),
+        weighed_lines: problem.variances(&theta),
         variance,
         could_be: component.iter().map(|own| could_be[(*own)?].filter(|_| own.is_some_and(is_zero))).collect(),
         tau: problem.lines.iter().map(|line| Some((line.memory.as_ref()?.tau?, None))).collect(),

@@ -19,6 +19,7 @@
 //! |---|---|
 //! | `pattern.rs` | which rows share deviations, and the order in which fronts take them out |
 //! | `elimination.rs` | the orthogonal transformations, forwards and backwards |
+//! | `floor.rs` | rows made independent for others: a diagnosis, a plan |
 //! | `inference.rs` | what each component contributes: squares, redundancy, information |
 //! | `problem.rs` | components, and the adjustment at given variances |
 //! | `reml.rs` | the steps to the variances |
@@ -29,6 +30,7 @@
 mod conclude;
 mod cost;
 mod elimination;
+mod floor;
 mod inference;
 mod memory;
 mod pattern;
@@ -38,6 +40,7 @@ mod reml;
 pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;
+pub use floor::{Floor, Variances};
 pub use pattern::Pattern;
 
 use crate::estimate::Estimate;
@@ -114,6 +117,8 @@ pub struct Scattered {
     pub weighed_with: Vec<f64>,
     /// Variance of each line.
     pub variance: Vec<f64>,
+    /// Variance of each line with which the rows were weighed.
+    pub weighed_lines: Vec<f64>,
     /// For each line at zero, the standard deviation that its variance could have, one standard uncertainty above zero.
     pub could_be: Vec<Option<f64>>,
     /// Correlation time of each line that has one, and where estimated its standard uncertainty.

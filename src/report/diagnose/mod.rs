@@ -13,6 +13,7 @@ pub use gap::{
 pub use table::diagnose_table;
 pub use words::alias_note;
 
+use super::scatter::{self, ScatterReport};
 use super::{Input, PositionReport, VERSION, fit_constraints, position_keys};
 use crate::campaign::{Campaign, Identity};
 use crate::diagnosis::{self, Diagnosis, Held};
@@ -50,6 +51,9 @@ pub struct DiagnoseReport {
     /// Where the gap is, the most significant first.
     #[serde(rename = "where")]
     pub places: Vec<PlaceReport>,
+    /// What scatters, the effects being in the model; empty where only the readings' own noise does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scatter: Vec<ScatterReport>,
     /// What is unexplained; null unless the verdict says so.
     pub unexplained: Option<UnexplainedReport>,
     /// Leave-one-position-out prediction; null where no position can be predicted from the others.
@@ -154,6 +158,7 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         model_after: model(&after.campaign),
         gap: gap::gaps(campaign, diagnosis),
         places: gap::places(campaign, diagnosis),
+        scatter: if after.campaign.scatter.is_empty() { Vec::new() } else { scatter::scatter(after) },
         unexplained: gap::unexplained(campaign, diagnosis),
         holdout: diagnosis.holdout.as_ref().map(|own| HoldoutReport {
             positions: own.positions,

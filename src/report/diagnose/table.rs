@@ -1,7 +1,8 @@
 //! A diagnosis as a person reads it at a terminal.
 
+use super::super::scatter;
 use super::super::table::{plain, rounded, significant};
-use super::super::wrap::hanging;
+use super::super::wrap::{WIDTH, hanging};
 use super::{DiagnoseReport, EffectReport, GapReport, words};
 
 /// Most aliases, places and positions that are listed at a terminal; the JSON report has all.
@@ -26,6 +27,7 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
     }
     text.push_str(&repaired(report));
     text.push_str(&gap(report));
+    text.push_str(&scatter::table(&report.scatter));
     text.push_str(&steps(report));
     text.push_str(&unexplained(report));
     if report.verdict != "nothing-missing" {
@@ -145,8 +147,13 @@ fn repaired(report: &DiagnoseReport) -> String {
         let Some(before) = report.model_before.get(sensor) else { continue };
         if let Some((kept, added)) = words::appended(before, after) {
             let head = format!("repaired: {sensor} = {kept}");
-            let under = format!("{}{}", " ".repeat(head.chars().count()), "^".repeat(added.chars().count()));
-            text.push_str(&format!("{head}{added}\n{under}\n"));
+            let (start, size) = (head.chars().count(), added.chars().count());
+            text.push_str(&format!("{head}{added}\n"));
+            text.push_str(&match start + size <= WIDTH {
+                true => format!("{}{}\n", " ".repeat(start), "^".repeat(size)),
+                // a line that wraps has no place below it
+                false => format!("  added: {}\n", added.trim_start()),
+            });
         }
     }
     for line in report.effects.iter().filter_map(words::repair) {

@@ -8,6 +8,7 @@ use super::{AliasReport, ChangeReport, DiagnoseReport, EffectReport, LevelReport
 /// The verdict in one sentence, without a full stop.
 pub fn verdict(report: &DiagnoseReport) -> String {
     let known = report.gap.noise.from != "residuals";
+    let line_estimated = report.scatter.iter().any(|s| s.estimated && !s.source.starts_with("readings of "));
     match (report.verdict.as_str(), report.effects.as_slice()) {
         ("effects-found", [one]) => format!("one effect is missing from the model: {}", named(one)),
         ("effects-found", several) => {
@@ -18,6 +19,9 @@ pub fn verdict(report: &DiagnoseReport) -> String {
             let names: Vec<String> = several.iter().map(named).collect();
             let count = if several.len() == 1 { "one effect is".into() } else { format!("{} effects are", several.len()) };
             format!("{count} missing from the model: {}; what remains is more than noise, and nothing in the catalogue explains it", names.join("; and "))
+        }
+        ("nothing-missing", _) if line_estimated => {
+            "no effect explains more than chance; how much scatters is estimated from these readings, so that is all they can say".into()
         }
         ("nothing-missing", _) if known => "the gap is noise".into(),
         ("nothing-missing", _) => {

@@ -1,0 +1,132 @@
+//! Evidence where the variances of what scatters are estimated: a candidate is compared with the scatter in its own direction, and with the
+//! degrees of freedom from which that is known.
+//!
+//! ```text
+//! g = shares of the estimated variances in a candidate's direction,   nu = 2 / (g' S g),   o(j) = nu g_j' S g / 2
+//! t^2 = s^2 (nu - n) / (nu - lost - s^2),     n = 1 + sum o(j),  lost = sum o(j) step_j^2 over the effects already in
+//! ```
+//!
+//! The variances were estimated with the candidate's own effect among what scatters; what it takes off is taken off them. For a single variance
+//! that is Student's t with the residuals' own sum of squares, in a balanced design the t of each stratum. Where the variances come from a model
+//! with some effects in it, those count the other way.
+
+use super::evidence::Given;
+use super::noise::Weighted;
+use super::pool::Pool;
+use crate::uncertainty::quantiles::fisher_f_survival;
+use faer::Mat;
+
+/// What is left of a stratum is not taken for less than the noise of the readings in it, nor than this.
+const LEAST: f64 = 1e-3;
+
+/// The estimated variances, as candidates feel them.
+pub(super) struct Strata {
+    /// Of each candidate.
+    shares: Vec<Vec<f64>>,
+    /// Share of the readings' own noise in each candidate's direction.
+    noise: Vec<f64>,
+    spread: Mat<f64>,
+    /// Effects in the model from which the variances come.
+    reference: Vec<(usize, f64)>,
+}
+
+impl Strata {
+    /// `None` where every variance is stated.
+    pub fn new(weighted: &Weighted, pool: &Pool) -> Option<Self> {
+        let floor = weighted.floor.as_ref().filter(|own| own.spread().nrows() > 0)?;
+        let q = weighted.estimate.factor.thin_q();
+        let own = |j: usize| match pool.visible().get(j) {
+            Some(visible) if *visible > 0.0 => floor.shares(&pool.direction(j, q)),
+            _ => Vec::new(),
+        };
+        let shares: Vec<Vec<f64>> = (0..pool.len()).map(own).collect();
+        let of_lines = |own: &Vec<f64>| own.iter().skip(floor.groups()).sum::<f64>();
+        Some(Strata {
+            noise: shares.iter().map(|own| (1.0 - of_lines(own)).clamp(LEAST, 1.0)).collect(),
+            shares,
+            spread: floor.spread().clone(),
+            reference: Vec::new(),
+        })
+    }
+
+    pub fn found_with(&mut self, steps: Vec<(usize, f64)>) {
+        self.reference = steps;
+    }
+
+    /// `g_a' S g_b`.
+    fn product(&self, a: usize, b: usize) -> f64 {
+        let (Some(own), Some(other)) = (self.shares.get(a), self.shares.get(b)) else { return 0.0 };
+        let mut sum = 0.0;
+        for (k, x) in own.iter().enumerate() {
+            for (l, y) in other.iter().enumerate() {
+                sum += x * self.spread[(k, l)] * y;
+            }
+        }
+        sum
+    }
+
+    /// Sum of squares and degrees of freedom of what scatters in a candidate's direction, given some effects; `None` where it is all stated.
+    fn left(&self, given: &Given, index: usize) -> Option<(f64, f64)> {
+        let square = self.product(index, index);
+        if !(square > 1e-9) {
+            return None;
+        }
+        let nu = 2.0 / square;
+        let overlap = |j: usize| (nu * 0.5 * self.product(j, index)).clamp(0.0, 1.0);
+        let (mut sum, mut dof) = (nu, nu);
+        for (own, sign) in given.steps.iter().map(|s| (s, -1.0)).chain(self.reference.iter().map(|s| (s, 1.0))) {
+            let part = sign * overlap(own.0);
+            sum += part * own.1;
+            dof += part;
+        }
+        Some((sum.max(self.least(index) * dof), dof))
+    }
+
+    fn least(&self, index: usize) -> f64 {
+        self.noise.get(index).copied().unwrap_or(1.0)
+    }
+
+    /// What a set takes off twice the logarithm of the restricted likelihood, in the direction where it takes off least.
+    pub fn gain(&self, nothing: &Given, given: &Given) -> f64 {
+        let own = |(j, _): &(usize, f64)| {
+            let (before, after) = (self.left(nothing, *j)?, self.left(given, *j)?);
+            (after.1 > 0.0).then(|| after.1 * (before.0 / before.1 / (after.0 / after.1)).ln())
+        };
+        let gains = given.steps.iter().map(|step| own(step).unwrap_or(step.1));
+        gains.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Probability that two candidates together take off as much by chance: F against what they leave in the first one's direction.
+    pub fn pair(&self, given: &Given) -> Option<f64> {
+        let [(first, a), (second, b)] = given.steps.as_slice() else { return None };
+        let (sum, dof) = self.left(given, *first)?;
+        let other = self.left(given, *second)?;
+        let (sum, dof) = if other.0 / other.1 > sum / dof { other } else { (sum, dof) };
+        if dof < 1.0 {
+            return None;
+        }
+        fisher_f_survival(0.5 * (a + b) / (sum / dof), 2.0, dof)
+    }
+
+    /// Student's t and its degrees of freedom.
+    pub fn t(&self, given: &Given, index: usize, score: f64) -> (f64, f64) {
+        let Some((sum, dof)) = self.left(given, index) else { return (score, f64::INFINITY) };
+        let dof = dof - 1.0;
+        if dof < 1.0 {
+            return (0.0, 0.0);
+        }
+        let rest = (sum - score * score).max(self.least(index) * dof);
+        (score / (rest / dof).sqrt(), dof)
+    }
+
+    /// Variance of unit weight where the effects are: the mean of their directions.
+    pub fn variance(&self, given: &Given) -> f64 {
+        let own = |(j, _): &(usize, f64)| {
+            let (sum, dof) = self.left(given, *j)?;
+            (dof > 0.0).then(|| sum / dof)
+        };
+        let count = given.steps.len();
+        let sum: f64 = given.steps.iter().map(|step| own(step).unwrap_or(1.0)).sum();
+        if count > 0 { (sum / count as f64).max(1e-6) } else { 1.0 }
+    }
+}
