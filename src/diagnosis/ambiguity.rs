@@ -18,8 +18,8 @@ use super::sets::Rival;
 /// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + handicap - handicap of the member) / 2)`.
 pub(super) fn shares(question: &Question<'_>, set: &[usize], rivals: &[Rival]) -> Vec<f64> {
     let share = |rival: &Rival| {
-        let named = set.get(rival.place).map_or(0.0, |j| question.burden(&[*j]));
-        let own = question.burden(&[rival.candidate]) + rival.together.map_or(0.0, |(_, j)| question.burden(&[j]));
+        let named = question.burden(set);
+        let own = question.burden(&rival.replaced(set));
         // a rival that fits better by chance counts for no more than the named one
         (-0.5 * (rival.excess.max(0.0) + (own - named).max(0.0))).exp()
     };
@@ -42,22 +42,13 @@ pub(super) fn moved_by(
         let mut own = vec![(0.0_f64, 0.0_f64); unknowns];
         let mut all = 1.0;
         for (rival, share) in rivals.iter().zip(shares).filter(|(rival, _)| rival.place == place) {
-            let mut other = set.to_vec();
             // what only small tilts leave would need an absurd coefficient
             let small = |j: usize| candidates.get(j).is_none_or(|c| c.vanishing);
-            if small(rival.candidate) || rival.together.is_some_and(|(_, j)| small(j)) {
+            // rivals of several members count once, at the first place
+            if small(rival.candidate) || rival.with.iter().any(|j| small(*j)) || !rival.is_first() {
                 continue;
             }
-            if let Some(slot) = other.get_mut(place) {
-                *slot = rival.candidate;
-            }
-            if let Some((at, together)) = rival.together {
-                // the pair counts once, at its first place
-                if place > at {
-                    continue;
-                }
-                other.iter_mut().skip(at).take(1).for_each(|slot| *slot = together);
-            }
+            let other = rival.replaced(set);
             let Some(moved) = moved(candidates, evidence, weighted, &other) else { continue };
             all += share;
             for ((own, here), named) in own.iter_mut().zip(&moved).zip(&named) {

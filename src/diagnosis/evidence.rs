@@ -287,6 +287,28 @@ impl Evidence {
         Some(self.remainders.evidence(remainder, &directions, &residual, score))
     }
 
+    /// Probability that several candidates together take off as much by chance of what a set leaves: against the noise where the rest is noise
+    /// of stated size, else against the rest (F). `None` where none of them is left, or too little beside them.
+    pub fn together(&self, set: &[usize], others: &[usize], is_noise: bool) -> Option<f64> {
+        let (mut directions, residual) = self.directions(set)?;
+        let before = directions.len();
+        let mut taken = 0.0;
+        for j in others.iter().filter(|j| !set.contains(j)) {
+            if let Some((direction, _)) = self.further(&directions, *j) {
+                taken += dot(&direction, &residual).powi(2);
+                directions.push(direction);
+            }
+        }
+        let (own, all) = ((directions.len() - before) as f64, dot(&residual, &residual));
+        let rest = self.dof as f64 - directions.len() as f64;
+        match self.from {
+            _ if own < 1.0 => None,
+            NoiseFrom::Stated if is_noise => chi_square_survival(taken, own),
+            _ if rest < 1.0 => None,
+            _ => fisher_f_survival((taken / own) / ((all - taken).max(f64::MIN_POSITIVE) / rest), own, rest),
+        }
+    }
+
     /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise.
     pub fn global(&self, given: &Given) -> Option<f64> {
         match (self.from, &given.pure) {

@@ -10,7 +10,7 @@ const SCANNED: [&str; 5] = ["{other}", "{reading}", "{position}", "{break}", "{t
 /// Harmonics up to this order are effects by themselves; higher ones together can build any pattern of an angle.
 const OWN_HARMONICS: usize = 4;
 /// Orders above that which may stand in one set, each alone in its phase.
-const HIGH_ORDERS: usize = 2;
+const HIGH_ORDERS: usize = 3;
 /// Largest share of the readings that may be bad, and of the positions that may be remounted wrongly.
 const FEW: f64 = 0.05;
 /// Steps in time from which on they build a pattern.
@@ -78,6 +78,19 @@ pub(super) fn other_phase(candidates: &[Candidate], index: usize) -> Option<usiz
         own.regressor.replace("cos(", "sin(")
     };
     candidates.iter().position(|other| other.sensor == own.sensor && other.regressor == wanted)
+}
+
+/// All harmonics of the angle of a harmonic, with the same factor and in the same sensor.
+pub(super) fn harmonics_of(candidates: &[Candidate], index: usize) -> Vec<usize> {
+    // `gamma_deg_s*sin(5*alpha)`: the factor, and the angle without its order
+    let key = |candidate: &Candidate| {
+        let (factor, angle) = candidate.regressor.split_once("sin(").or(candidate.regressor.split_once("cos("))?;
+        let angle = angle.trim_start_matches(|c: char| c.is_ascii_digit() || c == '*').to_string();
+        (candidate.harmonic > 0).then(|| (candidate.sensor, factor.to_string(), angle))
+    };
+    let Some(own) = candidates.get(index).and_then(key) else { return Vec::new() };
+    let same = candidates.iter().enumerate().filter(|(_, other)| key(other).as_ref() == Some(&own));
+    same.map(|(j, _)| j).collect()
 }
 
 /// A high harmonic is named only where nothing else is left: it may be one of many that build a pattern.

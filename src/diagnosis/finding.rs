@@ -36,7 +36,7 @@ pub struct Alias {
     pub visible: f64,
     /// Its largest value here over what its inputs could make of it.
     pub size: f64,
-    /// A second effect that must then stand in the place of another finding.
+    /// A second effect (or several) that must then stand too, in the place of another finding or beside it.
     pub together_with: Option<String>,
 }
 
@@ -225,6 +225,7 @@ pub(super) fn conclude(
         is_pattern: &|_| false,
         needs_all: &|_| false,
         other_phase: &|_| None,
+        harmonics_of: &|_| Vec::new(),
     };
     let rivals: Vec<Rival> = match &found {
         // places are those of the order in which the effects are reported
@@ -233,14 +234,9 @@ pub(super) fn conclude(
             .filter_map(|rival| {
                 let member = own.get(rival.place)?;
                 let place = set.iter().position(|j| j == member)?;
-                let together = match rival.together {
-                    Some((other, candidate)) => {
-                        let member = own.get(other)?;
-                        Some((set.iter().position(|j| j == member)?, candidate))
-                    }
-                    None => None,
-                };
-                Some(Rival { place, together, ..rival.clone() })
+                let at = |other: &usize| own.get(*other).and_then(|member| set.iter().position(|j| j == member));
+                let instead = rival.instead.iter().map(at).collect::<Option<_>>()?;
+                Some(Rival { place, instead, ..rival.clone() })
             })
             .collect(),
         _ => Vec::new(),
@@ -423,6 +419,8 @@ impl Effects<'_> {
             .filter_map(|(rival, share)| {
                 let other = self.candidates.get(rival.candidate)?;
                 let cosine = own.get(rival.candidate).map_or(0.0, |g| g.abs());
+                let with = rival.with.iter().filter_map(|j| self.candidates.get(*j));
+                let with: Vec<&str> = with.map(|c| c.regressor.as_str()).collect();
                 let alias = Alias {
                     regressor: other.regressor.clone(),
                     name: other.name.clone(),
@@ -432,10 +430,7 @@ impl Effects<'_> {
                     vanishing: other.vanishing,
                     visible: other.visible,
                     size: other.size,
-                    together_with: rival
-                        .together
-                        .and_then(|(_, j)| self.candidates.get(j))
-                        .map(|c| c.regressor.clone()),
+                    together_with: (!with.is_empty()).then(|| with.join(" and ")),
                 };
                 let order = u32::from(other.rank);
                 let order = order + if other.vanishing { 300 } else { 0 };

@@ -281,7 +281,7 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
 }
 
 /// Gauss-Newton iterations of one fit: lines with kinks or jumps never settle to rounding, since what they average moves in steps.
-const ITERATIONS: usize = 30;
+const ITERATIONS: usize = 15;
 /// A fit whose last step moved the predictions by less than this, in standard uncertainties of all readings together, is as good as settled.
 const SMALL_STEP: f64 = 0.05;
 

@@ -9,11 +9,12 @@ use super::search::{self, Found, Question};
 use super::settings::Settings;
 use super::support::Support;
 use super::{Candidate, Effect, assumptions, families};
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::Variances;
 use crate::fit::{self, Fit};
+use crate::simulate::Regressor;
 
 /// Passes over a long campaign before what has no column is left alone.
 const SCREENED: usize = 4;
@@ -95,9 +96,51 @@ impl<'a> Pass<'a> {
         (self.point.clone(), self.finished.clone())
     }
 
+    /// The exact fit of a repaired campaign: from its own start, and, where an effect has a kink or exists only through tilts, from where this
+    /// pass stands: there its column did what it promised.
+    pub fn fit(&self, repaired: &Campaign, seen: &Seen, set: &[usize]) -> Result<Fit> {
+        let delicate = |c: &Candidate| match &c.kind {
+            Regressor::Term(line) => c.vanishing || line.text().contains("sign(") || line.text().contains("abs("),
+            _ => false,
+        };
+        if !set.iter().filter_map(|j| seen.candidates.get(*j)).any(delicate) {
+            return super::fit_exactly(repaired);
+        }
+        let mut beside = repaired.clone();
+        for (parameter, value) in self.campaign.parameters.iter().zip(&self.point) {
+            let own = repaired.parameter_index(&parameter.id).and_then(|k| beside.parameters.get_mut(k));
+            if let Some(Role::Estimated { start, .. }) = own.map(|p| &mut p.role) {
+                *start = Some(*value);
+            }
+        }
+        let mut here = super::fit_exactly(&beside)?;
+        here.campaign.parameters = repaired.parameters.clone();
+        if self.is_confirmed(seen, set, &here) {
+            return Ok(here);
+        }
+        let home = super::fit_exactly(repaired)?;
+        let squares = |fit: &Fit| -> f64 {
+            fit.estimate.residuals.iter().zip(&fit.system.u).map(|(v, u)| (v / u) * (v / u)).sum()
+        };
+        Ok(if squares(&here) < squares(&home) { here } else { home })
+    }
+
     /// Stand there again.
     pub fn go_back(&mut self, stand: Stand) {
         (self.point, self.finished) = stand;
+    }
+
+    /// The thresholds.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Does the exact fit with a set take off what its columns promised, but for less than half of what its least member adds?
+    pub fn is_confirmed(&self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
+        let left = seen.weighted.squares(&after.estimate.residuals);
+        let promised = seen.evidence.rss_of(set);
+        let least = (0..set.len()).map(|place| seen.evidence.rss_of(&search::without(set, place)) - promised);
+        left - promised <= 0.5 * least.fold(f64::INFINITY, f64::min)
     }
 
     /// Does the exact fit with a set take off at least half of what its columns promised? If not, the set is banned.
@@ -233,6 +276,7 @@ impl<'a> Pass<'a> {
             let is_pattern = |set: &[usize]| families::is_pattern(self.campaign, &candidates, set);
             let needs_all = |j: usize| candidates.get(j).is_some_and(families::needs_all);
             let other_phase = |j: usize| families::other_phase(&candidates, j);
+            let harmonics_of = |j: usize| families::harmonics_of(&candidates, j);
             let question = Question {
                 settings: &self.settings,
                 handicap: &handicap,
@@ -240,6 +284,7 @@ impl<'a> Pass<'a> {
                 is_pattern: &is_pattern,
                 needs_all: &needs_all,
                 other_phase: &other_phase,
+                harmonics_of: &harmonics_of,
             };
             search::search(&evidence, &question)
         };

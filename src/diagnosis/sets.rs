@@ -19,10 +19,25 @@ pub(super) struct Rival {
     pub place: usize,
     /// The candidate that could stand there.
     pub candidate: usize,
-    /// Place of a second member and the candidate that must then stand there.
-    pub together: Option<(usize, usize)>,
-    /// How much larger the sum of squares is than the best, in units of the noise variance.
+    /// Places of further members that it replaces.
+    pub instead: Vec<usize>,
+    /// Candidates that must then stand too, in their places or beside it.
+    pub with: Vec<usize>,
+    /// How much larger the sum of squares is than the best, in units of the noise variance; with the price of every effect more.
     pub excess: f64,
+}
+
+impl Rival {
+    /// The set with the rival in it.
+    pub fn replaced(&self, set: &[usize]) -> Vec<usize> {
+        let kept = set.iter().enumerate().filter(|(k, _)| *k != self.place && !self.instead.contains(k));
+        kept.map(|(_, j)| *j).chain([self.candidate]).chain(self.with.iter().copied()).collect()
+    }
+
+    /// Is this the place at which a rival of several members counts?
+    pub fn is_first(&self) -> bool {
+        self.instead.iter().all(|other| self.place < *other)
+    }
 }
 
 /// Every candidate by itself, best first.
@@ -198,25 +213,46 @@ pub(super) fn rivals(
         for (candidate, (score, left)) in given.score.iter().zip(&given.left).enumerate() {
             let excess = (given.rss - score * score - best) / variance;
             if candidate != *member && *left > DISTINCT && excess <= indistinguishable && !others.contains(&candidate) {
-                rivals.push(Rival { place, candidate, together: None, excess });
+                rivals.push(Rival { place, candidate, instead: Vec::new(), with: Vec::new(), excess });
             }
         }
     }
     for (rss, near) in sets.iter().take_while(|(rss, _)| rss - best <= indistinguishable * variance) {
-        let out: Vec<usize> = (0..set.len()).filter(|k| set.get(*k).is_some_and(|j| !near.contains(j))).collect();
-        let new: Vec<usize> = near.iter().copied().filter(|j| !set.contains(j)).collect();
-        let (&[p, q], &[c, d]) = (out.as_slice(), new.as_slice()) else { continue };
-        let (Some(&a), Some(&b)) = (set.get(p), set.get(q)) else { continue };
-        let cosine = |x: usize, y: usize| evidence.cosines(x).get(y).map_or(0.0, |g| g.abs());
-        let crossed = cosine(a, c) + cosine(b, d) < cosine(a, d) + cosine(b, c);
-        let (c, d) = if crossed { (d, c) } else { (c, d) };
-        let excess = (rss - best) / variance;
-        for (place, candidate, together) in [(p, c, (q, d)), (q, d, (p, c))] {
-            if !rivals.iter().any(|rival| rival.place == place && rival.candidate == candidate) {
-                rivals.push(Rival { place, candidate, together: Some(together), excess });
-            }
-        }
+        add(evidence, set, near, (rss - best) / variance, &mut rivals);
     }
     rivals.sort_by(|a, b| a.place.cmp(&b.place).then(a.excess.total_cmp(&b.excess)));
     rivals
+}
+
+/// Another set as a rival of those members that it does not have, each against the candidate that resembles it most.
+pub(super) fn add(evidence: &Evidence, set: &[usize], other: &[usize], excess: f64, rivals: &mut Vec<Rival>) {
+    let out: Vec<usize> = (0..set.len()).filter(|k| set.get(*k).is_some_and(|j| !other.contains(j))).collect();
+    let new: Vec<usize> = other.iter().copied().filter(|j| !set.contains(j)).collect();
+    // one against one is found member by member; three against three share too little
+    if out.is_empty() || out.len() > 2 || new.len() < 2 || new.len() > 3 {
+        return;
+    }
+    let cosine =
+        |place: usize, j: usize| set.get(place).and_then(|own| evidence.cosines(*own).get(j)).map_or(0.0, |g| g.abs());
+    for candidate in &new {
+        let nearest = out.iter().copied().max_by(|a, b| cosine(*a, *candidate).total_cmp(&cosine(*b, *candidate)));
+        let mut places: Vec<usize> = nearest.into_iter().collect();
+        // no member is left without: the two of a pair are told apart by what they resemble more together
+        if let (&[p, q], &[c, d]) = (out.as_slice(), new.as_slice()) {
+            let crossed = cosine(p, c) + cosine(q, d) < cosine(p, d) + cosine(q, c);
+            places = vec![if (*candidate == c) != crossed { p } else { q }];
+        }
+        for place in places {
+            if rivals.iter().any(|own| own.place == place && own.candidate == *candidate) {
+                continue;
+            }
+            rivals.push(Rival {
+                place,
+                candidate: *candidate,
+                instead: out.iter().copied().filter(|other| *other != place).collect(),
+                with: new.iter().copied().filter(|other| other != candidate).collect(),
+                excess,
+            });
+        }
+    }
 }

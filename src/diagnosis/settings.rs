@@ -33,10 +33,10 @@ pub struct Settings {
     pub alias_cosine: f64,
     /// Smallest |t| of each of three or more effects that explain the gap together. Default 5.5: weak ones approximate almost any pattern.
     pub each_of_many: f64,
-    /// A set with harmonics above the fourth needs a global probability of more than this. Default 0.05: several such harmonics build any
-    /// pattern of an angle, so that "not significantly more than noise" is not enough.
+    /// Beside a harmonic above the fourth, all other harmonics of its angle together need a probability by chance of more than this. Default
+    /// 0.01: several such harmonics build any pattern of an angle.
     pub whole_pattern: f64,
-    /// and the other phase of each an own probability of more than this. Default 0.01.
+    /// and its other phase an own probability of more than this. Default 0.003: three standard deviations.
     pub other_phase: f64,
     /// Odds by which a set of several effects must outweigh an unknown remainder (twice their logarithm). Default 6: odds of 20.
     pub outweighs: f64,
@@ -67,8 +67,8 @@ impl Default for Settings {
             prior_size: 30.0,
             alias_cosine: 0.5,
             each_of_many: 5.5,
-            whole_pattern: 0.05,
-            other_phase: 0.01,
+            whole_pattern: 0.01,
+            other_phase: 0.003,
             outweighs: 6.0,
             rank_handicap: 0.4,
             vanishing: 0.02,

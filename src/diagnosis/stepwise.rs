@@ -6,7 +6,7 @@
 
 use super::evidence::Evidence;
 use super::posterior;
-use super::search::{Question, leaves_noise, leaves_nothing, without};
+use super::search::{Question, leaves_no_pattern, leaves_noise, without};
 use super::sets::{self, Rival, extended};
 use super::settings::Settings;
 
@@ -130,7 +130,7 @@ fn exchange(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> Vec<
 fn all_stand(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> bool {
     let complete = evidence.given(set).is_some_and(|given| leaves_noise(evidence, &given, question.settings));
     if (question.is_pattern)(set)
-        || (set.iter().any(|j| (question.needs_all)(*j)) && !leaves_nothing(evidence, set, question))
+        || (set.iter().any(|j| (question.needs_all)(*j)) && !leaves_no_pattern(evidence, set, question))
     {
         return false;
     }

@@ -38,12 +38,14 @@ struct Trial {
     /// What is reported, for the failures' list.
     report: String,
     seconds: f64,
+    seed: u64,
 }
 
 fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u64, catalogue: &[Effect]) -> Trial {
     let started = std::time::Instant::now();
     let mut generator = Pcg64Mcg::seed_from_u64(seed);
     let tilts = if schedule_name == "A24" { &["dtheta_z2"][..] } else { &["dtheta_x0", "dtheta_y1", "dtheta_z2"] };
+    let tilts: Vec<&str> = tilts.iter().copied().filter(|tilt| is_seen(schedule_name, tilt)).collect();
     let dropped = (mode == "tilts").then(|| tilts[random(&mut generator, 0.0, tilts.len() as f64) as usize]);
     let mut twin = generator.clone();
     let (plan, sd) = schedule(schedule_name, dropped, &mut generator);
@@ -119,8 +121,8 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         strength.push((t, left_of(&model, &candidate.column) * t * u / sd));
     }
     let campaign = simulate(&plan, &Truth { point, noise, effects, scatter: Vec::new() }, seed).unwrap();
-    let found = diagnose(&campaign, catalogue, &Settings::default()).unwrap();
     hidden.extend(chosen.iter().map(|(c, _)| c.regressor.clone()));
+    let found = diagnose(&campaign, catalogue, &Settings::default()).unwrap();
     let stands = mode != "mixed" || strength[0].0 / (1.0 + strength[1].1 * strength[1].1).sqrt() >= 8.0;
     let catalogued = hidden.len() - usize::from(mode == "mixed" || mode == "outside");
     let names = |k: usize, h: &String| {
@@ -143,7 +145,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
             .as_ref()
             .is_some_and(|after| left_of(after, &candidate.column) < 0.1 * left_of(&model, &candidate.column))
     };
-    let a_sum = matches!(mode, "mixed" | "outside") && chosen.iter().all(is_sum);
+    let a_sum = matches!(mode, "mixed" | "outside") && right == catalogued && chosen.last().is_some_and(is_sum);
     let wrong = (0..found.effects.len()).filter(|k| !a_sum && !deserved(*k));
     let wrong = wrong.map(|k| found.effects[k].effect.regressor.clone()).collect();
     debug_assert!(named <= catalogued);
@@ -167,6 +169,43 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         held,
         report,
         seconds,
+        seed,
+    }
+}
+
+/// Does a schedule show that this tilt is missing? At eight heads of alpha and two of beta others take up all that some tilts do: without one
+/// of them the model is the same.
+fn is_seen(schedule_name: &str, tilt: &str) -> bool {
+    let mut generator = Pcg64Mcg::seed_from_u64(1);
+    let (plan, sd) = schedule(schedule_name, Some(tilt), &mut generator);
+    let noise = vec![Noise { sd, stated: true, decimals: None }];
+    let truth = Truth { point: plan.reference_point(), noise, effects: Vec::new(), scatter: Vec::new() };
+    let own = format!("tilt:{tilt}");
+    let all = candidates(&simulate(&plan, &truth, 1).unwrap(), &wire::built_in_effects().unwrap()).unwrap();
+    // 2e-4 rad, the smallest that is hidden, in its standard uncertainty
+    all.iter().any(|(c, u)| c.regressor == own && u.is_finite() && 2e-4 / u > 10.0)
+}
+
+/// Campaigns of which each once had a wrong name or none: one effect that resembles two, two or three, effects that jump, high harmonics, a
+/// tilt that the readings do not tell from a known value.
+#[test]
+fn names_that_once_were_wrong() {
+    let catalogue = wire::built_in_effects().unwrap();
+    let campaigns = [
+        ("two", true, "G5", 5_900_016),
+        ("two", true, "G5", 5_900_044),
+        ("two", true, "G16x45", 5_900_038),
+        ("two", false, "G16", 5_400_056),
+        ("two", false, "A24", 5_400_066),
+        ("three", true, "A24", 6_900_018),
+        ("three", false, "G5", 6_400_070),
+        ("three", false, "A24", 6_400_073),
+        ("tilts", true, "G16", 10_900_028),
+        ("tilts", true, "A24", 10_900_034),
+    ];
+    for (mode, stated, schedule, seed) in campaigns {
+        let own = trial(mode, stated, schedule, seed, &catalogue);
+        assert!(is_right(&own), "{schedule} {:?}: {} {}", own.hidden, own.verdict.name(), own.report);
     }
 }
 
@@ -269,7 +308,8 @@ fn seeded_campaigns() {
             .filter(|t| t.mode == mode && t.stated == stated && (!t.wrong.is_empty() || (t.stands && !is_right(t))))
         {
             println!(
-                "    {} {:?} -> {} right {} wrong {:?} ({:.1} s)\n        {}",
+                "    {} {} {:?} -> {} right {} wrong {:?} ({:.1} s)\n        {}",
+                t.seed,
                 t.schedule,
                 t.hidden,
                 t.verdict.name(),
