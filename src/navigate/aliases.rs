@@ -60,7 +60,7 @@ impl Walk<'_> {
         let is_constant = |j: &usize| linear.causes.get(*j).is_some_and(Cause::is_constant);
         let constants: Vec<usize> = (0..linear.causes.len()).filter(is_constant).collect();
         for other in (0..set.len()).filter(|other| *other != place) {
-            let (Some(second), true) = (set.get(other), set.get(place).is_some_and(|j| is_constant(j))) else {
+            let (Some(second), true) = (set.get(other), set.get(place).is_some_and(is_constant)) else {
                 continue;
             };
             if !is_constant(second) {
@@ -84,7 +84,9 @@ impl Walk<'_> {
                 let absurd = |cause: &Cause, value: Option<f64>| value.is_some_and(|v| self.case.is_absurd(cause, v));
                 let absurd = absurd(source, value) || absurd(with, of(other, second));
                 let worse = (worse / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
-                known.into_iter().for_each(|k| drop(found.remove(k)));
+                if let Some(k) = known {
+                    found.remove(k);
+                }
                 let (source, together_with) = (*source, Some(*with));
                 found.push(Alias { source, value, exact: false, excess: worse, absurd, together_with });
             }
