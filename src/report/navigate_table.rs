@@ -15,7 +15,7 @@ pub fn navigate_table(report: &NavigateReport) -> String {
     }
     let rows: Vec<Vec<String>> = report.results.iter().map(result).collect();
     let header =
-        ["motion", "scenario", "tilt, arcsec", "azimuth, arcsec", "velocity, m/s", "position, m", "at the end, m"];
+        ["motion", "scenario", "tilt (arcsec)", "azimuth (arcsec)", "velocity (m/s)", "position (m)", "at the end (m)"];
     text.push_str(&format!("\nRoot mean square errors, and the position error at the end\n{}", plain(&header, &rows)));
     let is_perfect = |r: &ResultReport| r.scenario == crate::navigate::study::PERFECT;
     if report.results.iter().any(is_perfect) {
@@ -38,7 +38,7 @@ pub fn navigate_table(report: &NavigateReport) -> String {
     }
     let rows = carried(report);
     if !rows.is_empty() {
-        let header = ["motion", "by", "tilt, arcsec", "azimuth, arcsec", "velocity, m/s", "position, m"];
+        let header = ["motion", "by", "tilt (arcsec)", "azimuth (arcsec)", "velocity (m/s)", "position (m)"];
         text.push_str(&format!("\nWhat the calibration's uncertainty does\n{}", plain(&header, &rows)));
     }
     text

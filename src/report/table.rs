@@ -11,7 +11,7 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 const GAPS: [usize; 2] = [2, 1];
 
 /// A table without frame: a header, a rule, rows; columns of numbers to the right. A table wider than the line stands closer,
-/// breaks its columns of text at spaces and, where that does not suffice, continues below, beside its first column again.
+/// breaks its columns of text at spaces and, where that does not suffice, continues below, beside the columns that name its rows.
 pub fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
     let columns: Vec<Column> = header.iter().enumerate().map(|(k, title)| Column::of(k, title, rows)).collect();
     let all: Vec<usize> = (0..columns.len()).collect();
@@ -41,6 +41,8 @@ struct Column {
     numeric: bool,
     /// Characters of its longest cell.
     widest: usize,
+    /// The same where its title breaks.
+    below_title: usize,
     /// Characters below which it cannot go: its longest word, or the widest number.
     least: usize,
 }
@@ -54,49 +56,48 @@ impl Column {
         let widest = cells().map(size).max().unwrap_or(0).max(size(title));
         // a title breaks too, but a number does not
         let body = cells().map(|cell| if numeric { size(cell) } else { word(cell) }).max().unwrap_or(0);
-        Self { numeric, widest, least: body.max(word(title)) }
+        let below_title = cells().map(size).max().unwrap_or(0).max(word(title));
+        Self { numeric, widest, below_title, least: body.max(word(title)) }
     }
 }
 
-/// The columns that stand beside one another, the first one in every block.
+/// The columns that stand beside one another; those of text before the first number name the row and stand in every block.
 fn blocks(columns: &[Column]) -> Vec<Vec<usize>> {
+    let texts = columns.iter().take_while(|column| !column.numeric).count();
+    let widths = columns.iter().scan(0, |sum, column| {
+        *sum += column.least + GAPS[0];
+        Some(*sum)
+    });
+    let names = widths.take(texts).take_while(|sum| *sum <= WIDTH / 2).count().max(1);
+    let width = |block: &[usize]| -> usize {
+        block.iter().filter_map(|k| columns.get(*k)).map(|own| own.least + GAPS[0]).sum()
+    };
     let mut blocks: Vec<Vec<usize>> = Vec::new();
-    let mut used = 0;
     for (k, column) in columns.iter().enumerate() {
         match blocks.last_mut() {
-            Some(block) if used + GAPS[0] + column.least <= WIDTH || block.len() < 2 => {
-                used += GAPS[0] + column.least;
-                block.push(k);
-            }
-            Some(_) => {
-                used = columns.first().map_or(0, |first| first.least) + GAPS[0] + column.least;
-                blocks.push(vec![0, k]);
-            }
-            None => {
-                used = column.least;
-                blocks.push(vec![k]);
-            }
+            Some(block) if block.len() <= names || width(block) + column.least <= WIDTH => block.push(k),
+            Some(_) => blocks.push((0..names).chain([k]).collect()),
+            None => blocks.push(vec![k]),
         }
     }
     blocks
 }
 
-/// Widths within the line: the widest columns give way until the table fits.
+/// Widths within the line: titles break first, then the widest columns give way until the table fits.
 fn widths(columns: &[Column], block: &[usize], gap: usize) -> Vec<usize> {
-    let mut widths: Vec<usize> = block.iter().filter_map(|&k| columns.get(k)).map(|column| column.widest).collect();
+    let own: Vec<&Column> = block.iter().filter_map(|&k| columns.get(k)).collect();
+    let mut widths: Vec<usize> = own.iter().map(|column| column.widest).collect();
     let room = WIDTH.saturating_sub(gap * block.len().saturating_sub(1));
-    loop {
-        let total: usize = widths.iter().sum();
-        if total <= room {
-            return widths;
-        }
-        let least = |k: usize| block.get(k).and_then(|&c| columns.get(c)).map_or(0, |column| column.least);
-        let widest = (0..widths.len()).filter(|&k| widths[k] > least(k)).max_by_key(|&k| widths[k]);
-        match widest {
-            Some(k) => widths[k] = (widths[k] - 1).max(least(k)),
-            None => return widths,
+    for floor in [|column: &Column| column.below_title, |column: &Column| column.least] {
+        while widths.iter().sum::<usize>() > room {
+            let above = widths.iter_mut().zip(&own).filter(|(width, column)| **width > floor(column));
+            match above.max_by_key(|(width, _)| **width) {
+                Some((width, _)) => *width -= 1,
+                None => break,
+            }
         }
     }
+    widths
 }
 
 fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows: &[Vec<String>]) -> String {
