@@ -144,7 +144,7 @@ const TAKES_PART: f64 = 0.01;
 
 /// Which effects of a catalogue a schedule could show, which the model would absorb, and which would be taken for each other.
 ///
-/// Linear in the effects, at the campaign's reference point. Errors: those of [`plan::judge`]; a catalogue's term with a name that this campaign
+/// Linear in the effects, at the campaign's reference point. Errors: those of `plan::judge`; a catalogue's term with a name that this campaign
 /// does not have.
 pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Result<Foresight> {
     let model = Model::new(campaign)?;
