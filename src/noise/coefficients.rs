@@ -134,9 +134,9 @@ struct Fitted {
 ///
 /// Weighted least squares on variances with their full covariance, which follows from the coefficients themselves and is renewed until it stands; squares are
 /// not negative. A coefficient is there if leaving it out raises the generalized sum of squares (with the covariance that holds without it) beyond
-/// what chance does in one case of a thousand. `None` for fewer than four averaging times, or where nothing varies.
+/// what chance does in one case of a thousand. `None` for fewer averaging times than coefficients, or where nothing varies.
 pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], interval: f64) -> Option<Coefficients> {
-    if taus.len() < 4 || variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
+    if taus.len() < Term::ALL.len() || variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
         return None;
     }
     let column = |term: Term| taus.iter().zip(variances).map(|(tau, v)| term.variance(*tau) / v).collect::<Vec<f64>>();

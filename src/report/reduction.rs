@@ -1,7 +1,7 @@
 //! The report of a reduction (`tumble reduce --json`).
 
 use super::{VERSION, finite};
-use crate::reduce::{Reduction, Trace};
+use crate::wire::Reduced;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -32,6 +32,12 @@ pub struct ReduceReport {
     pub rejected: Vec<RejectedReport>,
     /// Gaps in the times.
     pub gaps: u64,
+    /// Other jumps of the clock: steps back, and steps much shorter than the sampling interval.
+    #[serde(default)]
+    pub clock_jumps: u64,
+    /// Gaps and jumps one by one, the first thousand.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub jumps: Vec<JumpReport>,
     /// Events of the whole record, by column and kind.
     pub events: BTreeMap<String, BTreeMap<String, u64>>,
 }
@@ -110,6 +116,19 @@ pub struct SegmentMeanReport {
     pub events: BTreeMap<String, u64>,
 }
 
+/// A step of the times that is none from one sample to the next.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct JumpReport {
+    /// `gap` (samples missing, or the clock set forward), `back` or `short`.
+    pub kind: String,
+    /// Rows before it.
+    pub row: u64,
+    /// Time of the last of them, s since the first.
+    pub time_s: f64,
+    /// The step, s.
+    pub step_s: f64,
+}
+
 /// A stretch that did not become a reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RejectedReport {
@@ -122,7 +141,8 @@ pub struct RejectedReport {
 }
 
 /// The report of a reduction.
-pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction: &Reduction) -> ReduceReport {
+pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
+    let Reduced { trace, reduction, .. } = reduced;
     let named = |values: &[f64]| {
         trace.channels.iter().zip(values).map(|(c, v)| (c.name.clone(), finite(*v))).collect::<BTreeMap<_, _>>()
     };
@@ -173,7 +193,7 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
         samples: trace.samples,
         interval_s: trace.interval,
         block: trace.block as u64,
-        by: by.into(),
+        by: reduced.by.clone(),
         detector: reduction.stillness.as_ref().map(|s| DetectorReport {
             window_s: s.window,
             threshold: s.threshold,
@@ -190,7 +210,13 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
                 reason: r.reason.clone(),
             })
             .collect(),
-        gaps,
+        gaps: reduced.gaps,
+        clock_jumps: reduced.clock_jumps,
+        jumps: reduced
+            .jumps
+            .iter()
+            .map(|j| JumpReport { kind: j.kind.name().into(), row: j.row, time_s: j.time, step_s: j.step })
+            .collect(),
         events,
     }
 }

@@ -11,6 +11,7 @@ mod csv_readings;
 mod derived_file;
 mod device_readings;
 mod effects_file;
+mod folder;
 mod front;
 mod imu_errors_file;
 mod kind;
@@ -22,11 +23,14 @@ mod mission_file;
 mod motion_file;
 mod named;
 mod readings_file;
+mod recipe;
 mod reduced;
+mod samples_file;
 mod scatter_file;
 mod schema;
 mod site_file;
 mod strict;
+mod table_readings;
 mod truth_file;
 mod write;
 
@@ -40,7 +44,8 @@ pub use correction_file::{
 pub use derived_file::{DerivedFile, DerivedLine};
 pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
-pub use front::bench_ref;
+pub use folder::{Folder, Table};
+pub use front::{bench_ref, read_campaign_beside};
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
@@ -54,10 +59,13 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
+pub use recipe::{ClockFrom, Encoder, Recipe, Reduced, SegmentsBy, times};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
+pub use samples_file::{SamplesFile, TimesFile, TimesLine};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub use schema::{SCHEMAS, schema};
 pub use site_file::{GravityFile, SiteFile};
+pub use table_readings::table_layout;
 pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
@@ -132,11 +140,16 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
     file.into_bench().map_err(|error| in_source(error, source))
 }
 
-/// Read a campaign file, with the bench and the readings that it refers to.
+/// Read a campaign file, with the bench and the table of readings (as text) that it refers to.
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, fetch)
+    campaign_from(campaign_of(source)?, source, &mut folder::Texts(fetch))
+}
+
+/// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
+pub fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+    campaign_from(campaign_of(source)?, source, folder)
 }
 
 /// Parse a campaign file without looking at the bench and the readings that it refers to.
@@ -144,14 +157,14 @@ pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
     parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))
 }
 
-/// The campaign of a file that was parsed, with the bench and the readings that it refers to.
-pub fn campaign_from(file: CampaignFile, source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    file.into_campaign(fetch).map_err(|error| in_source(error, source))
+/// The campaign of a file that was parsed, with everything that it refers to.
+pub fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+    file.into_campaign(folder).map_err(|error| in_source(error, source))
 }
 
-/// Readings of a CSV file, whose columns may have the names that `columns` gives them.
-pub fn read_readings(bench: &Bench, source: &Source, columns: &Named<String>) -> Result<crate::campaign::Readings> {
-    csv_readings::read(bench, source, columns)
+/// Readings of a table, whose columns may have the names that `columns` gives them.
+pub fn read_readings(bench: &Bench, table: Table, columns: &Named<String>) -> Result<crate::campaign::Readings> {
+    table_readings::read(bench, table, columns)
 }
 
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.
