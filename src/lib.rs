@@ -61,6 +61,7 @@ pub mod algebra;
 pub mod batch;
 pub mod bench;
 pub mod campaign;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
 pub mod correction;
@@ -69,6 +70,7 @@ pub mod diagnosis;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+#[cfg(feature = "navigate")]
 pub mod navigate;
 pub mod noise;
 pub mod plan;
@@ -80,6 +82,7 @@ pub mod simulate;
 pub mod theory;
 pub mod uncertainty;
 pub mod units;
+mod vocabulary;
 pub mod wire;
 
 pub use bench::Bench;

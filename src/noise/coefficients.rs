@@ -93,6 +93,13 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
+    /// Does their sum describe the Allan variances? Not where so large a chi-square has a probability below 1 %.
+    pub fn describes(&self) -> bool {
+        !(self.p < 0.01)
+    }
+}
+
+impl Coefficients {
     /// The fitted Allan variance at `tau`.
     pub fn variance(&self, tau: f64) -> f64 {
         self.terms.iter().map(|c| c.value.map_or(0.0, |v| v * v * c.term.variance(tau))).sum()

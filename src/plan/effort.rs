@@ -3,26 +3,17 @@
 use crate::campaign::{Campaign, Kind, Observation, Reading, Readings, Size};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
+use crate::vocabulary::vocabulary;
 
-/// Where the noise comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoiseSource {
-    /// The user gave it.
-    Given,
-    /// The readings' stated uncertainties.
-    Stated,
-    /// The residuals of these readings.
-    Residuals,
-}
-
-impl NoiseSource {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            NoiseSource::Given => "given",
-            NoiseSource::Stated => "stated",
-            NoiseSource::Residuals => "residuals",
-        }
+vocabulary! {
+    /// Where the noise comes from.
+    NoiseSource {
+        /// The user gave it.
+        Given = "given",
+        /// The readings' stated uncertainties.
+        Stated = "stated",
+        /// The residuals of these readings.
+        Residuals = "residuals",
     }
 }
 

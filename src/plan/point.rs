@@ -11,32 +11,21 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::Fit;
+use crate::vocabulary::vocabulary;
 
-/// Where a value of the point comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PointSource {
-    /// The user gave it for this plan.
-    Given,
-    /// A fit of the campaign's readings.
-    Fitted,
-    /// The campaign's start.
-    Start,
-    /// The campaign's prior.
-    Prior,
-    /// Nothing is stated.
-    Zero,
-}
-
-impl PointSource {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            PointSource::Given => "given",
-            PointSource::Fitted => "fitted",
-            PointSource::Start => "start",
-            PointSource::Prior => "prior",
-            PointSource::Zero => "zero",
-        }
+vocabulary! {
+    /// Where a value of the point comes from.
+    PointSource {
+        /// The user gave it for this plan.
+        Given = "given",
+        /// A fit of the campaign's readings.
+        Fitted = "fitted",
+        /// The campaign's start.
+        Start = "start",
+        /// The campaign's prior.
+        Prior = "prior",
+        /// Nothing is stated.
+        Zero = "zero",
     }
 }
 

@@ -16,6 +16,7 @@
 //! Deliberately absent: what the columns mean (`wire`, `reduce`), opening files (`cli`).
 
 mod clock;
+#[cfg_attr(not(feature = "parquet"), path = "columnar_absent.rs")]
 mod columnar;
 mod delimited;
 mod dialect;

@@ -2,16 +2,18 @@
 
 use super::{VERSION, finite};
 use crate::noise::{Analysis, Deviation, Term, field_unit};
+use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What `tumble noise --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseAnalysisReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `noise`.
-    pub report: String,
+    #[schemars(extend("const" = "noise"))]
+    pub report: ReportKind,
     /// The record.
     pub record: String,
     /// Sampling interval, s.
@@ -33,7 +35,7 @@ pub struct NoiseColumnReport {
     pub samples: u64,
     /// Stretches between gaps.
     pub stretches: u64,
-    /// Mean of all samples.
+    /// Mean of all samples, in `unit`.
     pub mean: Option<f64>,
     /// Probability of the intervals.
     pub level: f64,
@@ -63,7 +65,7 @@ pub struct DeviationsReport {
     pub hadamard: Option<DeviationReport>,
     /// Modified Allan deviation.
     pub modified: Option<DeviationReport>,
-    /// Allan deviation of the fitted coefficients.
+    /// Allan deviation of the fitted coefficients, in the column's unit.
     pub fitted: Option<f64>,
 }
 
@@ -72,9 +74,9 @@ pub struct DeviationsReport {
 pub struct DeviationReport {
     /// The deviation, in the column's unit.
     pub value: f64,
-    /// Lower end of its interval.
+    /// Lower end of its interval, in the same unit.
     pub low: Option<f64>,
-    /// Upper end.
+    /// Upper end, in the same unit.
     pub high: Option<f64>,
     /// Equivalent degrees of freedom.
     pub edf: f64,
@@ -91,7 +93,7 @@ pub struct CoefficientReport {
     pub name: String,
     /// Value in `unit`; null where the record does not show it.
     pub value: Option<f64>,
-    /// Standard uncertainty.
+    /// Standard uncertainty, in `unit`.
     pub u: Option<f64>,
     /// The field's unit.
     pub unit: String,
@@ -112,6 +114,9 @@ pub struct AgreementReport {
     pub dof: usize,
     /// Probability of more.
     pub p: f64,
+    /// Do they describe them (a probability of at least 1 %)?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub describes: Option<bool>,
 }
 
 /// A line for a campaign's `scatter`.
@@ -200,6 +205,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
             chi_square: c.chi_square,
             dof: c.dof,
             p: c.p,
+            describes: Some(c.describes()),
         }),
         scatter: scatter(column, unit, noise),
     }
@@ -233,7 +239,7 @@ pub fn noise_report(
 ) -> NoiseAnalysisReport {
     NoiseAnalysisReport {
         tumble: VERSION.into(),
-        report: "noise".into(),
+        report: ReportKind::Noise,
         record: record.into(),
         interval_s,
         interval_from,

@@ -18,7 +18,11 @@ pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool) -> String {
             text.push_str(&plain(&["coefficient", "", "value", "u", "unit", "p", "below (95 %)"], &rows));
         }
         if let Some(a) = &column.agreement {
-            let sentence = if a.p < 0.01 { "does not describe the deviations" } else { "describes the deviations" };
+            let sentence = if a.describes == Some(false) {
+                "does not describe the deviations"
+            } else {
+                "describes the deviations"
+            };
             let (chi, p) = (significant(a.chi_square, 3), significant(a.p, 2));
             text.push_str(&format!("Their sum {sentence}: chi-square {chi}, {} dof, p {p}\n", a.dof));
         }

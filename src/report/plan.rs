@@ -1,7 +1,10 @@
 //! The report of a plan: how well a schedule will do, and the better one.
 
 use super::{ForesightReport, NotEstimableReport, PositionReport};
-use crate::campaign::Identity;
+use crate::campaign::{Identity, Kind};
+use crate::plan::{NoiseSource, PointSource};
+use crate::report::ReportKind;
+use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -9,10 +12,11 @@ use std::collections::BTreeMap;
 /// What `tumble plan --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlanReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `plan`.
-    pub report: String,
+    #[schemars(extend("const" = "plan"))]
+    pub report: ReportKind,
     /// Bench id.
     pub bench: String,
     /// The unit under test, when, where, by whom, with what.
@@ -47,7 +51,7 @@ pub struct FindReport {
     pub size: f64,
     /// Probability of finding it.
     pub power: f64,
-    /// The limit: the size over the noncentrality of that power.
+    /// The limit, in the coefficient's unit: the size over the noncentrality of that power.
     pub u: f64,
 }
 
@@ -63,7 +67,7 @@ pub struct PointReport {
     /// The same in arcseconds, for tilts.
     pub arcsec: Option<f64>,
     /// `given` (--at), `fitted` (from the campaign's readings), `start`, `prior`, or `zero` where nothing is stated.
-    pub from: String,
+    pub from: PointSource,
 }
 
 /// What cannot be told at the point of judging though it could nearby.
@@ -78,12 +82,12 @@ pub struct LackingReport {
 /// Noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensorNoiseReport {
-    /// Standard deviation of one reading.
+    /// Standard deviation of one reading, in `unit`.
     pub sd: f64,
     /// Its unit.
     pub unit: String,
     /// `given`, `stated` (in the readings) or `residuals` (of a fit to the readings).
-    pub from: String,
+    pub from: NoiseSource,
 }
 
 /// How well a schedule will do.
@@ -150,7 +154,7 @@ pub struct WorkReport {
     pub mountings: usize,
     /// Rate changes within mountings.
     pub rate_changes: usize,
-    /// Cost of it all.
+    /// Cost of it all, in the unit of the costs that were given (readings, where none were).
     pub cost: f64,
 }
 
@@ -160,18 +164,18 @@ pub struct PredictedReport {
     /// Its name.
     pub id: String,
     /// `tilt` or `coefficient`.
-    pub kind: String,
+    pub kind: Kind,
     /// Unit of `u`.
     pub unit: String,
-    /// Predicted standard uncertainty; null where not estimable.
+    /// Predicted standard uncertainty, in `unit`; null where not estimable.
     pub u: Option<f64>,
     /// The same in arcseconds, for tilts.
     pub u_arcsec: Option<f64>,
-    /// The part from noise and remounting.
+    /// The part from noise and remounting, in `unit`.
     pub from_readings: Option<f64>,
-    /// The part from known inputs.
+    /// The part from known inputs, in `unit`.
     pub from_known: f64,
-    /// The most that one bad value does to it, of a size that is just not detected; null where nothing checks any value.
+    /// The most that one bad value does to it, of a size that is just not detected, in `unit`; null where nothing checks any value.
     #[serde(default)]
     pub undetected_fault: Option<f64>,
     /// The same in arcseconds, for tilts.
@@ -186,7 +190,7 @@ pub struct PredictedDerivedReport {
     pub id: String,
     /// Its line of algebra.
     pub line: String,
-    /// Predicted standard uncertainty; null where not estimable.
+    /// Predicted standard uncertainty, in the unit that follows from the line; null where not estimable.
     pub u: Option<f64>,
     /// The same in arcseconds, for angles.
     pub u_arcsec: Option<f64>,
@@ -199,7 +203,7 @@ pub struct PredictedDerivedReport {
 pub struct CorrelationReport {
     /// Parameters, in the order of rows and columns.
     pub order: Vec<String>,
-    /// Correlation coefficients.
+    /// Correlation coefficients, -1 to 1.
     pub matrix: Vec<Vec<Option<f64>>>,
 }
 
@@ -214,7 +218,7 @@ pub struct PlannedReadingReport {
     pub at: PositionReport,
     /// Sensor.
     pub sensor: String,
-    /// Standard uncertainty that was assumed.
+    /// Standard uncertainty that was assumed, in the sensor's unit.
     pub u: f64,
     /// Leverage, 0 to 1; near 1, nothing checks this reading.
     pub leverage: f64,
@@ -226,12 +230,22 @@ pub struct PlannedReadingReport {
     pub effect_arcsec: BTreeMap<String, f64>,
 }
 
+vocabulary! {
+    /// What effort is counted in.
+    Effort {
+        /// The number of readings.
+        Readings = "readings",
+        /// What readings, mountings and rate changes cost.
+        Cost = "cost",
+    }
+}
+
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ImprovedReport {
     /// `D`, `A`, `G`, `c:<quantity>`, `goal` or `T:<effect>|<effect>`.
     pub criterion: String,
-    /// What could be spent on what was chosen, if there was a budget.
+    /// What could be spent on what was chosen, if there was a budget, in the unit of the costs.
     pub budget: Option<f64>,
     /// Portions that could be chosen.
     pub candidates: usize,
@@ -242,7 +256,7 @@ pub struct ImprovedReport {
     pub kept: usize,
     /// Work that is still to be done: without what has been measured.
     pub to_run: WorkReport,
-    /// What the chosen ones might cost at most, where that was limited.
+    /// What the chosen ones might cost at most, where that was limited, in the unit of the costs.
     #[serde(default)]
     pub cost_limit: Option<f64>,
     /// Designs that there are, where all of them were tried: none is better.
@@ -264,7 +278,7 @@ pub struct ImprovedReport {
     /// How well it will do.
     pub judgement: JudgementReport,
     /// What effort is counted in when schedules are compared: `readings`, or `cost` where there was a budget.
-    pub effort: String,
+    pub effort: Effort,
     /// Per parameter and derived quantity: the given schedule, at equal effort, and the better one.
     pub comparison: Vec<ComparisonReport>,
     /// The positions still to be measured, in the order to run, as reading keys.
@@ -299,9 +313,9 @@ pub struct ReasonReport {
 pub struct DiscriminationReport {
     /// Regressors.
     pub effects: [String; 2],
-    /// Standard uncertainties before; null where nothing tells them apart.
+    /// Standard uncertainties before, in each coefficient's unit; null where nothing tells them apart.
     pub before: [Option<f64>; 2],
-    /// Standard uncertainties with the added positions.
+    /// Standard uncertainties with the added positions, in each coefficient's unit.
     pub after: [Option<f64>; 2],
 }
 
@@ -321,13 +335,13 @@ pub struct ComparisonReport {
     pub id: String,
     /// Unit of the uncertainties: arcsec for angles.
     pub unit: String,
-    /// Predicted uncertainty with the given schedule.
+    /// Predicted uncertainty with the given schedule, in `unit`.
     pub given: Option<f64>,
-    /// With the given schedule repeated, or cut, to the effort of the better one: `u sqrt(effort given / effort better)`.
+    /// With the given schedule repeated, or cut, to the effort of the better one: `u sqrt(effort given / effort better)`, in `unit`.
     pub equal_effort: Option<f64>,
-    /// With the better schedule.
+    /// With the better schedule, in `unit`.
     pub better: Option<f64>,
-    /// `equal_effort / better`.
+    /// `equal_effort / better`, a ratio.
     pub gain: Option<f64>,
 }
 

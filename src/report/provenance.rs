@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+#[cfg(feature = "cli")]
 use sha2::{Digest, Sha256};
 
 /// An input file.
@@ -13,6 +14,7 @@ pub struct Input {
     pub sha256: String,
 }
 
+#[cfg(feature = "cli")]
 impl Input {
     /// An input of so many bytes.
     ///

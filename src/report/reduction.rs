@@ -2,6 +2,7 @@
 
 use super::{VERSION, finite};
 use crate::reduce::{Reduction, Trace};
+use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -9,10 +10,11 @@ use std::collections::BTreeMap;
 /// What `tumble reduce --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReduceReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `reduce`.
-    pub report: String,
+    #[schemars(extend("const" = "reduce"))]
+    pub report: ReportKind,
     /// The record.
     pub record: String,
     /// Samples of each column.
@@ -45,7 +47,7 @@ pub struct DetectorReport {
     pub threshold: f64,
     /// Standard deviation of the still sensor, by column.
     pub still_sd: BTreeMap<String, Option<f64>>,
-    /// Where nothing was found: the threshold that would find the first stretch.
+    /// Where nothing was found: the threshold that would find the first stretch, in the same variances.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub would_find: Option<f64>,
 }
@@ -75,34 +77,37 @@ pub struct SegmentMeanReport {
     pub column: String,
     /// Its unit.
     pub unit: String,
-    /// Mean of the samples.
+    /// Mean of the samples, in `unit`.
     pub mean: f64,
-    /// Standard uncertainty: 1.96 u on either side covers 95 %; what learning the noise costs is in it.
+    /// Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it.
     pub u: f64,
-    /// What it would be for noise without memory, `s/sqrt(n)`.
+    /// What it would be for noise without memory, `s/sqrt(n)`, in `unit`.
     pub u_white: f64,
-    /// With the sum of the autocorrelations.
+    /// With the sum of the autocorrelations, in `unit`.
     pub u_autocorrelation: f64,
-    /// The Allan deviation at the segment's length.
+    /// The Allan deviation at the segment's length, in `unit`.
     pub u_allan_floor: f64,
-    /// From the resolution of the channel, where the noise does not exceed it.
+    /// From the resolution of the channel, where the noise does not exceed it, in `unit`.
     pub u_resolution: f64,
     /// Degrees of freedom that the variance of the mean is known with.
     pub dof: Option<f64>,
-    /// Standard deviation of the samples.
+    /// Standard deviation of the samples, in `unit`.
     pub sd: f64,
-    /// Samples without memory that would have the same uncertainty.
+    /// Samples without memory that would have the same uncertainty, a number of samples.
     pub effective_n: f64,
-    /// Correlation of neighbouring blocks of `lag_s`.
+    /// Correlation of neighbouring blocks of `lag_s`, -1 to 1.
     pub lag1: f64,
     /// Length of such a block, s.
     pub lag_s: f64,
-    /// Slope within the segment, per second.
+    /// Slope within the segment, per second, in `unit`.
     pub slope_per_s: f64,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in the same unit.
     pub slope_u: f64,
     /// Probability of so large a slope by chance, with the noise as found.
     pub slope_p: f64,
+    /// Is that below 1 %?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sloping: Option<bool>,
     /// How much noisier than the other segments, as a ratio of standard deviations (1: not).
     pub noisier: f64,
     /// Events within the segment, by kind.
@@ -147,6 +152,7 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
                 slope_per_s: mean.slope.0,
                 slope_u: mean.slope.1,
                 slope_p: mean.slope.2,
+                sloping: Some(mean.is_sloping()),
                 noisier: u.noisier,
                 events: mean.events.iter().map(|(kind, n)| (kind.name().to_string(), *n)).collect(),
             }
@@ -168,7 +174,7 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
     }
     ReduceReport {
         tumble: VERSION.into(),
-        report: "reduce".into(),
+        report: ReportKind::Reduce,
         record: record.into(),
         samples: trace.samples,
         interval_s: trace.interval,

@@ -2,7 +2,7 @@
 
 use super::super::{PositionReport, position_keys};
 use crate::campaign::Campaign;
-use crate::diagnosis::{Candidate, Diagnosis, Gap, Level};
+use crate::diagnosis::{Candidate, Diagnosis, Gap, Level, NoiseFrom};
 use crate::fit::Fit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -26,9 +26,9 @@ pub struct GapsReport {
 pub struct GapReport {
     /// `sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`.
     pub rms: Option<f64>,
-    /// Largest residual by size.
+    /// Largest residual by size, in the first sensor's unit (of navigation errors: in standard uncertainties).
     pub max: f64,
-    /// `sum (v/u)^2` with the noise floor.
+    /// `sum (v/u)^2` with the noise floor, a pure number.
     pub chi_square: f64,
     /// Degrees of freedom.
     pub dof: usize,
@@ -43,25 +43,25 @@ pub struct SensorGapReport {
     pub unit: String,
     /// How many values it gave.
     pub readings: usize,
-    /// `sqrt(sum v^2 / r)` before, `r` the sum of its redundancy numbers; null where that is zero.
+    /// `sqrt(sum v^2 / r)` before, `r` the sum of its redundancy numbers, in `unit`; null where that is zero.
     pub rms_before: Option<f64>,
-    /// The same with the effects.
+    /// The same with the effects, in `unit`.
     pub rms_after: Option<f64>,
-    /// Largest residual before.
+    /// Largest residual before, in `unit`.
     pub max_before: f64,
-    /// Largest residual after.
+    /// Largest residual after, in `unit`.
     pub max_after: f64,
-    /// Standard deviation of a reading by the noise floor (root mean square where readings differ).
+    /// Standard deviation of a reading by the noise floor (root mean square where readings differ), in `unit`.
     pub sd: Option<f64>,
 }
 
 /// The noise floor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseReport {
-    /// Standard deviation of a reading of the first sensor; null where nothing tells.
+    /// Standard deviation of a reading of the first sensor, in its unit; null where nothing tells.
     pub sd: Option<f64>,
     /// `replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested).
-    pub from: String,
+    pub from: NoiseFrom,
 }
 
 /// Mean residual at one level of a factor.
@@ -75,12 +75,15 @@ pub struct PlaceReport {
     pub sensor: String,
     /// Readings there.
     pub readings: usize,
-    /// Mean residual before.
+    /// Mean residual before, in the sensor's unit.
     pub mean: f64,
     /// Its size in standard deviations.
     pub z: f64,
     /// Probability of a mean as large by chance, this level alone.
     pub p: f64,
+    /// Is that below the significance of the diagnosis?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub significant: Option<bool>,
 }
 
 /// A level: a number or a label.
@@ -119,7 +122,7 @@ pub struct CellReport {
     pub sensor: String,
     /// Readings there.
     pub readings: usize,
-    /// Mean residual.
+    /// Mean residual, in the sensor's unit.
     pub mean: f64,
     /// Its size in standard deviations.
     pub z: f64,
@@ -134,11 +137,11 @@ pub struct ResidualReport {
     pub position: String,
     /// The sensor.
     pub sensor: String,
-    /// Before.
+    /// Before, in the sensor's unit.
     pub before: f64,
-    /// After.
+    /// After, in the sensor's unit.
     pub after: f64,
-    /// Standard deviation of the reading by the noise floor; null where nothing tells.
+    /// Standard deviation of the reading by the noise floor, in the sensor's unit; null where nothing tells.
     pub sd: Option<f64>,
 }
 
@@ -146,7 +149,7 @@ pub(super) fn gaps(campaign: &Campaign, diagnosis: &Diagnosis) -> GapsReport {
     GapsReport {
         before: gap(&diagnosis.gap_before),
         after: gap(&diagnosis.gap_after),
-        noise: NoiseReport { sd: diagnosis.noise.sd, from: diagnosis.noise.from.name().into() },
+        noise: NoiseReport { sd: diagnosis.noise.sd, from: diagnosis.noise.from },
         sensors: sensors(campaign, diagnosis),
     }
 }
@@ -195,7 +198,7 @@ fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, Senso
     sensors
 }
 
-pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<PlaceReport> {
+pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis, significance: f64) -> Vec<PlaceReport> {
     let report = |place: &crate::diagnosis::Place| PlaceReport {
         factor: place.factor.clone(),
         level: match &place.level {
@@ -207,6 +210,7 @@ pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<PlaceRep
         mean: place.mean,
         z: place.z,
         p: place.p,
+        significant: Some(place.p < significance),
     };
     diagnosis.places.iter().map(report).collect()
 }
