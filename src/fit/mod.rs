@@ -444,7 +444,7 @@ fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
             "robust estimation beside deviations that several readings share is not supported: the weight of one reading cannot say which of \
              them is bad",
         )
-        .expected("a robust estimate without \"scatter\" and --remount, or least squares with them"));
+        .expected("a robust estimate without \"scatter\" and remounting, or least squares with them"));
     }
     Ok(())
 }

@@ -95,7 +95,8 @@ impl Noise {
             let estimated: Vec<f64> = rows.filter(|u| *u > 0.0).collect();
             if estimated.is_empty() {
                 return Err(Malformed::new(Fault::Missing, format!("the noise of {id} is not known"))
-                    .expected(format!("--noise {id}=SD (standard deviation of one sample), or {id}_u in the schedule"))
+                    .expected(format!("the standard deviation of one sample, or {id}_u in the schedule"))
+                    .argument("noise", format!("{id}=SD"))
                     .found("a schedule that states none"));
             }
             let sd = (estimated.iter().map(|u| u * u).sum::<f64>() / estimated.len() as f64).sqrt();

@@ -177,7 +177,8 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
             names(&lacking.untold)
         ),
     )
-    .expected(format!("--at {first}=VALUE, or a \"start\" in the campaign: an expected value will do"))
+    .expected("a value to judge at, or a \"start\" in the campaign: an expected value will do")
+    .argument("at", format!("{first}=VALUE"))
     .found("zero, where these effects vanish")
     .at_path("estimate"))
 }

@@ -15,6 +15,7 @@ const MOST: usize = 50;
 
 /// What a table of many devices comes to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct BatchReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -49,6 +50,7 @@ pub struct BatchReport {
 
 /// Devices by what became of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DeviceCounts {
     /// All.
     pub all: usize,
@@ -68,6 +70,7 @@ pub struct DeviceCounts {
 
 /// Devices by conformity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConformityCounts {
     /// `simple`, `guard-u` or `risk`.
     pub decision: Decision,
@@ -81,6 +84,7 @@ pub struct ConformityCounts {
 
 /// A quantity over the accepted devices, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DistributionReport {
     /// Name.
     pub id: String,
@@ -112,6 +116,7 @@ pub struct DistributionReport {
 
 /// Between-device scatter against the uncertainty from each device's own readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct BetweenReport {
     /// Root mean square of the Type A standard uncertainties.
     pub u: f64,
@@ -132,6 +137,7 @@ pub struct BetweenReport {
 
 /// A device that stands apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct OutlyingReport {
     /// The device.
     pub device: String,
@@ -145,6 +151,7 @@ pub struct OutlyingReport {
 
 /// A lot or a date.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LotReport {
     /// Its name.
     pub name: String,

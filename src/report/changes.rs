@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// What `tumble compare A B --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChangesReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -36,6 +37,7 @@ pub struct ChangesReport {
 
 /// A calibration that was compared.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CalibratedReport {
     /// Its file.
     pub file: String,
@@ -49,6 +51,7 @@ pub struct CalibratedReport {
 
 /// How one quantity changed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChangeOfReport {
     /// Its name.
     pub id: String,
@@ -89,6 +92,7 @@ pub struct ChangeOfReport {
 
 /// The test of all changes together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct TogetherReport {
     /// `d' C^-1 d` of the differences, a pure number.
     pub statistic: f64,
@@ -285,6 +289,7 @@ pub fn changes_table(report: &ChangesReport) -> String {
 
 /// What `tumble compare A B C ... --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct HistoryReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -301,6 +306,7 @@ pub struct HistoryReport {
 
 /// A quantity over time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct TrendReport {
     /// Its name.
     pub id: String,

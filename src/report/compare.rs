@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// What `tumble compare --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CompareReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -62,6 +63,7 @@ impl CompareReport {
 
 /// One group of readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GroupReport {
     /// The rate or run, in the unit of its column; null for all readings.
     pub group: Option<f64>,
@@ -73,6 +75,7 @@ pub struct GroupReport {
 
 /// One quantity of a group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct QuantityReport {
     /// Name.
     pub id: String,
@@ -97,6 +100,7 @@ impl QuantityReport {
 
 /// A disagreement between print and computation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct MisprintReport {
     /// What is misprinted.
     pub what: String,

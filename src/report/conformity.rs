@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the limits of a campaign say about its results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConformityReport {
     /// `simple`, `guard-u` or `risk`.
     pub decision: Decision,
@@ -22,6 +23,7 @@ pub struct ConformityReport {
 
 /// A quantity and its limits, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LimitedReport {
     /// Name.
     pub id: String,

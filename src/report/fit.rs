@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 
 /// What `tumble fit --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct FitReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -92,6 +93,7 @@ pub struct FitReport {
 
 /// An estimated parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ParameterReport {
     /// Name.
     pub id: String,
@@ -130,6 +132,7 @@ pub struct ParameterReport {
 
 /// A line of a budget.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct BudgetReport {
     /// Where it comes from.
     pub source: String,
@@ -154,6 +157,7 @@ pub struct BudgetReport {
 
 /// An angle in arcseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ArcsecReport {
     /// Estimate, arcsec.
     pub value: Option<f64>,
@@ -166,6 +170,7 @@ pub struct ArcsecReport {
 
 /// A known parameter as the campaign gives it (tilts in radians).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct KnownReport {
     /// Name.
     pub id: String,
@@ -183,6 +188,7 @@ pub struct KnownReport {
 
 /// A derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DerivedReport {
     /// Name.
     pub id: String,
@@ -210,6 +216,7 @@ pub struct DerivedReport {
 
 /// A combination of parameters that is determined where they alone are not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CombinationValueReport {
     /// Coefficient of each parameter.
     pub combination: BTreeMap<String, f64>,
@@ -237,6 +244,7 @@ pub struct CombinationValueReport {
 
 /// What depends on the value at which a parameter is held that is not estimable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConditionalReport {
     /// The parameter that is held.
     pub held: String,
@@ -250,6 +258,7 @@ pub struct ConditionalReport {
 
 /// A covariance matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CovarianceReport {
     /// Names of the rows and columns.
     pub order: Vec<String>,
@@ -259,6 +268,7 @@ pub struct CovarianceReport {
 
 /// Sums over the whole fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct FitSummary {
     /// Values read (rows), without priors.
     pub readings: usize,
@@ -307,6 +317,7 @@ pub struct FitSummary {
 
 /// A closed circle that disagrees with the others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CircleReport {
     /// The sensor.
     pub sensor: String,
@@ -318,6 +329,7 @@ pub struct CircleReport {
 
 /// One value that was read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ReadingReport {
     /// Number of the reading in the file, from 1.
     pub index: usize,
@@ -350,6 +362,7 @@ pub struct ReadingReport {
 
 /// The record of Gauss-Newton.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConvergenceReport {
     /// Did it converge?
     pub converged: bool,
@@ -368,6 +381,7 @@ pub struct ConvergenceReport {
 
 /// One iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct IterationReport {
     /// Weighted sum of squares before the step, in the square of the unit of `residual_sd`.
     pub sum_of_squares: f64,

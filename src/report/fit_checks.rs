@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 /// Do the readings agree with the model?
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChecksReport {
     /// Replicates against what the model leaves; null where nothing is replicated.
     pub lack_of_fit: Option<LackOfFitReport>,
@@ -25,6 +26,7 @@ pub struct ChecksReport {
 
 /// The lack of fit test.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LackOfFitReport {
     /// F, a pure number; null where replicates agree exactly.
     pub f: Option<f64>,
@@ -42,6 +44,7 @@ pub struct LackOfFitReport {
 
 /// The runs test.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RunsReport {
     /// Runs of equal sign.
     pub runs: usize,
@@ -56,6 +59,7 @@ pub struct RunsReport {
 
 /// The test of normality.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NormalityReport {
     /// Shapiro-Francia W'.
     pub w: f64,
@@ -68,6 +72,7 @@ pub struct NormalityReport {
 
 /// Data snooping.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SnoopingReport {
     /// Readings tested.
     pub tested: usize,
@@ -81,6 +86,7 @@ pub struct SnoopingReport {
 
 /// A suspicious reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SuspectReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -100,6 +106,7 @@ pub struct SuspectReport {
 
 /// External reliability of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ExternalReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -109,6 +116,7 @@ pub struct ExternalReport {
 
 /// The robust estimator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RobustReport {
     /// `huber`, `tukey` or `l1`.
     pub method: RobustMethod,

@@ -37,6 +37,7 @@ vocabulary! {
 
 /// The constraints of a campaign and what became of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConstraintsReport {
     /// `met`, `contradictory` (none was applied) or `not-applied` (a rank defect is left, or the solver gave up).
     pub status: ConstraintsStatus,
@@ -59,6 +60,7 @@ pub struct ConstraintsReport {
 
 /// One constraint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConstraintReport {
     /// Number in the file, from 1.
     pub index: usize,

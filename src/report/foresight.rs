@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 /// What a diagnosis could find on a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ForesightReport {
     /// The rule behind every smallest size.
     pub rule: RuleReport,
@@ -22,6 +23,7 @@ pub struct ForesightReport {
 
 /// The rule behind every smallest size: `minimal = noncentrality u`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RuleReport {
     /// Probability of naming anything when nothing is missing, over all tests.
     pub significance: f64,
@@ -37,6 +39,7 @@ pub struct RuleReport {
 
 /// One effect on a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ProspectReport {
     /// The term without its coefficient.
     pub regressor: String,
@@ -72,6 +75,7 @@ pub struct ProspectReport {
 
 /// The parameter that an effect of the smallest size shifts most.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct MovesReport {
     /// The parameter.
     pub parameter: String,
@@ -81,6 +85,7 @@ pub struct MovesReport {
 
 /// Effects that nothing tells apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AlikeReport {
     /// Regressors, the plainest first.
     pub members: Vec<String>,
@@ -92,6 +97,7 @@ pub struct AlikeReport {
 
 /// A group that is nearly alike.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NearReport {
     /// First regressor of the other group.
     pub regressor: String,
@@ -105,6 +111,7 @@ pub struct NearReport {
 
 /// A family of effects that was passed over.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PassedOverReport {
     /// Its name.
     pub name: String,
@@ -180,6 +187,7 @@ fn labelled(campaign: &Campaign, prospect: &Prospect) -> String {
 
 /// One line of the table of groups: what a terminal and a page show.
 #[derive(Debug, Clone)]
+#[cfg_attr(not(feature = "html"), allow(dead_code))] // the page shows all of it
 pub(super) struct GroupLine {
     /// First member and its name.
     pub effect: String,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Monte Carlo beside the first order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct MonteCarloReport {
     /// Trials that gave finite values.
     pub trials: usize,
@@ -23,6 +24,7 @@ pub struct MonteCarloReport {
 
 /// One output of the Monte Carlo.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DrawnReport {
     /// Name of the parameter or derived quantity.
     pub id: String,
@@ -42,6 +44,7 @@ pub struct DrawnReport {
 
 /// Several outputs together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct JointReport {
     /// Their order.
     pub order: Vec<String>,

@@ -16,6 +16,7 @@ use std::f64::consts::TAU;
 
 /// What `tumble navigate --json` writes. Numbers of a navigator that ran over a pole are null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigateReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -50,6 +51,7 @@ pub struct NavigateReport {
 
 /// Periods of the error equations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PeriodsReport {
     /// Schuler's oscillation, min.
     pub schuler_min: f64,
@@ -69,6 +71,7 @@ impl PeriodsReport {
 
 /// A scenario.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ScenarioReport {
     /// Its name.
     pub id: String,
@@ -78,6 +81,7 @@ pub struct ScenarioReport {
 
 /// A value with its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct QuantityWithUnit {
     /// Value, in `unit`.
     pub value: f64,
@@ -87,6 +91,7 @@ pub struct QuantityWithUnit {
 
 /// One scenario in one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ResultReport {
     /// The motion.
     pub motion: String,
@@ -108,6 +113,7 @@ pub struct ResultReport {
 
 /// A quantity over all rows of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SummaryReport {
     /// At the last row, in the unit of its key.
     pub last: Option<f64>,
@@ -119,6 +125,7 @@ pub struct SummaryReport {
 
 /// A navigation error, or the standard uncertainty of one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ErrorReport {
     /// `phi` about east, north, up, arcsec.
     pub phi_arcsec: [Option<f64>; 3],
@@ -130,6 +137,7 @@ pub struct ErrorReport {
 
 /// Ratios of one scenario; null where the first motion has no such error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RatioReport {
     /// The scenario.
     pub scenario: String,
@@ -149,6 +157,7 @@ pub struct RatioReport {
 
 /// A covariance carried along one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CarriedReport {
     /// The motion.
     pub motion: String,

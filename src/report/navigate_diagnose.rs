@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 
 /// What `tumble diagnose MISSION --measured F --json` writes.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigateDiagnoseReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -65,6 +66,7 @@ pub struct NavigateDiagnoseReport {
 
 /// A run that was measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RunReport {
     /// Name of the mission's motion.
     pub motion: String,
@@ -74,6 +76,7 @@ pub struct RunReport {
 
 /// An error that the mission misses.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationEffectReport {
     /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
     /// (`angle_random_walk`, `velocity_random_walk`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
@@ -104,6 +107,7 @@ pub struct NavigationEffectReport {
 
 /// Another error that explains the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationAliasReport {
     /// The error source.
     pub regressor: String,
@@ -125,6 +129,7 @@ pub struct NavigationAliasReport {
 
 /// A motion that would tell an error from its aliases.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SeparationReport {
     /// The motion, as a mission file has it.
     pub motion: MotionFile,
@@ -138,6 +143,7 @@ pub struct SeparationReport {
 
 /// The gap in one channel of one run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChannelReport {
     /// Name of the motion.
     pub motion: String,
@@ -161,6 +167,7 @@ pub struct ChannelReport {
 
 /// What nothing explains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct UnexplainedNavigationReport {
     /// In one sentence.
     pub pattern: String,
@@ -174,6 +181,7 @@ pub struct UnexplainedNavigationReport {
 
 /// A single value that noise does not explain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationSuspectReport {
     /// Name of the motion.
     pub motion: String,
@@ -187,6 +195,7 @@ pub struct NavigationSuspectReport {
 
 /// Mean gap in a part of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationCellReport {
     /// Name of the motion.
     pub motion: String,

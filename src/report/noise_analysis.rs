@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// What `tumble noise --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseAnalysisReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -26,6 +27,7 @@ pub struct NoiseAnalysisReport {
 
 /// The noise of one column.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseColumnReport {
     /// The column's name.
     pub column: String,
@@ -52,6 +54,7 @@ pub struct NoiseColumnReport {
 
 /// Deviations at one averaging time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DeviationsReport {
     /// Samples averaged.
     pub m: u64,
@@ -71,6 +74,7 @@ pub struct DeviationsReport {
 
 /// One deviation with its chi-square interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DeviationReport {
     /// The deviation, in the column's unit.
     pub value: f64,
@@ -86,6 +90,7 @@ pub struct DeviationReport {
 
 /// A coefficient of IEEE Std 952.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CoefficientReport {
     /// Q, N, B, K or R.
     pub id: String,
@@ -107,6 +112,7 @@ pub struct CoefficientReport {
 
 /// Agreement of the fitted coefficients with the Allan variances.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AgreementReport {
     /// Generalized sum of squares.
     pub chi_square: f64,
@@ -121,6 +127,7 @@ pub struct AgreementReport {
 
 /// A line for a campaign's `scatter`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseScatterReport {
     /// The sensor.
     pub of: String,

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 /// What `tumble plan --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlanReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -42,6 +43,7 @@ pub struct PlanReport {
 
 /// An effect that is to be found, as a limit on the uncertainty of its coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct FindReport {
     /// The effect.
     pub effect: String,
@@ -57,6 +59,7 @@ pub struct FindReport {
 
 /// Value of one estimated parameter at which schedules are judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PointReport {
     /// The parameter.
     pub id: String,
@@ -72,6 +75,7 @@ pub struct PointReport {
 
 /// What cannot be told at the point of judging though it could nearby.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LackingReport {
     /// Parameters whose uncertainty cannot be told.
     pub untold: Vec<String>,
@@ -81,6 +85,7 @@ pub struct LackingReport {
 
 /// Noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SensorNoiseReport {
     /// Standard deviation of one reading, in `unit`.
     pub sd: f64,
@@ -92,6 +97,7 @@ pub struct SensorNoiseReport {
 
 /// How well a schedule will do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct JudgementReport {
     /// Readings, mountings, rate changes, cost.
     pub work: WorkReport,
@@ -130,6 +136,7 @@ pub struct JudgementReport {
 
 /// What a known input's uncertainty does through the tilts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ThroughTiltsReport {
     /// Size of the tilts in arcseconds: as stated, or an example.
     pub tilts_arcsec: f64,
@@ -147,6 +154,7 @@ pub struct ThroughTiltsReport {
 
 /// Work of a schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct WorkReport {
     /// Readings.
     pub readings: usize,
@@ -160,6 +168,7 @@ pub struct WorkReport {
 
 /// Prediction for one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PredictedReport {
     /// Its name.
     pub id: String,
@@ -185,6 +194,7 @@ pub struct PredictedReport {
 
 /// Prediction for one derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PredictedDerivedReport {
     /// Its name.
     pub id: String,
@@ -200,6 +210,7 @@ pub struct PredictedDerivedReport {
 
 /// Correlations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CorrelationReport {
     /// Parameters, in the order of rows and columns.
     pub order: Vec<String>,
@@ -209,6 +220,7 @@ pub struct CorrelationReport {
 
 /// One value of a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlannedReadingReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -242,6 +254,7 @@ vocabulary! {
 
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ImprovedReport {
     /// `D`, `A`, `G`, `c:<quantity>`, `goal` or `T:<effect>|<effect>`.
     pub criterion: String,
@@ -299,6 +312,7 @@ pub struct ImprovedReport {
 
 /// What would be lost without one mounting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ReasonReport {
     /// Label of the mounting.
     pub position: String,
@@ -310,6 +324,7 @@ pub struct ReasonReport {
 
 /// Two effects, and how well their coefficients are known with both in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DiscriminationReport {
     /// Regressors.
     pub effects: [String; 2],
@@ -321,6 +336,7 @@ pub struct DiscriminationReport {
 
 /// One position to run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlannedPositionReport {
     /// Label of the mounting.
     pub position: String,
@@ -330,6 +346,7 @@ pub struct PlannedPositionReport {
 
 /// One line of the comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ComparisonReport {
     /// Parameter or derived quantity.
     pub id: String,
@@ -347,6 +364,7 @@ pub struct ComparisonReport {
 
 /// Whether a goal was reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GoalReport {
     /// Limit of each parameter and derived quantity that is counted, in its unit (arcsec for angles).
     pub limits: BTreeMap<String, f64>,

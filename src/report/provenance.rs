@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 
 /// An input file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct Input {
     /// Its name, as the user gave it.
     pub name: String,

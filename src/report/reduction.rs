@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 /// What `tumble reduce --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ReduceReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -40,6 +41,7 @@ pub struct ReduceReport {
 
 /// What the static detector judged by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DetectorReport {
     /// Length of a window, s.
     pub window_s: f64,
@@ -54,6 +56,7 @@ pub struct DetectorReport {
 
 /// A segment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SegmentReport {
     /// Its label; the position of its reading.
     pub position: String,
@@ -72,6 +75,7 @@ pub struct SegmentReport {
 
 /// A mean.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SegmentMeanReport {
     /// The column.
     pub column: String,
@@ -117,6 +121,7 @@ pub struct SegmentMeanReport {
 
 /// A stretch that did not become a reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RejectedReport {
     /// Its first sample, s.
     pub start_s: f64,

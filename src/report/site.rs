@@ -20,6 +20,7 @@ vocabulary! {
 
 /// What the inputs of the model lines rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SiteReport {
     /// Geodetic latitude, degrees; null where the bench has no site.
     pub latitude_deg: Option<f64>,
@@ -39,6 +40,7 @@ pub struct SiteReport {
 
 /// Local gravity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GravityReport {
     /// Value, in `unit`.
     pub value: f64,

@@ -8,6 +8,7 @@ use serde_json::Value;
 /// The kinds of file that have a schema.
 #[cfg(feature = "navigate")]
 pub const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "mission", "truth"];
+/// The kinds of file that have a schema.
 #[cfg(not(feature = "navigate"))]
 pub const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "truth"];
 

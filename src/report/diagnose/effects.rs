@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// A missing effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct EffectReport {
     /// The appended term without its coefficient.
     pub regressor: String,
@@ -68,6 +69,7 @@ pub struct EffectReport {
 
 /// The size of an effect in one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SensorSizeReport {
     /// The sensor.
     pub sensor: String,
@@ -89,6 +91,7 @@ pub struct SensorSizeReport {
 
 /// Another effect that explains the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AliasReport {
     /// Its regressor.
     pub regressor: String,
@@ -112,6 +115,7 @@ pub struct AliasReport {
 
 /// A parameter before and after the repair.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChangeReport {
     /// Name.
     pub id: String,

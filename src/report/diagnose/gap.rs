@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 /// The gap before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GapsReport {
     /// With the model as given.
     pub before: GapReport,
@@ -23,6 +24,7 @@ pub struct GapsReport {
 
 /// A gap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GapReport {
     /// `sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`.
     pub rms: Option<f64>,
@@ -38,6 +40,7 @@ pub struct GapReport {
 
 /// The gap of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SensorGapReport {
     /// Its unit.
     pub unit: String,
@@ -57,6 +60,7 @@ pub struct SensorGapReport {
 
 /// The noise floor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseReport {
     /// Standard deviation of a reading of the first sensor, in its unit; null where nothing tells.
     pub sd: Option<f64>,
@@ -66,6 +70,7 @@ pub struct NoiseReport {
 
 /// Mean residual at one level of a factor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlaceReport {
     /// The factor.
     pub factor: String,
@@ -98,6 +103,7 @@ pub enum LevelReport {
 
 /// What is unexplained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct UnexplainedReport {
     /// In one sentence.
     pub pattern: String,
@@ -115,6 +121,7 @@ pub struct UnexplainedReport {
 
 /// Mean residual at one state of the joints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CellReport {
     /// The state.
     pub at: PositionReport,
@@ -130,6 +137,7 @@ pub struct CellReport {
 
 /// A reading's residual before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ResidualReport {
     /// Number of the reading, from 1.
     pub index: usize,

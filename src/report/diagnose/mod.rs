@@ -24,6 +24,7 @@ use std::collections::BTreeMap;
 
 /// What `tumble diagnose --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DiagnoseReport {
     /// Version of the program that wrote it.
     pub tumble: String,
@@ -82,6 +83,7 @@ pub struct DiagnoseReport {
 
 /// A constraint of the campaign in a diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AssertedReport {
     /// Number in the file, from 1.
     pub index: usize,
@@ -94,6 +96,7 @@ pub struct AssertedReport {
 
 /// Leave-one-position-out prediction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct HoldoutReport {
     /// Positions predicted from the others.
     pub positions: usize,
@@ -107,6 +110,7 @@ pub struct HoldoutReport {
 
 /// The evidence with some effects in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct StepReport {
     /// Effects in the model.
     pub with: Vec<String>,
@@ -122,6 +126,7 @@ pub struct StepReport {
 
 /// The gap with some effects in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GapStepReport {
     /// Effects in the model.
     pub with: Vec<String>,
