@@ -13,7 +13,7 @@ macro_rules! vocabulary {
 
         impl $type {
             /// All of them.
-            pub const ALL: &[$type] = &[$($type::$value),*];
+            pub const ALL: [$type; [$($word),*].len()] = [$($type::$value),*];
 
             /// As reports and files write it.
             pub const fn name(self) -> &'static str {

@@ -5,14 +5,14 @@ use crate::vocabulary::vocabulary;
 vocabulary! {
     /// A kind of event.
     EventKind {
+        /// A row without a number here.
+        Absent = "absent",
+        /// The largest or smallest value of the record several times in a row.
+        Saturation = "saturation",
         /// One sample far from both of its neighbours.
         Spike = "spike",
         /// The same value again and again where it otherwise changes.
         Stuck = "stuck",
-        /// The largest or smallest value of the record several times in a row.
-        Saturation = "saturation",
-        /// A row without a number here.
-        Absent = "absent",
     }
 }
 

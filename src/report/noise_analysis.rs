@@ -92,8 +92,8 @@ pub struct DeviationReport {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct CoefficientReport {
-    /// Q, N, B, K or R.
-    pub id: String,
+    /// Its letter.
+    pub id: Term,
     /// Its name.
     pub name: String,
     /// Value in `unit`; null where the record does not show it.
@@ -189,7 +189,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
     let coefficients = noise.coefficients.iter().flat_map(|c| &c.terms).map(|c| {
         let field = field_unit(c.term, unit);
         CoefficientReport {
-            id: c.term.letter().into(),
+            id: c.term,
             name: name(c.term, unit).into(),
             value: c.value.map(|v| v * field.factor),
             u: c.u.map(|u| u * field.factor),

@@ -1,7 +1,7 @@
 //! The report of a reduction (`tumble reduce --json`).
 
 use super::{VERSION, finite};
-use crate::reduce::{Reduction, Trace};
+use crate::reduce::{EventKind, Reduction, Trace};
 use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ pub struct ReduceReport {
     /// Gaps in the times.
     pub gaps: u64,
     /// Events of the whole record, by column and kind.
-    pub events: BTreeMap<String, BTreeMap<String, u64>>,
+    pub events: BTreeMap<String, BTreeMap<EventKind, u64>>,
 }
 
 /// What the static detector judged by.
@@ -116,7 +116,7 @@ pub struct SegmentMeanReport {
     pub noisier: f64,
     /// Events within the segment, by kind.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub events: BTreeMap<String, u64>,
+    pub events: BTreeMap<EventKind, u64>,
 }
 
 /// A stretch that did not become a reading.
@@ -159,7 +159,7 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
                 slope_p: mean.slope.2,
                 sloping: Some(mean.is_sloping()),
                 noisier: u.noisier,
-                events: mean.events.iter().map(|(kind, n)| (kind.name().to_string(), *n)).collect(),
+                events: mean.events.iter().map(|(kind, n)| (*kind, *n)).collect(),
             }
         });
         SegmentReport {
@@ -171,10 +171,10 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
             means: means.collect(),
         }
     });
-    let mut events: BTreeMap<String, BTreeMap<String, u64>> = BTreeMap::new();
+    let mut events: BTreeMap<String, BTreeMap<EventKind, u64>> = BTreeMap::new();
     for channel in &trace.channels {
         for event in &channel.events {
-            *events.entry(channel.name.clone()).or_default().entry(event.kind.name().into()).or_default() += 1;
+            *events.entry(channel.name.clone()).or_default().entry(event.kind).or_default() += 1;
         }
     }
     ReduceReport {

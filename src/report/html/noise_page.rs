@@ -52,7 +52,7 @@ fn section(column: &NoiseColumnReport) -> Result<Section> {
     ]);
     for c in &column.coefficients {
         table.row(vec![
-            c.id.clone(),
+            c.id.to_string(),
             c.name.clone(),
             optional(c.value, |v| rounded(v, c.u)),
             optional(c.u, |u| significant(u, 2)),
