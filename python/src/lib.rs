@@ -122,7 +122,7 @@ fn fit(
         let source = Source { name, text };
         let fit = tumble::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
         let report = report::fit_report(&fit);
-        let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == "fail");
+        let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == tumble::fit::Conformity::Fail);
         let text = match form.as_str() {
             "page" => html::render(&html::fit_page(&fit, &report, None, &[])?)?,
             "table" => report::table::fit(&report, false),

@@ -174,7 +174,7 @@ pub fn closed_forms(bench: &str) -> Result<ClosedForms> {
     let Some((id, text)) = FILES.iter().find(|(id, _)| *id == bench) else {
         let ids: Vec<&str> = FILES.iter().map(|(id, _)| *id).collect();
         return Err(Malformed::new(Fault::UnknownName, format!("no closed forms are known for the bench '{bench}'"))
-            .expected(format!("a campaign on one of {}; `tumble fit` needs none", ids.join(", ")))
+            .expected(format!("a campaign on one of {}; a fit needs none", ids.join(", ")))
             .found(format!("'{bench}'")));
     };
     let file: File = wire::parse(&Source { name: format!("closed forms of {id}"), text: (*text).into() })?;

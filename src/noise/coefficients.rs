@@ -2,44 +2,31 @@
 
 use super::covariance::{Gram, covariance, gram};
 use crate::uncertainty::quantiles::chi_square_survival;
+use crate::vocabulary::vocabulary;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::f64::consts::{LN_2, PI};
 
-/// A coefficient's kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Term {
-    /// Q, quantization: slope -1 of the deviation.
-    Quantization,
-    /// N, angle or velocity random walk (white noise): slope -1/2.
-    RandomWalk,
-    /// B, bias instability (flicker): slope 0.
-    BiasInstability,
-    /// K, rate or acceleration random walk: slope +1/2.
-    RateRandomWalk,
-    /// R, rate or acceleration ramp: slope +1.
-    Ramp,
+vocabulary! {
+    /// A coefficient's kind, by its letter in IEEE Std 952, from short to long averaging times.
+    Term {
+        /// Q, quantization: slope -1 of the deviation.
+        Quantization = "Q",
+        /// N, angle or velocity random walk (white noise): slope -1/2.
+        RandomWalk = "N",
+        /// B, bias instability (flicker): slope 0.
+        BiasInstability = "B",
+        /// K, rate or acceleration random walk: slope +1/2.
+        RateRandomWalk = "K",
+        /// R, rate or acceleration ramp: slope +1.
+        Ramp = "R",
+    }
 }
 
 impl Term {
-    /// All, from short to long averaging times.
-    pub const ALL: [Term; 5] =
-        [Term::Quantization, Term::RandomWalk, Term::BiasInstability, Term::RateRandomWalk, Term::Ramp];
-
     /// The letter of IEEE Std 952.
     pub fn letter(self) -> &'static str {
-        match self {
-            Term::Quantization => "Q",
-            Term::RandomWalk => "N",
-            Term::BiasInstability => "B",
-            Term::RateRandomWalk => "K",
-            Term::Ramp => "R",
-        }
-    }
-
-    /// The term of a letter.
-    pub fn of_letter(letter: &str) -> Option<Term> {
-        Term::ALL.into_iter().find(|term| term.letter() == letter)
+        self.name()
     }
 
     /// Allan variance at `tau` for a coefficient of one.
@@ -90,6 +77,13 @@ pub struct Coefficients {
     pub dof: usize,
     /// Probability of so large a sum of squares if the line holds.
     pub p: f64,
+}
+
+impl Coefficients {
+    /// Does their sum describe the Allan variances? Not where so large a chi-square has a probability below 1 %.
+    pub fn describes(&self) -> bool {
+        !(self.p < 0.01)
+    }
 }
 
 impl Coefficients {

@@ -2,6 +2,7 @@
 
 use super::{Column, Record, find, listed};
 use crate::error::{Fault, Malformed, Result};
+use crate::vocabulary::vocabulary;
 use std::ops::Range;
 
 /// A step longer than this many sampling intervals is a gap.
@@ -29,25 +30,15 @@ pub struct Jump {
     pub step: f64,
 }
 
-/// What a step of the times looks like, against the median step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum JumpKind {
-    /// Longer than 1.75 median steps: samples are missing, or the clock was set forward; times alone cannot tell.
-    Gap,
-    /// Back, or none at all: the clock was set back.
-    Back,
-    /// Forward by less than a quarter of the median step: the clock was set back by less than a step.
-    Short,
-}
-
-impl JumpKind {
-    /// As a report says it.
-    pub fn name(self) -> &'static str {
-        match self {
-            JumpKind::Gap => "gap",
-            JumpKind::Back => "back",
-            JumpKind::Short => "short",
-        }
+vocabulary! {
+    /// What a step of the times looks like, against the median step.
+    JumpKind {
+        /// Back, or none at all: the clock was set back.
+        Back = "back",
+        /// Longer than 1.75 median steps: samples are missing, or the clock was set forward; times alone cannot tell.
+        Gap = "gap",
+        /// Forward by less than a quarter of the median step: the clock was set back by less than a step.
+        Short = "short",
     }
 }
 
@@ -112,7 +103,7 @@ pub struct Clock {
     /// Smallest and largest of them.
     range: (f64, f64),
     jumps: Vec<Jump>,
-    /// Gaps, steps back and short steps, all of them.
+    /// Steps back, gaps and short steps, all of them.
     counts: [u64; 3],
     /// Times at which rows go on after a gap or a step back.
     resumed: Vec<f64>,
@@ -311,7 +302,7 @@ impl Clock {
 
     /// Jumps met so far (the first thousand), how many of them are gaps, and how many are not.
     pub fn jumps(&self) -> (&[Jump], u64, u64) {
-        let [gaps, back, short] = self.counts;
+        let [back, gaps, short] = self.counts;
         (&self.jumps, gaps, back + short)
     }
 
@@ -325,7 +316,7 @@ impl Clock {
         let mut notes = Vec::new();
         let of = |kind: JumpKind| self.jumps.iter().filter(move |jump| jump.kind == kind);
         let s = |n: u64| if n == 1 { "" } else { "s" };
-        let [gaps, back, short] = self.counts;
+        let [back, gaps, short] = self.counts;
         if let Some(gap) = of(JumpKind::Gap).next() {
             let lost = of(JumpKind::Gap).map(|gap| gap.step).sum::<f64>();
             notes.push(format!(

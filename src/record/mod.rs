@@ -23,6 +23,7 @@
 //! Deliberately absent: what the columns mean (`wire`, `reduce`).
 
 mod clock;
+#[cfg_attr(not(feature = "parquet"), path = "columnar_absent.rs")]
 mod columnar;
 mod delimited;
 mod dialect;

@@ -52,6 +52,13 @@ pub struct Mean {
     pub events: Vec<(EventKind, u64)>,
 }
 
+impl Mean {
+    /// Is there a slope that the noise does not explain: is one so large by chance less probable than 1 %?
+    pub fn is_sloping(&self) -> bool {
+        self.slope.2 < 0.01
+    }
+}
+
 /// Readings of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reduction {

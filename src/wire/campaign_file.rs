@@ -1,6 +1,6 @@
 //! The campaign file (`*.campaign.json`): what was measured on a bench, and what is asked.
 
-use super::limits_file::{self, DecisionFile, LimitFile};
+use super::limits_file::{self, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
 use super::{
@@ -9,8 +9,8 @@ use super::{
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{
-    self, Asked, Campaign, Condition, Constraint, Distribution, Given, Identity, Instrument, Known, Prior, Readings,
-    Role, UnitUnderTest,
+    self, Asked, Campaign, Condition, Constraint, Decision, Distribution, Given, Identity, Instrument, Known, Prior,
+    Readings, Role, UnitUnderTest,
 };
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
@@ -49,7 +49,7 @@ pub struct CampaignFile {
     pub limits: Named<LimitFile>,
     /// How conformity with the limits is decided: `simple` unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub decision: Option<DecisionFile>,
+    pub decision: Option<Decision>,
     /// The unit under test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitUnderTest>,
@@ -171,21 +171,7 @@ pub struct KnownFile {
     pub dof: Option<f64>,
     /// Shape of the distribution; `u` is its standard deviation whatever the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub distribution: Option<DistributionFile>,
-}
-
-/// Shape of a distribution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum DistributionFile {
-    /// Gaussian.
-    Normal,
-    /// Rectangular (uniform).
-    Rectangular,
-    /// Triangular.
-    Triangular,
-    /// Arcsine (U-shaped).
-    Arcsine,
+    pub distribution: Option<Distribution>,
 }
 
 /// An estimated parameter.
@@ -350,7 +336,7 @@ impl CampaignFile {
             campaign.derived.push(derived);
         }
         campaign.limits = limits_file::limits(&campaign, self.limits)?;
-        campaign.decision = self.decision.unwrap_or_default().decision();
+        campaign.decision = self.decision.unwrap_or_default();
         campaign.by = self.by;
         campaign.identity = Identity {
             unit: self.unit,
@@ -405,12 +391,7 @@ impl EstimateFile {
 
 impl KnownFile {
     fn into_given(self) -> Given {
-        let distribution = match self.distribution {
-            None | Some(DistributionFile::Normal) => Distribution::Normal,
-            Some(DistributionFile::Rectangular) => Distribution::Rectangular,
-            Some(DistributionFile::Triangular) => Distribution::Triangular,
-            Some(DistributionFile::Arcsine) => Distribution::Arcsine,
-        };
+        let distribution = self.distribution.unwrap_or_default();
         let known =
             Known { value: self.value, u: self.u.unwrap_or(0.0), dof: self.dof.unwrap_or(f64::INFINITY), distribution };
         Given { known, unit: self.unit }

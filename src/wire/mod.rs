@@ -4,6 +4,8 @@
 //! function that fetches what the text refers to (a bench file, a CSV of readings).
 
 mod bench_file;
+mod build_bench;
+mod build_campaign;
 mod campaign_file;
 mod columns;
 mod correction_file;
@@ -13,13 +15,17 @@ mod device_readings;
 mod effects_file;
 mod folder;
 mod front;
+#[cfg(feature = "navigate")]
 mod imu_errors_file;
 mod kind;
 mod lab;
 mod limits_file;
 mod locate;
+#[cfg(feature = "navigate")]
 mod measured_file;
+#[cfg(feature = "navigate")]
 mod mission_file;
+#[cfg(feature = "navigate")]
 mod motion_file;
 mod named;
 mod readings_file;
@@ -35,9 +41,9 @@ mod truth_file;
 mod write;
 
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile};
-pub use campaign_file::{
-    BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
-};
+pub use build_bench::{BenchBuilder, SensorBuilder};
+pub use build_campaign::{CampaignBuilder, ReadingBuilder};
+pub use campaign_file::{BenchRef, CampaignFile, ConstraintFile, EstimateFile, KnownFile, ReadingsRef};
 pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
@@ -46,16 +52,20 @@ pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use folder::{Folder, Table};
 pub use front::{bench_ref, read_campaign_beside};
+#[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
     MethodFile, PersonFile, read_lab,
 };
-pub use limits_file::{DecisionFile, LimitFile, LimitInUnit};
+pub use limits_file::{LimitFile, LimitInUnit};
 use locate::in_source;
 pub use locate::{line_and_column, locate};
+#[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
+#[cfg(feature = "navigate")]
 pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSiteFile, ScenariosFile, read_covariance};
+#[cfg(feature = "navigate")]
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
@@ -63,6 +73,7 @@ pub use recipe::{ClockFrom, Encoder, Recipe, Reduced, SegmentsBy, times};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use samples_file::{SamplesFile, TimesFile, TimesLine};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
+pub(crate) use schema::identified;
 pub use schema::{SCHEMAS, schema};
 pub use site_file::{GravityFile, SiteFile};
 pub use table_readings::table_layout;
