@@ -60,6 +60,9 @@
 //! | `dcc` | the digital calibration certificate |
 //! | `navigate` | missions, and diagnoses of navigation errors |
 //! | `parquet` | records and series as Parquet |
+//! | `excel` | records and readings in workbooks (`.xlsx`, `.xls`, `.xlsb`, `.ods`) |
+//! | `hdf5` | records and readings in HDF5 and MATLAB 7.3 |
+//! | `mcap` | records in MCAP logs of ROS 1 and 2 |
 //!
 //! # Invariants
 //!
