@@ -1,5 +1,6 @@
 //! A campaign or a schedule in code: the same keys as in its file, one call each.
 
+use super::folder::Texts;
 use super::{
     BenchRef, CampaignFile, Cell, ConstraintFile, DerivedFile, DerivedLine, EstimateFile, KnownFile, Named,
     NumberOrEstimate, OneOrSeveral, ReadingFile, ReadingsRef, ScatterFile, bench_file,
@@ -153,9 +154,9 @@ impl CampaignBuilder {
 
     /// The campaign. Errors: what is wrong with it, with its place (`readings[3].V`).
     pub fn build(self) -> Result<Campaign> {
-        self.file.into_campaign(&mut |name| {
+        self.file.into_campaign(&mut Texts(&mut |name| {
             Err(Malformed::new(Fault::File, format!("'{name}' is a file, and a campaign in code refers to none")))
-        })
+        }))
     }
 }
 
