@@ -1,9 +1,9 @@
 //! Many devices in one table, or in many files: `tumble fit CAMPAIGN --by COLUMN`, `--readings FILE...`.
 
+use super::files::Beside;
 use super::outputs::Outputs;
 use super::pages::Pages;
 use super::rows::{Columns, Format, Rows};
-use super::files::Beside;
 use super::{Outcome, files, globs};
 use crate::batch::{self, Device, Ended, Fleet, Layout, Row, Summary, Use};
 use crate::bench::Bench;

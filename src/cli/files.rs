@@ -3,8 +3,8 @@
 use super::session;
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
-use crate::report::Input;
 use crate::record::{Record, parted};
+use crate::report::Input;
 use crate::wire::{self, Folder, MissionFile, Source, Table};
 use serde::Serialize;
 use std::io::Read;

@@ -83,7 +83,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::plan([html, md, arguments.json.as_deref(), arguments.to.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&parted(&arguments.log).0)?];
-        outputs.extend(arguments.pages.page(&html::reduce_page(&report, &reduced.trace, &reduced.reduction.segments, &inputs)?)?);
+        outputs.extend(arguments.pages.page(&html::reduce_page(
+            &report,
+            &reduced.trace,
+            &reduced.reduction.segments,
+            &inputs,
+        )?)?);
     }
     if let Some(to) = &arguments.to {
         let readings = reduced.readings();

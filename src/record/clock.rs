@@ -388,7 +388,10 @@ mod tests {
         assert_eq!(found, [Stretch { rows: 0..500, after_gap: false }, Stretch { rows: 500..1000, after_gap: true }]);
         let (jumps, gaps, others) = clock.jumps();
         assert_eq!((gaps, others), (0, 2));
-        assert_eq!((jumps[0].kind, jumps[0].row, jumps[1].kind, jumps[1].row), (JumpKind::Back, 500, JumpKind::Short, 800));
+        assert_eq!(
+            (jumps[0].kind, jumps[0].row, jumps[1].kind, jumps[1].row),
+            (JumpKind::Back, 500, JumpKind::Short, 800)
+        );
         assert!((jumps[0].step + 2.49).abs() < 1e-9 && (jumps[1].step - 0.002).abs() < 1e-9);
         // the first after the jump stands one interval after the last before it
         assert!((clock.resumed(0) - 5.0).abs() < 1e-9);

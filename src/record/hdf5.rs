@@ -61,7 +61,16 @@ fn dataset(from: &Dataset, path: &str, name: &str, arrays: &mut Vec<Array>) -> s
     }
     let numeric = matches!(
         kind,
-        DType::F32 | DType::F64 | DType::I8 | DType::I16 | DType::I32 | DType::I64 | DType::U8 | DType::U16 | DType::U32 | DType::U64
+        DType::F32
+            | DType::F64
+            | DType::I8
+            | DType::I16
+            | DType::I32
+            | DType::I64
+            | DType::U8
+            | DType::U16
+            | DType::U32
+            | DType::U64
     );
     let (rows, count) = match sides.as_slice() {
         [rows] => (*rows, 1),

@@ -180,7 +180,8 @@ pub(super) fn tables(arrays: Vec<Array>) -> Vec<Sheet> {
     }
     let mut sheets = Vec::new();
     for (group, arrays) in groups {
-        let mut lengths: Vec<usize> = arrays.iter().map(|own| own.shape.0.max(own.shape.1)).filter(|n| *n > 1).collect();
+        let mut lengths: Vec<usize> =
+            arrays.iter().map(|own| own.shape.0.max(own.shape.1)).filter(|n| *n > 1).collect();
         lengths.sort_unstable_by(|a, b| b.cmp(a));
         lengths.dedup();
         for (k, length) in lengths.iter().enumerate() {

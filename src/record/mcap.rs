@@ -3,8 +3,8 @@
 //! The layout of the file is that of the MCAP specification (mcap.dev); messages are in ROS 1 serialization or in CDR (OMG DDS-XTypes). Other messages are
 //! passed over. Times are those of the messages' heads, in seconds since the first; where these are all zero, those of the log.
 
-use super::held::{Held, Numbers, Sheet};
 use super::Column;
+use super::held::{Held, Numbers, Sheet};
 use crate::error::{Fault, Malformed, Result};
 use std::collections::HashMap;
 use std::io::{self, BufRead, Read};
@@ -33,7 +33,11 @@ pub(super) fn open(name: &str, mut from: impl BufRead, table: Option<&str>) -> R
     read.map_err(|error| {
         let early = error.kind() == io::ErrorKind::UnexpectedEof;
         Malformed::new(Fault::File, format!("'{name}' cannot be read to its end as MCAP"))
-            .expected(if early { "a whole log; this one was cut off, or is still being written" } else { "a sound log" })
+            .expected(if early {
+                "a whole log; this one was cut off, or is still being written"
+            } else {
+                "a sound log"
+            })
             .found(error.to_string())
             .in_file(name)
     })?;

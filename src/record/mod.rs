@@ -163,9 +163,7 @@ impl Record {
                     .found(format!("'#{table}'"))
                     .in_file(name))
             }
-            (Format::Matlab, table) => {
-                matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held)
-            }
+            (Format::Matlab, table) => matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held),
             #[cfg(feature = "excel")]
             (Format::Workbook, table) => {
                 workbook::open(&name, whole(&mut file).map_err(unread)?, table, text).map(Record::Delimited)
@@ -300,7 +298,9 @@ pub fn parted(path: &Path) -> (PathBuf, Option<String>) {
 fn opened(path: &Path) -> Result<File> {
     let name = path.display();
     if path.is_dir() {
-        return Err(Malformed::new(Fault::File, format!("'{name}' is a folder")).expected("a file").in_file(name.to_string()));
+        return Err(Malformed::new(Fault::File, format!("'{name}' is a folder"))
+            .expected("a file")
+            .in_file(name.to_string()));
     }
     File::open(path).map_err(|error| {
         Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")

@@ -54,7 +54,8 @@ fn read(
     let mut found = Vec::new();
     for own in names {
         let range = book.worksheet_range(&own).map_err(|error| broken(&error))?;
-        let numbers = range.used_cells().any(|(_, _, cell)| matches!(cell, Data::Int(_) | Data::Float(_) | Data::DateTime(_)));
+        let numbers =
+            range.used_cells().any(|(_, _, cell)| matches!(cell, Data::Int(_) | Data::Float(_) | Data::DateTime(_)));
         // numbers may be written as texts
         if numbers || (table.is_some() && !range.is_empty()) {
             found.push((own, range));

@@ -63,7 +63,17 @@ impl Trace {
         let channels: Vec<Channel> =
             channels.into_iter().map(|(name, unit)| Channel { name, unit, ..Channel::default() }).collect();
         let resumes = vec![(0, 0.0)];
-        Trace { channels, observed, block: 1, interval: 1.0, samples: 0, resumes, runs: Vec::new(), angle: None, most: MOST }
+        Trace {
+            channels,
+            observed,
+            block: 1,
+            interval: 1.0,
+            samples: 0,
+            resumes,
+            runs: Vec::new(),
+            angle: None,
+            most: MOST,
+        }
     }
 
     /// The same with at most so many blocks.

@@ -100,7 +100,9 @@ pub use fit::{
 };
 pub use fit_build::{fit_report, fit_summary};
 pub use provenance::Input;
-pub use reduction::{DetectorReport, JumpReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
+pub use reduction::{
+    DetectorReport, JumpReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report,
+};
 pub use reduction_table::reduce_table;
 pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};

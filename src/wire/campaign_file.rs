@@ -4,7 +4,8 @@ use super::limits_file::{self, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
 use super::{
-    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, ScatterFile, Schedule, SiteFile, Source, read_bench, table_readings,
+    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, ScatterFile, Schedule, SiteFile, Source, read_bench,
+    table_readings,
 };
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
@@ -246,7 +247,9 @@ impl CampaignFile {
                 .expected("a table of readings for \"by\" (tumble reduce makes one of each record)")
                 .at_path("by"));
         }
-        let recipe = samples.recipe(&self.columns, folder).map_err(|e| if e.place().file.is_empty() { e.under("readings") } else { e })?;
+        let recipe = samples
+            .recipe(&self.columns, folder)
+            .map_err(|e| if e.place().file.is_empty() { e.under("readings") } else { e })?;
         let mut record = folder.record(&samples.samples).map_err(|e| e.at_path("readings.samples"))?;
         let mut positions = samples.positions;
         let path = if positions.is_empty() { "readings" } else { "readings.positions" };

@@ -168,7 +168,8 @@ impl Recipe {
         let mut conversions: Vec<Option<Conversion>> = Vec::with_capacity(chosen.len());
         for (name, k) in &chosen {
             let own = record.columns().get(*k).and_then(|c| c.unit.clone()).unwrap_or_default();
-            let converted = schedule.map(|s| s.conversion(name, &own)).transpose().map_err(|e| e.in_file(record.name()))?;
+            let converted =
+                schedule.map(|s| s.conversion(name, &own)).transpose().map_err(|e| e.in_file(record.name()))?;
             let (unit, conversion) = converted.unwrap_or((own, None));
             titled.push((name.clone(), unit));
             conversions.push(conversion);
@@ -241,7 +242,11 @@ impl Recipe {
         let labels = record.labels();
         trace.runs = runs
             .into_iter()
-            .map(|(label, start, end)| Run { label: labels.get(label as usize).cloned().unwrap_or_default(), start, end })
+            .map(|(label, start, end)| Run {
+                label: labels.get(label as usize).cloned().unwrap_or_default(),
+                start,
+                end,
+            })
             .collect();
         Ok((trace, clock))
     }

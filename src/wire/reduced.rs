@@ -1,7 +1,7 @@
 //! Reduced readings put into the schedule that they were taken for.
 
-use super::readings_file::{self, Cell, ReadingFile};
 use super::columns::key_unit;
+use super::readings_file::{self, Cell, ReadingFile};
 use super::{CampaignFile, Fetch, ReadingsRef, Source, kind, locate, parse};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::Bench;

@@ -52,7 +52,10 @@ pub struct SamplesFile {
 
 /// Times of segments.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "a list of { \"start_s\", \"end_s\", \"position\" }, or the path of a table with these columns")]
+#[serde(
+    untagged,
+    expecting = "a list of { \"start_s\", \"end_s\", \"position\" }, or the path of a table with these columns"
+)]
 pub enum TimesFile {
     /// Path of a table.
     Path(String),

@@ -81,9 +81,19 @@ fn tables_are_named() {
 fn damaged_files_are_errors() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut halves = 0;
-    for name in
-        ["log.xlsx", "log.xls", "log.ods", "flat.mat", "flat-packed.mat", "struct.mat", "log.h5", "records.h5", "ros1.mcap", "ros2.mcap", "ros2-lz4.mcap"]
-    {
+    for name in [
+        "log.xlsx",
+        "log.xls",
+        "log.ods",
+        "flat.mat",
+        "flat-packed.mat",
+        "struct.mat",
+        "log.h5",
+        "records.h5",
+        "ros1.mcap",
+        "ros2.mcap",
+        "ros2-lz4.mcap",
+    ] {
         let bytes = std::fs::read(file(name)).expect(name);
         let path = folder.path().join(name);
         let step = (bytes.len() / 60).max(1);
@@ -126,8 +136,10 @@ fn commands_read_them() {
     ] {
         let (code, out, error) = tumble(&at, &["noise", log, "--columns", column, "--json", "-"]);
         assert!(code == 0 && out.contains(&format!("\"{column}\"")), "{log}: {error}");
-        let (code, out, error) =
-            tumble(&at, &["reduce", log, "--columns", column, "--window", "0.05", "--guard", "0", "--least", "0.1", "--json", "-"]);
+        let (code, out, error) = tumble(
+            &at,
+            &["reduce", log, "--columns", column, "--window", "0.05", "--guard", "0", "--least", "0.1", "--json", "-"],
+        );
         assert!(code == 0 || code == 2, "{log}: {error} {out}");
         let (code, _, error) = tumble(&at, &["noise", log, "--columns", "nothing"]);
         let flat = error.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -170,7 +182,8 @@ fn readings_of_a_campaign() {
             assert!((value - truth).abs() < 1e-12, "{table}: {found:?}");
         }
     }
-    let error = solved(at, r#""columns": { "theta_deg": "Angle" }, "readings": "readings.xlsx""#).expect_err("a column");
+    let error =
+        solved(at, r#""columns": { "theta_deg": "Angle" }, "readings": "readings.xlsx""#).expect_err("a column");
     assert!(error.contains("no column 'Angle'") && error.contains("'Winkel (Grad)'"), "{error}");
     let error = solved(at, r#""readings": "readings.parquet""#).expect_err("no angle");
     assert!(error.contains("theta_deg"), "{error}");

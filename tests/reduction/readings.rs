@@ -1,8 +1,8 @@
 //! Segments, means and their uncertainties: against simulated records whose truth is known, and real ones.
 
+use crate::draws::draws;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_pcg::Pcg64Mcg;
-use crate::draws::draws;
 use rand_pcg::rand_core::SeedableRng;
 use tumble::reduce::{By, EventKind, Trace, reduce, segment};
 

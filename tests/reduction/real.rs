@@ -147,7 +147,10 @@ fn ferraris_session() {
         let id = format!("b_{row}");
         assert!((closed_form(&id) - closed[i]).abs() < 1e-9, "{id}");
         let (value, u) = parameter(&fit, &id);
-        assert!((value - least_squares[i]).abs() < 0.05 * u && (value - closed[i]).abs() < 2.0 * u, "{id}: {value} {u}");
+        assert!(
+            (value - least_squares[i]).abs() < 0.05 * u && (value - closed[i]).abs() < 2.0 * u,
+            "{id}: {value} {u}"
+        );
     }
     let lines = fit["scatter"].as_array().expect("lines");
     for (axis, sd) in [("b_x", 5.0), ("b_y", 21.0), ("b_z", 2.9)] {

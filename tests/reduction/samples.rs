@@ -65,20 +65,37 @@ fn one_recipe_two_doors() {
     write(at, "log.csv", &text);
     let times: String = (0..8).map(|k| format!("p{k},{},{}\n", 7 * k, 7.0 * f64::from(k) + 6.2)).collect();
     write(at, "times.csv", &format!("position,start_s,end_s\n{times}"));
-    let list: Vec<Value> =
-        (0..8).map(|k| json!({ "position": format!("p{k}"), "start_s": 7 * k, "end_s": 7.0 * f64::from(k) + 6.2 })).collect();
+    let list: Vec<Value> = (0..8)
+        .map(|k| json!({ "position": format!("p{k}"), "start_s": 7 * k, "end_s": 7.0 * f64::from(k) + 6.2 }))
+        .collect();
     write(at, "schedule.json", &campaign(json!(positions)).to_string());
     let doors: [(&[&str], Value); 4] = [
         (&["--by", "Stellung"], json!({ "by": "Stellung" })),
-        (&["--by", "Stellung", "--guard", "0.7", "--least", "2"], json!({ "by": "Stellung", "guard_s": 0.7, "least_s": 2 })),
+        (
+            &["--by", "Stellung", "--guard", "0.7", "--least", "2"],
+            json!({ "by": "Stellung", "guard_s": 0.7, "least_s": 2 }),
+        ),
         (&["--times", "times.csv"], json!({ "times": "times.csv" })),
-        (&["--window", "0.4", "--threshold", "5", "--guard", "0.3"], json!({ "window_s": 0.4, "threshold": 5, "guard_s": 0.3 })),
+        (
+            &["--window", "0.4", "--threshold", "5", "--guard", "0.3"],
+            json!({ "window_s": 0.4, "threshold": 5, "guard_s": 0.3 }),
+        ),
     ];
     let mut by_file = Value::Null;
     for (k, (options, keys)) in doors.iter().enumerate() {
         let to = format!("reduced{k}.campaign.json");
-        let mut arguments =
-            vec!["reduce", "log.csv", "--for", "schedule.json", "--to", &to, "--columns", "V=Ausgang", "--time", "t_ms"];
+        let mut arguments = vec![
+            "reduce",
+            "log.csv",
+            "--for",
+            "schedule.json",
+            "--to",
+            &to,
+            "--columns",
+            "V=Ausgang",
+            "--time",
+            "t_ms",
+        ];
         arguments.extend(*options);
         let (code, _, error) = tumble(at, &arguments);
         assert_eq!(code, 0, "{error}");
@@ -155,7 +172,8 @@ fn xsens_in_one_command() {
     let scratch = tempfile::tempdir().expect("a folder");
     let to = scratch.path().join("two.campaign.json");
     let to = to.to_str().expect("a path");
-    let (code, _, error) = tumble(&folder, &["reduce", "xsens.csv.gz", "--for", "accelerometer.schedule.json", "--to", to]);
+    let (code, _, error) =
+        tumble(&folder, &["reduce", "xsens.csv.gz", "--for", "accelerometer.schedule.json", "--to", to]);
     assert_eq!(code, 0, "{error}");
     let (one, two) = (fitted_by(&folder, "accelerometer.campaign.json"), fitted_by(&folder, to));
     assert_eq!(one["fit"]["readings"], 38);
@@ -198,7 +216,8 @@ fn whole_turns_by_an_encoder() {
     let (code, _, error) = tumble(at, &options);
     assert_eq!(code, 0, "{error}");
     // less than a turn is no reading
-    let short = ["reduce", "log.csv", "--by", "run", "--columns", "V", "--encoder", "counts", "--json", "-", "--guard", "4.5"];
+    let short =
+        ["reduce", "log.csv", "--by", "run", "--columns", "V", "--encoder", "counts", "--json", "-", "--guard", "4.5"];
     let (_, out, _) = tumble(at, &[&short[..], &["--counts-per-turn", "4096"]].concat());
     let report: Value = serde_json::from_str(&out).expect("a report");
     assert!(report["rejected"][0]["reason"].as_str().is_some_and(|r| r.contains("turns by the encoder")), "{report}");
