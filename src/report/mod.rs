@@ -73,7 +73,7 @@ pub mod series;
 mod site;
 pub mod table;
 pub mod wrap;
-#[cfg(feature = "dcc")]
+#[cfg(feature = "html")]
 mod xml;
 
 use crate::vocabulary::vocabulary;
