@@ -237,7 +237,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             common_schedule: summary.solved[0],
             own_fit: summary.solved[1],
         },
-        conformity: (!campaign.limits.is_empty()).then(|| ConformityCounts {
+        conformity: (!campaign.limits.is_empty()).then_some(ConformityCounts {
             decision: campaign.decision,
             pass,
             undecided,
