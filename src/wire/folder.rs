@@ -5,7 +5,10 @@ use crate::error::{Fault, Malformed, Result};
 use crate::record::Record;
 
 /// Readings in a file of their own.
+///
+/// One is made for a campaign and taken apart at once, so that its size does not matter.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant)]
 pub enum Table {
     /// A table of text.
     Text(Source),

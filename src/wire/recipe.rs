@@ -214,18 +214,17 @@ impl Recipe {
                 let columns: Vec<&[f64]> = (0..chosen.len()).map(rows).collect();
                 let turned = angle_at.map(|k| unwrap.turns(rows(k)));
                 if let Some(labels) = label_at.map(rows) {
-                    let mut sample = trace.samples;
                     let sound = |row: usize| {
                         let all = columns.iter().copied().chain(turned.as_deref());
                         all.into_iter().all(|c| c.get(row).is_some_and(|v| v.is_finite()))
                     };
-                    for (_, label) in labels.iter().enumerate().filter(|(row, _)| sound(*row)) {
+                    let taken = labels.iter().enumerate().filter(|(row, _)| sound(*row));
+                    for (sample, (_, label)) in (trace.samples..).zip(taken) {
                         match runs.last_mut() {
                             _ if label.is_nan() => {}
                             Some((own, _, end)) if own == label && *end == sample => *end += 1,
                             _ => runs.push((*label, sample, sample + 1)),
                         }
-                        sample += 1;
                     }
                 }
                 let more: Vec<Vec<f64>> = computed.iter().map(|c| c.values(&columns)).collect();

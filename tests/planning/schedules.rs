@@ -185,7 +185,6 @@ fn every_angle_to_one_arcsecond_and_cheapest_costs_no_more() {
 fn malformed_questions_say_what_is_wrong() {
     let campaign = published();
     let noise = || Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
-    let fault = |error: tumble::error::Malformed| (error.fault(), error.to_string());
     let schedule = line("[0, 1]");
     let error = Noise::new(&schedule, &[], &[]).unwrap_err();
     assert!(error.fault() == Fault::Missing && error.remedy() == Some(("noise", "y=SD")), "{error}");
