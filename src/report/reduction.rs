@@ -38,8 +38,8 @@ pub struct ReduceReport {
     /// Gaps in the times.
     pub gaps: u64,
     /// Other jumps of the clock: steps back, and steps much shorter than the sampling interval.
-    #[serde(default)]
-    pub clock_jumps: u64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_jumps: Option<u64>,
     /// Gaps and jumps one by one, the first thousand.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub jumps: Vec<JumpReport>,
@@ -225,7 +225,7 @@ pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
             })
             .collect(),
         gaps: reduced.gaps,
-        clock_jumps: reduced.clock_jumps,
+        clock_jumps: Some(reduced.clock_jumps),
         jumps: reduced
             .jumps
             .iter()
