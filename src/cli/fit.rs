@@ -163,6 +163,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             super::show(&report::fit_checks_table::budget(&report))?;
         }
     }
-    let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == "fail");
+    let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == crate::fit::Conformity::Fail);
     Ok(if fails || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

@@ -26,6 +26,7 @@
 //! | `stepwise.rs` | one effect after another beside an unexplained rest |
 //! | `posterior.rs` | probabilities of effects and aliases |
 //! | `serial.rs` | patterns in the order of time |
+//! | `vetted.rs` | names that are not probable enough taken back |
 //! | `steps.rs` | the gap after each effect |
 //! | `finding.rs` | from a search to the answer |
 //! | `support.rs` | effects that hang on one position alone |
@@ -74,6 +75,7 @@ mod steps;
 mod stepwise;
 mod strata;
 mod support;
+mod vetted;
 
 pub use assumptions::Held;
 pub use candidates::Candidate;
@@ -93,32 +95,21 @@ use crate::campaign::{Campaign, JointState};
 use crate::error::Result;
 use crate::fit::{self, Estimator, Fit, Stop};
 use crate::simulate::Regressor;
+use crate::vocabulary::vocabulary;
 
-/// The verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// The effects named explain the gap down to the noise.
-    EffectsFound,
-    /// The effects named stand; what remains is more than noise, and nothing in the catalogue explains it.
-    PartlyExplained,
-    /// The gap is noise.
-    NothingMissing,
-    /// Something is missing that nothing in the catalogue explains.
-    Unexplained,
-    /// There is no redundancy: nothing can be diagnosed.
-    NotDiagnosable,
-}
-
-impl Verdict {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::EffectsFound => "effects-found",
-            Verdict::PartlyExplained => "partly-explained",
-            Verdict::NothingMissing => "nothing-missing",
-            Verdict::Unexplained => "unexplained",
-            Verdict::NotDiagnosable => "not-diagnosable",
-        }
+vocabulary! {
+    /// The verdict.
+    Verdict {
+        /// The effects named explain the gap down to the noise.
+        EffectsFound = "effects-found",
+        /// The effects named stand; what remains is more than noise, and nothing in the catalogue explains it.
+        PartlyExplained = "partly-explained",
+        /// The gap is noise.
+        NothingMissing = "nothing-missing",
+        /// Something is missing that nothing in the catalogue explains.
+        Unexplained = "unexplained",
+        /// There is no redundancy: nothing can be diagnosed.
+        NotDiagnosable = "not-diagnosable",
     }
 }
 

@@ -2,6 +2,8 @@
 
 use super::table::{degrees_of_freedom, percent, plain, significant};
 use super::{BudgetReport, FitReport};
+use crate::campaign::Kind;
+use crate::fit::State;
 
 /// The budget of every parameter and derived quantity, one table each.
 pub fn budget(report: &FitReport) -> String {
@@ -29,8 +31,8 @@ fn one_budget(id: &str, unit: &str, u: Option<f64>, dof: Option<f64>, budget: &[
                 line.source.clone(),
                 or_dash(line.estimate, 6),
                 or_dash(line.source_u, 3),
-                line.evaluation.clone(),
-                line.distribution.clone(),
+                line.evaluation.to_string(),
+                line.distribution.to_string(),
                 degrees(line.dof),
                 or_dash(line.c, 4),
                 significant(line.u, 3),
@@ -81,8 +83,8 @@ pub fn findings(report: &FitReport) -> String {
     }
     if let Some(constraints) = &report.constraints {
         text.push_str(&format!("constraints: {}\n", constraints.verdict));
-        for p in report.parameters.iter().filter(|p| p.state == "at-bound") {
-            let (scale, unit) = if p.kind == "tilt" { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
+        for p in report.parameters.iter().filter(|p| p.state == State::AtBound) {
+            let (scale, unit) = if p.kind == Kind::Tilt { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
             match p.interval {
                 Some([low, high]) => text.push_str(&format!(
                     "  {} is at a bound: {} % interval {} to {} {unit} (of the free estimate, cut to what is allowed)\n",
@@ -113,7 +115,7 @@ pub fn findings(report: &FitReport) -> String {
 fn monte_carlo(report: &FitReport, drawn: &super::MonteCarloReport) -> String {
     let mut rows = Vec::new();
     for output in &drawn.outputs {
-        let angle = report.parameters.iter().any(|p| p.id == output.id && p.kind == "tilt")
+        let angle = report.parameters.iter().any(|p| p.id == output.id && p.kind == Kind::Tilt)
             || report.derived.iter().any(|d| d.id == output.id && d.unit == "rad");
         let (scale, unit) = if angle { (super::ARCSEC, "arcsec") } else { (1.0, "") };
         let show = |x: f64| significant(x * scale, 5);

@@ -58,7 +58,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
                 expanded: a.expanded,
                 dof: p.dof,
                 k: p.k,
-                state: &p.state,
+                state: p.state.name(),
             },
             None => Line {
                 id: &p.id,
@@ -68,7 +68,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
                 expanded: p.expanded,
                 dof: p.dof,
                 k: p.k,
-                state: &p.state,
+                state: p.state.name(),
             },
         };
         rows.push(line.cells());
@@ -142,7 +142,7 @@ fn summary(report: &FitReport) -> String {
     text.push('\n');
     match (fit.chi_square, fit.p, fit.residual_sd) {
         (Some(chi_square), Some(p), Some(sd)) => {
-            let verdict = if p < 1.0 - report.parameters.first().map_or(0.95, |p| p.level) {
+            let verdict = if fit.global_test_rejected == Some(true) {
                 "REJECTED: the readings scatter more than their stated uncertainties allow"
             } else {
                 "accepted"

@@ -4,13 +4,14 @@ use super::finite;
 use super::table::{percent, plain, significant};
 use crate::campaign::{Known, Size};
 use crate::estimate::LineState;
-use crate::fit::{Fit, Source};
+use crate::fit::{Fit, Source, VarianceFrom};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A source of scatter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ScatterReport {
     /// As budgets name it: `readings of V`, `beta per position`, `priors`.
     pub source: String,
@@ -22,22 +23,22 @@ pub struct ScatterReport {
     pub levels: usize,
     /// Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be told.
     pub sd: Option<f64>,
-    /// Standard uncertainty of an estimated standard deviation; at zero, what it could be.
+    /// Standard uncertainty of an estimated standard deviation, in `unit`; at zero, what it could be.
     pub u_sd: Option<f64>,
     /// Unit of the standard deviation.
     pub unit: String,
     /// Degrees of freedom of the standard deviation; null for infinite.
     pub dof: Option<f64>,
     /// `stated` or `estimated`.
-    pub from: String,
+    pub from: VarianceFrom,
     /// Was it estimated from these readings?
     pub estimated: bool,
     /// Did its estimate come out at zero?
     pub at_zero: bool,
-    /// Correlation time, where deviations are correlated in time.
+    /// Correlation time, where deviations are correlated in time, in the unit of the column that it is correlated over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tau: Option<f64>,
-    /// Standard uncertainty of an estimated correlation time.
+    /// Standard uncertainty of an estimated correlation time, in the same unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_tau: Option<f64>,
     /// What a person must know of it, in a sentence.
@@ -67,7 +68,7 @@ fn once(fit: &Fit, id: &str, unit: &str, known: &Known) -> ScatterReport {
         u_sd: None,
         unit: unit.to_string(),
         dof: finite(known.dof),
-        from: "stated".into(),
+        from: VarianceFrom::Stated,
         estimated: false,
         at_zero: false,
         tau: None,
@@ -116,7 +117,7 @@ fn one(fit: &Fit, source: &Source) -> ScatterReport {
         u_sd,
         unit: line.map_or_else(unit_of_sensor, |line| line.unit.clone()),
         dof: finite(source.dof),
-        from: if source.estimated { "estimated" } else { "stated" }.into(),
+        from: if source.estimated { VarianceFrom::Estimated } else { VarianceFrom::Stated },
         estimated: source.estimated,
         at_zero: source.state == LineState::AtZero,
         tau: source.tau.map(|(tau, _)| tau),
@@ -177,7 +178,7 @@ pub(super) fn cells(source: &ScatterReport) -> Vec<String> {
         source.source.clone(),
         sd.trim_end().to_string(),
         u,
-        if source.at_zero { "estimated: zero".into() } else { source.from.clone() },
+        if source.at_zero { "estimated: zero".into() } else { source.from.to_string() },
         source.levels.to_string(),
         largest.map_or("-".to_string(), |(id, share)| format!("{} % of {id}", percent(*share))),
     ]

@@ -14,8 +14,10 @@ mod administrative;
 mod units;
 
 use super::{ArcsecReport, FitReport, VERSION};
+use crate::campaign::Kind;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
+use crate::fit::State;
 use crate::uncertainty::quantiles;
 use crate::wire::LabFile;
 use quick_xml::Writer;
@@ -56,12 +58,12 @@ fn quantities(fit: &Fit, report: &FitReport) -> Result<Vec<Quantity>> {
     let mut quantities = Vec::new();
     for (k, (p, result)) in report.parameters.iter().zip(&fit.parameters).enumerate() {
         let Some(value) = p.value else { continue };
-        if p.kind != "tilt" && p.unit.is_empty() {
+        if p.kind != Kind::Tilt && p.unit.is_empty() {
             return Err(Malformed::new(Fault::Missing, format!("a certificate needs the unit of '{}'", p.id))
                 .expected(format!("\"unit\" in estimate.{}, or in the bench; \"1\" for a pure number", p.id))
                 .at_path(format!("estimate.{}", p.id)));
         }
-        if p.state == "at-bound" {
+        if p.state == State::AtBound {
             return Err(Malformed::new(Fault::Value, format!("'{}' is held by a bound, so no U describes it", p.id))
                 .expected("a campaign whose bounds are not active; the JSON report has the interval")
                 .at_path("constraints"));

@@ -1,6 +1,8 @@
 //! Sections of a fit's page on what was checked: agreement of the readings, constraints, the robust estimator, Monte Carlo.
 
 use super::{Align, Section, Table, Tone, cells};
+use crate::campaign::Kind;
+use crate::report::fit_constraints::ConstraintsStatus;
 use crate::report::table::{rounded, significant};
 use crate::report::{ARCSEC, FitReport};
 
@@ -8,7 +10,7 @@ use crate::report::{ARCSEC, FitReport};
 pub(super) fn verdicts(report: &FitReport) -> Vec<(Tone, String)> {
     let mut verdicts = Vec::new();
     if let Some(constraints) = &report.constraints {
-        let tone = if constraints.status == "met" { Tone::Plain } else { Tone::Bad };
+        let tone = if constraints.status == ConstraintsStatus::Met { Tone::Plain } else { Tone::Bad };
         verdicts.push((tone, sentence(&constraints.verdict)));
     }
     if let Some(test) = report.checks.lack_of_fit.as_ref().filter(|test| test.rejected) {
@@ -96,7 +98,7 @@ pub(super) fn checks(report: &FitReport) -> Section {
         if let Some(changes) = without {
             row.push(cells::digits(changes.get(&p.id).copied(), 3));
         }
-        row.push(if p.kind == "tilt" { "arcsec".into() } else { p.unit.clone() });
+        row.push(if p.kind == Kind::Tilt { "arcsec".into() } else { p.unit.clone() });
         table.row(row);
     }
     table.caption = "External reliability".into();
@@ -120,8 +122,8 @@ pub(super) fn conditions(report: &FitReport) -> Section {
             table.row(vec![
                 c.index.to_string(),
                 format!("`{}`", c.text),
-                c.state.clone(),
-                c.side.clone().unwrap_or_default(),
+                c.state.to_string(),
+                c.side.map_or(String::new(), |side| side.to_string()),
                 cells::digits(c.cost, 3),
             ]);
         }
@@ -157,7 +159,7 @@ pub(super) fn monte_carlo(report: &FitReport) -> Section {
     for output in &drawn.outputs {
         let parameter = report.parameters.iter().find(|p| p.id == output.id);
         let derived = report.derived.iter().find(|d| d.id == output.id);
-        let angle = parameter.is_some_and(|p| p.kind == "tilt") || derived.is_some_and(|d| d.arcsec.is_some());
+        let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt) || derived.is_some_and(|d| d.arcsec.is_some());
         let (scale, unit) = match (angle, parameter) {
             (true, _) => (ARCSEC, "arcsec"),
             (false, Some(p)) => (1.0, p.unit.as_str()),

@@ -1,6 +1,7 @@
 //! The section of a page on conformity: limits, probabilities, outcomes.
 
 use super::{Align, Section, Table, Tone, cells};
+use crate::fit::Conformity;
 use crate::report::FitReport;
 use crate::report::conformity::percent;
 
@@ -8,10 +9,10 @@ use crate::report::conformity::percent;
 pub(super) fn section(report: &FitReport) -> Section {
     let section = Section::new("Conformity");
     let Some(conformity) = &report.conformity else { return section };
-    let tone = |outcome: &str| match outcome {
-        "pass" => Tone::Good,
-        "fail" => Tone::Bad,
-        _ => Tone::Caution,
+    let tone = |outcome: Conformity| match outcome {
+        Conformity::Pass => Tone::Good,
+        Conformity::Fail => Tone::Bad,
+        Conformity::Undecided => Tone::Caution,
     };
     let mut table = Table::new(&[
         ("quantity", Align::Left),
@@ -32,16 +33,16 @@ pub(super) fn section(report: &FitReport) -> Section {
             cells::digits(q.expanded, 3),
             q.unit.clone(),
             q.probability.map_or_else(cells::dash, percent),
-            q.outcome.clone(),
+            q.outcome.to_string(),
         ]);
     }
     table.note =
         "Probability: that the quantity is inside its limits, by Student's t about the estimate (JCGM 106, 7.3)."
             .into();
-    let words = match conformity.outcome.as_str() {
-        "pass" => "Pass",
-        "fail" => "Fail",
-        _ => "Undecided",
+    let words = match conformity.outcome {
+        Conformity::Pass => "Pass",
+        Conformity::Fail => "Fail",
+        Conformity::Undecided => "Undecided",
     };
-    section.verdict(tone(&conformity.outcome), format!("{words}, by {}.", conformity.rule)).table(table)
+    section.verdict(tone(conformity.outcome), format!("{words}, by {}.", conformity.rule)).table(table)
 }

@@ -2,6 +2,7 @@
 
 use super::{Section, Tone, cells, checks_page};
 use crate::fit::Fit;
+use crate::fit::VarianceFrom;
 use crate::report::FitReport;
 use crate::report::table::significant;
 
@@ -15,8 +16,7 @@ pub(super) fn answer(of: &Fit, report: &FitReport) -> Section {
     }
     section = match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
-            let level = report.parameters.first().map_or(0.95, |p| p.level);
-            let rejected = p < 1.0 - level;
+            let rejected = fit.global_test_rejected == Some(true);
             let tone = if rejected { Tone::Bad } else { Tone::Good };
             let words = if rejected {
                 "the readings scatter more than their stated uncertainties allow: the model misses something, or the uncertainties are too small"
@@ -33,7 +33,7 @@ pub(super) fn answer(of: &Fit, report: &FitReport) -> Section {
                 ),
             )
         }
-        _ if fit.variance == "estimated" && fit.dof > 0 => section.verdict(
+        _ if fit.variance == VarianceFrom::Estimated && fit.dof > 0 => section.verdict(
             Tone::Plain,
             if report.checks.lack_of_fit.is_some() {
                 "The readings state no uncertainty of their own: their scatter is estimated from the residuals, and only their replicates test the model."

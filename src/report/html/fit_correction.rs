@@ -1,6 +1,8 @@
 //! Section of a fit's page on its use: the correction to apply, and the mounting of the sensors.
 
 use super::{Align, Block, Section, Table, Tone, cells};
+use crate::campaign::Kind;
+use crate::fit::State;
 use crate::report::{FitReport, correction_lines, given_sentence, validity_sentence};
 use crate::wire::{CorrectionFile, MountingFile};
 
@@ -9,7 +11,7 @@ pub(super) fn correction(report: &FitReport) -> Section {
     let mut section = Section::new("The correction to apply");
     let Some(correction) = &report.correction else {
         let missing: Vec<&str> =
-            report.parameters.iter().filter(|p| p.state == "not-estimable").map(|p| p.id.as_str()).collect();
+            report.parameters.iter().filter(|p| p.state == State::NotEstimable).map(|p| p.id.as_str()).collect();
         if !missing.is_empty() {
             let verb = if missing.len() == 1 { "is" } else { "are" };
             let text = format!("Readings cannot be corrected: {} {verb} not estimable here.", cells::names(&missing));
@@ -33,7 +35,7 @@ pub(super) fn correction(report: &FitReport) -> Section {
         let others: Vec<&str> = report
             .parameters
             .iter()
-            .filter(|p| p.kind == "tilt" && !mounting.tilts.contains(&p.id))
+            .filter(|p| p.kind == Kind::Tilt && !mounting.tilts.contains(&p.id))
             .map(|p| p.id.as_str())
             .collect();
         if !others.is_empty() {

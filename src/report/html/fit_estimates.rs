@@ -2,8 +2,10 @@
 
 use super::fit_figures::{budget_figures, estimate_figures};
 use super::{Align, Section, Table, Tone, cells};
+use crate::campaign::Kind;
 use crate::error::Result;
 use crate::fit::Fit;
+use crate::fit::State;
 use crate::report::table::significant;
 use crate::report::{ARCSEC, FitReport};
 
@@ -25,11 +27,11 @@ pub(super) fn estimates(fit: &Fit, report: &FitReport) -> Result<Section> {
     };
     let (mut angles, mut coefficients) = (columns("angle"), columns("coefficient"));
     for (p, result) in report.parameters.iter().zip(&fit.parameters) {
-        let remark = match p.state.as_str() {
-            "free" => result.meaning.clone(),
-            "not-estimable" => "not estimable".into(),
+        let remark = match p.state {
+            State::Free => result.meaning.clone(),
+            State::NotEstimable => "not estimable".into(),
             other => {
-                let scale = if p.kind == "tilt" { ARCSEC } else { 1.0 };
+                let scale = if p.kind == Kind::Tilt { ARCSEC } else { 1.0 };
                 let interval =
                     p.interval.map(|ends| ends.map(|end| cells::value(Some(end * scale), p.u.map(|u| u * scale))));
                 let between = interval.map_or(String::new(), |[a, b]| format!(", interval {a} to {b}"));
@@ -38,11 +40,11 @@ pub(super) fn estimates(fit: &Fit, report: &FitReport) -> Result<Section> {
         };
         let (value, u, expanded, unit) = match p.arcsec {
             Some(a) => (a.value, a.u, a.expanded, "arcsec"),
-            None => (p.value, p.u, p.expanded, if p.kind == "tilt" { "arcsec" } else { &p.unit }),
+            None => (p.value, p.u, p.expanded, if p.kind == Kind::Tilt { "arcsec" } else { &p.unit }),
         };
-        let table = if p.kind == "tilt" { &mut angles } else { &mut coefficients };
+        let table = if p.kind == Kind::Tilt { &mut angles } else { &mut coefficients };
         table.row(row(&p.id, value, (u, expanded), p.dof, p.k, unit, remark));
-        if let Some(last) = table.rows.last_mut().filter(|_| p.state == "not-estimable") {
+        if let Some(last) = table.rows.last_mut().filter(|_| p.state == State::NotEstimable) {
             last.tone = Tone::Bad;
         }
     }
@@ -161,8 +163,8 @@ pub(super) fn budget(report: &FitReport) -> Result<Section> {
             table.row(vec![
                 if first { format!("`{id}`") } else { String::new() },
                 line.source.clone(),
-                line.evaluation.clone(),
-                line.distribution.clone(),
+                line.evaluation.to_string(),
+                line.distribution.to_string(),
                 cells::digits(line.source_u, 3),
                 cells::digits(line.c, 4),
                 cells::dof(line.dof, true),

@@ -1,11 +1,13 @@
 //! The figures of a fit, each with its caption and its words.
 
 use super::{FAR, Figure, cells};
+use crate::campaign::Kind;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::report::plot::{self, Bar, Interval, Part, Residual};
 use crate::report::table::{rounded, significant};
 use crate::report::{BudgetReport, FitReport};
+use crate::uncertainty::Evaluation;
 
 /// More rows than this are no figure any more.
 const MOST_ROWS: usize = 60;
@@ -40,7 +42,11 @@ fn parts(budget: &[BudgetReport], u: f64) -> Vec<Part> {
     lines.sort_by(|a, b| a.evaluation.cmp(&b.evaluation).then(b.share.total_cmp(&a.share)));
     lines
         .iter()
-        .map(|line| Part { source: line.source.clone(), type_b: line.evaluation == "B", size: u * line.share })
+        .map(|line| Part {
+            source: line.source.clone(),
+            type_b: line.evaluation == Evaluation::TypeB,
+            size: u * line.share,
+        })
         .collect()
 }
 
@@ -80,7 +86,7 @@ pub(super) fn estimate_figures(report: &FitReport) -> Result<Vec<Figure>> {
 
 /// Shares of the variance for coefficients, where there is more than one source.
 pub(super) fn budget_figures(report: &FitReport) -> Result<Vec<Figure>> {
-    let parameters = report.parameters.iter().filter(|p| p.kind != "tilt").map(|p| (&p.id, &p.budget));
+    let parameters = report.parameters.iter().filter(|p| p.kind != Kind::Tilt).map(|p| (&p.id, &p.budget));
     let derived = report.derived.iter().filter(|d| d.arcsec.is_none()).map(|d| (&d.id, &d.budget));
     let bars: Vec<Bar> = parameters
         .chain(derived)

@@ -6,6 +6,7 @@ use super::{
     scatter_page,
 };
 use crate::error::Result;
+use crate::fit::Estimator;
 use crate::fit::Fit;
 use crate::report::{CompareReport, FitReport, Input, VERSION};
 
@@ -57,9 +58,9 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input]) -> Vec<(String, String
         let name = if k == 0 { "Model" } else { "" };
         facts.push((name.into(), format!("`{} = {}`", sensor.id, sensor.model)));
     }
-    let estimator = match report.estimator.as_str() {
-        "linear" => "one least-squares step from the reference point",
-        _ => "Gauss-Newton on the exact rotations",
+    let estimator = match report.estimator {
+        Estimator::Linear => "one least-squares step from the reference point",
+        Estimator::Exact => "Gauss-Newton on the exact rotations",
     };
     facts.push(("Estimator".into(), format!("{}: {estimator}", report.estimator)));
     facts

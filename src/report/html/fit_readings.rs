@@ -3,6 +3,7 @@
 use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::JointState;
 use crate::fit::Fit;
+use crate::fit::{Estimator, VarianceFrom};
 use crate::report::table::significant;
 use crate::report::{FitReport, gravity_text};
 
@@ -20,13 +21,17 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport) -> Section {
         None => "No site: no Earth rate, and gravity is 1 g.".into(),
     });
     points.extend(report.site.warnings.iter().map(|warning| format!("Warning: {warning}.")));
-    points.push(match report.estimator.as_str() {
-        "linear" => "Linear: rows are exact derivatives at the reference point, and one step is taken from it.".into(),
-        _ => "Exact: rows are exact derivatives, iterated to the solution.".into(),
+    points.push(match report.estimator {
+        Estimator::Linear => {
+            "Linear: rows are exact derivatives at the reference point, and one step is taken from it.".into()
+        }
+        Estimator::Exact => "Exact: rows are exact derivatives, iterated to the solution.".into(),
     });
-    points.push(match report.fit.variance.as_str() {
-        "stated" => "Uncertainties of the readings are as stated.".into(),
-        _ => "Readings of one sensor scatter alike and independently; how much, their residuals say.".into(),
+    points.push(match report.fit.variance {
+        VarianceFrom::Stated => "Uncertainties of the readings are as stated.".into(),
+        VarianceFrom::Estimated => {
+            "Readings of one sensor scatter alike and independently; how much, their residuals say.".into()
+        }
     });
     if report.fit.priors > 0 {
         points.push(format!("{} entered as rows of their own.", cells::count(report.fit.priors, "prior")));
@@ -45,7 +50,7 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport) -> Section {
             format!("`{}`", known.id),
             known.value.to_string(),
             u,
-            if known.u > 0.0 { known.distribution.clone() } else { String::new() },
+            if known.u > 0.0 { known.distribution.to_string() } else { String::new() },
             if known.u > 0.0 { cells::dof(known.dof, true) } else { String::new() },
             known.unit.clone(),
         ]);
