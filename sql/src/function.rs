@@ -140,7 +140,8 @@ impl AggregateUDFImpl for Fit {
         Ok(match self.exact {
             true => vec![Arc::new(Field::new(name("rows"), numbers, true))],
             false => vec![
-                Arc::new(Field::new(name("triangle"), numbers, true)),
+                Arc::new(Field::new(name("triangle"), numbers.clone(), true)),
+                Arc::new(Field::new(name("values"), numbers, true)),
                 Arc::new(Field::new(name("fault"), DataType::Utf8, true)),
             ],
         })

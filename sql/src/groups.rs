@@ -16,6 +16,8 @@ use tumble::record::UNREADABLE;
 
 /// Values of a device that are kept before they are folded.
 const KEPT: usize = 64;
+/// So few values are a state by themselves: nothing of them is rounded, and they take less than a triangle.
+const FEW: usize = 32;
 /// Positions that are kept; a table in which every row is another one begins anew.
 const POSITIONS: usize = 1 << 16;
 
@@ -73,14 +75,19 @@ impl Groups {
         self.bound.parts.as_ref().ok_or_else(|| exec_datafusion_err!("the question was asked for whole devices"))
     }
 
-    /// The position of each row; new ones are evaluated together.
-    fn positions(&mut self, columns: &[Vec<f64>], rows: usize) -> Vec<u32> {
-        let width = self.bound.position.len();
+    /// Begin anew with positions where they are many.
+    fn make_room(&mut self) {
         if self.positions.lines.len() > POSITIONS {
             self.groups.iter_mut().for_each(|group| self.triangles += group.fold(&self.bound, &self.positions));
             self.kept = 0;
             self.positions = Positions::default();
         }
+    }
+
+    /// The position of each row; new ones are evaluated together.
+    fn positions(&mut self, columns: &[Vec<f64>], rows: usize) -> Vec<u32> {
+        let width = self.bound.position.len();
+        self.make_room();
         let known = self.positions.lines.len();
         let (mut found, mut key, mut before) = (Vec::with_capacity(rows), vec![0_u64; width], None::<u32>);
         for row in 0..rows {
@@ -166,15 +173,49 @@ impl Groups {
         Ok(())
     }
 
-    /// The first groups, or all, folded.
-    fn take(&mut self, emit: EmitTo) -> Vec<Group> {
+    /// The first groups, or all; those with more values than `few` are folded.
+    fn take(&mut self, emit: EmitTo, few: usize) -> Vec<Group> {
         let mut taken = emit.take_needed(&mut self.groups);
         for group in &mut taken {
             self.kept = self.kept.saturating_sub(group.kept.len());
-            group.fold(&self.bound, &self.positions);
+            if group.part.is_some() || group.kept.len() > few {
+                group.fold(&self.bound, &self.positions);
+            }
         }
         self.triangles = self.triangles.min(self.groups.len());
         taken
+    }
+
+    /// Values that were a state, each with its group.
+    fn merge_values(&mut self, values: &[(usize, Vec<f64>)]) {
+        self.make_room();
+        let bound = Arc::clone(&self.bound);
+        let (width, known) = (bound.position.len(), self.positions.next.len());
+        let (mut found, mut before) = (Vec::new(), None);
+        for (place, cells) in values {
+            for own in cells.chunks_exact(width + 4) {
+                let (key, own) = own.split_at(width);
+                let [sensor, value, u, samples] = *own else { continue };
+                let key: Vec<u64> = key.iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }).collect();
+                let position = self.positions.find(&key, before);
+                before = Some(position);
+                let Some((index, ..)) = bound.sensors.get(sensor as usize) else { continue };
+                let observation = Observation { sensor: *index, value, u: Some(u).filter(|u| !u.is_nan()), samples };
+                found.push((*place, Value { position, sensor: sensor as u32, observation }));
+            }
+        }
+        if self.positions.next.len() > known {
+            self.positions.evaluate(&bound, known);
+        }
+        for (place, value) in found {
+            let Some(group) = self.groups.get_mut(place) else { continue };
+            group.kept.push(value);
+            self.kept += 1;
+            if group.kept.len() >= KEPT {
+                self.kept -= group.kept.len();
+                self.triangles += group.fold(&bound, &self.positions);
+            }
+        }
     }
 }
 
@@ -190,7 +231,7 @@ impl GroupsAccumulator for Groups {
     }
 
     fn evaluate(&mut self, emit_to: EmitTo) -> Result<ArrayRef> {
-        let groups = self.take(emit_to);
+        let groups = self.take(emit_to, 0);
         let parts = self.parts()?;
         let (mut coverage, mut nothing) = (Coverage::default(), None);
         let rows: Vec<Row> = groups
@@ -211,28 +252,39 @@ impl GroupsAccumulator for Groups {
     }
 
     fn state(&mut self, emit_to: EmitTo) -> Result<Vec<ArrayRef>> {
-        let groups = self.take(emit_to);
+        let groups = self.take(emit_to, FEW);
         let mut triangles = ListBuilder::new(PrimitiveBuilder::<Float64Type>::new());
+        let mut values = ListBuilder::new(PrimitiveBuilder::<Float64Type>::new());
         let mut faults = StringBuilder::new();
         for group in groups {
-            match &group.part {
-                Some(part) => {
-                    triangles.values().append_slice(&part.pack());
-                    triangles.append(true);
-                }
-                None => triangles.append(false),
+            if let Some(part) = &group.part {
+                triangles.values().append_slice(&part.pack());
             }
+            triangles.append(group.part.is_some());
+            for own in &group.kept {
+                values.values().append_slice(&self.positions.key(own.position, self.bound.position.len()));
+                let Observation { value, u, samples, .. } = own.observation;
+                values.values().append_slice(&[f64::from(own.sensor), value, u.unwrap_or(f64::NAN), samples]);
+            }
+            values.append(!group.kept.is_empty());
             faults.append_option(group.fault);
         }
-        Ok(vec![Arc::new(triangles.finish()), Arc::new(faults.finish())])
+        Ok(vec![Arc::new(triangles.finish()), Arc::new(values.finish()), Arc::new(faults.finish())])
     }
 
     fn merge_batch(&mut self, values: &[ArrayRef], group_indices: &[usize], total_num_groups: usize) -> Result<()> {
         self.groups.resize_with(total_num_groups.max(self.groups.len()), Group::default);
-        let [triangles, faults] = values else {
-            return Err(exec_datafusion_err!("a state has two columns, and here are {}", values.len()));
+        let [triangles, few, faults] = values else {
+            return Err(exec_datafusion_err!("a state has three columns, and here are {}", values.len()));
         };
-        let (triangles, faults) = (triangles.as_list::<i32>(), faults.as_string::<i32>());
+        let (triangles, few, faults) = (triangles.as_list::<i32>(), few.as_list::<i32>(), faults.as_string::<i32>());
+        let few: Vec<(usize, Vec<f64>)> = group_indices
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| few.is_valid(*k))
+            .map(|(k, place)| (*place, few.value(k).as_primitive::<Float64Type>().values().to_vec()))
+            .collect();
+        self.merge_values(&few);
         for (k, place) in group_indices.iter().enumerate() {
             let bound = Arc::clone(&self.bound);
             let Some(group) = self.groups.get_mut(*place) else { continue };
@@ -331,6 +383,13 @@ impl Group {
 }
 
 impl Positions {
+    /// The cells of a position.
+    fn key(&self, position: u32, width: usize) -> Vec<f64> {
+        let place = position as usize * width;
+        let key = self.keys.get(place..place + width).unwrap_or_default();
+        key.iter().map(|bits| if *bits == u64::MAX { f64::NAN } else { f64::from_bits(*bits) }).collect()
+    }
+
     /// The place of a position; a new one gets one.
     fn find(&mut self, key: &[u64], before: Option<u32>) -> u32 {
         let width = key.len();

@@ -59,9 +59,11 @@ fn readings() -> Vec<Reading> {
     let mut draws = Draws(0x5eed_5eed_5eed_5eed_u128 << 1 | 1);
     let mut rows = Vec::new();
     for device in 0..1000 {
+        // some have so many that their parts are triangles
+        let count = if device % 50 == 10 { 300 } else { 30 };
         let truth =
             [0.01 * draws.normal(), 1.0 + 0.01 * draws.normal(), 1e-4 * draws.normal(), 1e-3 * draws.normal(), 1e-4];
-        for k in 0..30 {
+        for k in 0..count {
             let step = if device == 500 { 0 } else { k };
             let (theta, temperature) =
                 (f64::from(step % 12) * 30.0, if device == 501 { 20.0 } else { 20.0 + f64::from(step / 12) * 5.0 });
@@ -230,8 +232,8 @@ fn compare(batches: &[RecordBatch], expected: &HashMap<String, Row>, squares_to:
 }
 
 /// Estimates, u, U, chi-square, rank and verdict are those of the batch fit to 1e-12: one partition; four with batches of 97 rows, the rows
-/// shuffled over three files, so that every device is merged of several triangles; and the function that keeps the rows. The readings are
-/// 60 000 times their u: parts of seven rows and less round them to 1e-11 u, which chi-square shows.
+/// shuffled over three files, so that every device is merged, of values as they are or (twenty devices of 300 readings) of several triangles;
+/// and the function that keeps the rows. The readings are 60 000 times their u.
 #[tokio::test]
 async fn a_thousand_devices_are_those_of_the_batch_fit() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -257,7 +259,7 @@ async fn a_thousand_devices_are_those_of_the_batch_fit() {
     let runs = folder.path().join("runs/*.parquet");
     for (what, partitions, batch, path, function, squares_to) in [
         ("one partition", 1, 8192, &all, "tumble_fit", 1e-12),
-        ("four partitions, batches of 97", 4, 97, &runs, "tumble_fit", 2e-11),
+        ("four partitions, batches of 97", 4, 97, &runs, "tumble_fit", 1e-12),
         ("rows kept, four partitions", 4, 97, &all, "tumble_fit_exact", 1e-12),
     ] {
         let ctx = session(partitions, batch, &question).await;
