@@ -12,7 +12,8 @@
 //! |---|---|
 //! | `question.rs` | the campaign file, and which columns of a table answer it |
 //! | `function.rs` | `tumble_fit()` as DataFusion knows it, and the rule that gives it its columns |
-//! | `groups.rs` | devices while their rows come: positions once, values to triangles |
+//! | `groups.rs` | devices while their rows come: values to triangles |
+//! | `positions.rs` | positions that were met, each evaluated once |
 //! | `whole.rs` | `tumble_fit_exact()`: devices whose rows are kept together |
 //! | `answer.rs` | one struct a device |
 //! | `output.rs` | tables for people, CSV, Parquet, JSON lines |
@@ -23,6 +24,7 @@ mod error;
 mod function;
 mod groups;
 pub mod output;
+mod positions;
 mod question;
 mod whole;
 

@@ -1,7 +1,7 @@
 //! Devices whose rows are kept together: the ordinary fit of each, with every check, by the fleet of `tumble fit --by`.
 
 use crate::answer;
-use crate::groups::numbers;
+use crate::positions::numbers;
 use crate::question::{Bound, Quantities};
 use datafusion::arrow::array::{Array, ArrayRef, AsArray, BooleanArray, ListBuilder, PrimitiveBuilder};
 use datafusion::arrow::datatypes::Float64Type;
