@@ -69,6 +69,7 @@ pub mod diagnosis;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+pub mod language;
 pub mod navigate;
 pub mod noise;
 pub mod plan;

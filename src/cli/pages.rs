@@ -4,6 +4,7 @@ use super::files;
 use crate::compare;
 use crate::error::Result;
 use crate::fit::Fit;
+use crate::language::Language;
 use crate::report::html::{self, Page};
 use crate::report::{self, FitReport, Input, dcc, markdown};
 use crate::wire::{self, Source};
@@ -39,11 +40,11 @@ impl Certificate {
     }
 
     /// Make the certificate, if it is asked for; faults of the campaign are located in its source.
-    pub(super) fn make(&self, fit: &Fit, report: &FitReport, campaign: &Source) -> Result<Texts> {
+    pub(super) fn make(&self, fit: &Fit, report: &FitReport, campaign: &Source, lang: Language) -> Result<Texts> {
         let mut texts = Texts::new();
         if let (Some(path), Some(lab)) = (&self.dcc, &self.lab) {
             let lab = wire::read_lab(&files::read(lab)?)?;
-            let text = dcc::certificate(fit, report, &lab).map_err(|error| wire::locate(error, campaign))?;
+            let text = dcc::certificate(fit, report, &lab, lang).map_err(|error| wire::locate(error, campaign))?;
             texts.push((path.clone(), text));
         }
         Ok(texts)
@@ -77,7 +78,7 @@ impl Pages {
     }
 
     /// The page of a fit, with the published closed forms beside it where this bench has them and this campaign suits them.
-    pub(super) fn fit(&self, fit: &Fit, report: &FitReport, inputs: &[Input]) -> Result<Texts> {
+    pub(super) fn fit(&self, fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Result<Texts> {
         if self.html.is_none() && self.md.is_none() {
             return Ok(Texts::new());
         }
@@ -85,6 +86,6 @@ impl Pages {
             .and_then(|forms| compare::compare_fit(fit, &forms))
             .ok()
             .map(|comparison| report::compare_report(&comparison));
-        self.page(&html::fit_page(fit, report, comparison.as_ref(), inputs)?)
+        self.page(&html::fit_page(fit, report, comparison.as_ref(), inputs, lang)?)
     }
 }

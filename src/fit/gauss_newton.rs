@@ -10,6 +10,7 @@ use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::{Coupling, Estimate, Group, System};
+use crate::language::{Sentence, sentence};
 
 /// What Gauss-Newton did.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,16 +50,14 @@ pub enum Stop {
 
 impl Stop {
     /// As reports write it.
-    pub fn reason(self) -> &'static str {
+    pub fn reason(self) -> Sentence {
         match self {
-            Stop::Settled => "the last step no longer matters",
-            Stop::Unsettled => "the scales inside the last step did not settle",
-            Stop::Limit => "the steps did not end",
-            Stop::Stalled => {
-                "steps stay long while the fit no longer becomes better: the readings hardly determine some direction"
-            }
-            Stop::NoDescent => "no part of the last step makes the fit better",
-            Stop::OutOfRange => "numbers leave the range of a double",
+            Stop::Settled => sentence!("stop-settled"),
+            Stop::Unsettled => sentence!("stop-unsettled"),
+            Stop::Limit => sentence!("stop-limit"),
+            Stop::Stalled => sentence!("stop-stalled"),
+            Stop::NoDescent => sentence!("stop-no-descent"),
+            Stop::OutOfRange => sentence!("stop-out-of-range"),
         }
     }
 }

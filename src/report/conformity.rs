@@ -4,6 +4,7 @@ use super::ARCSEC;
 use super::table::{plain, rounded, significant};
 use crate::campaign::{Decision, Limited};
 use crate::fit::{Fit, judge};
+use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ pub struct ConformityReport {
     /// `simple`, `guard-u` or `risk`.
     pub decision: String,
     /// The rule in words.
-    pub rule: String,
+    pub rule: Sentence,
     /// The worst outcome: `fail` before `undecided` before `pass`.
     pub outcome: String,
     /// Each quantity.
@@ -77,14 +78,12 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
     let worst = ["fail", "undecided"].into_iter().find(|word| quantities.iter().any(|q| q.outcome == *word));
     let percent = significant(100.0 * fit.settings.level, 3).trim_end_matches('0').trim_end_matches('.').to_string();
     let rule = match campaign.decision {
-        Decision::Simple => "simple acceptance: the estimate inside the limits (JCGM 106, 8.2)".to_string(),
+        Decision::Simple => sentence!("simple-acceptance-the-estimate-inside-the-limits"),
         Decision::GuardU => {
-            format!("guard band w = U ({percent} %): pass inside by U, fail outside by U (JCGM 106, 8.3)")
+            sentence!("guard-band-w-u-pass-inside-by", percent)
         }
         Decision::Risk => {
-            format!(
-                "specific risk: pass where conformity is at least {percent} % probable, fail where non-conformity is (JCGM 106, 7)"
-            )
+            sentence!("specific-risk-pass-where-conformity-is-at", percent)
         }
     };
     Some(ConformityReport {
@@ -96,7 +95,7 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
 }
 
 /// Conformity as a table for a terminal.
-pub fn conformity_text(report: &ConformityReport) -> String {
+pub fn conformity_text(report: &ConformityReport, lang: Language) -> String {
     let rows: Vec<Vec<String>> = report
         .quantities
         .iter()
@@ -110,12 +109,30 @@ pub fn conformity_text(report: &ConformityReport) -> String {
                 q.expanded.map_or("-".into(), |u| significant(u, 3)),
                 q.unit.clone(),
                 q.probability.map_or("-".into(), percent),
-                q.outcome.clone(),
+                lang.term("outcome", &q.outcome).into_owned(),
             ]
         })
         .collect();
-    let table = plain(&["conformity", "lower", "value", "upper", "U", "unit", "probability", "outcome"], &rows);
-    format!("{table}{}\n", super::wrap::hanging(&format!("conformity: {}; {}", report.outcome, report.rule), 2))
+    let table = plain(
+        &[
+            say!(lang, "conformity-2"),
+            say!(lang, "lower"),
+            say!(lang, "value"),
+            say!(lang, "upper"),
+            "U",
+            say!(lang, "unit"),
+            say!(lang, "probability"),
+            say!(lang, "outcome"),
+        ],
+        &rows,
+    );
+    format!(
+        "{table}{}\n",
+        super::wrap::hanging(
+            &say!(lang, "conformity-conformity", outcome = lang.term("outcome", &report.outcome), rule = report.rule),
+            2
+        )
+    )
 }
 
 /// A probability in percent; neither 0 nor 1 where it is only near.

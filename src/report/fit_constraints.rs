@@ -3,6 +3,7 @@
 use crate::campaign::{Campaign, Constraint};
 use crate::estimate::Side;
 use crate::fit::{Constraints, Fit};
+use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +23,7 @@ pub struct ConstraintsReport {
     #[serde(default)]
     pub p: Option<f64>,
     /// In words.
-    pub verdict: String,
+    pub verdict: Sentence,
 }
 
 /// One constraint.
@@ -87,25 +88,28 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
     let verdict = match status {
         "contradictory" => {
             let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
-            format!("no values meet constraints {} together: none was applied", named.join(", "))
+            sentence!("no-values-meet-constraints-together-none-was", named = named.join(", "))
         }
         "not-applied" => {
-            "the constraints were not applied: the readings leave parameters free, or the solver gave up".into()
+            sentence!("the-constraints-were-not-applied-the-readings")
         }
         _ => {
-            let costs: Vec<String> = list
+            let mut clauses: Vec<Sentence> = list
                 .iter()
                 .filter_map(|c| {
-                    Some(format!("constraint {} ({}) costs {} in chi-square", c.index, c.text, significant(c.cost?)))
+                    let cost = significant(c.cost?);
+                    Some(sentence!("constraint-costs-in-chi-square", index = c.index, text = c.text, cost))
                 })
                 .collect();
-            let contradicted = fit.bounds_p().filter(|p| *p < 1.0 - fit.settings.level).map_or(String::new(), |p| {
-                format!("; REJECTED: the readings contradict the bounds (p = {})", significant(p))
-            });
-            if costs.is_empty() {
-                "no bound is active: the estimate is the free one".into()
+            if clauses.is_empty() {
+                sentence!("no-bound-is-active-the-estimate-is")
             } else {
-                costs.join("; ") + &contradicted
+                let contradicted = fit.bounds_p().filter(|p| *p < 1.0 - fit.settings.level);
+                clauses.extend(
+                    contradicted
+                        .map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = significant(p))),
+                );
+                Sentence::clauses(clauses)
             }
         }
     };

@@ -29,7 +29,7 @@ fn probabilities_and_outcomes() {
             assert_within(found.probability.expect("a probability"), probability, 1e-9, limits);
             assert_eq!((found.outcome.as_str(), report.outcome.as_str()), (outcome, outcome), "{limits} {rule}");
             assert_eq!(found.unit, "mm/s");
-            assert!(conformity_text(&report).contains(outcome));
+            assert!(conformity_text(&report, tumble::language::Language::English).contains(outcome));
         }
     }
 }

@@ -9,6 +9,7 @@ mod dcc;
 mod examples;
 mod files;
 mod html;
+mod languages;
 #[path = "../markup/mod.rs"]
 mod markup;
 mod schemas;

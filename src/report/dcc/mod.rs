@@ -16,6 +16,7 @@ mod units;
 use super::{ArcsecReport, FitReport, VERSION};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
+use crate::language::{Language, say};
 use crate::uncertainty::quantiles;
 use crate::wire::LabFile;
 use quick_xml::Writer;
@@ -30,10 +31,10 @@ type Xml = Writer<Vec<u8>>;
 /// A fit as a digital calibration certificate, with the identities of a lab file.
 ///
 /// Errors: an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
-pub fn certificate(fit: &Fit, report: &FitReport, lab: &LabFile) -> Result<String> {
+pub fn certificate(fit: &Fit, report: &FitReport, lab: &LabFile, lang: Language) -> Result<String> {
     let quantities = quantities(fit, report)?;
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-    let written = write(&mut xml, fit, report, lab, &quantities);
+    let written = write(&mut xml, fit, report, lab, &quantities, lang);
     let text = written.ok().and_then(|()| String::from_utf8(xml.into_inner()).ok());
     text.map(|text| text + "\n").ok_or_else(|| Malformed::new(Fault::Value, "the certificate cannot be written as XML"))
 }
@@ -116,7 +117,14 @@ fn uncertainty(id: &str, expanded: Option<f64>, k: Option<f64>) -> Result<(f64, 
     Ok((expanded, k))
 }
 
-fn write(xml: &mut Xml, fit: &Fit, report: &FitReport, lab: &LabFile, quantities: &[Quantity]) -> io::Result<()> {
+fn write(
+    xml: &mut Xml,
+    fit: &Fit,
+    report: &FitReport,
+    lab: &LabFile,
+    quantities: &[Quantity],
+    lang: Language,
+) -> io::Result<()> {
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let attributes = [
         ("xmlns:dcc", "https://ptb.de/dcc"),
@@ -126,16 +134,17 @@ fn write(xml: &mut Xml, fit: &Fit, report: &FitReport, lab: &LabFile, quantities
         ("schemaVersion", SCHEMA_VERSION),
     ];
     xml.create_element("dcc:digitalCalibrationCertificate").with_attributes(attributes).write_inner_content(|xml| {
-        administrative::write(xml, lab)?;
+        administrative::write(xml, lab, lang)?;
         within(xml, "dcc:measurementResults", |xml| {
             within(xml, "dcc:measurementResult", |xml| {
                 let title = &fit.campaign.bench.title;
-                named(xml, "dcc:name", if title.is_empty() { &report.bench } else { title }, "en")?;
+                let title = if title.is_empty() { &report.bench } else { title };
+                told(xml, "dcc:name", lang, |lang| lang.name(title).into_owned())?;
                 administrative::method_and_equipment(xml, lab)?;
                 within(xml, "dcc:results", |xml| {
-                    estimates(xml, report, quantities)?;
-                    covariance(xml, report, quantities)?;
-                    scatter(xml, report)
+                    estimates(xml, report, quantities, lang)?;
+                    covariance(xml, report, quantities, lang)?;
+                    scatter(xml, report, lang)
                 })
             })
         })
@@ -143,69 +152,67 @@ fn write(xml: &mut Xml, fit: &Fit, report: &FitReport, lab: &LabFile, quantities
     Ok(())
 }
 
-fn estimates(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io::Result<()> {
+fn estimates(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], lang: Language) -> io::Result<()> {
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     within(xml, "dcc:result", |xml| {
-        named(xml, "dcc:name", "Angles and coefficients", "en")?;
-        within(xml, "dcc:description", |xml| content(xml, &remarks(report).join(" "), "en"))?;
-        within(xml, "dcc:data", |xml| quantities.iter().try_for_each(|quantity| self::quantity(xml, quantity, level)))
+        told(xml, "dcc:name", lang, |lang| say!(lang, "angles-and-coefficients").into())?;
+        told(xml, "dcc:description", lang, |lang| remarks(report, lang).join(lang.space()))?;
+        within(xml, "dcc:data", |xml| {
+            quantities.iter().try_for_each(|quantity| self::quantity(xml, quantity, level, lang))
+        })
     })
 }
 
 /// What a reader must know to use the numbers.
-fn remarks(report: &FitReport) -> Vec<String> {
+fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     let models: Vec<String> = report.model.iter().map(|(sensor, line)| format!("{sensor} = {line}")).collect();
-    let mut remarks = vec![format!("Model: {}.", models.join("; "))];
-    remarks.push(format!(
-        "Least squares ({}) from {} readings with {} degrees of freedom.",
-        report.estimator, report.fit.readings, report.fit.dof
+    let mut remarks = vec![say!(lang, "dcc-model", models = models.join(lang.semicolon()))];
+    remarks.push(say!(
+        lang,
+        "dcc-least-squares",
+        estimator = lang.term("estimator", &report.estimator),
+        readings = report.fit.readings.to_string(),
+        dof = report.fit.dof.to_string()
     ));
     if !report.known.is_empty() {
         let known: Vec<String> =
             report.known.iter().map(|k| format!("{} = {} {} (u = {})", k.id, k.value, k.unit, k.u)).collect();
-        remarks.push(format!("Known: {}.", known.join("; ")));
+        remarks.push(say!(lang, "dcc-known", known = known.join(lang.semicolon())));
     }
     if !report.assumed_zero.is_empty() {
-        remarks.push(format!("Assumed zero: {}.", report.assumed_zero.join(", ")));
+        remarks.push(say!(lang, "dcc-assumed-zero", assumed_zero = report.assumed_zero.join(lang.comma())));
     }
     for defect in &report.not_estimable {
-        remarks.push(format!("Not estimable and therefore not given: {}.", defect.text));
+        remarks.push(say!(lang, "dcc-not-estimable", text = defect.text));
     }
     if let Some(robust) = &report.robust {
-        remarks.push(format!("Robust estimator: {}.", robust.method));
+        remarks.push(say!(lang, "dcc-robust", method = robust.method));
     }
     if let Some(p) = report.fit.p {
-        let word = if report.fit.rejected { "failed" } else { "passed" };
-        remarks.push(format!("Global chi-square test {word}, p = {p:.3}."));
+        let p = format!("{p:.3}");
+        remarks.push(match report.fit.rejected {
+            true => say!(lang, "dcc-global-test-failed", p),
+            false => say!(lang, "dcc-global-test-passed", p),
+        });
     }
     remarks
 }
 
 /// What scatters, each source with its standard deviation; nothing where there is only the readings' own noise.
-fn scatter(xml: &mut Xml, report: &FitReport) -> io::Result<()> {
-    let told = |s: &&super::ScatterReport| s.sd.is_some();
-    if !super::scatter::is_worth_a_table(&report.scatter) || !report.scatter.iter().any(|s| told(&s)) {
+fn scatter(xml: &mut Xml, report: &FitReport, lang: Language) -> io::Result<()> {
+    let has_sd = |s: &&super::ScatterReport| s.sd.is_some();
+    if !super::scatter::is_worth_a_table(&report.scatter) || !report.scatter.iter().any(|s| has_sd(&s)) {
         return Ok(());
     }
     within(xml, "dcc:result", |xml| {
-        named(xml, "dcc:name", "What scatters", "en")?;
-        let about = "Standard deviations of the deviations that the uncertainties take into account.";
-        within(xml, "dcc:description", |xml| content(xml, about, "en"))?;
+        told(xml, "dcc:name", lang, |lang| say!(lang, "what-scatters").into())?;
+        told(xml, "dcc:description", lang, |lang| say!(lang, "dcc-what-scatters").into())?;
         within(xml, "dcc:data", |xml| {
-            for (k, source) in report.scatter.iter().filter(told).enumerate() {
+            for (k, source) in report.scatter.iter().filter(has_sd).enumerate() {
                 let id = format!("scatter_{}", k + 1);
                 xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
-                    named(xml, "dcc:name", &source.source, "en")?;
-                    let levels = source.levels;
-                    let mut said =
-                        format!("{} ({levels} values)", if source.estimated { "estimated" } else { "stated" });
-                    if let Some(u) = source.u_sd {
-                        said.push_str(&format!(", standard uncertainty {}", decimal(u)));
-                    }
-                    if let Some(note) = &source.note {
-                        said.push_str(&format!("; {note}"));
-                    }
-                    within(xml, "dcc:description", |xml| content(xml, &said, "en"))?;
+                    told(xml, "dcc:name", lang, |lang| super::scatter::source_name(&source.source, lang))?;
+                    told(xml, "dcc:description", lang, |lang| about_source(source, lang))?;
                     within(xml, "si:real", |xml| {
                         text(xml, "si:label", &source.of)?;
                         text(xml, "si:value", &decimal(source.sd.unwrap_or_default()))?;
@@ -218,12 +225,26 @@ fn scatter(xml: &mut Xml, report: &FitReport) -> io::Result<()> {
     })
 }
 
-fn quantity(xml: &mut Xml, quantity: &Quantity, level: f64) -> io::Result<()> {
+fn about_source(source: &super::ScatterReport, lang: Language) -> String {
+    let levels = source.levels.to_string();
+    let mut clauses = vec![match source.estimated {
+        true => say!(lang, "dcc-estimated-values", levels),
+        false => say!(lang, "dcc-stated-values", levels),
+    }];
+    clauses.extend(source.u_sd.map(|u| say!(lang, "dcc-standard-uncertainty", u = decimal(u))));
+    let mut said = clauses.join(lang.clause());
+    if let Some(note) = &source.note {
+        said.push_str(&format!("{}{}", lang.semicolon(), note.say(lang)));
+    }
+    said
+}
+
+fn quantity(xml: &mut Xml, quantity: &Quantity, level: f64, lang: Language) -> io::Result<()> {
     let id = format!("quantity_{}", quantity.id);
     xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
         named(xml, "dcc:name", &quantity.id, "en")?;
         if !quantity.meaning.is_empty() {
-            within(xml, "dcc:description", |xml| content(xml, &quantity.meaning, "en"))?;
+            told(xml, "dcc:description", lang, |lang| lang.name(&quantity.meaning).into_owned())?;
         }
         match quantity.arcsec.and_then(|a| a.value.zip(a.expanded)) {
             Some((value, expanded)) => within(xml, "si:hybrid", |xml| {
@@ -254,7 +275,7 @@ fn real(xml: &mut Xml, quantity: &Quantity, (value, expanded, unit): (f64, f64, 
 
 /// The joint region: covariance and the factor of its ellipsoid, `k^2 = n F(level; n, nu)` with the smallest degrees of freedom (GUM
 /// Supplement 2, 6.5.3 for the normal: `k^2` the chi-square quantile).
-fn covariance(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io::Result<()> {
+fn covariance(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], lang: Language) -> io::Result<()> {
     let joint: Vec<(&Quantity, usize)> = quantities.iter().filter_map(|q| Some((q, q.index?))).collect();
     let at = |i: usize, j: usize| report.covariance.matrix.get(i).and_then(|row| row.get(j)).copied().flatten();
     let full = joint.iter().all(|(_, i)| joint.iter().all(|(_, j)| at(*i, *j).is_some()));
@@ -269,10 +290,10 @@ fn covariance(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io:
     let Some(factor) = factor.filter(|_| joint.len() > 1 && full) else { return Ok(()) };
     let list = |of: &dyn Fn(&Quantity) -> String| joint.iter().map(|(q, _)| of(q)).collect::<Vec<_>>().join(" ");
     within(xml, "dcc:result", |xml| {
-        named(xml, "dcc:name", "Covariance of the estimates", "en")?;
+        told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-covariance").into())?;
         within(xml, "dcc:data", |xml| {
             within(xml, "dcc:quantity", |xml| {
-                named(xml, "dcc:name", "all estimates jointly", "en")?;
+                told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-jointly").into())?;
                 within(xml, "si:realListXMLList", |xml| {
                     text(xml, "si:labelXMLList", &list(&|q| q.id.clone()))?;
                     text(xml, "si:valueXMLList", &list(&|q| decimal(q.value)))?;
@@ -328,7 +349,17 @@ fn content(xml: &mut Xml, value: &str, language: &str) -> io::Result<()> {
     Ok(())
 }
 
-/// An element of `dcc:textType`.
+/// An element of `dcc:textType` that this program words: in the language asked for, and in English.
+fn told(xml: &mut Xml, name: &str, lang: Language, said: impl Fn(Language) -> String) -> io::Result<()> {
+    within(xml, name, |xml| {
+        if lang != Language::English {
+            content(xml, &said(lang), lang.code())?;
+        }
+        content(xml, &said(Language::English), Language::English.code())
+    })
+}
+
+/// An element of `dcc:textType` with text of the laboratory.
 fn named(xml: &mut Xml, name: &str, value: &str, language: &str) -> io::Result<()> {
     within(xml, name, |xml| content(xml, value, language))
 }

@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, HALF, INK, SMALL, SOFT, TEXT, TINT, fitted, rules, scale, style, svg, text_width};
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -22,16 +23,16 @@ const ROW: i32 = 48;
 ///
 /// ```
 /// use tumble::report::plot::{Interval, values};
-/// let svg = values(&[Interval { label: "tilt".into(), value: -3.0, expanded: 0.5 }], "arcsec")?;
+/// let svg = values(&[Interval { label: "tilt".into(), value: -3.0, expanded: 0.5 }], "arcsec", Default::default())?;
 /// assert!(svg.starts_with("<svg") && svg.contains(">\ntilt\n"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn values(rows: &[Interval], unit: &str) -> Result<String> {
+pub fn values(rows: &[Interval], unit: &str, lang: Language) -> Result<String> {
     let height = ROW * rows.len() as i32 + 96;
-    svg(HALF, height as u32, |area| draw(area, rows, unit, height))
+    svg(HALF, height as u32, |area| draw(area, rows, unit, height, lang))
 }
 
-fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32) -> Drawn {
+fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Language) -> Drawn {
     let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
     let at = |v: f64| scale::scaled(v, exponent);
     let ends = rows.iter().flat_map(|r| [at(r.value) - at(r.expanded), at(r.value) + at(r.expanded)]);
@@ -46,7 +47,7 @@ fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32) -> Drawn {
     rules::upright(area, scale::ticks(low, high, 5), bottom, x)?;
     area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
     area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
-    let title = scale::title("estimate and expanded uncertainty", unit, exponent);
+    let title = scale::title(say!(lang, "estimate-and-expanded-uncertainty"), unit, exponent);
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     for (k, row) in rows.iter().enumerate() {
         let y = ROW * k as i32 + ROW / 2;
