@@ -592,3 +592,17 @@ quantity-at = { $id } at { $value }
 # fit/azimuth.rs
 azimuth-is-any = both components may be zero, so every direction is possible: the interval is the whole circle, and u is that of an angle of which nothing is known
 azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: near zero the components do not give it symmetrically about the value
+
+# correction
+left-out-not-estimable = not estimable: { $names }
+its-line-does-not-bind = its line does not bind
+its-line-has-no-slope-at-zero-input = its line has no slope at zero input
+its-line-follows-no-rate = its line follows no rate and no specific force to first order
+dcc-as-found = as found, before adjustment
+dcc-as-left = as left, after adjustment
+dcc-state-of-item = State of the item
+dcc-title-and-state = { $title }: { $state }
+dcc-probability = Probability of conformity { $probability }.
+dcc-correction = inputs = matrix * (readings - bias), to first order, in frame { $frame }.
+dcc-row = Row of the matrix for { $input }
+angles-at-bounds = Upright lines: active bounds; there the bar is what the bounds leave of the interval.

@@ -521,3 +521,17 @@ quantity-at = { $value } 处的 { $id }
 # fit/azimuth.rs
 azimuth-is-any = 两个分量都可能为零，任何方向均有可能：区间为整个圆周，u 取方位完全未知时的标准不确定度
 azimuth-interval = { $level } % 区间为 { $low } 至 { $high }{ $unit }：分量接近零，区间对量值不对称
+
+# correction
+left-out-not-estimable = 不可估计：{ $names }
+its-line-does-not-bind = 其模型不能代入数值
+its-line-has-no-slope-at-zero-input = 其模型在零输入处没有斜率
+its-line-follows-no-rate = 其模型的一阶项不含角速率和比力
+dcc-as-found = 调整前（原始状态）
+dcc-as-left = 调整后（交付状态）
+dcc-state-of-item = 被测件状态
+dcc-title-and-state = { $title }:{ $state }
+dcc-probability = 合格概率 { $probability }。
+dcc-correction = 一阶修正：输入量 = 矩阵 ×（读数 - 零偏），坐标系 { $frame }。
+dcc-row = { $input } 对应的矩阵行
+angles-at-bounds = 竖线：起作用的界限；此处误差棒为区间中界限所容许的部分。

@@ -1,8 +1,8 @@
 //! `--html`, `--md` and `--dcc`: a report as a page or a certificate.
 
-use super::files;
+use super::{calibrations, files};
 use crate::compare;
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
 use crate::language::Language;
 use crate::report::html::{self, Page};
@@ -31,6 +31,9 @@ pub(super) struct Certificate {
     /// The identities that a certificate needs: laboratory, persons, customer, items (see `tumble schema lab`).
     #[arg(long, value_name = "FILE", requires = "dcc")]
     lab: Option<PathBuf>,
+    /// The JSON report of a fit of the same unit before it was adjusted: the certificate then has both, as found and as left.
+    #[arg(long, value_name = "REPORT", requires = "dcc")]
+    as_found: Option<PathBuf>,
 }
 
 impl Certificate {
@@ -44,10 +47,31 @@ impl Certificate {
         let mut texts = Texts::new();
         if let (Some(path), Some(lab)) = (&self.dcc, &self.lab) {
             let lab = wire::read_lab(&files::read(lab)?)?;
-            let text = dcc::certificate(fit, report, &lab, lang).map_err(|error| wire::locate(error, campaign))?;
+            let found = self.as_found.as_deref().map(|path| as_found(path, report)).transpose()?;
+            let text = dcc::certificate(fit, report, found.as_ref(), &lab, lang)
+                .map_err(|error| wire::locate(error, campaign))?;
             texts.push((path.clone(), text));
         }
         Ok(texts)
+    }
+}
+
+/// The calibration before the adjustment.
+///
+/// Errors: a report of another bench or of another unit.
+fn as_found(path: &Path, left: &FitReport) -> Result<FitReport> {
+    let found = calibrations::read(path)?.report;
+    let refuse = |what: &str, expected: &str, found: &str| {
+        Err(Malformed::new(Fault::Value, format!("the calibration as found is of another {what}"))
+            .expected(format!("{what} '{expected}'"))
+            .found(format!("'{found}'"))
+            .in_file(path.display().to_string()))
+    };
+    let serial = |report: &FitReport| report.identity.unit.as_ref().and_then(|unit| unit.serial.clone());
+    match (serial(left), serial(&found)) {
+        _ if left.bench != found.bench => refuse("bench", &left.bench, &found.bench),
+        (Some(left), Some(found)) if left != found => refuse("unit", &left, &found),
+        _ => Ok(found),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Value, standard uncertainty, budget and expanded uncertainty of every estimated parameter and derived quantity.
 
+use super::azimuth::{Sector, sector};
 use super::names::{NamedCombination, describe};
 use super::noise::Noise;
-use super::azimuth::{Sector, sector};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;

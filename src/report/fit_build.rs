@@ -42,7 +42,12 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         site: super::site::site(&campaign.bench),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
-        derived: fit.derived.iter().zip(&campaign.derived).map(|(d, own)| derived(d, &own.unit, fit.settings.level)).collect(),
+        derived: fit
+            .derived
+            .iter()
+            .zip(&campaign.derived)
+            .map(|(d, own)| derived(d, &own.unit, fit.settings.level))
+            .collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
         correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
         covariance: CovarianceReport { order, matrix },

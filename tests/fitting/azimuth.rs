@@ -69,7 +69,8 @@ fn sectors_cover_what_an_independent_monte_carlo_says() {
         let shares = [held, whole].map(|n| n as f64 / draws as f64);
         println!("{r:4}  {nu:4}  {:.4}    {coverage:.4}     {:.4}  {circle:.4}", shares[0], shares[1]);
         let near = |share: f64, of: f64| {
-            let sd = (of.clamp(0.002, 0.998) * (1.0 - of.clamp(0.002, 0.998)) * (1.0 / draws as f64 + 1.0 / 200_000.0)).sqrt();
+            let sd = (of.clamp(0.002, 0.998) * (1.0 - of.clamp(0.002, 0.998)) * (1.0 / draws as f64 + 1.0 / 200_000.0))
+                .sqrt();
             (share - of).abs() < 4.5 * sd
         };
         assert!(near(shares[0], coverage) && near(shares[1], circle), "{row:?}: {shares:?}");

@@ -24,7 +24,8 @@ fn both_catalogues_have_the_same_keys_with_the_same_arguments() {
     assert_eq!(right.difference(&left).collect::<Vec<_>>(), Vec::<&String>::new(), "no English");
     for (key, arguments) in &english {
         // a count that only chooses an English plural may be missing
-        let without = |of: &BTreeSet<String>| of.iter().filter(|name| *name != "n").cloned().collect::<BTreeSet<String>>();
+        let without =
+            |of: &BTreeSet<String>| of.iter().filter(|name| *name != "n").cloned().collect::<BTreeSet<String>>();
         assert_eq!(without(arguments), without(&chinese[key]), "{key}");
     }
 }
@@ -46,13 +47,16 @@ fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
 
 /// Messages that the sources say: key, and names of the arguments. `say!(lang, "key", a, b = c)`, `sentence!("key", a)`.
 fn said(source: &str) -> Vec<(String, BTreeSet<String>)> {
-    let code: String = source.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let code: String =
+        source.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
     let mut found = Vec::new();
     for macro_name in ["say!(", "sentence!("] {
         for (at, _) in code.match_indices(macro_name) {
             let parts = arguments(&code[at + macro_name.len()..]);
             let parts = if macro_name == "say!(" { parts.get(1..).unwrap_or_default() } else { &parts };
-            let Some(key) = parts.first().and_then(|first| first.strip_prefix('"')?.strip_suffix('"')) else { continue };
+            let Some(key) = parts.first().and_then(|first| first.strip_prefix('"')?.strip_suffix('"')) else {
+                continue;
+            };
             let name = |part: &String| part.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
             found.push((key.to_string(), parts[1..].iter().map(name).collect()));
         }
@@ -111,9 +115,52 @@ fn chinese(folder: &Path, arguments: &[&str]) -> String {
 /// symbols, names of programs, standards and persons.
 fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
     const FIELD: [&str; 46] = [
-        "tumble", "apply", "export", "diagnose", "linear", "JSON", "SHA", "IEEE", "Std", "JCGM", "Shapiro", "Francia", "Sidak", "Holm", "Birge",
-        "huber", "tukey", "arcsec", "deg", "rad", "mrad", "urad", "ppm", "pulse", "inf", "sin", "cos", "tan", "asin", "acos", "atan",
-        "sqrt", "abs", "sign", "site", "gravity", "latitude", "altitude", "WGS", "Somigliana", "IMU", "ICRA", "Tedaldi", "Pretto", "Menegatti", "norm",
+        "tumble",
+        "apply",
+        "export",
+        "diagnose",
+        "linear",
+        "JSON",
+        "SHA",
+        "IEEE",
+        "Std",
+        "JCGM",
+        "Shapiro",
+        "Francia",
+        "Sidak",
+        "Holm",
+        "Birge",
+        "huber",
+        "tukey",
+        "arcsec",
+        "deg",
+        "rad",
+        "mrad",
+        "urad",
+        "ppm",
+        "pulse",
+        "inf",
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "sqrt",
+        "abs",
+        "sign",
+        "site",
+        "gravity",
+        "latitude",
+        "altitude",
+        "WGS",
+        "Somigliana",
+        "IMU",
+        "ICRA",
+        "Tedaldi",
+        "Pretto",
+        "Menegatti",
+        "norm",
     ];
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|word| {
         let letters = word.chars().filter(char::is_ascii_alphabetic).count();
@@ -140,7 +187,8 @@ fn own_words(folder: &Path) -> BTreeSet<String> {
         }
     }
     for bench in files(&root().join("data/benches"), ".json") {
-        let bench: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench).expect("a bench")).expect("JSON");
+        let bench: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(bench).expect("a bench")).expect("JSON");
         symbols(&bench, &mut take);
     }
     words
@@ -179,7 +227,11 @@ fn check(text: &str, own: &BTreeSet<String>, what: &str) {
 
 fn in_columns(text: &str, what: &str) {
     for line in text.lines() {
-        assert!(columns(line) <= COLUMNS || !line.trim_start().contains(' '), "{what}: {} columns\n{line}", columns(line));
+        assert!(
+            columns(line) <= COLUMNS || !line.trim_start().contains(' '),
+            "{what}: {} columns\n{line}",
+            columns(line)
+        );
     }
 }
 
@@ -224,7 +276,8 @@ fn json_is_the_same_in_every_language() {
     let folder = root().join("examples/51-six-positions");
     let file = files(&folder, ".campaign.json").remove(0);
     let file = file.to_string_lossy();
-    let english = Command::cargo_bin("tumble").expect("the program").args(["fit", &file, "--json", "-"]).output().expect("a run");
+    let english =
+        Command::cargo_bin("tumble").expect("the program").args(["fit", &file, "--json", "-"]).output().expect("a run");
     let json = chinese(&folder, &["fit", &file, "--json", "-"]);
     assert_eq!(String::from_utf8_lossy(&english.stdout), json);
     assert!(json.is_ascii() || !json.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c)));
@@ -232,7 +285,11 @@ fn json_is_the_same_in_every_language() {
 
 #[test]
 fn a_command_without_chinese_says_which_have_it() {
-    let output = Command::cargo_bin("tumble").expect("the program").args(["bench", "list", "--lang", "zh"]).output().expect("a run");
+    let output = Command::cargo_bin("tumble")
+        .expect("the program")
+        .args(["bench", "list", "--lang", "zh"])
+        .output()
+        .expect("a run");
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1));
     assert!(text.contains("--lang zh") && text.contains("fit"), "{text}");

@@ -3,22 +3,29 @@
 //! ```text
 //! digitalCalibrationCertificate
 //!   administrativeData   software, core data, items, laboratory, persons, customer, statements: from the lab file only
-//!   measurementResults   one result with a quantity for each estimate (value, U, k, level), one with the covariance
+//!   measurementResults   one result with a quantity for each estimate (value, U, k, level), one with the covariance, one with the correction
 //! ```
+//!
+//! With a calibration as found there are two measurement results, before and after adjustment. Each has its conditions, conformity beside the
+//! quantity that it is about, and the correction as bias and matrix.
 //!
 //! <https://ptb.de/dcc/v3.3.0/>; element names and order follow `dcc.xsd` 3.3.0 and `SI_Format.xsd` 2.2. Angles are given in radians and in
 //! arcseconds (`si:hybrid`). Deliberately absent: signatures and seals (a certificate is signed with the laboratory's own means), invented
 //! identities, a certificate of estimates without uncertainty.
 
 mod administrative;
+mod conditions;
+mod covariance;
+mod matrix;
 mod units;
+mod verdicts;
 
 use super::{ArcsecReport, FitReport, VERSION};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
 use crate::language::{Language, say};
-use crate::uncertainty::quantiles;
 use crate::wire::LabFile;
+use conditions::Adjusted;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::io;
@@ -28,15 +35,47 @@ pub const SCHEMA_VERSION: &str = "3.3.0";
 
 type Xml = Writer<Vec<u8>>;
 
-/// A fit as a digital calibration certificate, with the identities of a lab file.
+/// A fit as a digital calibration certificate, with the identities of a lab file; `as_found` is the report of the same unit before it was
+/// adjusted.
 ///
 /// Errors: an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
-pub fn certificate(fit: &Fit, report: &FitReport, lab: &LabFile, lang: Language) -> Result<String> {
-    let quantities = quantities(fit, report)?;
+pub fn certificate(
+    fit: &Fit,
+    report: &FitReport,
+    as_found: Option<&FitReport>,
+    lab: &LabFile,
+    lang: Language,
+) -> Result<String> {
+    let meaning = |id: &str| fit.parameters.iter().find(|own| own.id == id).map_or("", |own| own.meaning.as_str());
+    let title = match fit.campaign.bench.title.as_str() {
+        "" => report.bench.as_str(),
+        title => title,
+    };
+    let adjusted = as_found.map(|_| Adjusted::After);
+    let own = Measured { report, adjusted, prefix: "", quantities: quantities(&meaning, report)? };
+    let found = match as_found {
+        Some(found) => Some(Measured {
+            report: found,
+            adjusted: Some(Adjusted::Before),
+            prefix: "found_",
+            quantities: quantities(&meaning, found)?,
+        }),
+        None => None,
+    };
+    let results: Vec<Measured<'_>> = found.into_iter().chain([own]).collect();
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-    let written = write(&mut xml, fit, report, lab, &quantities, lang);
+    let written = write(&mut xml, title, &results, lab, lang);
     let text = written.ok().and_then(|()| String::from_utf8(xml.into_inner()).ok());
     text.map(|text| text + "\n").ok_or_else(|| Malformed::new(Fault::Value, "the certificate cannot be written as XML"))
+}
+
+/// One measurement result of the certificate.
+struct Measured<'a> {
+    report: &'a FitReport,
+    adjusted: Option<Adjusted>,
+    /// Before the ids of its elements.
+    prefix: &'static str,
+    quantities: Vec<Quantity>,
 }
 
 /// A quantity of the certificate.
@@ -53,9 +92,9 @@ struct Quantity {
     index: Option<usize>,
 }
 
-fn quantities(fit: &Fit, report: &FitReport) -> Result<Vec<Quantity>> {
+fn quantities<'a>(meaning: &dyn Fn(&str) -> &'a str, report: &FitReport) -> Result<Vec<Quantity>> {
     let mut quantities = Vec::new();
-    for (k, (p, result)) in report.parameters.iter().zip(&fit.parameters).enumerate() {
+    for (k, p) in report.parameters.iter().enumerate() {
         let Some(value) = p.value else { continue };
         if p.kind != "tilt" && p.unit.is_empty() {
             return Err(Malformed::new(Fault::Missing, format!("a certificate needs the unit of '{}'", p.id))
@@ -70,7 +109,7 @@ fn quantities(fit: &Fit, report: &FitReport) -> Result<Vec<Quantity>> {
         let (expanded, factor) = uncertainty(&p.id, p.expanded, p.k)?;
         quantities.push(Quantity {
             id: p.id.clone(),
-            meaning: result.meaning.clone(),
+            meaning: meaning(&p.id).to_string(),
             unit: units::d_si(&p.unit),
             value,
             expanded,
@@ -117,14 +156,7 @@ fn uncertainty(id: &str, expanded: Option<f64>, k: Option<f64>) -> Result<(f64, 
     Ok((expanded, k))
 }
 
-fn write(
-    xml: &mut Xml,
-    fit: &Fit,
-    report: &FitReport,
-    lab: &LabFile,
-    quantities: &[Quantity],
-    lang: Language,
-) -> io::Result<()> {
+fn write(xml: &mut Xml, title: &str, results: &[Measured<'_>], lab: &LabFile, lang: Language) -> io::Result<()> {
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let attributes = [
         ("xmlns:dcc", "https://ptb.de/dcc"),
@@ -136,29 +168,38 @@ fn write(
     xml.create_element("dcc:digitalCalibrationCertificate").with_attributes(attributes).write_inner_content(|xml| {
         administrative::write(xml, lab, lang)?;
         within(xml, "dcc:measurementResults", |xml| {
-            within(xml, "dcc:measurementResult", |xml| {
-                let title = &fit.campaign.bench.title;
-                let title = if title.is_empty() { &report.bench } else { title };
-                told(xml, "dcc:name", lang, |lang| lang.name(title).into_owned())?;
-                administrative::method_and_equipment(xml, lab)?;
-                within(xml, "dcc:results", |xml| {
-                    estimates(xml, report, quantities, lang)?;
-                    covariance(xml, report, quantities, lang)?;
-                    scatter(xml, report, lang)
-                })
-            })
+            results.iter().try_for_each(|own| measured(xml, title, own, lab, lang))
         })
     })?;
     Ok(())
 }
 
-fn estimates(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], lang: Language) -> io::Result<()> {
-    let level = report.parameters.first().map_or(0.95, |p| p.level);
+fn measured(xml: &mut Xml, title: &str, own: &Measured<'_>, lab: &LabFile, lang: Language) -> io::Result<()> {
+    let report = own.report;
+    within(xml, "dcc:measurementResult", |xml| {
+        told(xml, "dcc:name", lang, |lang| match own.adjusted {
+            Some(adjusted) => {
+                say!(lang, "dcc-title-and-state", title = lang.name(title), state = adjusted.said(lang))
+            }
+            None => lang.name(title).into_owned(),
+        })?;
+        administrative::method_and_equipment(xml, lab)?;
+        conditions::write(xml, &report.identity, own.adjusted, &lab.certificate.language, lang)?;
+        within(xml, "dcc:results", |xml| {
+            estimates(xml, own, lang)?;
+            covariance::write(xml, report, &own.quantities, lang)?;
+            matrix::write(xml, report.correction.as_ref(), own.prefix, lang)?;
+            scatter(xml, report, own.prefix, lang)
+        })
+    })
+}
+
+fn estimates(xml: &mut Xml, own: &Measured<'_>, lang: Language) -> io::Result<()> {
     within(xml, "dcc:result", |xml| {
         told(xml, "dcc:name", lang, |lang| say!(lang, "angles-and-coefficients").into())?;
-        told(xml, "dcc:description", lang, |lang| remarks(report, lang).join(lang.space()))?;
+        told(xml, "dcc:description", lang, |lang| remarks(own.report, lang).join(lang.space()))?;
         within(xml, "dcc:data", |xml| {
-            quantities.iter().try_for_each(|quantity| self::quantity(xml, quantity, level, lang))
+            own.quantities.iter().try_for_each(|quantity| self::quantity(xml, own, quantity, lang))
         })
     })
 }
@@ -199,7 +240,7 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
 }
 
 /// What scatters, each source with its standard deviation; nothing where there is only the readings' own noise.
-fn scatter(xml: &mut Xml, report: &FitReport, lang: Language) -> io::Result<()> {
+fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, lang: Language) -> io::Result<()> {
     let has_sd = |s: &&super::ScatterReport| s.sd.is_some();
     if !super::scatter::is_worth_a_table(&report.scatter) || !report.scatter.iter().any(|s| has_sd(&s)) {
         return Ok(());
@@ -209,7 +250,7 @@ fn scatter(xml: &mut Xml, report: &FitReport, lang: Language) -> io::Result<()> 
         told(xml, "dcc:description", lang, |lang| say!(lang, "dcc-what-scatters").into())?;
         within(xml, "dcc:data", |xml| {
             for (k, source) in report.scatter.iter().filter(has_sd).enumerate() {
-                let id = format!("scatter_{}", k + 1);
+                let id = format!("{prefix}scatter_{}", k + 1);
                 xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
                     told(xml, "dcc:name", lang, |lang| super::scatter::source_name(&source.source, lang))?;
                     told(xml, "dcc:description", lang, |lang| about_source(source, lang))?;
@@ -239,8 +280,9 @@ fn about_source(source: &super::ScatterReport, lang: Language) -> String {
     said
 }
 
-fn quantity(xml: &mut Xml, quantity: &Quantity, level: f64, lang: Language) -> io::Result<()> {
-    let id = format!("quantity_{}", quantity.id);
+fn quantity(xml: &mut Xml, own: &Measured<'_>, quantity: &Quantity, lang: Language) -> io::Result<()> {
+    let level = own.report.parameters.first().map_or(0.95, |p| p.level);
+    let id = format!("{}quantity_{}", own.prefix, quantity.id);
     xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
         named(xml, "dcc:name", &quantity.id, "en")?;
         if !quantity.meaning.is_empty() {
@@ -250,9 +292,10 @@ fn quantity(xml: &mut Xml, quantity: &Quantity, level: f64, lang: Language) -> i
             Some((value, expanded)) => within(xml, "si:hybrid", |xml| {
                 real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level)?;
                 real(xml, quantity, (value, expanded, "\\arcsecond"), level)
-            }),
-            None => real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level),
+            })?,
+            None => real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level)?,
         }
+        verdicts::of_quantity(xml, own.report.conformity.as_ref(), &quantity.id, lang)
     })?;
     Ok(())
 }
@@ -268,54 +311,6 @@ fn real(xml: &mut Xml, quantity: &Quantity, (value, expanded, unit): (f64, f64, 
                 text(xml, "si:coverageFactor", &plain(quantity.k))?;
                 text(xml, "si:coverageProbability", &plain(level))?;
                 text(xml, "si:distribution", if quantity.dof.is_finite() { "t" } else { "normal" })
-            })
-        })
-    })
-}
-
-/// The joint region: covariance and the factor of its ellipsoid, `k^2 = n F(level; n, nu)` with the smallest degrees of freedom (GUM
-/// Supplement 2, 6.5.3 for the normal: `k^2` the chi-square quantile).
-fn covariance(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], lang: Language) -> io::Result<()> {
-    let joint: Vec<(&Quantity, usize)> = quantities.iter().filter_map(|q| Some((q, q.index?))).collect();
-    let at = |i: usize, j: usize| report.covariance.matrix.get(i).and_then(|row| row.get(j)).copied().flatten();
-    let full = joint.iter().all(|(_, i)| joint.iter().all(|(_, j)| at(*i, *j).is_some()));
-    let level = report.parameters.first().map_or(0.95, |p| p.level);
-    let dof = joint.iter().map(|(q, _)| q.dof).fold(f64::INFINITY, f64::min);
-    let n = joint.len() as f64;
-    let square = match dof.is_finite() {
-        true => quantiles::fisher_f_quantile(level, n, dof).map(|f| n * f),
-        false => quantiles::chi_square_quantile(level, n),
-    };
-    let factor = square.map(f64::sqrt).filter(|k| k.is_finite() && *k >= 1.0);
-    let Some(factor) = factor.filter(|_| joint.len() > 1 && full) else { return Ok(()) };
-    let list = |of: &dyn Fn(&Quantity) -> String| joint.iter().map(|(q, _)| of(q)).collect::<Vec<_>>().join(" ");
-    within(xml, "dcc:result", |xml| {
-        told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-covariance").into())?;
-        within(xml, "dcc:data", |xml| {
-            within(xml, "dcc:quantity", |xml| {
-                told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-jointly").into())?;
-                within(xml, "si:realListXMLList", |xml| {
-                    text(xml, "si:labelXMLList", &list(&|q| q.id.clone()))?;
-                    text(xml, "si:valueXMLList", &list(&|q| decimal(q.value)))?;
-                    text(xml, "si:unitXMLList", &list(&|q| q.unit.clone()))?;
-                    within(xml, "si:ellipsoidalRegionXMLList", |xml| {
-                        within(xml, "si:covarianceMatrix", |xml| {
-                            joint.iter().try_for_each(|(a, j)| {
-                                within(xml, "si:column", |xml| {
-                                    joint.iter().try_for_each(|(b, i)| {
-                                        within(xml, "si:covariance", |xml| {
-                                            text(xml, "si:value", &decimal(at(*i, *j).unwrap_or_default()))?;
-                                            text(xml, "si:unit", &units::product(&a.unit, &b.unit))
-                                        })
-                                    })
-                                })
-                            })
-                        })?;
-                        text(xml, "si:coverageFactor", &plain(factor))?;
-                        text(xml, "si:coverageProbability", &plain(level))?;
-                        text(xml, "si:distribution", if dof.is_finite() { "t" } else { "normal" })
-                    })
-                })
             })
         })
     })

@@ -2,7 +2,6 @@
 
 use super::{Align, Figure, Page, Section, Table, Tone, cells};
 use crate::error::Result;
-use crate::language::Language;
 use crate::language::{Language, say};
 use crate::report::plot::{self, History, Interval};
 use crate::report::table::{rounded, significant};
@@ -67,7 +66,7 @@ pub fn changes_page(report: &ChangesReport, lang: Language) -> Result<Page> {
     let bars: Vec<Interval> = report
         .changes
         .iter()
-        .filter_map(|c| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0 }))
+        .filter_map(|c| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0, at_bound: None }))
         .collect();
     let figure = Figure {
         svg: plot::values(&bars, say!(lang, "difference-over-u-bars-u"), lang)?,
@@ -159,13 +158,10 @@ pub fn history_page(report: &HistoryReport, lang: Language) -> Result<Page> {
         );
         let points = t.points.iter().map(|(day, v, u)| (calendar(*day), *v, 2.0 * u.unwrap_or(0.0))).collect();
         figures.push(Figure {
-            svg: plot::history(&History {
-                label: t.id.clone(),
-                unit: t.unit.clone(),
-                points,
-                trend,
-                limits: t.limits,
-            })?,
+            svg: plot::history(
+                &History { label: t.id.clone(), unit: t.unit.clone(), points, trend, limits: t.limits },
+                lang,
+            )?,
             caption: say!(lang, "over-time", id = t.id),
             description: say!(lang, "with-bars-of-u-dashed-limits-line", id = t.id),
             ..Figure::default()

@@ -7,7 +7,7 @@ use crate::language::{Language, say};
 use crate::report::plot::{self, Bar, Interval, Part, Residual};
 use crate::report::scatter;
 use crate::report::table::{rounded, significant};
-use crate::report::{BudgetReport, FitReport};
+use crate::report::{ARCSEC, BudgetReport, FitReport};
 
 /// More rows than this are no figure any more.
 const MOST_ROWS: usize = 60;
@@ -21,16 +21,21 @@ struct Angle<'a> {
     expanded: f64,
     budget: &'a [BudgetReport],
     u: f64,
+    /// Ends of the interval, where a bound holds it.
+    at_bound: Option<[f64; 2]>,
 }
 
 fn angles(report: &FitReport) -> Vec<Angle<'_>> {
-    let parameters = report.parameters.iter().map(|p| (p.id.as_str(), p.arcsec, p.budget.as_slice()));
-    let derived = report.derived.iter().map(|d| (d.id.as_str(), d.arcsec, d.budget.as_slice()));
+    let parameters = report.parameters.iter().map(|p| {
+        let held = p.interval.filter(|_| p.state == "at-bound").map(|ends| ends.map(|end| end * ARCSEC));
+        (p.id.as_str(), p.arcsec, p.budget.as_slice(), held)
+    });
+    let derived = report.derived.iter().map(|d| (d.id.as_str(), d.arcsec, d.budget.as_slice(), None));
     parameters
         .chain(derived)
-        .filter_map(|(id, arcsec, budget)| {
+        .filter_map(|(id, arcsec, budget, at_bound)| {
             let a = arcsec?;
-            Some(Angle { id, value: a.value?, expanded: a.expanded?, u: a.u?, budget })
+            Some(Angle { id, value: a.value?, expanded: a.expanded?, u: a.u?, budget, at_bound })
         })
         .take(MOST_ROWS)
         .collect()
@@ -56,13 +61,22 @@ pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Result<Vec
     if angles.is_empty() {
         return Ok(Vec::new());
     }
-    let rows: Vec<Interval> =
-        angles.iter().map(|a| Interval { label: a.id.into(), value: a.value, expanded: a.expanded }).collect();
+    let rows: Vec<Interval> = angles
+        .iter()
+        .map(|a| Interval { label: a.id.into(), value: a.value, expanded: a.expanded, at_bound: a.at_bound })
+        .collect();
     let bars: Vec<Bar> = angles.iter().map(|a| Bar { label: a.id.into(), parts: parts(a.budget, a.u, lang) }).collect();
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     Ok(vec![
         Figure {
-            caption: say!(lang, "angles-with-their-expanded-uncertainties", level = cells::level(level)),
+            caption: [
+                Some(say!(lang, "angles-with-their-expanded-uncertainties", level = cells::level(level))),
+                angles.iter().any(|a| a.at_bound.is_some()).then(|| say!(lang, "angles-at-bounds").to_string()),
+            ]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(lang.space()),
             description: listed(
                 angles.iter().map(|a| {
                     say!(

@@ -143,7 +143,12 @@ mod tests {
         let wild = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MAX, -f64::MAX, f64::MIN_POSITIVE, 1.0, 1.0 + 1e-15];
         for a in wild {
             for b in wild {
-                let row = |value, bar| Interval { label: "<&\"\u{0}\u{ffff}\u{1b}x".into(), value, expanded: bar };
+                let row = |value, bar| Interval {
+                    label: "<&\"\u{0}\u{ffff}\u{1b}x".into(),
+                    value,
+                    expanded: bar,
+                    at_bound: None,
+                };
                 let text = values(&[row(a, b), row(b, a)], "angle, arcsec", L).unwrap();
                 assert!(!text.contains("<&") && text.chars().all(xml::is_allowed));
                 assert!(values(&[row(a, a)], "angle", L).is_ok());
@@ -167,7 +172,7 @@ mod tests {
 
     #[test]
     fn text_is_text() {
-        let row = Interval { label: "dtheta_y2".into(), value: -162.07, expanded: 1.23 };
+        let row = Interval { label: "dtheta_y2".into(), value: -162.07, expanded: 1.23, at_bound: None };
         let text = values(&[row], "angle, arcsec", L).unwrap();
         assert!(text.contains("<text") && text.contains("dtheta_y2") && text.contains("angle, arcsec"));
     }

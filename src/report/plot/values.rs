@@ -1,6 +1,8 @@
 //! Values with error bars, one row each.
 
-use super::{Area, BLUE, Drawn, HALF, INK, SMALL, SOFT, TEXT, TINT, fitted, rules, scale, style, svg, text_width};
+use super::{
+    Area, BLUE, Drawn, HALF, INK, SMALL, SOFT, TEXT, TINT, VERMILLION, fitted, rules, scale, style, svg, text_width,
+};
 use crate::error::Result;
 use crate::language::{Language, say};
 use plotters::prelude::*;
@@ -15,6 +17,14 @@ pub struct Interval {
     pub value: f64,
     /// Expanded uncertainty.
     pub expanded: f64,
+    /// Is the value held by a bound? Then the ends of the interval that the bounds leave, and an upright line at the value.
+    pub at_bound: Option<[f64; 2]>,
+}
+
+impl Interval {
+    fn ends(&self) -> [f64; 2] {
+        self.at_bound.unwrap_or([self.value - self.expanded, self.value + self.expanded])
+    }
 }
 
 const ROW: i32 = 48;
@@ -23,7 +33,7 @@ const ROW: i32 = 48;
 ///
 /// ```
 /// use tumble::report::plot::{Interval, values};
-/// let svg = values(&[Interval { label: "tilt".into(), value: -3.0, expanded: 0.5 }], "arcsec", Default::default())?;
+/// let svg = values(&[Interval { label: "tilt".into(), value: -3.0, expanded: 0.5, at_bound: None }], "arcsec", Default::default())?;
 /// assert!(svg.starts_with("<svg") && svg.contains(">\ntilt\n"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
@@ -35,7 +45,7 @@ pub fn values(rows: &[Interval], unit: &str, lang: Language) -> Result<String> {
 fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Language) -> Drawn {
     let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
     let at = |v: f64| scale::scaled(v, exponent);
-    let ends = rows.iter().flat_map(|r| [at(r.value) - at(r.expanded), at(r.value) + at(r.expanded)]);
+    let ends = rows.iter().flat_map(|r| r.ends().map(at).into_iter().chain([at(r.value)]));
     let (low, high) = scale::range(ends.chain([0.0]), 0.04);
     let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
     let (right, bottom) = (HALF as i32 - 24, height - 84);
@@ -53,10 +63,14 @@ fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Langu
         let y = ROW * k as i32 + ROW / 2;
         let label = fitted(&row.label, TEXT, left - 20);
         area.draw(&Text::new(label, (left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
-        let (from, to) = (x(at(row.value) - at(row.expanded)), x(at(row.value) + at(row.expanded)));
+        let [from, to] = row.ends().map(|end| x(at(end)));
         area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
         for end in [from, to] {
             area.draw(&PathElement::new([(end, y - 14), (end, y + 14)], BLUE.stroke_width(3)))?;
+        }
+        if row.at_bound.is_some() {
+            let bound = x(at(row.value));
+            area.draw(&PathElement::new([(bound, y - 22), (bound, y + 22)], VERMILLION.stroke_width(5)))?;
         }
         area.draw(&Circle::new((x(at(row.value)), y), 6, BLUE.filled()))?;
     }
