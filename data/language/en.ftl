@@ -591,7 +591,7 @@ quantity-at = { $id } at { $value }
 
 # fit/azimuth.rs
 azimuth-is-any = both components may be zero, so every direction is possible: the interval is the whole circle, and u is that of an angle of which nothing is known
-azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: near zero the components do not give it symmetrically about the value
+azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, where it is not value - U to value + U
 
 # correction
 left-out-not-estimable = not estimable: { $names }
@@ -606,3 +606,4 @@ dcc-probability = Probability of conformity { $probability }.
 dcc-correction = inputs = matrix * (readings - bias), to first order, in frame { $frame }.
 dcc-row = Row of the matrix for { $input }
 angles-at-bounds = Upright lines: active bounds; there the bar is what the bounds leave of the interval.
+source-weights = estimated weights (Kenward-Roger)

@@ -348,8 +348,8 @@ source-over-per = { $of }（按{ $per }，随 { $over } 相关）
 per-reading = 读数
 per-position = 位置
 per-campaign = 整次测试
-source-note = { $source }:{ $note }
-source-note-sentence = { $source }:{ $note }。
+source-note = { $source }：{ $note }
+source-note-sentence = { $source }：{ $note }。
 the-readings-scatter-no-more-than-without = 没有它读数的分散也不过如此：估计为零；u 与自由度并不依赖其为零
 the-readings-scatter-no-more-than-without-2 = 没有它读数的分散也不过如此：估计为零
 no-reading-feels-it-here = 此处没有读数受其影响
@@ -418,7 +418,7 @@ no-loud = 否
 joined-by-and = { " 和 " }
 state-and-meaning = { $state }{ $between }。{ $meaning }
 from-to = { $a } 至 { $b }
-colon-why = :{ $why }
+colon-why = ：{ $why }
 conformity-passes = 合格。判定规则：{ $rule }。
 conformity-fails = 不合格。判定规则：{ $rule }。
 conformity-is-undecided = 不能判定。判定规则：{ $rule }。
@@ -515,12 +515,12 @@ the-printed-equation-has-the-printed-chain = 印刷公式中有 { $id }，印刷
 coefficient-of-in-the-printed-equation = 印刷公式中 { $id } 的系数
 the-chain-of-rotations-gives-the-opposite = 由旋转链得出的符号相反
 the-chain-of-rotations-gives-another-value = 由旋转链得出的是另一个值
-misprint-of = { $what }:
+misprint-of = { $what }：
 quantity-at = { $value } 处的 { $id }
 
 # fit/azimuth.rs
 azimuth-is-any = 两个分量都可能为零，任何方向均有可能：区间为整个圆周，u 取方位完全未知时的标准不确定度
-azimuth-interval = { $level } % 区间为 { $low } 至 { $high }{ $unit }：分量接近零，区间对量值不对称
+azimuth-interval = { $level } % 区间为 { $low } 至 { $high }{ $unit }：分量接近零，该区间不同于量值 - U 至量值 + U
 
 # correction
 left-out-not-estimable = 不可估计：{ $names }
@@ -530,8 +530,9 @@ its-line-follows-no-rate = 其模型的一阶项不含角速率和比力
 dcc-as-found = 调整前（原始状态）
 dcc-as-left = 调整后（交付状态）
 dcc-state-of-item = 被测件状态
-dcc-title-and-state = { $title }:{ $state }
+dcc-title-and-state = { $title }：{ $state }
 dcc-probability = 合格概率 { $probability }。
 dcc-correction = 一阶修正：输入量 = 矩阵 ×（读数 - 零偏），坐标系 { $frame }。
 dcc-row = { $input } 对应的矩阵行
 angles-at-bounds = 竖线：起作用的界限；此处误差棒为区间中界限所容许的部分。
+source-weights = 权的估计（Kenward-Roger）

@@ -210,8 +210,10 @@ fn source_sentence(source: &str) -> Sentence {
     if let Some(sensor) = source.strip_prefix("readings of ") {
         return sentence!("source-readings-of", sensor);
     }
-    if source == "priors" {
-        return sentence!("source-priors");
+    match source {
+        "priors" => return sentence!("source-priors"),
+        "estimated weights (Kenward-Roger)" => return sentence!("source-weights"),
+        _ => {}
     }
     let Some((of, per)) = source.rsplit_once(" per ") else { return Sentence::text(source) };
     let per = match per {

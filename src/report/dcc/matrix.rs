@@ -27,7 +27,7 @@ pub(super) fn write(
     within(xml, "dcc:result", |xml| {
         told(xml, "dcc:name", lang, |lang| say!(lang, "the-correction-to-apply").into())?;
         told(xml, "dcc:description", lang, |lang| {
-            let about = say!(lang, "dcc-correction", frame = correction.frame);
+            let about = say!(lang, "dcc-correction", frame = lang.name(&correction.frame));
             format!("{about}{}{}", lang.space(), validity_sentence(correction, lang))
         })?;
         within(xml, "dcc:data", |xml| {
