@@ -8,6 +8,7 @@ use std::fmt;
 
 /// What sort of fault a [`Malformed`] question has; programs branch on this, people read the sentence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Fault {
     /// The text is not JSON, CSV or a model line at all.
     Syntax,
@@ -59,13 +60,21 @@ struct Parts {
     what: String,
     expected: Option<String>,
     found: Option<String>,
+    argument: Option<(&'static str, String)>,
     place: Place,
 }
 
 impl Malformed {
     /// A fault and the sentence that says what is wrong.
     pub fn new(fault: Fault, what: impl Into<String>) -> Self {
-        Malformed(Box::new(Parts { fault, what: what.into(), expected: None, found: None, place: Place::default() }))
+        Malformed(Box::new(Parts {
+            fault,
+            what: what.into(),
+            expected: None,
+            found: None,
+            argument: None,
+            place: Place::default(),
+        }))
     }
 
     /// What would have been right here.
@@ -77,6 +86,12 @@ impl Malformed {
     /// What stood here instead.
     pub fn found(mut self, found: impl Into<String>) -> Self {
         self.0.found = Some(found.into());
+        self
+    }
+
+    /// The argument of the call that would set it right, by its name, with an example of its value (may be empty).
+    pub fn argument(mut self, name: &'static str, example: impl Into<String>) -> Self {
+        self.0.argument = Some((name, example.into()));
         self
     }
 
@@ -144,6 +159,11 @@ impl Malformed {
     /// What would have been right, if it can be said.
     pub fn expectation(&self) -> Option<&str> {
         self.0.expected.as_deref()
+    }
+
+    /// The argument that would set it right and an example of its value, where an argument of the call would.
+    pub fn remedy(&self) -> Option<(&'static str, &str)> {
+        self.0.argument.as_ref().map(|(name, example)| (*name, example.as_str()))
     }
 
     /// What stood there instead, if it can be said.

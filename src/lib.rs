@@ -44,10 +44,26 @@
 //! | [`plan`] | a schedule judged before anyone measures; the best positions |
 //! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
 //! | [`navigate`] | what calibration errors do to a strapdown navigator over hours, and which explain measured ones |
-//! | [`wire`] | bench, campaign, mission, truth and CSV files in and out, their JSON Schemas |
+//! | [`wire`] | bench, campaign, mission, truth and CSV files in and out, their JSON Schemas; the same in code |
 //! | [`report`] | results as stable JSON and as tables |
 //! | [`theory`] | the equations with their sources, page by page, each with a number worked by hand |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |
+//!
+//! # Features
+//!
+//! All are on unless `default-features = false`, which leaves the engine: benches, campaigns, fits, diagnoses, plans, simulations, records, reports as
+//! JSON and as tables.
+//!
+//! | feature | what it adds |
+//! |---|---|
+//! | `cli` | the program (and all other features) |
+//! | `html` | reports as pages and Markdown, their pictures |
+//! | `dcc` | the digital calibration certificate |
+//! | `navigate` | missions, and diagnoses of navigation errors |
+//! | `parquet` | records and series as Parquet |
+//! | `excel` | records and readings in workbooks (`.xlsx`, `.xls`, `.xlsb`, `.ods`) |
+//! | `hdf5` | records and readings in HDF5 and MATLAB 7.3 |
+//! | `mcap` | records in MCAP logs of ROS 1 and 2 |
 //!
 //! # Invariants
 //!
@@ -58,10 +74,23 @@
 //! * Outcomes (rank defect, failed test, no convergence) are values. [`error::Malformed`] means that the question is malformed.
 //! * Nothing panics, whatever the input; the library neither prints nor reads files.
 
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented
+    )
+)]
+
 pub mod algebra;
 pub mod batch;
 pub mod bench;
 pub mod campaign;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
 pub mod correction;
@@ -71,6 +100,7 @@ pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod language;
+#[cfg(feature = "navigate")]
 pub mod navigate;
 pub mod noise;
 pub mod plan;
@@ -82,11 +112,13 @@ pub mod simulate;
 pub mod theory;
 pub mod uncertainty;
 pub mod units;
+mod vocabulary;
 pub mod wire;
 
 pub use bench::Bench;
 pub use campaign::Campaign;
+pub use compare::compare;
 pub use diagnosis::{Diagnosis, diagnose};
-pub use error::{Malformed, Result};
+pub use error::{Fault, Malformed, Result};
 pub use fit::{Fit, fit};
 pub use simulate::simulate;

@@ -61,14 +61,7 @@ fn interruptible<T: Send + 'static>(
 /// A campaign from text; what it names is looked for in `folder`.
 fn campaign(name: &str, text: String, folder: &Path) -> Result<Campaign, Malformed> {
     let source = Source { name: name.into(), text };
-    wire::read_campaign(&source, &mut |wanted| {
-        let path = folder.join(wanted);
-        let name = path.display().to_string();
-        let bytes = std::fs::read(&path).map_err(|error| {
-            Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
-        })?;
-        Source::from_bytes(name, bytes)
-    })
+    wire::read_campaign_beside(&source, folder)
 }
 
 fn json(value: &impl serde::Serialize) -> Result<String, Malformed> {
@@ -129,7 +122,7 @@ fn fit(
         let source = Source { name, text };
         let fit = tumble::fit(&campaign, &settings).map_err(|error| wire::locate(error, &source))?;
         let report = report::fit_report(&fit);
-        let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == "fail");
+        let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == tumble::fit::Conformity::Fail);
         let text = match form.as_str() {
             "page" => html::render(&html::fit_page(&fit, &report, None, &[], tumble::language::Language::English)?)?,
             "table" => report::table::fit(&report, false, tumble::language::Language::English),

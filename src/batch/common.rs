@@ -483,7 +483,7 @@ impl Common {
 }
 
 /// Is every sensor's line affine in the unknowns, and no unknown an angle of the chain?
-fn is_linear(campaign: &Campaign) -> bool {
+pub(super) fn is_linear(campaign: &Campaign) -> bool {
     let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
     campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
         && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))

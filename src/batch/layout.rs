@@ -1,7 +1,8 @@
 //! Which columns of a table matter to a campaign.
 
 use crate::bench::Bench;
-use crate::record::{As, Column};
+use crate::record::{As, Block, Column};
+use crate::units::Conversion;
 
 /// What a column of a table of many devices is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,16 +24,27 @@ pub struct Layout {
     pub columns: Vec<usize>,
     /// What each is.
     pub uses: Vec<Use>,
+    /// From each column's unit to the key's.
+    pub conversions: Vec<Option<Conversion>>,
 }
 
 impl Layout {
-    /// The columns that a bench needs; `others` are further ones that are carried along, or all.
+    /// The columns that a bench needs, under their titles; `others` are further ones that are carried along, or all.
     pub fn of(bench: &Bench, columns: &[Column], by: Option<usize>, others: impl Fn(&str) -> bool) -> Self {
+        let keys: Vec<_> = columns.iter().map(|column| (column.title.clone(), None)).collect();
+        Layout::keyed(bench, &keys, by, others)
+    }
+
+    /// The same with the keys that the columns stand for, and conversions of their units.
+    pub fn keyed(
+        bench: &Bench,
+        columns: &[(String, Option<Conversion>)],
+        by: Option<usize>,
+        others: impl Fn(&str) -> bool,
+    ) -> Self {
         let mut layout = Layout::default();
         let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
-        for (place, column) in columns.iter().enumerate() {
-            // a key is the whole title: a unit behind it would have to be converted
-            let key = column.title.as_str();
+        for (place, (key, conversion)) in columns.iter().enumerate() {
             let kind = match part(bench, &used, key) {
                 _ if Some(place) == by => continue,
                 Some(kind) => kind,
@@ -45,8 +57,19 @@ impl Layout {
             layout.keys.push(key.to_string());
             layout.columns.push(place);
             layout.uses.push(kind);
+            layout.conversions.push(*conversion);
         }
         layout
+    }
+
+    /// Numbers of a block in the units of their keys.
+    pub fn convert(&self, block: &mut Block) {
+        for (column, conversion) in block.columns.iter_mut().zip(&self.conversions) {
+            if let Some(conversion) = conversion {
+                let numbers = column.iter_mut().filter(|v| !v.is_nan());
+                numbers.for_each(|v| *v = conversion.apply(*v));
+            }
+        }
     }
 
     /// How each column is read; numbers of `Other` columns are labels.

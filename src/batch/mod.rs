@@ -14,6 +14,8 @@
 //! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
 //! | `block.rs` | estimates and residuals of eight devices side by side |
 //! | `fleet.rs` | which device is fitted how |
+//! | `parts.rs` | one linear step where the readings of a device come in parts, which merge |
+//! | `parts_row.rs` | the row of a device from its parts |
 //! | `repeat.rs` | a column that seems to tell devices apart where nobody says so |
 //! | `row.rs` | what is said of one device |
 //! | `summary.rs` | what is said of all of them: distributions, outlying devices, does the line scatter more than it is measured |
@@ -28,6 +30,8 @@ mod device;
 mod fleet;
 mod inputs;
 mod layout;
+mod parts;
+mod parts_row;
 mod repeat;
 mod replicates;
 mod row;
@@ -38,6 +42,8 @@ pub use common::Common;
 pub use device::Device;
 pub use fleet::{Fleet, Schedules};
 pub use layout::{Layout, Use};
+pub use parts::{Line, Part, Parts};
+pub use parts_row::Coverage;
 pub use repeat::repeats;
 pub use row::{Row, Solved, Verdict};
 pub use stream::{Counts, Ended, count, stream};

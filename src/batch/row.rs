@@ -4,48 +4,29 @@ use crate::campaign::Limited;
 use crate::error::Malformed;
 use crate::fit::{Conformity, Fit, judge};
 use crate::uncertainty::Combined;
+use crate::vocabulary::vocabulary;
 
-/// How a device was fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Solved {
-    /// By the factorisation that all devices of its schedule share.
-    Together,
-    /// By a fit of its own.
-    Alone,
-    /// Not at all.
-    Not,
-}
-
-impl Solved {
-    /// As tables write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Solved::Together => "common",
-            Solved::Alone => "own",
-            Solved::Not => "none",
-        }
+vocabulary! {
+    /// How a device was fitted.
+    Solved {
+        /// By the factorisation that all devices of its schedule share.
+        Together = "common",
+        /// By a fit of its own.
+        Alone = "own",
+        /// Not at all.
+        Not = "none",
     }
 }
 
-/// Is the answer usable?
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Verdict {
-    /// Every unknown is determined, and the global test (where there is one) is passed.
-    Accepted,
-    /// A rank defect, a failed global test, no convergence: what the fit of a single campaign ends with exit code 2 for.
-    Rejected,
-    /// The device's readings are no readings of this campaign.
-    Malformed,
-}
-
-impl Verdict {
-    /// As tables write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Accepted => "accepted",
-            Verdict::Rejected => "rejected",
-            Verdict::Malformed => "malformed",
-        }
+vocabulary! {
+    /// Is the answer usable?
+    Verdict {
+        /// Every unknown is determined, and the global test (where there is one) is passed.
+        Accepted = "accepted",
+        /// A rank defect, a failed global test, no convergence: what the fit of a single campaign ends with exit code 2 for.
+        Rejected = "rejected",
+        /// The device's readings are no readings of this campaign.
+        Malformed = "malformed",
     }
 }
 

@@ -79,7 +79,7 @@ pub fn stream(
     open: &dyn Fn(usize) -> Result<Record>,
     by: Option<&str>,
     lot: Option<&str>,
-    layout: &dyn Fn(&Record, Option<usize>) -> Layout,
+    layout: &dyn Fn(&Record, Option<usize>) -> Result<Layout>,
     counts: Option<&Counts>,
     sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<()>,
 ) -> Result<Ended> {
@@ -89,7 +89,7 @@ pub fn stream(
         let mut record = open(file)?;
         let column = by.map(|by| by_column(&record, by)).transpose()?;
         let lot = lot.map(|lot| record.find(lot)).transpose()?;
-        let own = layout(&record, column);
+        let own = layout(&record, column)?;
         let own = match &first {
             None => first.insert(own).clone(),
             Some(before) => own.in_the_order_of(before).ok_or_else(|| {
@@ -124,6 +124,7 @@ pub fn stream(
         let mut block = Block::default();
         let mut current = None;
         while record.next(&mut block)? {
+            own.convert(&mut block);
             if let Some(back) = gathering.block(&record, &block, &places, &mut current)? {
                 return Ok(back);
             }
@@ -284,6 +285,7 @@ impl Layout {
             ordered.keys.push(key.clone());
             ordered.columns.push(*self.columns.get(k)?);
             ordered.uses.push(*self.uses.get(k)?);
+            ordered.conversions.push(*self.conversions.get(k)?);
         }
         (ordered.keys.len() == self.keys.len()).then_some(ordered)
     }

@@ -79,6 +79,13 @@ pub struct Scattering {
     pub sd_of_devices: f64,
 }
 
+impl Scattering {
+    /// Do devices differ by more than their readings scatter: is so large a ratio less probable than 1 %?
+    pub fn is_significant(&self) -> bool {
+        self.p < 0.01
+    }
+}
+
 /// A device that stands apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutlyingDevice {

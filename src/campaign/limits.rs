@@ -1,25 +1,18 @@
 //! Limits that a quantity must keep, and the rule by which it is judged.
 
-/// How conformity is decided (JCGM 106:2012, ISO/IEC 17025 7.8.6).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Decision {
-    /// Simple acceptance: the value inside the limits, whatever its uncertainty (JCGM 106, 8.2).
-    #[default]
-    Simple,
-    /// Guard band w = U: pass where the value is inside by U, fail where it is outside by U (JCGM 106, 8.3).
-    GuardU,
-    /// Specific risk: pass where the probability of conformity is at least the level, fail where it is at most one minus it (JCGM 106, 7).
-    Risk,
-}
+use crate::vocabulary::vocabulary;
 
-impl Decision {
-    /// As files write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Decision::Simple => "simple",
-            Decision::GuardU => "guard-u",
-            Decision::Risk => "risk",
-        }
+vocabulary! {
+    /// How conformity is decided (JCGM 106:2012, ISO/IEC 17025 7.8.6).
+    #[derive(Default)]
+    Decision {
+        /// Simple acceptance: the value inside the limits, whatever its uncertainty (JCGM 106, 8.2).
+        #[default]
+        Simple = "simple",
+        /// Guard band w = U: pass where the value is inside by U, fail where it is outside by U (JCGM 106, 8.3).
+        GuardU = "guard-u",
+        /// Specific risk: pass where the probability of conformity is at least the level, fail where it is at most one minus it (JCGM 106, 7).
+        Risk = "risk",
     }
 }
 

@@ -5,16 +5,19 @@ use crate::algebra::Expression;
 use crate::bench::{Bench, Link};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::{Conversion, Unit};
+use crate::vocabulary::vocabulary;
 
-/// Coefficient of a model line or tilt of the chain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// A small rotation of the chain, in radians.
-    Tilt,
-    /// A coefficient of a model line, in the units that make its term the sensor's unit.
-    Coefficient,
-    /// An input of the bench that is known with an uncertainty: gravity, latitude, the rate of a joint.
-    Input,
+vocabulary! {
+    /// Coefficient of a model line or tilt of the chain.
+    Kind {
+        /// A small rotation of the chain, in radians.
+        Tilt = "tilt",
+        /// A coefficient of a model line, in the units that make its term the sensor's unit.
+        Coefficient = "coefficient",
+        /// An input of the bench that is known with an uncertainty: gravity, latitude, the rate of a joint.
+        #[schemars(skip)]
+        Input = "input",
+    }
 }
 
 /// A parameter of the model.
@@ -70,29 +73,19 @@ pub struct Known {
     pub distribution: Distribution,
 }
 
-/// Shape of the distribution of a known value. `u` is its standard deviation whatever the shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Distribution {
-    /// Gaussian.
-    #[default]
-    Normal,
-    /// Rectangular: half width `u sqrt 3`.
-    Rectangular,
-    /// Triangular: half width `u sqrt 6`.
-    Triangular,
-    /// Arcsine (U-shaped): half width `u sqrt 2`.
-    Arcsine,
-}
-
-impl Distribution {
-    /// As files write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Distribution::Normal => "normal",
-            Distribution::Rectangular => "rectangular",
-            Distribution::Triangular => "triangular",
-            Distribution::Arcsine => "arcsine",
-        }
+vocabulary! {
+    /// Shape of the distribution of a known value. `u` is its standard deviation whatever the shape.
+    #[derive(Default)]
+    Distribution {
+        /// Gaussian.
+        #[default]
+        Normal = "normal",
+        /// Rectangular: half width `u sqrt 3`.
+        Rectangular = "rectangular",
+        /// Triangular: half width `u sqrt 6`.
+        Triangular = "triangular",
+        /// Arcsine (U-shaped): half width `u sqrt 2`.
+        Arcsine = "arcsine",
     }
 }
 

@@ -1,5 +1,6 @@
 //! Many devices in one table, or in many files: `tumble fit CAMPAIGN --by COLUMN`, `--readings FILE...`.
 
+use super::files::Beside;
 use super::outputs::Outputs;
 use super::pages::Pages;
 use super::rows::{Columns, Format, Rows};
@@ -72,7 +73,7 @@ impl Question {
         let files = match (&file.readings, readings) {
             (_, [_, ..]) => globs::expand(readings)?,
             (ReadingsRef::Path(own), _) => vec![folder.join(own)],
-            (ReadingsRef::Inline(_), _) => Vec::new(),
+            (ReadingsRef::Inline(_) | ReadingsRef::Samples(_), _) => Vec::new(),
         };
         Ok(Question { path: path.to_path_buf(), source, input, file, by, files, replaced: !readings.is_empty() })
     }
@@ -90,44 +91,17 @@ impl Question {
     /// The campaign of one device.
     pub(super) fn single(&self) -> Result<(Campaign, Source, Vec<Input>)> {
         let mut inputs = vec![self.input.clone()];
+        let mut folder = Beside::new(&self.path);
         let Some(path) = self.files.first().filter(|_| self.replaced) else {
-            let folder: PathBuf = self.path.parent().map(Path::to_path_buf).unwrap_or_default();
-            let campaign = wire::campaign_from(self.file.clone(), &self.source, &mut |name| {
-                let (source, input) = files::read_input(&folder.join(name))?;
-                inputs.push(input);
-                Ok(source)
-            })?;
+            let campaign = wire::campaign_from(self.file.clone(), &self.source, &mut folder)?;
+            inputs.extend(folder.inputs);
             return Ok((campaign, self.source.clone(), inputs));
         };
         let bench = self.bench(&mut inputs)?;
-        let readings = if is_parquet(path) {
-            self.refuse_columns()?;
-            let others = |_: &str| true;
-            let mut found = None;
-            let name = path.display().to_string();
-            let ended = batch::stream(
-                &[name],
-                &|_| open(path),
-                None,
-                None,
-                &|record, by| Layout::of(&bench, record.columns(), by, others),
-                None,
-                &mut |mut devices, layout| {
-                    found = devices.pop().map(|device| (device, layout.clone()));
-                    Ok(())
-                },
-            );
-            ended?;
-            inputs.push(files::input(path)?);
-            match found {
-                Some((device, layout)) => wire::device_readings(&bench, &layout, &device)?,
-                None => Readings::default(),
-            }
-        } else {
-            let (source, input) = files::read_input(path)?;
-            inputs.push(input);
-            wire::read_readings(&bench, &source, &self.file.columns)?
-        };
+        let table = folder.table_at(path)?;
+        let readings = wire::read_readings(&bench, table, &self.file.columns)
+            .map_err(|error| wire::locate(error, &self.source))?;
+        inputs.extend(folder.inputs);
         let campaign = self.file.clone().with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
         Ok((campaign, self.source.clone(), inputs))
     }
@@ -142,20 +116,19 @@ impl Question {
         bench.map_err(|error| wire::locate(error, &self.source))
     }
 
-    /// Titles of their own are read from one CSV of one device only.
-    fn refuse_columns(&self) -> Result<()> {
-        if self.file.columns.is_empty() {
-            return Ok(());
-        }
-        Err(Malformed::new(Fault::Value, "\"columns\" is for a CSV of one device; here are many, or Parquet")
-            .expected("columns under the keys of a reading, and no \"columns\" in the campaign")
-            .at_path("columns"))
-        .map_err(|error| wire::locate(error, &self.source))
+    /// The title of a column that the campaign calls by a key.
+    fn title(&self, key: &str) -> String {
+        self.file.columns.get(key).map_or(key, String::as_str).to_string()
     }
 
     /// The table of devices: files, or the campaign's own readings.
     pub(super) fn table<'a>(&'a self, others: Others<'a>, chart: Option<&'a str>) -> Result<Table<'a>> {
-        self.refuse_columns()?;
+        if let (ReadingsRef::Samples(_), true) = (&self.file.readings, self.files.is_empty()) {
+            return Err(Malformed::new(Fault::Value, "a record of samples is of one device")
+                .expected("a table of readings of many devices (tumble reduce makes readings of each record)")
+                .at_path("readings"))
+            .map_err(|error| wire::locate(error, &self.source));
+        }
         let mut inputs = vec![self.input.clone()];
         let bench = self.bench(&mut inputs)?;
         let mut table = Table {
@@ -171,10 +144,11 @@ impl Question {
         let numeric = match (self.files.first(), &self.file.readings) {
             (Some(first), _) => {
                 let record = open(first)?;
-                let by = self.by.as_deref().map(|by| record.find(by)).transpose()?;
+                let by = self.by.as_deref().map(|by| record.find(&self.title(by))).transpose()?;
                 table.lot = match chart {
                     Some(column) => {
-                        Some(record.columns().get(record.find(column)?).map_or(column.into(), |c| c.title.clone()))
+                        let found = record.find(&self.title(column))?;
+                        Some(record.columns().get(found).map_or(column.into(), |c| c.title.clone()))
                     }
                     None => lot(record.columns()),
                 };
@@ -184,7 +158,7 @@ impl Question {
                 for path in &self.files {
                     super::session::reads(path);
                 }
-                Layout::of(&bench, record.columns(), by, |key| table.wants(key)).numeric(&bench)
+                wire::table_layout(&bench, &record, by, &self.file.columns, |key| table.wants(key))?.numeric(&bench)
             }
             (None, ReadingsRef::Inline(rows)) => {
                 table.inline = rows.clone();
@@ -193,7 +167,7 @@ impl Question {
                     .map_err(|error| wire::locate(error.at_path("readings"), &self.source))?;
                 layout.numeric(&bench)
             }
-            (None, ReadingsRef::Path(_)) => Vec::new(),
+            (None, ReadingsRef::Path(_) | ReadingsRef::Samples(_)) => Vec::new(),
         };
         // the campaign of no device yet: everything but the readings is checked here
         let readings = Readings { columns: numeric, rows: Vec::new() };
@@ -294,10 +268,11 @@ impl Table<'_> {
         }
         let open = |k: usize| self.question.files.get(k).map_or_else(|| Err(no_file()), |path| open(path));
         let layout = |record: &Record, by: Option<usize>| {
-            Layout::of(&template.bench, record.columns(), by, |key| self.wants(key))
+            wire::table_layout(&template.bench, record, by, &self.question.file.columns, |key| self.wants(key))
         };
+        let by = self.by.as_deref().map(|by| self.question.title(by));
         let mut pass = |counts: Option<&batch::Counts>| {
-            batch::stream(&self.names, &open, self.by.as_deref(), self.lot.as_deref(), &layout, counts, sink)
+            batch::stream(&self.names, &open, by.as_deref(), self.lot.as_deref(), &layout, counts, sink)
         };
         if let Ended::CameBack { label, row } = pass(None)? {
             super::note(&format!(
@@ -305,7 +280,7 @@ impl Table<'_> {
                  kept until they are whole"
             ));
             restart()?;
-            let counts = batch::count(self.names.len(), &open, self.by())?;
+            let counts = batch::count(self.names.len(), &open, by.as_deref().unwrap_or_default())?;
             pass(Some(&counts))?;
         }
         Ok(())
@@ -352,22 +327,7 @@ fn lot(columns: &[Column]) -> Option<String> {
 }
 
 fn open(path: &Path) -> Result<Record> {
-    let name = path.display().to_string();
-    if path.is_dir() {
-        return Err(Malformed::new(Fault::File, format!("'{name}' is a folder"))
-            .expected("files: FOLDER/*.csv")
-            .in_file(name));
-    }
-    let file = std::fs::File::open(path).map_err(|error| {
-        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable table of readings")
-    })?;
-    Record::open_titled(&name, file)
-}
-
-fn is_parquet(path: &Path) -> bool {
-    use std::io::Read;
-    let mut first = [0_u8; 4];
-    std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok() && first == *b"PAR1"
+    Record::at_titled(path)
 }
 
 /// One fit for each device.

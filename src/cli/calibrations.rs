@@ -35,7 +35,7 @@ pub(super) fn read(path: &Path) -> Result<Stored> {
             .in_file(source.name));
     }
     let report: FitReport = wire::parse(&source)?;
-    if report.report != "fit" {
+    if report.report != crate::report::ReportKind::Fit {
         return Err(Malformed::new(Fault::Value, "this report is not that of a fit")
             .expected("\"report\": \"fit\"")
             .found(format!("\"report\": \"{}\"", report.report))

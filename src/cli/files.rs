@@ -3,8 +3,9 @@
 use super::session;
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
+use crate::record::{Record, parted};
 use crate::report::Input;
-use crate::wire::{self, MissionFile, Source};
+use crate::wire::{self, Folder, MissionFile, Source, Table};
 use serde::Serialize;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -80,13 +81,67 @@ pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source)> {
 pub(super) fn campaign_and_inputs(path: &Path) -> Result<(Campaign, Source, Vec<Input>)> {
     let (source, input) = read_input(path)?;
     let mut inputs = vec![input];
-    let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    let campaign = wire::read_campaign(&source, &mut |name| {
-        let (source, input) = read_input(&folder.join(name))?;
-        inputs.push(input);
-        Ok(source)
-    })?;
+    let mut folder = Beside::new(path);
+    let campaign = wire::read_campaign_in(&source, &mut folder)?;
+    inputs.extend(folder.inputs);
     Ok((campaign, source, inputs))
+}
+
+/// The folder of a campaign file: what the campaign refers to, and what was read of it.
+pub(super) struct Beside {
+    folder: PathBuf,
+    /// Files that were read, with digests.
+    pub(super) inputs: Vec<Input>,
+}
+
+impl Beside {
+    pub(super) fn new(campaign: &Path) -> Self {
+        Beside { folder: campaign.parent().map(Path::to_path_buf).unwrap_or_default(), inputs: Vec::new() }
+    }
+
+    /// A table of readings at a path of the user's.
+    pub(super) fn table_at(&mut self, path: &Path) -> Result<Table> {
+        if Record::is_text(path) {
+            return self.text_at(path).map(Table::Text);
+        }
+        self.seen(path)?;
+        Record::at_titled(path).map(Table::Record)
+    }
+
+    fn text_at(&mut self, path: &Path) -> Result<Source> {
+        let (source, input) = read_input(path)?;
+        self.inputs.push(input);
+        Ok(source)
+    }
+
+    fn seen(&mut self, path: &Path) -> Result<()> {
+        let (file, _) = parted(path);
+        if file.is_file() {
+            self.inputs.push(input(&file)?);
+            session::reads(&file);
+        }
+        Ok(())
+    }
+}
+
+impl Folder for Beside {
+    fn text(&mut self, name: &str) -> Result<Source> {
+        self.text_at(&self.folder.join(name))
+    }
+
+    fn table(&mut self, name: &str) -> Result<Table> {
+        self.table_at(&self.folder.join(name))
+    }
+
+    fn record(&mut self, name: &str) -> Result<Record> {
+        let path = self.folder.join(name);
+        self.seen(&path)?;
+        Record::at(&path)
+    }
+
+    fn note(&mut self, text: String) {
+        super::note(&format!("note: {text}"));
+    }
 }
 
 /// Say that a schedule is judged or simulated as that of one device, where its campaign is of many.

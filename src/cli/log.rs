@@ -1,13 +1,9 @@
 //! Opening a record: its file, its columns, its clock.
 
-use crate::error::{Fault, Malformed, Result};
-use crate::record::{self, Clock as Ticks, Record};
+use crate::error::Result;
+use crate::record::{self, Clock as Ticks, ClockFrom, Record};
 use clap::Args;
 use std::path::Path;
-
-/// Names under which a column of times is found.
-const TIMES: [&str; 10] =
-    ["time_s", "time", "t", "timestamp", "t_s", "time_ms", "time_us", "time_ns", "timestamp_ns", "Zeit"];
 
 /// Where the times of the samples come from.
 #[derive(Debug, Clone, Args)]
@@ -20,39 +16,27 @@ pub(super) struct Clock {
     rate: Option<f64>,
 }
 
-/// Open a record.
+/// Open a record; `FILE#NAME` is one table of a file that has several.
 pub(super) fn open(path: &Path) -> Result<Record> {
-    let name = path.display().to_string();
-    if path.is_dir() {
-        return Err(Malformed::new(Fault::File, format!("'{name}' is a folder")).expected("a file").in_file(name));
-    }
-    let file = std::fs::File::open(path).map_err(|error| {
-        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
-    })?;
-    super::session::reads(path);
-    Record::open(&name, file)
+    let record = Record::at(path)?;
+    super::session::reads(&record::parted(path).0);
+    Ok(record)
 }
 
 impl Clock {
+    /// Where the times come from.
+    pub(super) fn source(&self) -> ClockFrom {
+        ClockFrom { time: self.time.clone(), rate: self.rate }
+    }
+
     /// The column of times, if there is one.
     pub(super) fn column(&self, record: &Record) -> Result<Option<usize>> {
-        match (&self.time, self.rate) {
-            (Some(name), _) => record.find(name).map(Some),
-            (None, Some(_)) => Ok(None),
-            (None, None) => Ok(TIMES.iter().find_map(|name| record::find(record.columns(), name))),
-        }
+        self.source().column(record)
     }
 
     /// The clock itself.
     pub(super) fn ticks(&self, record: &Record, column: Option<usize>) -> Result<Ticks> {
-        match (column.and_then(|k| record.columns().get(k)), self.rate) {
-            (Some(column), _) => Ticks::column(column, record.name()),
-            (None, Some(rate)) => Ticks::rate(rate, record.name()),
-            (None, None) => Err(Malformed::new(Fault::Missing, "the record has no column of times")
-                .expected("--rate HZ, or --time COLUMN")
-                .found(format!("columns {}", record::listed(record.columns())))
-                .in_file(record.name())),
-        }
+        self.source().ticks(record, column)
     }
 }
 

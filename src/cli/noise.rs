@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// What to analyse and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The record: CSV in any dialect (also gzip), or Parquet.
+    /// The record: CSV in any dialect (also gzip), Parquet, a workbook, MATLAB, HDF5, or MCAP; FILE#NAME is one of its tables (a sheet, a variable, a group, a topic).
     log: PathBuf,
     /// Columns to analyse, by name, comma-separated; all numeric ones but the time unless given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -92,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let [html, md] = arguments.pages.paths();
     let mut outputs = Outputs::plan([html, md, arguments.json.as_deref()])?;
     if arguments.pages.is_asked_for() {
-        let inputs = vec![files::input(&arguments.log)?];
+        let inputs = vec![files::input(&crate::record::parted(&arguments.log).0)?];
         outputs.extend(arguments.pages.page(&html::noise_page(&report, &inputs)?)?);
     }
     if let Some(path) = &arguments.kalibr {

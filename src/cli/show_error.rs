@@ -27,6 +27,11 @@ fn render(error: &Malformed, colour: bool) -> String {
     if let Some(expected) = error.expectation() {
         help.push_str(&format!("expected {}", readable(expected)));
     }
+    if let Some((argument, example)) = error.remedy() {
+        // an argument of the library is an option of the program
+        let start = if help.is_empty() { "" } else { "\n" };
+        help.push_str(&format!("{start}option {}", format!("--{argument} {}", readable(example)).trim_end()));
+    }
     if let Some(found) = error.finding() {
         let start = if help.is_empty() { "" } else { "\n" };
         help.push_str(&format!("{start}found {}", readable(found)));

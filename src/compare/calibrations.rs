@@ -126,6 +126,13 @@ pub struct Together {
     pub p: f64,
 }
 
+impl Changes {
+    /// Is the test of all changes together below one minus the level? `None` where there is no such test.
+    pub fn together_is_significant(&self) -> Option<bool> {
+        self.together.as_ref().map(|test| test.p < 1.0 - self.level)
+    }
+}
+
 /// Compare two calibrations of one unit; with `shared` false every input counts as independent.
 ///
 /// ```

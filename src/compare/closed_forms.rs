@@ -149,6 +149,7 @@ const FILES: &[(&str, &str)] = &[
     ("accelerometer-plumb-plane", include_str!("../../data/closed_forms/accelerometer-plumb-plane.json")),
     ("accelerometer-dividing-head", include_str!("../../data/closed_forms/accelerometer-dividing-head.json")),
     ("imu-three-axis-table", include_str!("../../data/closed_forms/imu-three-axis-table.json")),
+    ("ferraris-accelerometer", include_str!("../../data/closed_forms/ferraris-accelerometer.json")),
     ("gyro-skew-triad", include_str!("../../data/closed_forms/gyro-skew-triad.json")),
     ("cube-mirror", include_str!("../../data/closed_forms/cube-mirror.json")),
     ("cube-mirror-right", include_str!("../../data/closed_forms/cube-mirror-right.json")),
@@ -173,7 +174,7 @@ pub fn closed_forms(bench: &str) -> Result<ClosedForms> {
     let Some((id, text)) = FILES.iter().find(|(id, _)| *id == bench) else {
         let ids: Vec<&str> = FILES.iter().map(|(id, _)| *id).collect();
         return Err(Malformed::new(Fault::UnknownName, format!("no closed forms are known for the bench '{bench}'"))
-            .expected(format!("a campaign on one of {}; `tumble fit` needs none", ids.join(", ")))
+            .expected(format!("a campaign on one of {}; a fit needs none", ids.join(", ")))
             .found(format!("'{bench}'")));
     };
     let file: File = wire::parse(&Source { name: format!("closed forms of {id}"), text: (*text).into() })?;

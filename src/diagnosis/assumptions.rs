@@ -10,32 +10,21 @@ use crate::error::Result;
 use crate::estimate::{Equation, Equations, Side};
 use crate::fit::{self, Constraints, Fit, Weighting};
 use crate::simulate::Regressor;
+use crate::vocabulary::vocabulary;
 
-/// What a diagnosis did with a constraint of the campaign.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Held {
-    /// An equality: met exactly throughout.
-    Equality,
-    /// An inequality that holds the estimate back: taken as an equality at its limit.
-    AtLimit,
-    /// An inequality that the estimate meets by itself: it has no part.
-    Inactive,
-    /// It contradicts others, or could not be applied: left out.
-    LeftOut,
-    /// Found to be wrong, and taken away by the repair.
-    Wrong,
-}
-
-impl Held {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Held::Equality => "equality",
-            Held::AtLimit => "at-limit",
-            Held::Inactive => "inactive",
-            Held::LeftOut => "left-out",
-            Held::Wrong => "wrong",
-        }
+vocabulary! {
+    /// What a diagnosis did with a constraint of the campaign.
+    Held {
+        /// An equality: met exactly throughout.
+        Equality = "equality",
+        /// An inequality that holds the estimate back: taken as an equality at its limit.
+        AtLimit = "at-limit",
+        /// An inequality that the estimate meets by itself: it has no part.
+        Inactive = "inactive",
+        /// It contradicts others, or could not be applied: left out.
+        LeftOut = "left-out",
+        /// Found to be wrong, and taken away by the repair.
+        Wrong = "wrong",
     }
 }
 

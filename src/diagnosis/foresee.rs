@@ -25,6 +25,7 @@ use crate::estimate;
 use crate::plan::{Independent, Noise};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::{normal_quantile, student_t_quantile};
+use crate::vocabulary::vocabulary;
 use faer::Mat;
 
 /// The rule behind every smallest size.
@@ -49,25 +50,15 @@ impl Rule {
     }
 }
 
-/// What becomes of an effect on this schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fate {
-    /// It shows from its smallest size on.
-    Detectable,
-    /// The estimated parameters take it up: it shifts them and leaves no residuals.
-    Absorbed,
-    /// Its term is zero at every position of the schedule.
-    NotExercised,
-}
-
-impl Fate {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Fate::Detectable => "detectable",
-            Fate::Absorbed => "absorbed",
-            Fate::NotExercised => "not-exercised",
-        }
+vocabulary! {
+    /// What becomes of an effect on this schedule.
+    Fate {
+        /// It shows from its smallest size on.
+        Detectable = "detectable",
+        /// The estimated parameters take it up: it shifts them and leaves no residuals.
+        Absorbed = "absorbed",
+        /// Its term is zero at every position of the schedule.
+        NotExercised = "not-exercised",
     }
 }
 

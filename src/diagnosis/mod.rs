@@ -93,32 +93,21 @@ use crate::campaign::{Campaign, JointState};
 use crate::error::Result;
 use crate::fit::{self, Estimator, Fit, Stop};
 use crate::simulate::Regressor;
+use crate::vocabulary::vocabulary;
 
-/// The verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// The effects named explain the gap down to the noise.
-    EffectsFound,
-    /// The effects named stand; what remains is more than noise, and nothing in the catalogue explains it.
-    PartlyExplained,
-    /// The gap is noise.
-    NothingMissing,
-    /// Something is missing that nothing in the catalogue explains.
-    Unexplained,
-    /// There is no redundancy: nothing can be diagnosed.
-    NotDiagnosable,
-}
-
-impl Verdict {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::EffectsFound => "effects-found",
-            Verdict::PartlyExplained => "partly-explained",
-            Verdict::NothingMissing => "nothing-missing",
-            Verdict::Unexplained => "unexplained",
-            Verdict::NotDiagnosable => "not-diagnosable",
-        }
+vocabulary! {
+    /// The verdict.
+    Verdict {
+        /// The effects named explain the gap down to the noise.
+        EffectsFound = "effects-found",
+        /// The effects named stand; what remains is more than noise, and nothing in the catalogue explains it.
+        PartlyExplained = "partly-explained",
+        /// The gap is noise.
+        NothingMissing = "nothing-missing",
+        /// Something is missing that nothing in the catalogue explains.
+        Unexplained = "unexplained",
+        /// There is no redundancy: nothing can be diagnosed.
+        NotDiagnosable = "not-diagnosable",
     }
 }
 

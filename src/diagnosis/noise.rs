@@ -5,28 +5,19 @@ use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
+use crate::vocabulary::vocabulary;
 use faer::Mat;
 use std::collections::HashMap;
 
-/// Where the noise floor comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoiseFrom {
-    /// Stated standard uncertainties of the readings.
-    Stated,
-    /// Scatter of readings with the same joint states and model inputs.
-    Replicates,
-    /// Residuals of the finished model: nothing else tells, so completeness cannot be tested against it.
-    Residuals,
-}
-
-impl NoiseFrom {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            NoiseFrom::Stated => "stated",
-            NoiseFrom::Replicates => "replicates",
-            NoiseFrom::Residuals => "residuals",
-        }
+vocabulary! {
+    /// Where the noise floor comes from.
+    NoiseFrom {
+        /// Stated standard uncertainties of the readings.
+        Stated = "stated",
+        /// Scatter of readings with the same joint states and model inputs.
+        Replicates = "replicates",
+        /// Residuals of the finished model: nothing else tells, so completeness cannot be tested against it.
+        Residuals = "residuals",
     }
 }
 

@@ -1,6 +1,7 @@
 //! The same estimate from rows that come in blocks: memory depends on the unknowns, not on the readings.
 
 use super::basis::Combination;
+use super::compensated::accumulate;
 use super::condition::condition;
 use super::factor::Factor;
 use super::{Group, Settings, System, refine};
@@ -9,7 +10,11 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::qr::no_pivoting::factor as qr;
 use faer::{Mat, MatRef, Par};
 
-/// Rows folded into the triangle of `W [A y] = Q [R z; 0 rho]`.
+/// Rows folded into the triangle of `W [A C y - A a] = Q [R S z; 0 T t; 0 0 rho]`.
+///
+/// `C` are columns that are carried along (none, unless asked for): what the unknowns would be if they were observed is [`Fold::follow`].
+/// The point `a` is what the first block says of the unknowns, or zero where it says too little; observations are taken about it, in twice the working
+/// precision, so that small residuals of large readings keep their digits. Folds of parts of the rows are joined by [`Fold::merge`].
 ///
 /// ```
 /// use tumble::estimate::{Fold, Group, Settings};
@@ -23,14 +28,17 @@ use faer::{Mat, MatRef, Par};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Fold {
-    triangle: Mat<f64>,
-    rows: usize,
+    pub(super) triangle: Mat<f64>,
+    pub(super) unknowns: usize,
+    /// The point about which observations are taken; empty where none is known yet.
+    pub(super) about: Vec<f64>,
+    pub(super) rows: usize,
 }
 
 /// An estimate without what belongs to single rows.
 #[derive(Debug, Clone)]
 pub struct Folded {
-    /// Estimate of the unknowns, `n`; unknowns outside the basis are zero.
+    /// Estimate of the unknowns, `n`; unknowns outside the basis are what the first block left them at.
     pub solution: Vec<f64>,
     /// Number of independent columns.
     pub rank: usize,
@@ -52,8 +60,10 @@ pub struct Folded {
     pub scale: Option<f64>,
     /// Condition number as in [`super::Estimate::condition`].
     pub condition: Option<f64>,
-    /// Directions in which the unknowns are free.
+    /// What is not estimable, in as few unknowns as will do, as in [`super::Estimate::not_estimable`].
     pub not_estimable: Vec<Combination>,
+    /// Directions in which the readings leave the unknowns free.
+    pub free_directions: Vec<Combination>,
     /// What is determined of the unknowns that are not estimable alone.
     pub estimable_combinations: Vec<Combination>,
 }
@@ -61,10 +71,21 @@ pub struct Folded {
 impl Fold {
     /// Nothing folded yet, for `unknowns` columns.
     pub fn new(unknowns: usize) -> Self {
-        Fold { triangle: Mat::zeros(unknowns + 1, unknowns + 1), rows: 0 }
+        Fold::carrying(unknowns, 0)
     }
 
-    /// Folds a block of rows, `k x n`, with their observed values and standard uncertainties, `k` each.
+    /// The same with further columns that are carried along, behind those of the unknowns.
+    pub fn carrying(unknowns: usize, columns: usize) -> Self {
+        let size = unknowns + columns + 1;
+        Fold { triangle: Mat::zeros(size, size), unknowns, about: Vec::new(), rows: 0 }
+    }
+
+    /// Rows folded so far.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Folds a block of rows, `k x n` (and the columns that are carried along), with their observed values and standard uncertainties, `k` each.
     ///
     /// Errors as [`super::adjust`]; a refused block leaves the fold as it was. Blocks of about `4 n` rows cost least.
     pub fn push(&mut self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<()> {
@@ -80,7 +101,10 @@ impl Fold {
         for j in 0..n {
             work.extend(u.iter().enumerate().map(|(i, u)| rows[(i, j)] / u));
         }
-        work.extend(observed.iter().zip(u).map(|(y, u)| y / u));
+        match self.about.is_empty() {
+            true => work.extend(observed.iter().zip(u).map(|(y, u)| y / u)),
+            false => work.extend(about(rows, observed, &self.about).iter().zip(u).map(|(y, u)| y / u)),
+        }
         let own = (0..size).flat_map(|j| self.triangle.col_as_slice(j));
         let largest = work.iter().chain(own).fold(0.0_f64, |most, a| most.max(a.abs()));
         if largest > 1e150 {
@@ -90,9 +114,6 @@ impl Fold {
             )
             .expected("units in which numbers stay below 1e150"));
         }
-        // squares of such numbers are none; the general factorisation scales them
-        let tiny =
-            |column: &[f64]| (1e-300..1e-140).contains(&column.iter().fold(0.0_f64, |most, a| most.max(a.abs())));
         if work.chunks_exact(k.max(1)).any(tiny) {
             let below = |i: usize, j: usize| work.get(j * k + i).copied().unwrap_or_default();
             self.triangle = triangle(Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
@@ -100,26 +121,100 @@ impl Fold {
                 Some(i) => below(i, j),
             }));
         } else {
-            update(&mut self.triangle, &mut work, k);
+            let reflections = update(&mut self.triangle, &mut work, k);
+            if self.rows == 0
+                && let Some(point) = self.point()
+            {
+                // the same reflections of the observations about the first estimate
+                let mut column: Vec<f64> = about(rows, observed, &point).iter().zip(u).map(|(y, u)| y / u).collect();
+                let mut top = vec![0.0; size];
+                for (j, (first, scale)) in reflections.iter().enumerate().take(n) {
+                    let own = work.get(j * k..(j + 1) * k).unwrap_or_default();
+                    let along = scale * (first * top[j] + dot(own, &column));
+                    top[j] -= along * first;
+                    column.iter_mut().zip(own).for_each(|(y, v)| *y -= along * v);
+                }
+                top[n] = dot(&column, &column).sqrt();
+                self.triangle.col_as_slice_mut(n).copy_from_slice(&top);
+                self.about = point;
+            }
         }
         self.rows += k;
         Ok(())
     }
 
-    /// The triangle `[R z; 0 rho]` of all rows so far, `n + 1` square: it has the inner products of the weighted columns and observations.
+    /// A point near which the observations of the triangle lie: its solution, unless terms of that cancel.
+    fn point(&self) -> Option<Vec<f64>> {
+        let (n, last) = (self.unknowns, self.triangle.ncols() - 1);
+        let observed = self.triangle.col_as_slice(last);
+        let point = match self.substituted() {
+            Some(point) => point,
+            // columns that depend on others: the solution of those that do not
+            None => self.finish(Group::Known, &Settings::default()).ok()?.solution,
+        };
+        let size = dot(observed, observed).sqrt();
+        let small = |(j, x): (usize, &f64)| {
+            let column = &self.triangle.col_as_slice(j)[..n];
+            x.abs() * dot(column, column).sqrt() <= MOST_TERM * size
+        };
+        point.iter().enumerate().all(small).then_some(point)
+    }
+
+    /// The solution of the triangle by substitution, where no column is nearly one of those before it.
+    fn substituted(&self) -> Option<Vec<f64>> {
+        let (n, last) = (self.unknowns, self.triangle.ncols() - 1);
+        let mut point = self.triangle.col_as_slice(last)[..n].to_vec();
+        for k in (0..n).rev() {
+            let column = &self.triangle.col_as_slice(k)[..=k];
+            let (above, own) = (&column[..k], column[k].abs());
+            if !(own > 1e-6 * above.iter().fold(own, |most, r| most.max(r.abs()))) {
+                return None;
+            }
+            let x = point[k] / column[k];
+            point[k] = x;
+            point.iter_mut().zip(above).for_each(|(c, r)| *c -= x * r);
+        }
+        point.iter().all(|x| x.is_finite()).then_some(point)
+    }
+
+    /// How the unknowns follow a carried column, as if it had been observed; `None` where there is no such column.
+    ///
+    /// Errors: those of [`Fold::finish`].
+    pub fn follow(&self, column: usize, settings: &Settings) -> Result<Option<Vec<f64>>> {
+        let (n, size) = (self.unknowns, self.triangle.ncols());
+        if n + column + 1 >= size {
+            return Ok(None);
+        }
+        let mut own = Fold::new(n);
+        for j in 0..n {
+            own.triangle.col_as_slice_mut(j)[..n].copy_from_slice(&self.triangle.col_as_slice(j)[..n]);
+        }
+        own.triangle.col_as_slice_mut(n)[..n].copy_from_slice(&self.triangle.col_as_slice(n + column)[..n]);
+        own.rows = self.rows;
+        Ok(Some(own.finish(Group::Known, settings)?.solution))
+    }
+
+    /// The triangle of all rows so far, square: it has the inner products of the weighted columns, and of the observations about [`Fold::about`].
     pub fn triangle(&self) -> MatRef<'_, f64> {
         self.triangle.as_ref()
     }
 
+    /// The point about which observations are taken; empty for zero.
+    pub fn about(&self) -> &[f64] {
+        &self.about
+    }
+
     /// The estimate from all rows so far; `group` says whether their uncertainties are known or relative.
     pub fn finish(&self, group: Group, settings: &Settings) -> Result<Folded> {
-        let n = self.triangle.ncols() - 1;
+        let (n, last) = (self.unknowns, self.triangle.ncols() - 1);
         let rows = self.triangle.get(..n, ..n);
-        let z: Vec<f64> = (0..n).map(|i| self.triangle[(i, n)]).collect();
+        let observed = self.triangle.col_as_slice(last);
+        let z = observed[..n].to_vec();
         let factor = Factor::new(rows, vec![1.0; n], self.rows, settings.rank_tolerance)?;
-        let fit = refine::solve(&factor, rows, &z, settings.refinements);
-        let rest = self.triangle[(n, n)];
-        let sum_of_squares = rest * rest + fit.residuals.iter().map(|v| v * v).sum::<f64>();
+        let mut fit = refine::solve(&factor, rows, &z, settings.refinements);
+        let rest = observed[n..].iter().chain(&fit.residuals);
+        let sum_of_squares = rest.map(|v| v * v).sum::<f64>();
+        fit.solution.iter_mut().zip(&self.about).for_each(|(x, about)| *x += about);
         let rank = factor.rank();
         let dof = self.rows.saturating_sub(rank);
         let cofactor = factor.cofactor();
@@ -148,6 +243,7 @@ impl Fold {
             scale,
             condition: condition(&factor.r),
             not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
+            free_directions: factor.dependence.directions(&factor.basis, &factor.scale),
             estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),
             estimable,
         })
@@ -170,12 +266,33 @@ fn check(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<()> {
     System { rows: rows.to_owned(), observed: observed.to_vec(), u: u.to_vec(), group }.check()
 }
 
+/// Observed values about a point: `y - A a` in twice the working precision.
+fn about(rows: MatRef<'_, f64>, observed: &[f64], point: &[f64]) -> Vec<f64> {
+    let (mut high, mut low) = (observed.to_vec(), vec![0.0; observed.len()]);
+    let mut copied = Vec::new();
+    for (j, x) in point.iter().enumerate() {
+        let column = rows.col(j);
+        let column = match column.try_as_col_major() {
+            Some(column) => column.as_slice(),
+            None => {
+                copied.clear();
+                copied.extend(column.iter());
+                &copied
+            }
+        };
+        accumulate(&mut high, &mut low, -x, column);
+    }
+    high.iter().zip(&low).map(|(high, low)| high + low).collect()
+}
+
 /// A triangle with `k` rows below it to a triangle again: a reflection for each column, in which the zeros of the triangle take no part
-/// (G. H. Golub, C. F. Van Loan, Matrix Computations, 6.5.3). `work` has the columns of the rows, one after the other.
-fn update(triangle: &mut Mat<f64>, work: &mut [f64], k: usize) {
+/// (G. H. Golub, C. F. Van Loan, Matrix Computations, 6.5.3). `work` has the columns of the rows, one after the other; what is left there are
+/// the reflections' vectors, and what comes back their first elements with twice the reciprocal squared norms.
+pub(super) fn update(triangle: &mut Mat<f64>, work: &mut [f64], k: usize) -> Vec<(f64, f64)> {
     let size = triangle.ncols();
+    let mut reflections = vec![(0.0, 0.0); size];
     if k == 0 {
-        return;
+        return reflections;
     }
     for j in 0..size {
         let (before, after) = work.split_at_mut((j + 1) * k);
@@ -188,6 +305,7 @@ fn update(triangle: &mut Mat<f64>, work: &mut [f64], k: usize) {
         let beta = -(alpha * alpha + squares).sqrt().copysign(alpha);
         let first = alpha - beta;
         let scale = 2.0 / (first * first + squares);
+        reflections[j] = (first, scale);
         triangle[(j, j)] = beta;
         for (l, column) in after.chunks_exact_mut(k).enumerate() {
             let top = &mut triangle[(j, j + 1 + l)];
@@ -196,6 +314,7 @@ fn update(triangle: &mut Mat<f64>, work: &mut [f64], k: usize) {
             column.iter_mut().zip(own).for_each(|(x, v)| *x -= along * v);
         }
     }
+    reflections
 }
 
 /// In four sums, which a processor adds side by side.
@@ -210,6 +329,14 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     sums.iter().sum::<f64>() + rest
 }
+
+/// Squares of such numbers are none; the general factorisation scales them.
+pub(super) fn tiny(column: &[f64]) -> bool {
+    (1e-300..1e-140).contains(&column.iter().fold(0.0_f64, |most, a| most.max(a.abs())))
+}
+
+/// Terms of a point about which observations are taken are at most so many times as large as the observations.
+const MOST_TERM: f64 = 8.0;
 
 /// From so many rows on a triangle is folded block by block: a factorisation of all rows at once would pack kilobytes for each.
 const TALL: usize = 4096;

@@ -4,6 +4,8 @@
 //! estimate is the point of the feasible set that is nearest to the origin of `v`. An estimate that satisfies every constraint is
 //! returned as it is. Deliberately absent: constraints that would make a rank defect look determined.
 
+use crate::vocabulary::vocabulary;
+
 use super::active_set::polish;
 use super::cone_program::{Answer, Face, nearest};
 use super::{Estimate, Group, System};
@@ -30,15 +32,16 @@ pub enum Inequality {
     },
 }
 
-/// Which side of a constraint is active.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// The lower bound.
-    Lower,
-    /// The upper bound.
-    Upper,
-    /// The surface of a norm cone.
-    Norm,
+vocabulary! {
+    /// Which side of a constraint is active.
+    Side {
+        /// The lower bound.
+        Lower = "lower",
+        /// The upper bound.
+        Upper = "upper",
+        /// The surface of a norm cone.
+        Norm = "norm",
+    }
 }
 
 /// An active constraint.

@@ -22,6 +22,7 @@
 //! | `active_set.rs` | Newton's method on the active constraints, to the last digit |
 //! | `scatter/` | what scatters beyond the rows' own noise: whitening, REML, Kenward and Roger |
 //! | `fold.rs` | the same estimate from rows that come in blocks |
+//! | `fold_parts.rs` | folds of parts of the rows, joined |
 //!
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
 //! among solutions silently.
@@ -36,6 +37,7 @@ mod cone_program;
 mod equalities;
 mod factor;
 mod fold;
+mod fold_parts;
 mod groups;
 mod inequalities;
 mod refine;

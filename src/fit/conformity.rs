@@ -3,26 +3,17 @@
 use crate::campaign::{Decision, Limit};
 use crate::uncertainty::Combined;
 use crate::uncertainty::quantiles::student_t_cdf;
+use crate::vocabulary::vocabulary;
 
-/// What a decision rule says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Conformity {
-    /// The limits are kept.
-    Pass,
-    /// The value's uncertainty leaves it open.
-    Undecided,
-    /// The limits are not kept.
-    Fail,
-}
-
-impl Conformity {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Conformity::Pass => "pass",
-            Conformity::Undecided => "undecided",
-            Conformity::Fail => "fail",
-        }
+vocabulary! {
+    /// What a decision rule says.
+    Conformity {
+        /// The limits are kept.
+        Pass = "pass",
+        /// The value's uncertainty leaves it open.
+        Undecided = "undecided",
+        /// The limits are not kept.
+        Fail = "fail",
     }
 }
 

@@ -11,6 +11,7 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::{Coupling, Estimate, Group, System};
 use crate::language::{Sentence, sentence};
+use crate::vocabulary::vocabulary;
 
 /// What Gauss-Newton did.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,26 +32,27 @@ pub struct Convergence {
     pub moved: Vec<usize>,
 }
 
-/// Why Gauss-Newton ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// The last step moved no prediction by an amount that matters.
-    Settled,
-    /// The same, but the scales, weights or components inside the step did not settle.
-    Unsettled,
-    /// As many iterations as were allowed.
-    Limit,
-    /// Steps stay long and the fit no longer becomes better: a direction that the readings hardly determine.
-    Stalled,
-    /// No share of the last step makes the fit better.
-    NoDescent,
-    /// Beyond the last point numbers leave the range of a double.
-    OutOfRange,
+vocabulary! {
+    /// Why Gauss-Newton ended.
+    Stop {
+        /// The last step moved no prediction by an amount that matters.
+        Settled = "the last step no longer matters",
+        /// The same, but the scales, weights or components inside the step did not settle.
+        Unsettled = "the scales inside the last step did not settle",
+        /// As many iterations as were allowed.
+        Limit = "the steps did not end",
+        /// Steps stay long and the fit no longer becomes better: a direction that the readings hardly determine.
+        Stalled = "steps stay long while the fit no longer becomes better: the readings hardly determine some direction",
+        /// No share of the last step makes the fit better.
+        NoDescent = "no part of the last step makes the fit better",
+        /// Beyond the last point numbers leave the range of a double.
+        OutOfRange = "numbers leave the range of a double",
+    }
 }
 
 impl Stop {
-    /// As reports write it.
-    pub fn reason(self) -> Sentence {
+    /// As a person reads it.
+    pub fn said(self) -> Sentence {
         match self {
             Stop::Settled => sentence!("stop-settled"),
             Stop::Unsettled => sentence!("stop-unsettled"),

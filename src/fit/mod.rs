@@ -35,7 +35,7 @@ pub use conditional::Conditional;
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
-pub use noise::{Noise, Source, is_correlation};
+pub use noise::{Noise, Source, VarianceFrom, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
 pub use questions::Angle;
@@ -55,26 +55,19 @@ use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Group, System};
 use crate::quality::{self, GlobalTest, RowQuality};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival};
+use crate::vocabulary::vocabulary;
 use faer::Mat;
 use std::borrow::Cow;
 
-/// How far to go from the reference point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Estimator {
-    /// Gauss-Newton on the exact model, to convergence.
-    #[default]
-    Exact,
-    /// One least-squares step: the linear estimator of the papers, whose closed forms are its square special case.
-    Linear,
-}
-
-impl Estimator {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Estimator::Exact => "exact",
-            Estimator::Linear => "linear",
-        }
+vocabulary! {
+    /// How far to go from the reference point.
+    #[derive(Default)]
+    Estimator {
+        /// Gauss-Newton on the exact model, to convergence.
+        #[default]
+        Exact = "exact",
+        /// One least-squares step: the linear estimator of the papers, whose closed forms are its square special case.
+        Linear = "linear",
     }
 }
 
@@ -184,10 +177,15 @@ impl Fit {
         !self.not_estimable.is_empty()
             || self.global_test.is_some_and(|test| test.rejected)
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
-            || self.bounds_p().is_some_and(|p| p < 1.0 - self.settings.level)
+            || self.bounds_are_rejected() == Some(true)
             || !self.settled
             || !self.inconsistent_circles().is_empty()
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
+    }
+
+    /// Do the readings contradict the bounds that are active, at the level? `None` where none is active.
+    pub fn bounds_are_rejected(&self) -> Option<bool> {
+        self.bounds_p().map(|p| p < 1.0 - self.settings.level)
     }
 
     /// Probability that bounds which are true cost as much as the active ones do; `None` where none is active.
@@ -448,7 +446,7 @@ fn check_combination(campaign: &Campaign, settings: &Settings) -> Result<()> {
             "robust estimation beside deviations that several readings share is not supported: the weight of one reading cannot say which of \
              them is bad",
         )
-        .expected("a robust estimate without \"scatter\" and --remount, or least squares with them"));
+        .expected("a robust estimate without \"scatter\" and remounting, or least squares with them"));
     }
     Ok(())
 }

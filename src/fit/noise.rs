@@ -4,10 +4,21 @@ use crate::campaign::{Campaign, Deviating, Scatter, Size};
 use crate::design::DesignMatrix;
 use crate::estimate::{Estimate, Group, LineState, ScaleUncertainty, Scattered, System};
 use crate::uncertainty::monte_carlo;
-use crate::uncertainty::{Contribution, Evaluation};
+use crate::uncertainty::{Contribution, Evaluation, Shape};
+use crate::vocabulary::vocabulary;
 use faer::Mat;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Par};
+
+vocabulary! {
+    /// Where a standard deviation comes from.
+    VarianceFrom {
+        /// As stated.
+        Stated = "stated",
+        /// Estimated from these readings.
+        Estimated = "estimated",
+    }
+}
 
 /// One independent source of scatter.
 #[derive(Debug, Clone)]
@@ -278,7 +289,7 @@ impl Noise {
             .map(|(source, form)| Contribution {
                 source: source.name.clone(),
                 evaluation: source.evaluation,
-                distribution: if source.dof.is_finite() { "t" } else { "normal" },
+                distribution: if source.dof.is_finite() { Shape::T } else { Shape::Normal },
                 estimate: None,
                 source_u: None,
                 sensitivity: None,
@@ -289,7 +300,7 @@ impl Noise {
         let Some(dof) = self.together(&|share| form(share, along)) else { return (contributions, None) };
         if below > 0.0 {
             let type_a = contributions.iter_mut().filter(|c| c.evaluation == Evaluation::TypeA);
-            type_a.for_each(|c| (c.dof, c.distribution) = (dof, "t"));
+            type_a.for_each(|c| (c.dof, c.distribution) = (dof, Shape::T));
         }
         let added = self.correction.as_ref().map_or(0.0, |correction| form(correction, along));
         if added > 0.0 {
@@ -345,7 +356,7 @@ fn type_a(source: String, variance: f64, dof: f64) -> Contribution {
     Contribution {
         source,
         evaluation: Evaluation::TypeA,
-        distribution: if dof.is_finite() { "t" } else { "normal" },
+        distribution: if dof.is_finite() { Shape::T } else { Shape::Normal },
         estimate: None,
         source_u: None,
         sensitivity: None,

@@ -9,27 +9,18 @@ use crate::design::DesignMatrix;
 use crate::error::Result;
 use crate::estimate::{Combination, Estimate};
 use crate::uncertainty::{Combined, Contribution, Evaluation, combine, combine_together};
+use crate::vocabulary::vocabulary;
 use faer::Mat;
 
-/// What the fit can say about a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
-    /// Determined by the readings.
-    Free,
-    /// On a bound.
-    AtBound,
-    /// Only a combination with others is determined.
-    NotEstimable,
-}
-
-impl State {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            State::Free => "free",
-            State::AtBound => "at-bound",
-            State::NotEstimable => "not-estimable",
-        }
+vocabulary! {
+    /// What the fit can say about a parameter.
+    State {
+        /// Determined by the readings.
+        Free = "free",
+        /// On a bound.
+        AtBound = "at-bound",
+        /// Only a combination with others is determined.
+        NotEstimable = "not-estimable",
     }
 }
 
@@ -351,7 +342,7 @@ fn known_contribution(id: &str, input: &Known, sensitivity: f64) -> Contribution
     Contribution {
         source: id.to_string(),
         evaluation: Evaluation::TypeB,
-        distribution: input.distribution.name(),
+        distribution: input.distribution.into(),
         estimate: Some(input.value),
         source_u: Some(input.u),
         sensitivity: Some(sensitivity),

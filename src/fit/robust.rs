@@ -11,27 +11,18 @@
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, System, adjust};
 use crate::uncertainty::quantiles::normal_quantile;
+use crate::vocabulary::vocabulary;
 use faer::Mat;
 
-/// Which estimator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RobustMethod {
-    /// Huber's: square near zero, linear beyond 1.345 standard deviations.
-    Huber,
-    /// Tukey's bisquare: nothing beyond 4.685 standard deviations, begun from Huber's.
-    Tukey,
-    /// Least sum of absolute residuals.
-    L1,
-}
-
-impl RobustMethod {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            RobustMethod::Huber => "huber",
-            RobustMethod::Tukey => "tukey",
-            RobustMethod::L1 => "l1",
-        }
+vocabulary! {
+    /// Which estimator.
+    RobustMethod {
+        /// Huber's: square near zero, linear beyond 1.345 standard deviations.
+        Huber = "huber",
+        /// Tukey's bisquare: nothing beyond 4.685 standard deviations, begun from Huber's.
+        Tukey = "tukey",
+        /// Least sum of absolute residuals.
+        L1 = "l1",
     }
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'
                 over: None,
                 shown: 1.0,
                 unit: campaign.bench.sensors.get(s).map(|own| own.unit.clone()).unwrap_or_default(),
-                place: "--remount".into(),
+                place: "remount".into(),
             })?;
         }
     }

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | [`mission`], [`motion`], [`errors`] | the question: site, step, motion, what is wrong with the unit |
 //! | [`earth`], [`quadrature`], [`course`] | the truth: WGS-84, exact increments, where the vehicle really is |
-//! | [`mechanise`], [`vector`], [`lanes`] | the navigator: one step in all lanes of a register, groups of eight scenarios |
+//! | `mechanise`, `vector`, `lanes` | the navigator: one step in all lanes of a register, groups of eight scenarios |
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | [`cause`], `changing` | what can be behind a gap, and what it does |
@@ -30,10 +30,10 @@ pub mod course;
 pub mod diagnose;
 pub mod earth;
 pub mod errors;
-pub mod lanes;
+mod lanes;
 pub mod linear;
 pub mod measured;
-pub mod mechanise;
+mod mechanise;
 pub mod mission;
 pub mod motion;
 pub mod quadrature;
@@ -46,7 +46,7 @@ mod sharpen;
 pub mod signatures;
 mod single;
 pub mod study;
-pub mod vector;
+mod vector;
 mod walk;
 mod wander;
 mod whiten;

@@ -2,44 +2,31 @@
 
 use super::covariance::{Gram, covariance, gram};
 use crate::uncertainty::quantiles::chi_square_survival;
+use crate::vocabulary::vocabulary;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::f64::consts::{LN_2, PI};
 
-/// A coefficient's kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Term {
-    /// Q, quantization: slope -1 of the deviation.
-    Quantization,
-    /// N, angle or velocity random walk (white noise): slope -1/2.
-    RandomWalk,
-    /// B, bias instability (flicker): slope 0.
-    BiasInstability,
-    /// K, rate or acceleration random walk: slope +1/2.
-    RateRandomWalk,
-    /// R, rate or acceleration ramp: slope +1.
-    Ramp,
+vocabulary! {
+    /// A coefficient's kind, by its letter in IEEE Std 952, from short to long averaging times.
+    Term {
+        /// Q, quantization: slope -1 of the deviation.
+        Quantization = "Q",
+        /// N, angle or velocity random walk (white noise): slope -1/2.
+        RandomWalk = "N",
+        /// B, bias instability (flicker): slope 0.
+        BiasInstability = "B",
+        /// K, rate or acceleration random walk: slope +1/2.
+        RateRandomWalk = "K",
+        /// R, rate or acceleration ramp: slope +1.
+        Ramp = "R",
+    }
 }
 
 impl Term {
-    /// All, from short to long averaging times.
-    pub const ALL: [Term; 5] =
-        [Term::Quantization, Term::RandomWalk, Term::BiasInstability, Term::RateRandomWalk, Term::Ramp];
-
     /// The letter of IEEE Std 952.
     pub fn letter(self) -> &'static str {
-        match self {
-            Term::Quantization => "Q",
-            Term::RandomWalk => "N",
-            Term::BiasInstability => "B",
-            Term::RateRandomWalk => "K",
-            Term::Ramp => "R",
-        }
-    }
-
-    /// The term of a letter.
-    pub fn of_letter(letter: &str) -> Option<Term> {
-        Term::ALL.into_iter().find(|term| term.letter() == letter)
+        self.name()
     }
 
     /// Allan variance at `tau` for a coefficient of one.
@@ -93,6 +80,13 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
+    /// Does their sum describe the Allan variances? Not where so large a chi-square has a probability below 1 %.
+    pub fn describes(&self) -> bool {
+        !(self.p < 0.01)
+    }
+}
+
+impl Coefficients {
     /// The fitted Allan variance at `tau`.
     pub fn variance(&self, tau: f64) -> f64 {
         self.terms.iter().map(|c| c.value.map_or(0.0, |v| v * v * c.term.variance(tau))).sum()
@@ -134,9 +128,9 @@ struct Fitted {
 ///
 /// Weighted least squares on variances with their full covariance, which follows from the coefficients themselves and is renewed until it stands; squares are
 /// not negative. A coefficient is there if leaving it out raises the generalized sum of squares (with the covariance that holds without it) beyond
-/// what chance does in one case of a thousand. `None` for fewer than four averaging times, or where nothing varies.
+/// what chance does in one case of a thousand. `None` for fewer averaging times than coefficients, or where nothing varies.
 pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], interval: f64) -> Option<Coefficients> {
-    if taus.len() < 4 || variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
+    if taus.len() < Term::ALL.len() || variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
         return None;
     }
     let column = |term: Term| taus.iter().zip(variances).map(|(tau, v)| term.variance(*tau) / v).collect::<Vec<f64>>();

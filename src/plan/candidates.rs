@@ -266,9 +266,8 @@ pub(super) fn portions(joints: &[&str], candidates: &Readings, unit: Unit) -> Re
         };
         let place = short.first().map(|r| described(joints, r)).unwrap_or_default();
         return Err(Malformed::new(Fault::Missing, what)
-            .expected(format!(
-                "{size} readings in each portion, as others have; single readings (--unit reading) always go"
-            ))
+            .expected(format!("{size} readings in each portion, as others have; single readings always go"))
+            .argument("unit", "reading")
             .found(format!("{} at {place}", short.len())));
     }
     Ok(groups)

@@ -3,26 +3,17 @@
 use crate::campaign::{Campaign, Kind, Observation, Reading, Readings, Size};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
+use crate::vocabulary::vocabulary;
 
-/// Where the noise comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoiseSource {
-    /// The user gave it.
-    Given,
-    /// The readings' stated uncertainties.
-    Stated,
-    /// The residuals of these readings.
-    Residuals,
-}
-
-impl NoiseSource {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            NoiseSource::Given => "given",
-            NoiseSource::Stated => "stated",
-            NoiseSource::Residuals => "residuals",
-        }
+vocabulary! {
+    /// Where the noise comes from.
+    NoiseSource {
+        /// The user gave it.
+        Given = "given",
+        /// The readings' stated uncertainties.
+        Stated = "stated",
+        /// The residuals of these readings.
+        Residuals = "residuals",
     }
 }
 
@@ -104,7 +95,8 @@ impl Noise {
             let estimated: Vec<f64> = rows.filter(|u| *u > 0.0).collect();
             if estimated.is_empty() {
                 return Err(Malformed::new(Fault::Missing, format!("the noise of {id} is not known"))
-                    .expected(format!("--noise {id}=SD (standard deviation of one sample), or {id}_u in the schedule"))
+                    .expected(format!("the standard deviation of one sample, or {id}_u in the schedule"))
+                    .argument("noise", format!("{id}=SD"))
                     .found("a schedule that states none"));
             }
             let sd = (estimated.iter().map(|u| u * u).sum::<f64>() / estimated.len() as f64).sqrt();

@@ -33,7 +33,8 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
                         Fault::Value,
                         format!("'{id}' is estimated here, so it is no effect that may be missing"),
                     )
-                    .expected("--goal for a limit on its uncertainty")
+                    .expected("a goal, for a limit on its uncertainty")
+                    .argument("goal", format!("{id}=U"))
                     .found(format!("'{id}'")));
                 }
                 promoted.push(*k);

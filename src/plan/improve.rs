@@ -379,7 +379,11 @@ fn check_budget(budget: f64, costs: &Costs, request: &Request) -> Result<()> {
         return bad("a positive number, in the unit of the costs", budget.to_string());
     }
     if costs.reading == 0.0 && request.readings == 0 && request.most_repeats == usize::MAX {
-        return bad("readings that cost something, or --repeats; else there is no end to them", "free readings".into());
+        return bad(
+            "readings that cost something, or a limit on repeats; else there is no end to them",
+            "free readings".into(),
+        )
+        .map_err(|error: Malformed| error.argument("repeats", "N"));
     }
     Ok(())
 }
@@ -389,11 +393,12 @@ fn too_poor(budget: f64, pool: &Pool, enough: Option<f64>) -> Malformed {
     let error = Malformed::new(Fault::Value, format!("no schedule for {budget} determines {rank} unknowns"));
     error.found(budget.to_string()).expected(match enough {
         Some(enough) => format!(
-            "a budget of {} or more (the cheapest choice that was found to determine them), or positions kept with --keep",
+            "a budget of {} or more (the cheapest choice that was found to determine them), or positions that are kept",
             (enough * 1e3 - 1e-6).ceil() / 1e3
         ),
-        None => "a larger budget, or positions kept with --keep".into(),
+        None => "a larger budget, or positions that are kept".into(),
     })
+    .argument("keep", "")
 }
 
 /// The least cost above `poor` of a choice that determines the unknowns, as far as one is found: by growth, then by bisection.

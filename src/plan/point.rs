@@ -11,32 +11,21 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::Fit;
+use crate::vocabulary::vocabulary;
 
-/// Where a value of the point comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PointSource {
-    /// The user gave it for this plan.
-    Given,
-    /// A fit of the campaign's readings.
-    Fitted,
-    /// The campaign's start.
-    Start,
-    /// The campaign's prior.
-    Prior,
-    /// Nothing is stated.
-    Zero,
-}
-
-impl PointSource {
-    /// As reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            PointSource::Given => "given",
-            PointSource::Fitted => "fitted",
-            PointSource::Start => "start",
-            PointSource::Prior => "prior",
-            PointSource::Zero => "zero",
-        }
+vocabulary! {
+    /// Where a value of the point comes from.
+    PointSource {
+        /// The user gave it for this plan.
+        Given = "given",
+        /// A fit of the campaign's readings.
+        Fitted = "fitted",
+        /// The campaign's start.
+        Start = "start",
+        /// The campaign's prior.
+        Prior = "prior",
+        /// Nothing is stated.
+        Zero = "zero",
     }
 }
 
@@ -188,7 +177,8 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
             names(&lacking.untold)
         ),
     )
-    .expected(format!("--at {first}=VALUE, or a \"start\" in the campaign: an expected value will do"))
+    .expected("a value to judge at, or a \"start\" in the campaign: an expected value will do")
+    .argument("at", format!("{first}=VALUE"))
     .found("zero, where these effects vanish")
     .at_path("estimate"))
 }

@@ -20,6 +20,13 @@ pub struct RunsTest {
     pub p: f64,
 }
 
+impl RunsTest {
+    /// Is `p` below one minus the level?
+    pub fn is_rejected(&self, level: f64) -> bool {
+        self.p < 1.0 - level
+    }
+}
+
 /// The runs test; zero residuals are left out. `None` with fewer than eight residuals, or all of one sign.
 ///
 /// ```
@@ -46,7 +53,12 @@ pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest
     let n = a + b;
     let expected = 1.0 + 2.0 * a * b / n;
     let p = if all <= SUMMED {
-        let factorials: Vec<f64> = (0..=all).map(ln_factorial).collect();
+        // ln n! of 0 to all
+        let sums = (1..=all).scan(0.0, |sum: &mut f64, n| {
+            *sum += (n as f64).ln();
+            Some(*sum)
+        });
+        let factorials: Vec<f64> = std::iter::once(0.0).chain(sums).collect();
         let of = |n: usize| factorials.get(n).copied().unwrap_or_default();
         // ln C(n, k)
         let choose = |n: usize, k: usize| of(n) - of(k) - of(n.saturating_sub(k));
@@ -70,11 +82,6 @@ pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest
     Some(RunsTest { runs, expected, p })
 }
 
-/// `ln n!`.
-fn ln_factorial(n: usize) -> f64 {
-    statrs::function::gamma::ln_gamma(n as f64 + 1.0)
-}
-
 /// The Shapiro-Francia test of normality.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NormalityTest {
@@ -82,6 +89,13 @@ pub struct NormalityTest {
     pub w: f64,
     /// Probability of a smaller `W'` if errors are normal.
     pub p: f64,
+}
+
+impl NormalityTest {
+    /// Is `p` below one minus the level?
+    pub fn is_rejected(&self, level: f64) -> bool {
+        self.p < 1.0 - level
+    }
 }
 
 /// Shapiro-Francia `W'` of studentized residuals; its p-value by P. Royston, "A pocket-calculator algorithm for the Shapiro-Francia test for

@@ -1,7 +1,8 @@
 //! The clock of a record: a column of times or a stated rate; stretches between gaps.
 
-use super::Column;
+use super::{Column, Record, find, listed};
 use crate::error::{Fault, Malformed, Result};
+use crate::vocabulary::vocabulary;
 use std::ops::Range;
 
 /// A step longer than this many sampling intervals is a gap.
@@ -16,15 +17,74 @@ pub struct Stretch {
     pub after_gap: bool,
 }
 
-/// Where a record jumps.
+/// A step of the times that is none from one sample to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gap {
+pub struct Jump {
+    /// What it looks like.
+    pub kind: JumpKind,
     /// Rows before it.
     pub row: u64,
-    /// Time of the last of them, s since the first row.
+    /// Time of the last of them, s since the first row (steps back left out).
     pub time: f64,
-    /// How long it is, s.
-    pub length: f64,
+    /// The step, s.
+    pub step: f64,
+}
+
+vocabulary! {
+    /// What a step of the times looks like, against the median step.
+    JumpKind {
+        /// Back, or none at all: the clock was set back.
+        Back = "back",
+        /// Longer than 1.75 median steps: samples are missing, or the clock was set forward; times alone cannot tell.
+        Gap = "gap",
+        /// Forward by less than a quarter of the median step: the clock was set back by less than a step.
+        Short = "short",
+    }
+}
+
+/// A step shorter than this share of the median is a jump.
+const SHORT: f64 = 0.25;
+/// Steps back in more than one of so many rows: not a clock that was set, but rows that are not sorted.
+const RARE: u64 = 100;
+
+/// Names under which a column of times is found.
+const TIMES: [&str; 10] =
+    ["time_s", "time", "t", "timestamp", "t_s", "time_ms", "time_us", "time_ns", "timestamp_ns", "Zeit"];
+
+/// Where the times of samples come from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ClockFrom {
+    /// The column of times; by default one that is called `time_s`, `time`, `t` or `timestamp`.
+    pub time: Option<String>,
+    /// Samples a second, where there is none.
+    pub rate: Option<f64>,
+}
+
+impl ClockFrom {
+    /// The column of times, if there is one.
+    ///
+    /// Errors: `UnknownName` where the record has not the one that is named.
+    pub fn column(&self, record: &Record) -> Result<Option<usize>> {
+        match (&self.time, self.rate) {
+            (Some(name), _) => record.find(name).map(Some),
+            (None, Some(_)) => Ok(None),
+            (None, None) => Ok(TIMES.iter().find_map(|name| find(record.columns(), name))),
+        }
+    }
+
+    /// The clock itself; `column` as [`ClockFrom::column`] gives it.
+    ///
+    /// Errors: neither a column nor a rate, a unit that is none of time.
+    pub fn ticks(&self, record: &Record, column: Option<usize>) -> Result<Clock> {
+        match (column.and_then(|k| record.columns().get(k)), self.rate) {
+            (Some(column), _) => Clock::column(column, record.name()),
+            (None, Some(rate)) => Clock::rate(rate, record.name()),
+            (None, None) => Err(Malformed::new(Fault::Missing, "the record has no column of times")
+                .expected("a sampling rate (--rate HZ, \"rate_hz\"), or the column's name (--time COLUMN, \"time\")")
+                .found(format!("columns {}", listed(record.columns())))
+                .in_file(record.name())),
+        }
+    }
 }
 
 /// Times of rows, one block after the other.
@@ -42,8 +102,13 @@ pub struct Clock {
     steps: (f64, u64),
     /// Smallest and largest of them.
     range: (f64, f64),
-    gaps: Vec<Gap>,
-    gap_count: u64,
+    jumps: Vec<Jump>,
+    /// Steps back, gaps and short steps, all of them.
+    counts: [u64; 3],
+    /// Times at which rows go on after a gap or a step back.
+    resumed: Vec<f64>,
+    /// What steps back have taken from the times, s.
+    set_back: f64,
     pending_gap: bool,
 }
 
@@ -92,8 +157,10 @@ impl Clock {
             rows: 0,
             steps: (0.0, 0),
             range: (f64::INFINITY, 0.0),
-            gaps: Vec::new(),
-            gap_count: 0,
+            jumps: Vec::new(),
+            counts: [0; 3],
+            resumed: Vec::new(),
+            set_back: 0.0,
             pending_gap: false,
         }
     }
@@ -130,23 +197,37 @@ impl Clock {
         let mut inside = false;
         for (k, raw) in times.iter().enumerate() {
             let origin = *self.origin.get_or_insert(raw * factor);
-            let time = raw * factor - origin;
-            if !time.is_finite() || (self.rows > 0 && !(time > self.last)) {
-                let what = if time.is_finite() { "the times are not sorted" } else { "a row has no time" };
-                return Err(Malformed::new(Fault::Value, what)
-                    .expected("times that increase (or a sampling rate instead of the column)")
-                    .found(format!("{raw} in row {} after {}", self.rows + 1, (self.last + origin) / factor))
-                    .at_path(&self.title)
-                    .in_file(&self.file));
+            let mut time = raw * factor - origin + self.set_back;
+            if !time.is_finite() {
+                return Err(self.unsorted("a row has no time", *raw, factor));
             }
             let step = time - self.last;
-            let gap = self.rows > 0 && step > GAP * self.step;
-            if gap {
-                self.gap_count += 1;
-                if self.gaps.len() < KEPT {
-                    self.gaps.push(Gap { row: self.rows, time: self.last, length: step });
+            let kind = match self.rows {
+                0 => None,
+                _ if !(step > 0.0) => Some(JumpKind::Back),
+                _ if step > GAP * self.step => Some(JumpKind::Gap),
+                _ if step < SHORT * self.step => Some(JumpKind::Short),
+                _ => None,
+            };
+            if let Some(kind) = kind {
+                let count = &mut self.counts[kind as usize];
+                *count += 1;
+                if kind == JumpKind::Back {
+                    if *count * RARE > self.rows {
+                        return Err(self.unsorted("the times are not sorted", *raw, factor));
+                    }
+                    // the record goes on one step later
+                    self.set_back += self.step - step;
+                    time = self.last + self.step;
                 }
+                if self.jumps.len() < KEPT {
+                    self.jumps.push(Jump { kind, row: self.rows, time: self.last, step });
+                }
+            }
+            let gap = matches!(kind, Some(JumpKind::Gap | JumpKind::Back));
+            if gap {
                 self.pending_gap = true;
+                self.resumed.push(time);
             } else if self.rows > 0 {
                 self.steps = (self.steps.0 + step, self.steps.1 + 1);
                 self.range = (self.range.0.min(step), self.range.1.max(step));
@@ -210,24 +291,49 @@ impl Clock {
         if self.factor.is_none() { "rate as stated".into() } else { format!("from '{}'", self.title) }
     }
 
-    /// Gaps met so far (the first thousand), and how many there are.
-    pub fn gaps(&self) -> (&[Gap], u64) {
-        (&self.gaps, self.gap_count)
+    fn unsorted(&self, what: &str, raw: f64, factor: f64) -> Malformed {
+        let before = (self.last - self.set_back + self.origin.unwrap_or(0.0)) / factor;
+        Malformed::new(Fault::Value, what)
+            .expected("times that increase (or a sampling rate instead of the column)")
+            .found(format!("{raw} in row {} after {before}", self.rows + 1))
+            .at_path(&self.title)
+            .in_file(&self.file)
+    }
+
+    /// Jumps met so far (the first thousand), how many of them are gaps, and how many are not.
+    pub fn jumps(&self) -> (&[Jump], u64, u64) {
+        let [back, gaps, short] = self.counts;
+        (&self.jumps, gaps, back + short)
+    }
+
+    /// The time at which rows go on after the `k`-th gap or step back, s since the first row.
+    pub fn resumed(&self, k: usize) -> f64 {
+        self.resumed.get(k).copied().unwrap_or(self.last)
     }
 
     /// What a reader of the result should know about the times.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if let (Some(gap), n) = (self.gaps.first(), self.gap_count)
-            && n > 0
-        {
-            let lost = self.gaps.iter().map(|gap| gap.length).sum::<f64>();
+        let of = |kind: JumpKind| self.jumps.iter().filter(move |jump| jump.kind == kind);
+        let s = |n: u64| if n == 1 { "" } else { "s" };
+        let [back, gaps, short] = self.counts;
+        if let Some(gap) = of(JumpKind::Gap).next() {
+            let lost = of(JumpKind::Gap).map(|gap| gap.step).sum::<f64>();
             notes.push(format!(
-                "{n} gap{} in '{}' ({lost:.3} s in all); the first is of {:.3} s, {:.3} s after the start",
-                if n == 1 { "" } else { "s" },
-                self.title,
-                gap.length,
-                gap.time
+                "{gaps} gap{} in '{}' ({lost:.3} s in all; samples are missing, or the clock was set forward); the first is of {:.3} s, {:.3} s after the start",
+                s(gaps), self.title, gap.step, gap.time
+            ));
+        }
+        if let Some(jump) = of(JumpKind::Back).next() {
+            notes.push(format!(
+                "the clock goes back {back} time{} in '{}'; the first time by {:.3} s, {:.3} s after the start; times go on from there by one sampling interval",
+                s(back), self.title, -jump.step, jump.time
+            ));
+        }
+        if let Some(jump) = of(JumpKind::Short).next() {
+            notes.push(format!(
+                "{short} step{} in '{}' {} shorter than a quarter of the sampling interval (the clock was set back by less than one?); the first is of {:.6} s, {:.3} s after the start",
+                s(short), self.title, if short == 1 { "is" } else { "are" }, jump.step, jump.time
             ));
         }
         let mean = if self.steps.1 > 0 { self.steps.0 / self.steps.1 as f64 } else { 0.0 };
@@ -266,7 +372,29 @@ mod tests {
         assert_eq!(found, [Stretch { rows: 0..3, after_gap: false }, Stretch { rows: 3..5, after_gap: true }]);
         let found = clock.stretches(Some(&[200.0, 210.0]), 2, None, Some(0.205)).expect("sorted");
         assert_eq!(found, [Stretch { rows: 0..1, after_gap: true }]);
-        assert!((clock.interval().expect("steps") - 0.01).abs() < 1e-12 && clock.gaps().1 == 2);
+        assert!((clock.interval().expect("steps") - 0.01).abs() < 1e-12 && clock.jumps().1 == 2);
         assert!(clock.stretches(Some(&[100.0]), 1, None, None).is_err());
+    }
+
+    #[test]
+    fn a_clock_that_was_set_is_told() {
+        let column = Column { name: "t".into(), title: "t".into(), unit: None };
+        let mut clock = Clock::column(&column, "log.csv").expect("times");
+        // 100 Hz; set back by 2.5 s after 500 rows, and by 0.008 s after 800
+        let times: Vec<f64> = (0..1000)
+            .map(|k| 0.01 * f64::from(k) - if k >= 500 { 2.5 } else { 0.0 } - if k >= 800 { 0.008 } else { 0.0 })
+            .collect();
+        let found = clock.stretches(Some(&times), times.len(), None, None).expect("nearly sorted");
+        assert_eq!(found, [Stretch { rows: 0..500, after_gap: false }, Stretch { rows: 500..1000, after_gap: true }]);
+        let (jumps, gaps, others) = clock.jumps();
+        assert_eq!((gaps, others), (0, 2));
+        assert_eq!(
+            (jumps[0].kind, jumps[0].row, jumps[1].kind, jumps[1].row),
+            (JumpKind::Back, 500, JumpKind::Short, 800)
+        );
+        assert!((jumps[0].step + 2.49).abs() < 1e-9 && (jumps[1].step - 0.002).abs() < 1e-9);
+        // the first after the jump stands one interval after the last before it
+        assert!((clock.resumed(0) - 5.0).abs() < 1e-9);
+        assert!(clock.notes().iter().any(|note| note.contains("goes back 1 time")));
     }
 }

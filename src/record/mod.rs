@@ -1,8 +1,10 @@
 //! Records: tables of samples as loggers and spreadsheets write them, in blocks of columns.
 //!
 //! ```text
-//! file (CSV in its dialects, gzip, Parquet) -> columns by name -> blocks of numbers; memory does not grow with the file
+//! file (text in its dialects, Parquet, workbook, MATLAB, HDF5, MCAP) -> columns by name -> blocks of numbers
 //! ```
+//!
+//! Memory does not grow with a file of text or Parquet; of the others the table that is read is held.
 //!
 //! | file | subject |
 //! |---|---|
@@ -11,27 +13,46 @@
 //! | `number.rs` | decimal numbers from bytes |
 //! | `delimited.rs` | a table of text in blocks |
 //! | `columnar.rs` | Parquet in blocks |
+//! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
+//! | `matlab.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
+//! | `mcap.rs` | logs of robots: messages `sensor_msgs/Imu` (feature `mcap`) |
+//! | `guard.rs` | panics of foreign readers |
+//! | `held.rs` | a table in memory, and which of a file's tables is meant |
 //! | `clock.rs` | times of rows; stretches between gaps |
 //!
-//! Deliberately absent: what the columns mean (`wire`, `reduce`), opening files (`cli`).
+//! Deliberately absent: what the columns mean (`wire`, `reduce`).
 
 mod clock;
+#[cfg_attr(not(feature = "parquet"), path = "columnar_absent.rs")]
 mod columnar;
 mod delimited;
 mod dialect;
+#[cfg(any(feature = "excel", feature = "hdf5"))]
+mod guard;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod heading;
+mod held;
+mod matlab;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod number;
 mod text;
+#[cfg(feature = "excel")]
+mod workbook;
 
-pub use clock::{Clock, Gap, Stretch};
+pub use clock::{Clock, ClockFrom, Jump, JumpKind, Stretch};
 pub use columnar::Columnar;
 pub use delimited::Delimited;
 pub use dialect::Dialect;
 pub use heading::title;
+pub use held::Held;
 pub use text::table_text;
 
 use crate::error::{Fault, Malformed, Result};
+use std::fs::File;
 use std::io::{Read, Seek};
+use std::path::{Path, PathBuf};
 
 /// A column as the file titles it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,36 +107,104 @@ pub enum Record {
     Delimited(Delimited),
     /// Parquet.
     Columnar(Columnar),
+    /// A table that is held in memory.
+    Held(Held),
 }
 
 impl Record {
     /// Open a record by its first bytes, whatever its name says; `name` is for messages.
     ///
     /// Errors: an empty file, a format that is not read (named), a table without rows that are parted alike.
-    pub fn open(name: &str, file: std::fs::File) -> Result<Self> {
+    pub fn open(name: &str, file: File) -> Result<Self> {
         Record::opened(name, file, Delimited::open)
     }
 
     /// The same where the first line of a table of text is known to name the columns.
-    pub fn open_titled(name: &str, file: std::fs::File) -> Result<Self> {
+    pub fn open_titled(name: &str, file: File) -> Result<Self> {
         Record::opened(name, file, Delimited::open_titled)
+    }
+
+    /// Open the record at a path; `FILE#NAME` is the table `NAME` of a file that has several: a sheet, a variable, a group, a topic.
+    ///
+    /// Errors: a file that cannot be read, several tables and none named, and those of [`Record::open`].
+    pub fn at(path: &Path) -> Result<Self> {
+        Record::at_path(path, Delimited::open)
+    }
+
+    /// The same where the first line of a table of text is known to name the columns.
+    pub fn at_titled(path: &Path) -> Result<Self> {
+        Record::at_path(path, Delimited::open_titled)
+    }
+
+    fn at_path(path: &Path, text: impl Fn(&str, Box<dyn Read + Send>) -> Result<Delimited>) -> Result<Self> {
+        let (path, table) = parted(path);
+        let (name, table) = (path.display().to_string(), table.as_deref());
+        let mut file = opened(&path)?;
+        let mut first = Vec::new();
+        let whole = |file: &mut File| {
+            let mut bytes = Vec::new();
+            file.rewind().and_then(|()| file.read_to_end(&mut bytes)).map(|_| bytes)
+        };
+        let format = match file.metadata().is_ok_and(|there| there.is_file()) {
+            true => {
+                let read = file.by_ref().take(FIRST).read_to_end(&mut first);
+                read.and_then(|_| file.rewind()).map_err(|error| self::text::broken(&name, &error))?;
+                Format::of(&first)
+            }
+            // a pipe has one table, and its first bytes can be read once only
+            false => Format::Text,
+        };
+        let unread = |error: std::io::Error| self::text::broken(&name, &error);
+        match (format, table) {
+            (Format::Text | Format::Parquet | Format::Unread(_), None) => Record::opened(&name, file, text),
+            (Format::Text | Format::Parquet | Format::Unread(_), Some(table)) => {
+                Err(Malformed::new(Fault::File, format!("'{name}' is one table, and has none by name"))
+                    .expected("the file's name without '#' and what follows it")
+                    .found(format!("'#{table}'"))
+                    .in_file(name))
+            }
+            (Format::Matlab, table) => matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held),
+            #[cfg(feature = "excel")]
+            (Format::Workbook, table) => {
+                workbook::open(&name, whole(&mut file).map_err(unread)?, table, text).map(Record::Delimited)
+            }
+            #[cfg(feature = "hdf5")]
+            (Format::Hdf5, table) => hdf5::open(&name, &path, table).map(Record::Held),
+            #[cfg(feature = "mcap")]
+            (Format::Mcap, table) => mcap::open(&name, std::io::BufReader::new(file), table).map(Record::Held),
+            #[allow(unreachable_patterns, reason = "a program without some of the features")]
+            (other, _) => Err(Malformed::new(Fault::File, format!("'{name}' is {}", other.name()))
+                .expected("a format that this program was built for (Cargo features excel, hdf5, mcap)")
+                .in_file(name)),
+        }
+    }
+
+    /// Is there a table of text (also packed by gzip) at a path? What cannot be read is taken for one.
+    pub fn is_text(path: &Path) -> bool {
+        let (path, mut first) = (parted(path).0, Vec::new());
+        if !path.is_file() {
+            return true;
+        }
+        let read = File::open(path).and_then(|file| file.take(FIRST).read_to_end(&mut first));
+        read.is_err() || first.is_empty() || matches!(Format::of(&first), Format::Text | Format::Unread(_))
     }
 
     fn opened(
         name: &str,
-        mut file: std::fs::File,
+        mut file: File,
         text: impl Fn(&str, Box<dyn Read + Send>) -> Result<Delimited>,
     ) -> Result<Self> {
-        let mut first = [0_u8; 8];
+        let mut first = [0_u8; FIRST as usize];
         let read = file.read(&mut first).map_err(|error| self::text::broken(name, &error))?;
         let first = first.get(..read).unwrap_or_default();
-        if first.starts_with(b"PAR1") {
-            return Columnar::open(name, file).map(Record::Columnar);
-        }
-        if let Some(format) = unread(first) {
-            return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {format}"))
-                .expected("CSV (also with semicolons, tabs or spaces; gzip), or Parquet")
-                .in_file(name));
+        match Format::of(first) {
+            Format::Parquet => return Columnar::open(name, file).map(Record::Columnar),
+            Format::Text => {}
+            other => {
+                return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {}", other.name()))
+                    .expected("CSV (also with semicolons, tabs or spaces; gzip), Parquet, a workbook, MATLAB, HDF5 or MCAP, in a file")
+                    .in_file(name));
+            }
         }
         // what cannot be rewound (a pipe) is read on from behind its first bytes
         let stream: Box<dyn Read + Send> = match file.rewind() {
@@ -130,6 +219,7 @@ impl Record {
         match self {
             Record::Delimited(table) => &table.dialect().columns,
             Record::Columnar(table) => table.columns(),
+            Record::Held(table) => table.columns(),
         }
     }
 
@@ -150,6 +240,7 @@ impl Record {
         match self {
             Record::Delimited(table) => table.select(columns),
             Record::Columnar(table) => table.select(columns),
+            Record::Held(table) => table.select(columns),
         }
     }
 
@@ -160,6 +251,7 @@ impl Record {
         match self {
             Record::Delimited(table) => table.next(block),
             Record::Columnar(table) => table.next(block),
+            Record::Held(table) => table.next(block),
         }
     }
 
@@ -168,6 +260,7 @@ impl Record {
         match self {
             Record::Delimited(table) => table.labels(),
             Record::Columnar(table) => table.labels(),
+            Record::Held(table) => table.labels(),
         }
     }
 
@@ -176,6 +269,7 @@ impl Record {
         match self {
             Record::Delimited(_) => None,
             Record::Columnar(table) => Some(table.rows()),
+            Record::Held(table) => Some(table.rows()),
         }
     }
 
@@ -184,8 +278,33 @@ impl Record {
         match self {
             Record::Delimited(table) => table.name(),
             Record::Columnar(table) => table.name(),
+            Record::Held(table) => table.name(),
         }
     }
+}
+
+/// A file, and the name of one of its tables behind a `#`; a file that has the whole name comes first.
+pub fn parted(path: &Path) -> (PathBuf, Option<String>) {
+    let text = path.to_string_lossy();
+    match text.rsplit_once('#') {
+        Some((file, table)) if !file.is_empty() && !path.exists() && Path::new(file).exists() => {
+            (PathBuf::from(file), Some(table.to_string()))
+        }
+        _ => (path.to_path_buf(), None),
+    }
+}
+
+/// Open a file to read.
+fn opened(path: &Path) -> Result<File> {
+    let name = path.display();
+    if path.is_dir() {
+        return Err(Malformed::new(Fault::File, format!("'{name}' is a folder"))
+            .expected("a file")
+            .in_file(name.to_string()));
+    }
+    File::open(path).map_err(|error| {
+        Malformed::new(Fault::File, format!("cannot read '{name}': {error}")).expected("a readable file")
+    })
 }
 
 /// Place of a column by its whole title, else by its name, else by its name without regard to case.
@@ -232,16 +351,47 @@ impl Labels {
     }
 }
 
-/// The name of a format that is recognised and not read.
-fn unread(first: &[u8]) -> Option<&'static str> {
-    match first {
-        [] => Some("empty"),
-        [b'P', b'K', 3, 4, ..] => Some("a ZIP archive (an Excel workbook? save the sheet as CSV)"),
-        [0x89, b'H', b'D', b'F', ..] => Some("an HDF5 file (or a MATLAB file of version 7.3)"),
-        [b'M', b'A', b'T', b'L', b'A', b'B', ..] => Some("a MATLAB file"),
-        [0x89, b'M', b'C', b'A', b'P', ..] => Some("an MCAP log"),
-        [0xD0, 0xCF, 0x11, 0xE0, ..] => Some("an old Excel workbook"),
-        [0x28, 0xB5, 0x2F, 0xFD, ..] => Some("compressed by zstd"),
-        _ => None,
+/// Bytes that a format is told by.
+const FIRST: u64 = 8;
+
+/// Formats by their first bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Text,
+    Parquet,
+    Workbook,
+    Matlab,
+    Hdf5,
+    Mcap,
+    /// Recognised and not read; its name.
+    Unread(&'static str),
+}
+
+impl Format {
+    fn of(first: &[u8]) -> Self {
+        match first {
+            [] => Format::Unread("empty"),
+            [b'P', b'A', b'R', b'1', ..] => Format::Parquet,
+            // .xlsx, .xlsb and .ods are archives; .xls is a compound file
+            [b'P', b'K', 3, 4, ..] | [0xD0, 0xCF, 0x11, 0xE0, ..] => Format::Workbook,
+            // level 7.3 is HDF5 behind 512 bytes of its own
+            [0x89, b'H', b'D', b'F', ..] | [b'M', b'A', b'T', b'L', b'A', b'B', b' ', b'7', ..] => Format::Hdf5,
+            [b'M', b'A', b'T', b'L', b'A', b'B', ..] => Format::Matlab,
+            [0x89, b'M', b'C', b'A', b'P', ..] => Format::Mcap,
+            [0x28, 0xB5, 0x2F, 0xFD, ..] => Format::Unread("compressed by zstd"),
+            _ => Format::Text,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Format::Text => "a table of text",
+            Format::Parquet => "Parquet",
+            Format::Workbook => "a workbook (.xlsx, .xls, .ods), or another archive",
+            Format::Matlab => "a MATLAB file",
+            Format::Hdf5 => "an HDF5 file (or a MATLAB file of level 7.3)",
+            Format::Mcap => "an MCAP log",
+            Format::Unread(name) => name,
+        }
     }
 }

@@ -1,27 +1,18 @@
 //! What is odd in a channel, named and counted: spikes, stuck values, saturation, absent values. Nothing is changed.
 
-/// A kind of event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EventKind {
-    /// One sample far from both of its neighbours.
-    Spike,
-    /// The same value again and again where it otherwise changes.
-    Stuck,
-    /// The largest or smallest value of the record several times in a row.
-    Saturation,
-    /// A row without a number here.
-    Absent,
-}
+use crate::vocabulary::vocabulary;
 
-impl EventKind {
-    /// As a table says it.
-    pub fn name(self) -> &'static str {
-        match self {
-            EventKind::Spike => "spike",
-            EventKind::Stuck => "stuck",
-            EventKind::Saturation => "saturation",
-            EventKind::Absent => "absent",
-        }
+vocabulary! {
+    /// A kind of event.
+    EventKind {
+        /// A row without a number here.
+        Absent = "absent",
+        /// The largest or smallest value of the record several times in a row.
+        Saturation = "saturation",
+        /// One sample far from both of its neighbours.
+        Spike = "spike",
+        /// The same value again and again where it otherwise changes.
+        Stuck = "stuck",
     }
 }
 

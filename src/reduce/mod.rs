@@ -9,7 +9,8 @@
 //! | `trace.rs` | a record in bounded memory, and what is odd in it |
 //! | `events.rs` | spikes, stuck values, saturation, absent values |
 //! | `still.rs` | where a record stands still |
-//! | `segments.rs` | segments by a column, a list of times or the static detector; whole turns |
+//! | `segments.rs` | segments by a column, a list of times or the static detector |
+//! | `turns.rs` | whole turns, by a stated rate or an encoder's angle |
 //! | `correlated.rs` | the uncertainty of means, from all segments together |
 //! | `innovations.rs` | its arithmetic: covariances of block means, their innovations |
 //!
@@ -21,12 +22,14 @@ mod innovations;
 mod segments;
 mod still;
 mod trace;
+mod turns;
 
 pub use correlated::{Block, MeanUncertainty, mean_uncertainties};
 pub use events::{Event, EventKind};
-pub use segments::{By, Rejected, Segment, Segmentation, segment, whole_turns};
+pub use segments::{By, Rejected, Segment, Segmentation, segment};
 pub use still::Stillness;
 pub use trace::{Channel, Run, Trace};
+pub use turns::{Unwrap, whole_turns, whole_turns_of};
 
 use crate::uncertainty::quantiles::student_t_two_sided;
 
@@ -47,6 +50,13 @@ pub struct Mean {
     pub slope: (f64, f64, f64),
     /// Events within the segment.
     pub events: Vec<(EventKind, u64)>,
+}
+
+impl Mean {
+    /// Is there a slope that the noise does not explain: is one so large by chance less probable than 1 %?
+    pub fn is_sloping(&self) -> bool {
+        self.slope.2 < 0.01
+    }
 }
 
 /// Readings of a record.

@@ -128,7 +128,7 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
 }
 
 /// A segment of one piece.
-fn one(range: Range<u64>) -> Vec<Range<u64>> {
+pub(super) fn one(range: Range<u64>) -> Vec<Range<u64>> {
     std::iter::once(range).collect()
 }
 
@@ -136,7 +136,6 @@ fn one(range: Range<u64>) -> Vec<Range<u64>> {
 fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&Stillness>) -> Vec<Segment> {
     let mut segments: Vec<Segment> = Vec::new();
     let level = |range: &Range<u64>, k: usize| {
-        // near the jerk, so that a slow drift does not look like another position
         let blocks = trace.blocks(range.start, range.end);
         trace.channels.get(k).and_then(|c| c.means.get(blocks)).map(<[f64]>::to_vec).unwrap_or_default()
     };
@@ -146,15 +145,21 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
             && let Some(before) = last.pieces.last().cloned()
             && (range.start.saturating_sub(before.end)) as f64 * trace.interval <= most
         {
+            // near the jerk, so that a slow drift does not look like another position; or where the drifts on both sides meet, a little
+            // away from it, so that its rest in the first half window does not
             let near = (0.25 * most / (trace.interval * trace.block as f64)).ceil() as usize;
+            let apart = (range.start - before.end) as f64 / trace.block as f64;
             let same = (0..trace.observed).all(|k| {
-                let (a, b) = (level(&before, k), level(&range, k));
-                let (a, b) = (
-                    a.get(a.len().saturating_sub(near)..).unwrap_or_default(),
-                    b.get(..near.min(b.len())).unwrap_or_default(),
-                );
+                let (mut a, b) = (level(&before, k), level(&range, k));
+                a.reverse();
+                let (first, second) = (a.get(..near.min(a.len())), b.get(..near.min(b.len())));
                 let sd = stillness.and_then(|s| s.still_sd.get(k)).copied().unwrap_or(0.0);
-                (mean(a) - mean(b)).abs() <= SAME * sd
+                let alike = |a: f64, b: f64| (a - b).abs() <= SAME * sd;
+                alike(mean(first.unwrap_or_default()), mean(second.unwrap_or_default()))
+                    || match (ahead(&a, near, 0.5 * apart), ahead(&b, near, 0.5 * apart)) {
+                        (Some(a), Some(b)) => alike(a, b),
+                        _ => false,
+                    }
             });
             if same {
                 let jerk = (range.start - before.end) as f64 * trace.interval;
@@ -168,29 +173,17 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
     segments
 }
 
-/// Shorten segments in which a joint turned to whole turns, in their middle; `turn_s` has the duration of a turn. Those without one are rejected.
-pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Option<f64>]) -> Vec<Option<f64>> {
-    let mut kept = Vec::new();
-    let mut turns = Vec::new();
-    for (segment, turn) in std::mem::take(&mut segmentation.segments).into_iter().zip(turn_s) {
-        let mut segment = segment;
-        if let Some(turn) = turn {
-            let (start, end) = segment.span();
-            let lasting = (end - start) as f64 * trace.interval;
-            let whole = (lasting / turn + 1e-9).floor();
-            if whole < 1.0 {
-                let reason = format!("{lasting:.3} s long: less than a turn of {turn:.3} s");
-                segmentation.rejected.push(Rejected { samples: start..end, reason });
-                continue;
-            }
-            let samples = (whole * turn / trace.interval).round() as u64;
-            let from = start + (end - start - samples.min(end - start)) / 2;
-            segment.pieces = one(from..(from + samples).min(end));
-            segment.notes.push(format!("{whole} whole turns"));
-        }
-        kept.push(segment);
-        turns.push(*turn);
+/// A straight line through values from half a window to three windows (`near` values each) from where they begin, at `before` values before it.
+fn ahead(values: &[f64], near: usize, before: f64) -> Option<f64> {
+    let skipped = near / 2;
+    let used = values.get(skipped..values.len().min(3 * near))?;
+    if used.len() < near {
+        return None;
     }
-    segmentation.segments = kept;
-    turns
+    let n = used.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let mean = used.iter().sum::<f64>() / n;
+    let slope = used.iter().enumerate().map(|(k, v)| (k as f64 - middle) * (v - mean)).sum::<f64>()
+        / (n * (n * n - 1.0) / 12.0);
+    Some(mean - slope * (middle + skipped as f64 + before))
 }

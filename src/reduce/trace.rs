@@ -51,6 +51,8 @@ pub struct Trace {
     pub resumes: Vec<(u64, f64)>,
     /// Runs of labels, where a column has some.
     pub runs: Vec<Run>,
+    /// The angle of an encoder in turns, where there is one: no channel that is reduced.
+    pub angle: Option<Channel>,
     most: usize,
 }
 
@@ -61,7 +63,17 @@ impl Trace {
         let channels: Vec<Channel> =
             channels.into_iter().map(|(name, unit)| Channel { name, unit, ..Channel::default() }).collect();
         let resumes = vec![(0, 0.0)];
-        Trace { channels, observed, block: 1, interval: 1.0, samples: 0, resumes, runs: Vec::new(), most: MOST }
+        Trace {
+            channels,
+            observed,
+            block: 1,
+            interval: 1.0,
+            samples: 0,
+            resumes,
+            runs: Vec::new(),
+            angle: None,
+            most: MOST,
+        }
     }
 
     /// The same with at most so many blocks.

@@ -3,8 +3,9 @@
 use super::table::{count, plain, rounded, significant};
 use super::{Input, wrap};
 use crate::batch::{Row, Summary};
-use crate::campaign::{Campaign, Limited};
+use crate::campaign::{Campaign, Decision, Limited};
 use crate::fit;
+use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -14,11 +15,13 @@ const MOST: usize = 50;
 
 /// What a table of many devices comes to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct BatchReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
-    /// `batch`.
-    pub report: String,
+    /// Always `batch`.
+    #[schemars(extend("const" = "batch"))]
+    pub report: ReportKind,
     /// Files that it was made from, with digests.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<Input>,
@@ -27,7 +30,7 @@ pub struct BatchReport {
     /// Model line of each sensor.
     pub model: BTreeMap<String, String>,
     /// `exact` or `linear`.
-    pub estimator: String,
+    pub estimator: fit::Estimator,
     /// Coverage probability of expanded uncertainties.
     pub level: f64,
     /// The column that tells devices apart; `file` where each file is a device.
@@ -47,6 +50,7 @@ pub struct BatchReport {
 
 /// Devices by what became of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DeviceCounts {
     /// All.
     pub all: usize,
@@ -66,9 +70,10 @@ pub struct DeviceCounts {
 
 /// Devices by conformity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConformityCounts {
     /// `simple`, `guard-u` or `risk`.
-    pub decision: String,
+    pub decision: Decision,
     /// Inside every limit.
     pub pass: usize,
     /// Left open by the uncertainty.
@@ -79,6 +84,7 @@ pub struct ConformityCounts {
 
 /// A quantity over the accepted devices, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DistributionReport {
     /// Name.
     pub id: String,
@@ -86,34 +92,35 @@ pub struct DistributionReport {
     pub unit: String,
     /// Devices that have a value.
     pub devices: usize,
-    /// Mean.
+    /// Mean, in `unit`.
     pub mean: f64,
-    /// Standard deviation between devices.
+    /// Standard deviation between devices, in `unit`.
     pub sd: Option<f64>,
-    /// Least value.
+    /// Least value, in `unit`.
     pub least: f64,
-    /// Median.
+    /// Median, in `unit`.
     pub median: f64,
-    /// Largest value.
+    /// Largest value, in `unit`.
     pub most: f64,
-    /// Value below which 5 % of the devices are.
+    /// Value below which 5 % of the devices are, in `unit`.
     pub q05: f64,
-    /// Value below which 95 % of the devices are.
+    /// Value below which 95 % of the devices are, in `unit`.
     pub q95: f64,
     /// Root mean square of the devices' standard uncertainties.
     pub u: Option<f64>,
     /// Do devices differ more than they are measured? Null without uncertainties.
     pub scattering: Option<BetweenReport>,
-    /// Limits; null for none.
+    /// Limits, in `unit`; null for none.
     pub limits: Option<[Option<f64>; 2]>,
 }
 
 /// Between-device scatter against the uncertainty from each device's own readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct BetweenReport {
     /// Root mean square of the Type A standard uncertainties.
     pub u: f64,
-    /// Variance between devices over that of the readings.
+    /// Variance between devices over that of the readings, a pure number.
     pub f: f64,
     /// Degrees of freedom of the numerator.
     pub dof: f64,
@@ -121,12 +128,16 @@ pub struct BetweenReport {
     pub u_dof: Option<f64>,
     /// Probability of a larger ratio if all devices were alike.
     pub p: f64,
-    /// Standard deviation of the devices' true values that explains the rest.
+    /// Do devices differ by more than their readings scatter (p below 1 %)?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub significant: Option<bool>,
+    /// Standard deviation of the devices' true values that explains the rest, in the quantity's unit.
     pub sd_of_devices: f64,
 }
 
 /// A device that stands apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct OutlyingReport {
     /// The device.
     pub device: String,
@@ -140,6 +151,7 @@ pub struct OutlyingReport {
 
 /// A lot or a date.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LotReport {
     /// Its name.
     pub name: String,
@@ -189,6 +201,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
                 dof: s.dof,
                 u_dof: s.u_dof.is_finite().then_some(s.u_dof),
                 p: s.p,
+                significant: Some(s.is_significant()),
                 sd_of_devices: s.sd_of_devices,
             }),
             limits: limits(k),
@@ -208,11 +221,11 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
     let [pass, undecided, fail] = summary.conformity;
     BatchReport {
         tumble: env!("CARGO_PKG_VERSION").into(),
-        report: "batch".into(),
+        report: ReportKind::Batch,
         inputs: Vec::new(),
         bench: campaign.bench.id.clone(),
         model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
-        estimator: settings.estimator.name().into(),
+        estimator: settings.estimator,
         level: settings.level,
         by: by.into(),
         devices: DeviceCounts {
@@ -225,7 +238,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             own_fit: summary.solved[1],
         },
         conformity: (!campaign.limits.is_empty()).then(|| ConformityCounts {
-            decision: campaign.decision.name().into(),
+            decision: campaign.decision,
             pass,
             undecided,
             fail,

@@ -4,17 +4,20 @@ use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
 use super::{ARCSEC, FitReport, VERSION};
 use crate::compare::calibrations::{Changes, Determination, Input, Quantity, Trend};
 use crate::language::{Language, say};
+use crate::report::ReportKind;
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What `tumble compare A B --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChangesReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `compare-calibrations`.
-    pub report: String,
+    #[schemars(extend("const" = "compare-calibrations"))]
+    pub report: ReportKind,
     /// The earlier calibration.
     pub before: CalibratedReport,
     /// The later one.
@@ -35,6 +38,7 @@ pub struct ChangesReport {
 
 /// A calibration that was compared.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CalibratedReport {
     /// Its file.
     pub file: String,
@@ -48,39 +52,40 @@ pub struct CalibratedReport {
 
 /// How one quantity changed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChangeOfReport {
     /// Its name.
     pub id: String,
     /// Unit of all numbers but ratios.
     pub unit: String,
-    /// Estimate before.
+    /// Estimate before, in `unit`.
     pub before: f64,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in `unit`.
     pub u_before: Option<f64>,
-    /// Estimate after.
+    /// Estimate after, in `unit`.
     pub after: f64,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in `unit`.
     pub u_after: Option<f64>,
-    /// After minus before.
+    /// After minus before, in `unit`.
     pub difference: f64,
-    /// Standard uncertainty of the difference, shared inputs taken out.
+    /// Standard uncertainty of the difference, shared inputs taken out, in `unit`.
     pub u: Option<f64>,
     /// Its effective degrees of freedom; null for infinite.
     pub dof: Option<f64>,
-    /// Its expanded uncertainty.
+    /// Its expanded uncertainty, in `unit`.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
-    /// `difference / U`.
+    /// `difference / U`, a pure number.
     pub e_n: Option<f64>,
     /// Probability of a larger difference by chance.
     pub p: Option<f64>,
     /// Is the change significant, all quantities tested together (Holm)?
     pub significant: Option<bool>,
-    /// Difference per day.
+    /// Difference, in `unit` per day.
     pub per_day: Option<f64>,
-    /// Weighted mean of both.
+    /// Weighted mean of both, in `unit`.
     pub combined: Option<f64>,
-    /// Standard uncertainty of the mean, as it is where both agree.
+    /// Standard uncertainty of the mean, as it is where both agree, in `unit`.
     pub u_combined: Option<f64>,
     /// Birge ratio: well above 1 the two do not agree, and the mean's uncertainty is too small by it.
     pub birge: Option<f64>,
@@ -88,8 +93,9 @@ pub struct ChangeOfReport {
 
 /// The test of all changes together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct TogetherReport {
-    /// `d' C^-1 d` of the differences.
+    /// `d' C^-1 d` of the differences, a pure number.
     pub statistic: f64,
     /// Degrees of freedom: how many quantities.
     pub dof: usize,
@@ -150,7 +156,7 @@ pub fn changes_report(changes: &Changes, before: CalibratedReport, after: Calibr
     let finite = |x: f64| x.is_finite().then_some(x);
     ChangesReport {
         tumble: VERSION.into(),
-        report: "compare-calibrations".into(),
+        report: ReportKind::CompareCalibrations,
         before,
         after,
         level: changes.level,
@@ -183,7 +189,7 @@ pub fn changes_report(changes: &Changes, before: CalibratedReport, after: Calibr
             dof: t.dof,
             scatter_dof: finite(t.scatter_dof),
             p: t.p,
-            significant: t.p < 1.0 - changes.level,
+            significant: changes.together_is_significant() == Some(true),
         }),
         only_before: changes.only_in.0.clone(),
         only_after: changes.only_in.1.clone(),
@@ -309,11 +315,13 @@ pub fn changes_table(report: &ChangesReport, lang: Language) -> String {
 
 /// What `tumble compare A B C ... --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct HistoryReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `compare-history`.
-    pub report: String,
+    #[schemars(extend("const" = "compare-history"))]
+    pub report: ReportKind,
     /// The calibrations, by date.
     pub calibrations: Vec<CalibratedReport>,
     /// Coverage probability.
@@ -324,6 +332,7 @@ pub struct HistoryReport {
 
 /// A quantity over time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct TrendReport {
     /// Its name.
     pub id: String,
@@ -331,9 +340,9 @@ pub struct TrendReport {
     pub unit: String,
     /// Each calibration's day (from 1970-01-01), value and standard uncertainty.
     pub points: Vec<(f64, f64, Option<f64>)>,
-    /// Slope per day of a straight line; null with fewer than three days.
+    /// Slope per day of a straight line, in `unit` per day; null with fewer than three days.
     pub per_day: Option<f64>,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in `unit` per day.
     pub u_per_day: Option<f64>,
     /// Is the slope significant?
     pub significant: Option<bool>,
@@ -341,7 +350,7 @@ pub struct TrendReport {
     pub birge: Option<f64>,
     /// Limits, where the last calibration states them.
     pub limits: Option<[f64; 2]>,
-    /// Day on which the line leaves its limits; null where it does not, or where no slope is significant.
+    /// Day on which the line leaves its limits, in days from 1970-01-01; null where it does not, or where no slope is significant.
     pub leaves: Option<f64>,
 }
 
@@ -369,7 +378,7 @@ pub fn history_report(
     };
     HistoryReport {
         tumble: VERSION.into(),
-        report: "compare-history".into(),
+        report: ReportKind::CompareHistory,
         calibrations,
         level,
         trends: trends.iter().map(trend).collect(),

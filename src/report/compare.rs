@@ -4,16 +4,19 @@ use super::{ARCSEC, Input, VERSION};
 use crate::campaign::{Identity, Kind};
 use crate::compare::{Comparison, GroupComparison, value_of};
 use crate::language::{Language, Sentence, say};
+use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What `tumble compare --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CompareReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `compare`.
-    pub report: String,
+    #[schemars(extend("const" = "compare"))]
+    pub report: ReportKind,
     /// Id of the bench.
     pub bench: String,
     /// The unit under test, when, where, by whom, with what.
@@ -61,8 +64,9 @@ impl CompareReport {
 
 /// One group of readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GroupReport {
-    /// The rate or run; null for all readings.
+    /// The rate or run, in the unit of its column; null for all readings.
     pub group: Option<f64>,
     /// How many readings.
     pub readings: usize,
@@ -72,18 +76,19 @@ pub struct GroupReport {
 
 /// One quantity of a group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct QuantityReport {
     /// Name.
     pub id: String,
     /// `arcsec` for angles, else the parameter's own unit.
     pub unit: String,
-    /// By the published closed form (for all readings: the mean over the groups).
+    /// By the published closed form, in `unit` (for all readings: the mean over the groups).
     pub closed_form: Option<f64>,
-    /// By least squares without Earth rate, where the closed forms ignore it and the site has one (absent for all readings).
+    /// By least squares without Earth rate, where the closed forms ignore it and the site has one (absent for all readings), in `unit`.
     pub without_earth_rate: Option<f64>,
-    /// By least squares with the site's Earth rate.
+    /// By least squares with the site's Earth rate, in `unit`.
     pub least_squares: Option<f64>,
-    /// As printed.
+    /// As printed, in `unit`.
     pub printed: Option<f64>,
 }
 
@@ -96,12 +101,13 @@ impl QuantityReport {
 
 /// A disagreement between print and computation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct MisprintReport {
     /// What is misprinted.
     pub what: Sentence,
     /// As printed (arcsec for angles).
     pub printed: Option<f64>,
-    /// As computed.
+    /// As computed, in the unit of `printed`.
     pub computed: Option<f64>,
     /// What seems to have happened.
     pub explanation: Sentence,
@@ -157,7 +163,7 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
         .collect();
     CompareReport {
         tumble: VERSION.into(),
-        report: "compare".into(),
+        report: ReportKind::Compare,
         bench: comparison.all.campaign.bench.id.clone(),
         identity: comparison.all.campaign.identity.clone(),
         inputs: Vec::new(),

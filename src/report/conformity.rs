@@ -3,44 +3,46 @@
 use super::ARCSEC;
 use super::table::{plain, rounded, significant};
 use crate::campaign::{Decision, Limited};
-use crate::fit::{Fit, judge};
+use crate::fit::{Conformity, Fit, judge};
 use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What the limits of a campaign say about its results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConformityReport {
     /// `simple`, `guard-u` or `risk`.
-    pub decision: String,
+    pub decision: Decision,
     /// The rule in words.
     pub rule: Sentence,
     /// The worst outcome: `fail` before `undecided` before `pass`.
-    pub outcome: String,
+    pub outcome: Conformity,
     /// Each quantity.
     pub quantities: Vec<LimitedReport>,
 }
 
 /// A quantity and its limits, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LimitedReport {
     /// Name.
     pub id: String,
     /// Unit of all its numbers: arcsec for angles.
     pub unit: String,
-    /// Lower limit; null for none.
+    /// Lower limit, in `unit`; null for none.
     pub lower: Option<f64>,
-    /// Upper limit; null for none.
+    /// Upper limit, in `unit`; null for none.
     pub upper: Option<f64>,
-    /// Estimate; null where it is not estimable.
+    /// Estimate, in `unit`; null where it is not estimable.
     pub value: Option<f64>,
-    /// Expanded uncertainty.
+    /// Expanded uncertainty, in `unit`.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
     /// Probability that the quantity is inside the limits, by Student's t about the estimate; null where no uncertainty is known.
     pub probability: Option<f64>,
     /// `pass`, `fail` or `undecided`.
-    pub outcome: String,
+    pub outcome: Conformity,
 }
 
 /// Judge the results of a fit by the limits of its campaign; `None` where there are none.
@@ -72,10 +74,9 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
             value: value.map(|v| v * scale),
             expanded: uncertainty.map(|c| c.expanded * scale),
             probability,
-            outcome: outcome.name().into(),
+            outcome,
         });
     }
-    let worst = ["fail", "undecided"].into_iter().find(|word| quantities.iter().any(|q| q.outcome == *word));
     let percent = significant(100.0 * fit.settings.level, 3).trim_end_matches('0').trim_end_matches('.').to_string();
     let rule = match campaign.decision {
         Decision::Simple => sentence!("simple-acceptance-the-estimate-inside-the-limits"),
@@ -87,9 +88,9 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
         }
     };
     Some(ConformityReport {
-        decision: campaign.decision.name().into(),
+        decision: campaign.decision,
         rule,
-        outcome: worst.unwrap_or("pass").into(),
+        outcome: quantities.iter().map(|q| q.outcome).max().unwrap_or(Conformity::Pass),
         quantities,
     })
 }
@@ -109,7 +110,7 @@ pub fn conformity_text(report: &ConformityReport, lang: Language) -> String {
                 q.expanded.map_or("-".into(), |u| significant(u, 3)),
                 q.unit.clone(),
                 q.probability.map_or("-".into(), percent),
-                lang.term("outcome", &q.outcome).into_owned(),
+                lang.term("outcome", &q.outcome.to_string()).into_owned(),
             ]
         })
         .collect();
@@ -129,7 +130,7 @@ pub fn conformity_text(report: &ConformityReport, lang: Language) -> String {
     format!(
         "{table}{}\n",
         super::wrap::hanging(
-            &say!(lang, "conformity-conformity", outcome = lang.term("outcome", &report.outcome), rule = report.rule),
+            &say!(lang, "conformity-conformity", outcome = lang.term("outcome", &report.outcome.to_string()), rule = report.rule),
             2
         )
     )

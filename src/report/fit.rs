@@ -10,23 +10,29 @@ use super::separation::NotEstimableReport;
 use super::site::SiteReport;
 use crate::campaign::Identity;
 use crate::language::Sentence;
+use crate::campaign::{Distribution, Identity, Kind};
+use crate::fit::{Estimator, State, Stop, VarianceFrom};
+use crate::report::ReportKind;
+use crate::uncertainty::{Evaluation, Shape};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What `tumble fit --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct FitReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `fit`.
-    pub report: String,
+    #[schemars(extend("const" = "fit"))]
+    pub report: ReportKind,
     /// Id of the bench.
     pub bench: String,
     /// Model line of each sensor.
     pub model: BTreeMap<String, String>,
     /// `exact`, or `linear` with `--linear`.
-    pub estimator: String,
+    pub estimator: Estimator,
     /// The unit under test, when, where, by whom, with what.
     #[serde(default, skip_serializing_if = "Identity::is_empty")]
     pub identity: Identity,
@@ -89,32 +95,33 @@ pub struct FitReport {
 
 /// An estimated parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ParameterReport {
     /// Name.
     pub id: String,
     /// `tilt` or `coefficient`.
-    pub kind: String,
+    pub kind: Kind,
     /// Unit of value and uncertainties.
     pub unit: String,
-    /// Estimate; null where it is not estimable.
+    /// Estimate, in `unit`; null where it is not estimable.
     pub value: Option<f64>,
-    /// Combined standard uncertainty.
+    /// Combined standard uncertainty, in `unit`.
     pub u: Option<f64>,
     /// Effective degrees of freedom; null for infinite.
     pub dof: Option<f64>,
     /// Coverage factor.
     pub k: Option<f64>,
-    /// Expanded uncertainty.
+    /// Expanded uncertainty, in `unit`.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
     /// Coverage probability of the expanded uncertainty.
     pub level: f64,
-    /// Coverage interval: `value - U` to `value + U`, but with inequality constraints about the estimate without them, cut to what they
+    /// Coverage interval, in `unit`: `value - U` to `value + U`, but with inequality constraints about the estimate without them, cut to what they
     /// allow; null where no uncertainty is known, or where constraints and readings leave nothing.
     pub interval: Option<[f64; 2]>,
-    /// Part of `u` evaluated from the scatter of the readings (or their stated uncertainties).
+    /// Part of `u` evaluated from the scatter of the readings (or their stated uncertainties), in `unit`.
     pub type_a: Option<f64>,
-    /// Part of `u` from known inputs and priors.
+    /// Part of `u` from known inputs and priors, in `unit`.
     pub type_b: Option<f64>,
     /// Where `u` comes from.
     pub budget: Vec<BudgetReport>,
@@ -122,64 +129,68 @@ pub struct ParameterReport {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arcsec: Option<ArcsecReport>,
     /// `free`, `at-bound` or `not-estimable`.
-    pub state: String,
+    pub state: State,
 }
 
 /// A line of a budget.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct BudgetReport {
     /// Where it comes from.
     pub source: String,
     /// `A` or `B`.
     #[serde(rename = "type")]
-    pub evaluation: String,
+    pub evaluation: Evaluation,
     /// Shape of the distribution.
-    pub distribution: String,
-    /// Contribution to the standard uncertainty.
+    pub distribution: Shape,
+    /// Contribution to the standard uncertainty, in the quantity's unit.
     pub u: f64,
-    /// Estimate of the source, where it is one quantity.
+    /// Estimate of the source, where it is one quantity, in the source's unit.
     pub estimate: Option<f64>,
-    /// Sensitivity coefficient, where the source is one quantity.
+    /// Sensitivity coefficient, where the source is one quantity, in the quantity's unit over the source's.
     pub c: Option<f64>,
-    /// Standard uncertainty of the source itself, where it is one quantity.
+    /// Standard uncertainty of the source itself, where it is one quantity, in the source's unit.
     pub source_u: Option<f64>,
     /// Degrees of freedom; null for infinite.
     pub dof: Option<f64>,
-    /// Share of the variance.
+    /// Share of the variance, 0 to 1.
     pub share: f64,
 }
 
 /// An angle in arcseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ArcsecReport {
-    /// Estimate.
+    /// Estimate, arcsec.
     pub value: Option<f64>,
-    /// Standard uncertainty.
+    /// Standard uncertainty, arcsec.
     pub u: Option<f64>,
-    /// Expanded uncertainty.
+    /// Expanded uncertainty, arcsec.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
 }
 
 /// A known parameter as the campaign gives it (tilts in radians).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct KnownReport {
     /// Name.
     pub id: String,
-    /// Value.
+    /// Value, in `unit`.
     pub value: f64,
     /// Unit.
     pub unit: String,
-    /// Standard uncertainty.
+    /// Standard uncertainty, in `unit`.
     pub u: f64,
     /// Degrees of freedom; null for infinite.
     pub dof: Option<f64>,
     /// Shape of the distribution.
-    pub distribution: String,
+    pub distribution: Distribution,
 }
 
 /// A derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DerivedReport {
     /// Name.
     pub id: String,
@@ -187,15 +198,15 @@ pub struct DerivedReport {
     pub line: String,
     /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
     pub unit: String,
-    /// Value; null where it needs what is not estimable.
+    /// Value, in `unit`; null where it needs what is not estimable.
     pub value: Option<f64>,
-    /// Standard uncertainty, first order.
+    /// Standard uncertainty, first order, in `unit`.
     pub u: Option<f64>,
     /// Effective degrees of freedom; null for infinite.
     pub dof: Option<f64>,
     /// Coverage factor.
     pub k: Option<f64>,
-    /// Expanded uncertainty.
+    /// Expanded uncertainty, in `unit`.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
     /// Coverage interval of an azimuth `atan2(y, x)`, in `unit`: the directions that y and x together allow; the whole circle where they may
@@ -214,6 +225,7 @@ pub struct DerivedReport {
 
 /// A combination of parameters that is determined where they alone are not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CombinationValueReport {
     /// Coefficient of each parameter.
     pub combination: BTreeMap<String, f64>,
@@ -221,15 +233,15 @@ pub struct CombinationValueReport {
     pub text: String,
     /// Unit: that of the first parameter, whose coefficient is 1.
     pub unit: String,
-    /// Value.
+    /// Value, in `unit`.
     pub value: f64,
-    /// Combined standard uncertainty.
+    /// Combined standard uncertainty, in `unit`.
     pub u: Option<f64>,
     /// Effective degrees of freedom; null for infinite.
     pub dof: Option<f64>,
     /// Coverage factor.
     pub k: Option<f64>,
-    /// Expanded uncertainty.
+    /// Expanded uncertainty, in `unit`.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
     /// Where the uncertainty comes from.
@@ -241,6 +253,7 @@ pub struct CombinationValueReport {
 
 /// What depends on the value at which a parameter is held that is not estimable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConditionalReport {
     /// The parameter that is held.
     pub held: String,
@@ -254,15 +267,17 @@ pub struct ConditionalReport {
 
 /// A covariance matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CovarianceReport {
     /// Names of the rows and columns.
     pub order: Vec<String>,
-    /// The matrix, row by row; null for what is not estimable.
+    /// The matrix, row by row, in products of the parameters' units (tilts in rad; correlations are pure numbers); null for what is not estimable.
     pub matrix: Vec<Vec<Option<f64>>>,
 }
 
 /// Sums over the whole fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct FitSummary {
     /// Values read (rows), without priors.
     pub readings: usize,
@@ -276,16 +291,19 @@ pub struct FitSummary {
     pub dof: usize,
     /// `sqrt(sum_of_squares / dof)`: in the sensor's unit where no uncertainty is stated, else a pure number that should be near 1.
     pub residual_sd: Option<f64>,
-    /// Weighted sum of squared residuals.
+    /// Weighted sum of squared residuals, in the square of the unit of `residual_sd`.
     pub sum_of_squares: f64,
     /// The same where all uncertainties are stated: chi-square.
     pub chi_square: Option<f64>,
     /// Probability of a larger chi-square if the model is right.
     pub p: Option<f64>,
+    /// Is `p` below one minus the level, so that the model or the uncertainties are rejected? Absent where there is no such test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub global_test_rejected: Option<bool>,
     /// Condition number of the scaled design matrix.
     pub condition: Option<f64>,
     /// `stated` (uncertainties as given) or `estimated` (from the residuals).
-    pub variance: String,
+    pub variance: VarianceFrom,
     /// Estimated standard deviation of each sensor whose scatter was estimated.
     pub sensor_sd: BTreeMap<String, Option<f64>>,
     /// Sensors whose readings scatter by no more than the rounding of their numbers; their standard deviation is that rounding.
@@ -308,6 +326,7 @@ pub struct FitSummary {
 
 /// A closed circle that disagrees with the others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CircleReport {
     /// The sensor.
     pub sensor: String,
@@ -319,6 +338,7 @@ pub struct CircleReport {
 
 /// One value that was read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ReadingReport {
     /// Number of the reading in the file, from 1.
     pub index: usize,
@@ -326,21 +346,21 @@ pub struct ReadingReport {
     pub position: String,
     /// The sensor.
     pub sensor: String,
-    /// Value read.
+    /// Value read, in the sensor's unit.
     pub value: f64,
-    /// Value of the fitted model.
+    /// Value of the fitted model, in the sensor's unit.
     pub fitted: f64,
-    /// Value minus fitted.
+    /// Value minus fitted, in the sensor's unit.
     pub residual: f64,
-    /// Standard uncertainty that the adjustment used.
+    /// Standard uncertainty that the adjustment used, in the sensor's unit.
     pub u: Option<f64>,
-    /// Diagonal of the hat matrix.
+    /// Diagonal of the hat matrix, 0 to 1.
     pub leverage: f64,
-    /// Redundancy number.
+    /// Redundancy number, 0 to 1.
     pub redundancy: f64,
-    /// Internally studentized residual.
+    /// Internally studentized residual, a pure number.
     pub studentized: Option<f64>,
-    /// Minimal detectable bias.
+    /// Minimal detectable bias, in the sensor's unit.
     pub mdb: Option<f64>,
     /// What a fault of that size would do to each parameter, undetected (external reliability); tilts in arcseconds.
     pub external: Option<BTreeMap<String, f64>>,
@@ -351,11 +371,12 @@ pub struct ReadingReport {
 
 /// The record of Gauss-Newton.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConvergenceReport {
     /// Did it converge?
     pub converged: bool,
     /// Why it ended.
-    pub stop: Sentence,
+    pub stop: Stop,
     /// Parameters that the reference point does not determine and that kept their reference values.
     pub held: Vec<String>,
     /// Parameters that no reading responds to at the reference point, where what they are multiplied by is zero: started beside it.
@@ -369,11 +390,12 @@ pub struct ConvergenceReport {
 
 /// One iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct IterationReport {
-    /// Weighted sum of squares before the step.
+    /// Weighted sum of squares before the step, in the square of the unit of `residual_sd`.
     pub sum_of_squares: f64,
     /// Norm of the weighted change of the predictions.
     pub step: f64,
-    /// Share of the step taken.
+    /// Share of the step taken, 0 to 1.
     pub share: f64,
 }

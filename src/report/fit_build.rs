@@ -9,9 +9,10 @@ use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, scatter};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::correction::Calibration;
-use crate::fit::{Fit, Sector, State};
+use crate::fit::{Fit, Sector, State, VarianceFrom};
 use crate::language::{Sentence, sentence};
-use crate::uncertainty::{Combined, Contribution, Evaluation};
+use crate::report::ReportKind;
+use crate::uncertainty::{Combined, Contribution};
 use crate::wire::CorrectionFile;
 use std::collections::BTreeMap;
 
@@ -32,10 +33,10 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
     FitReport {
         correction: CorrectionFile::of(&Calibration::of(fit)),
         tumble: VERSION.into(),
-        report: "fit".into(),
+        report: ReportKind::Fit,
         bench: campaign.bench.id.clone(),
         model: campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect(),
-        estimator: fit.settings.estimator.name().into(),
+        estimator: fit.settings.estimator,
         identity: campaign.identity.clone(),
         inputs: Vec::new(),
         conformity: super::conformity::conformity(fit),
@@ -64,7 +65,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         readings: Vec::new(),
         convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
             converged: record.converged,
-            stop: record.stop.reason(),
+            stop: record.stop,
             held: ids(campaign, &record.held),
             moved: ids(campaign, &record.moved),
             iterations: record
@@ -139,8 +140,8 @@ fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
         .iter()
         .map(|c| BudgetReport {
             source: c.source.clone(),
-            evaluation: if c.evaluation == Evaluation::TypeA { "A" } else { "B" }.into(),
-            distribution: c.distribution.into(),
+            evaluation: c.evaluation,
+            distribution: c.distribution,
             u: c.u,
             estimate: c.estimate,
             c: c.sensitivity,
@@ -163,7 +164,7 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
     let uncertainty = result.uncertainty;
     ParameterReport {
         id: result.id.clone(),
-        kind: if result.kind == Kind::Tilt { "tilt" } else { "coefficient" }.into(),
+        kind: result.kind,
         unit: result.unit.clone(),
         value: result.value,
         u: uncertainty.map(|c| c.u),
@@ -177,7 +178,7 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
         budget: budget(&result.budget),
         arcsec: (result.kind == Kind::Tilt && result.state != State::NotEstimable)
             .then(|| arcsec(result.value, uncertainty)),
-        state: result.state.name().into(),
+        state: result.state,
     }
 }
 
@@ -245,7 +246,7 @@ fn known(campaign: &Campaign) -> Vec<KnownReport> {
                 unit: parameter.unit.clone(),
                 u: known.u,
                 dof: finite(known.dof),
-                distribution: known.distribution.name().into(),
+                distribution: known.distribution,
             }),
             _ => None,
         })
@@ -282,8 +283,9 @@ fn summary(fit: &Fit) -> FitSummary {
         sum_of_squares: estimate.sum_of_squares,
         chi_square: fit.global_test.map(|test| test.chi_square),
         p: fit.global_test.map(|test| test.p),
+        global_test_rejected: fit.global_test.map(|test| test.rejected),
         condition: estimate.condition.and_then(finite),
-        variance: if estimated { "estimated" } else { "stated" }.into(),
+        variance: if estimated { VarianceFrom::Estimated } else { VarianceFrom::Stated },
         sensor_sd,
         at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
         resolution: fit

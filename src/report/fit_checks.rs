@@ -1,7 +1,7 @@
 //! What a fit report says of the readings: what scatters in them, whether they agree with the model, the robust estimator.
 
 use super::finite;
-use crate::fit::Fit;
+use crate::fit::{Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 /// Do the readings agree with the model?
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChecksReport {
     /// Replicates against what the model leaves; null where nothing is replicated.
     pub lack_of_fit: Option<LackOfFitReport>,
@@ -26,8 +27,9 @@ pub struct ChecksReport {
 
 /// The lack of fit test.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LackOfFitReport {
-    /// F; null where replicates agree exactly.
+    /// F, a pure number; null where replicates agree exactly.
     pub f: Option<f64>,
     /// Degrees of freedom of what the model leaves.
     pub between_dof: usize,
@@ -43,30 +45,39 @@ pub struct LackOfFitReport {
 
 /// The runs test.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RunsReport {
     /// Runs of equal sign.
     pub runs: usize,
-    /// Runs to be expected.
+    /// Mean number of runs to be expected.
     pub expected: f64,
     /// Two-sided probability.
     pub p: f64,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
 }
 
 /// The test of normality.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NormalityReport {
     /// Shapiro-Francia W'.
     pub w: f64,
     /// Probability of a smaller one for normal errors.
     pub p: f64,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
 }
 
 /// Data snooping.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SnoopingReport {
     /// Readings tested.
     pub tested: usize,
-    /// Significance for a single reading (Sidak).
+    /// Significance for a single reading (Sidak), a probability.
     pub single_level: f64,
     /// Suspicious readings.
     pub suspects: Vec<SuspectReport>,
@@ -76,6 +87,7 @@ pub struct SnoopingReport {
 
 /// A suspicious reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SuspectReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -83,9 +95,9 @@ pub struct SuspectReport {
     pub position: String,
     /// The sensor.
     pub sensor: String,
-    /// Its shift against the other readings.
+    /// Its shift against the other readings, in the sensor's unit.
     pub shift: f64,
-    /// Standard uncertainty of the shift.
+    /// Standard uncertainty of the shift, in the sensor's unit.
     pub u: f64,
     /// `shift / u`.
     pub w: f64,
@@ -95,6 +107,7 @@ pub struct SuspectReport {
 
 /// External reliability of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ExternalReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -104,9 +117,10 @@ pub struct ExternalReport {
 
 /// The robust estimator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RobustReport {
     /// `huber`, `tukey` or `l1`.
-    pub method: String,
+    pub method: RobustMethod,
     /// Steps of reweighting.
     pub iterations: usize,
     /// Did it settle?
@@ -126,7 +140,7 @@ pub(super) fn robust(fit: &Fit) -> Option<RobustReport> {
     let record = fit.robust.as_ref()?;
     let low = record.weights.iter().take(fit.design.rows.len()).enumerate().filter(|(_, w)| **w < 0.5);
     Some(RobustReport {
-        method: record.method.name().into(),
+        method: record.method,
         iterations: record.iterations,
         converged: record.converged,
         downweighted: low.filter_map(|(i, _)| fit.design.rows.get(i).map(|origin| origin.reading + 1)).collect(),
@@ -168,7 +182,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             rejected: test.rejected,
         }
     });
-    for (s, test) in checks.runs.iter().filter(|(_, test)| test.p < 1.0 - level) {
+    for (s, test) in checks.runs.iter().filter(|(_, test)| test.is_rejected(level)) {
         let few = (test.runs as f64) < test.expected;
         let word = if few { sentence!("runs-few") } else { sentence!("runs-many") };
         verdict.push(sentence!(
@@ -180,7 +194,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             p = significant(test.p)
         ));
     }
-    if let Some(test) = checks.normality.filter(|test| test.p < 1.0 - level) {
+    if let Some(test) = checks.normality.filter(|test| test.is_rejected(level)) {
         verdict.push(sentence!(
             "residuals-are-not-normal-shapiro-francia-w",
             w = significant(test.w),
@@ -238,9 +252,14 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
         runs: checks
             .runs
             .iter()
-            .map(|(s, t)| (sensor(*s), RunsReport { runs: t.runs, expected: t.expected, p: t.p }))
+            .map(|(s, t)| {
+                (
+                    sensor(*s),
+                    RunsReport { runs: t.runs, expected: t.expected, p: t.p, rejected: Some(t.is_rejected(level)) },
+                )
+            })
             .collect(),
-        normality: checks.normality.map(|t| NormalityReport { w: t.w, p: t.p }),
+        normality: checks.normality.map(|t| NormalityReport { w: t.w, p: t.p, rejected: Some(t.is_rejected(level)) }),
         snooping,
         external,
         verdict,

@@ -3,6 +3,8 @@
 use super::table::{degrees_of_freedom, percent, plain, significant};
 use super::{BudgetReport, FitReport};
 use crate::language::{Language, say};
+use crate::campaign::Kind;
+use crate::fit::State;
 
 /// The budget of every parameter and derived quantity, one table each.
 pub fn budget(report: &FitReport, lang: Language) -> String {
@@ -37,8 +39,8 @@ fn one_budget(
                 super::scatter::source_name(&line.source, lang),
                 or_dash(line.estimate, 6),
                 or_dash(line.source_u, 3),
-                line.evaluation.clone(),
-                lang.term("distribution", &line.distribution).into_owned(),
+                line.evaluation.to_string(),
+                lang.term("distribution", &line.distribution.to_string()).into_owned(),
                 degrees(line.dof),
                 or_dash(line.c, 4),
                 significant(line.u, 3),
@@ -91,12 +93,12 @@ pub fn findings(report: &FitReport, lang: Language) -> String {
     if let Some(robust) = &report.robust {
         text.push_str(&match robust.converged {
             true => {
-                say!(lang, "robust-estimate-settled", method = robust.method, steps = robust.iterations.to_string())
+                say!(lang, "robust-estimate-settled", method = robust.method.to_string(), steps = robust.iterations.to_string())
             }
             false => say!(
                 lang,
                 "robust-estimate-did-not-settle",
-                method = robust.method,
+                method = robust.method.to_string(),
                 steps = robust.iterations.to_string()
             ),
         });
@@ -108,8 +110,8 @@ pub fn findings(report: &FitReport, lang: Language) -> String {
     }
     if let Some(constraints) = &report.constraints {
         text.push_str(&format!("{}\n", say!(lang, "fit-checks-table-constraints", verdict = constraints.verdict)));
-        for p in report.parameters.iter().filter(|p| p.state == "at-bound") {
-            let (scale, unit) = if p.kind == "tilt" { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
+        for p in report.parameters.iter().filter(|p| p.state == State::AtBound) {
+            let (scale, unit) = if p.kind == Kind::Tilt { (super::ARCSEC, "arcsec") } else { (1.0, p.unit.as_str()) };
             match p.interval {
                 Some([low, high]) => text.push_str(&format!(
                     "  {}\n",
@@ -144,7 +146,7 @@ pub fn findings(report: &FitReport, lang: Language) -> String {
 fn monte_carlo(report: &FitReport, drawn: &super::MonteCarloReport, lang: Language) -> String {
     let mut rows = Vec::new();
     for output in &drawn.outputs {
-        let angle = report.parameters.iter().any(|p| p.id == output.id && p.kind == "tilt")
+        let angle = report.parameters.iter().any(|p| p.id == output.id && p.kind == Kind::Tilt)
             || report.derived.iter().any(|d| d.id == output.id && d.unit == "rad");
         let (scale, unit) = if angle { (super::ARCSEC, "arcsec") } else { (1.0, "") };
         let show = |x: f64| significant(x * scale, 5);

@@ -4,17 +4,47 @@ use crate::campaign::{Campaign, Constraint};
 use crate::estimate::Side;
 use crate::fit::{Constraints, Fit};
 use crate::language::{Sentence, sentence};
+use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+vocabulary! {
+    /// What became of a campaign's constraints.
+    ConstraintsStatus {
+        /// The estimate meets them.
+        Met = "met",
+        /// No values meet them together; none was applied.
+        Contradictory = "contradictory",
+        /// None was applied: a rank defect is left, or the solver gave up.
+        NotApplied = "not-applied",
+    }
+}
+
+vocabulary! {
+    /// What became of one constraint.
+    ConstraintState {
+        /// An equation, met exactly.
+        Equality = "equality",
+        /// Met without it.
+        Inactive = "inactive",
+        /// An inequality that holds the estimate back.
+        Active = "active",
+        /// Together with others no values meet it.
+        Contradictory = "contradictory",
+        /// Not applied: a rank defect is left, or the solver gave up.
+        NotApplied = "not-applied",
+    }
+}
+
 /// The constraints of a campaign and what became of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConstraintsReport {
     /// `met`, `contradictory` (none was applied) or `not-applied` (a rank defect is left, or the solver gave up).
-    pub status: String,
+    pub status: ConstraintsStatus,
     /// Each of them.
     pub list: Vec<ConstraintReport>,
-    /// By how much the inequalities raise chi-square (the sum of squares over the estimated variance).
+    /// By how much the inequalities raise chi-square (the sum of squares over the estimated variance), a pure number.
     pub cost: Option<f64>,
     /// Covariance of the constrained estimate on the active face (from the readings), in the order of `covariance`; null where no
     /// inequality is active. The parameters' own `u` and `interval` do not rely on it.
@@ -22,34 +52,38 @@ pub struct ConstraintsReport {
     /// Probability of a larger cost if the bounds that are active were true: chi-square, or F where the variance is estimated.
     #[serde(default)]
     pub p: Option<f64>,
+    /// Is it below one minus the level?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<bool>,
     /// In words.
     pub verdict: Sentence,
 }
 
 /// One constraint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ConstraintReport {
     /// Number in the file, from 1.
     pub index: usize,
     /// The constraint as a line of text.
     pub text: String,
     /// `equality`, `inactive`, `active` or `contradictory`.
-    pub state: String,
+    pub state: ConstraintState,
     /// `lower`, `upper` or `norm` where it is active.
-    pub side: Option<String>,
+    pub side: Option<Side>,
     /// Decrease of chi-square for each unit (radian for tilts) by which an active bound gives way.
     pub multiplier: Option<f64>,
-    /// By how much chi-square would be smaller without an active bound.
+    /// By how much chi-square, a pure number, would be smaller without an active bound.
     pub cost: Option<f64>,
 }
 
 /// The constraints, if the campaign has any.
 pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
-    let (status, contradictory): (&str, &[usize]) = match &fit.constraints {
+    let (status, contradictory): (ConstraintsStatus, &[usize]) = match &fit.constraints {
         Constraints::None => return None,
-        Constraints::Met { .. } => ("met", &[]),
-        Constraints::Contradictory(named) => ("contradictory", named),
-        Constraints::NotApplied => ("not-applied", &[]),
+        Constraints::Met { .. } => (ConstraintsStatus::Met, &[]),
+        Constraints::Contradictory(named) => (ConstraintsStatus::Contradictory, named),
+        Constraints::NotApplied => (ConstraintsStatus::NotApplied, &[]),
     };
     let (active, cost, on_face) = match &fit.constraints {
         Constraints::Met { active, cost, on_face, .. } => (active.as_slice(), Some(*cost), on_face.as_ref()),
@@ -64,21 +98,17 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
             let own = active.iter().find(|a| a.constraint == k);
             let equality = matches!(constraint, Constraint::Linear { lower, upper, .. } if lower == upper);
             let state = match (own, equality) {
-                _ if contradictory.contains(&k) => "contradictory",
-                _ if status != "met" => "not-applied",
-                (Some(_), _) => "active",
-                (None, true) => "equality",
-                (None, false) => "inactive",
+                _ if contradictory.contains(&k) => ConstraintState::Contradictory,
+                _ if status != ConstraintsStatus::Met => ConstraintState::NotApplied,
+                (Some(_), _) => ConstraintState::Active,
+                (None, true) => ConstraintState::Equality,
+                (None, false) => ConstraintState::Inactive,
             };
             ConstraintReport {
                 index: k + 1,
                 text: constraint_text(&fit.campaign, constraint),
-                state: state.into(),
-                side: own.map(|a| match a.side {
-                    Side::Lower => "lower".into(),
-                    Side::Upper => "upper".into(),
-                    Side::Norm => "norm".into(),
-                }),
+                state,
+                side: own.map(|a| a.side),
                 multiplier: own.map(|a| a.multiplier),
                 cost: own.map(|a| a.cost),
             }
@@ -86,14 +116,14 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
         .collect();
     let significant = |x: f64| super::table::significant(x, 3);
     let verdict = match status {
-        "contradictory" => {
+        ConstraintsStatus::Contradictory => {
             let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
             sentence!("no-values-meet-constraints-together-none-was", named = named.join(", "))
         }
-        "not-applied" => {
+        ConstraintsStatus::NotApplied => {
             sentence!("the-constraints-were-not-applied-the-readings")
         }
-        _ => {
+        ConstraintsStatus::Met => {
             let mut clauses: Vec<Sentence> = list
                 .iter()
                 .filter_map(|c| {
@@ -104,7 +134,7 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
             if clauses.is_empty() {
                 sentence!("no-bound-is-active-the-estimate-is")
             } else {
-                let contradicted = fit.bounds_p().filter(|p| *p < 1.0 - fit.settings.level);
+                let contradicted = fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true));
                 clauses.extend(
                     contradicted
                         .map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = significant(p))),
@@ -117,11 +147,12 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
         (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect()).collect::<Vec<Vec<f64>>>()
     };
     Some(ConstraintsReport {
-        status: status.into(),
+        status,
         list,
         cost,
         on_face: on_face.map(matrix),
         p: fit.bounds_p(),
+        rejected: fit.bounds_are_rejected(),
         verdict,
     })
 }

@@ -46,7 +46,7 @@ pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
             lang,
             "tumble-fit-on",
             tumble = report.tumble,
-            estimator = lang.term("estimator", &report.estimator),
+            estimator = lang.term("estimator", report.estimator.name()),
             bench = report.bench
         )
     );
@@ -69,7 +69,7 @@ pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
                 expanded: a.expanded,
                 dof: p.dof,
                 k: p.k,
-                state: lang.term("state", &p.state),
+                state: lang.term("state", p.state.name()),
             },
             None => Line {
                 id: &p.id,
@@ -79,7 +79,7 @@ pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
                 expanded: p.expanded,
                 dof: p.dof,
                 k: p.k,
-                state: lang.term("state", &p.state),
+                state: lang.term("state", p.state.name()),
             },
         };
         rows.push(line.cells());
@@ -167,7 +167,7 @@ fn summary(report: &FitReport, lang: Language) -> String {
     text.push('\n');
     match (fit.chi_square, fit.p, fit.residual_sd) {
         (Some(chi_square), Some(p), Some(sd)) => {
-            let verdict = if p < 1.0 - report.parameters.first().map_or(0.95, |p| p.level) {
+            let verdict = if fit.global_test_rejected == Some(true) {
                 say!(lang, "rejected-the-readings-scatter-more-than-their")
             } else {
                 say!(lang, "accepted")
@@ -280,7 +280,7 @@ fn estimator(report: &FitReport, lang: Language) -> String {
         };
         say!(lang, "gauss-newton-converged-after", steps, linear)
     } else {
-        say!(lang, "gauss-newton-not-converged-after", steps, stop = record.stop)
+        say!(lang, "gauss-newton-not-converged-after", steps, stop = record.stop.said())
     };
     text.push_str(&(hanging(&line, 2) + "\n"));
     text

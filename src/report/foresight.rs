@@ -2,13 +2,14 @@
 
 use super::ARCSEC;
 use crate::campaign::Campaign;
-use crate::diagnosis::{Foresight, Prospect, is_angle};
+use crate::diagnosis::{Fate, Foresight, Prospect, is_angle};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What a diagnosis could find on a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ForesightReport {
     /// The rule behind every smallest size.
     pub rule: RuleReport,
@@ -22,6 +23,7 @@ pub struct ForesightReport {
 
 /// The rule behind every smallest size: `minimal = noncentrality u`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RuleReport {
     /// Probability of naming anything when nothing is missing, over all tests.
     pub significance: f64,
@@ -29,7 +31,7 @@ pub struct RuleReport {
     pub power: f64,
     /// Distinct directions: tests that are made.
     pub tests: usize,
-    /// `z(1 - a/2) + z(power)` with `a` the level of one test (Sidak); the noise is known.
+    /// `z(1 - a/2) + z(power)` with `a` the level of one test (Sidak), a pure number; the noise is known.
     pub noncentrality: f64,
     /// The same where only the residuals tell the noise; null with too few degrees of freedom.
     pub with_residuals: Option<f64>,
@@ -37,6 +39,7 @@ pub struct RuleReport {
 
 /// One effect on a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ProspectReport {
     /// The term without its coefficient.
     pub regressor: String,
@@ -45,14 +48,14 @@ pub struct ProspectReport {
     /// Sensor that would have it; null for what is common to all.
     pub sensor: Option<String>,
     /// `detectable`, `absorbed` (the estimated parameters take it up) or `not-exercised` (zero at every position).
-    pub fate: String,
-    /// Share of its column that the model leaves.
+    pub fate: Fate,
+    /// Share of its column that the model leaves, 0 to 1.
     pub left: f64,
     /// Unit of the coefficient; may be empty.
     pub unit: String,
-    /// Standard uncertainty of the coefficient beside the others; null unless detectable.
+    /// Standard uncertainty of the coefficient beside the others, in `unit`; null unless detectable.
     pub u: Option<f64>,
-    /// Smallest size that shows.
+    /// Smallest size that shows, in `unit`.
     pub minimal: Option<f64>,
     /// The same in arcseconds, for angles.
     pub minimal_arcsec: Option<f64>,
@@ -72,6 +75,7 @@ pub struct ProspectReport {
 
 /// The parameter that an effect of the smallest size shifts most.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct MovesReport {
     /// The parameter.
     pub parameter: String,
@@ -81,6 +85,7 @@ pub struct MovesReport {
 
 /// Effects that nothing tells apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AlikeReport {
     /// Regressors, the plainest first.
     pub members: Vec<String>,
@@ -92,19 +97,21 @@ pub struct AlikeReport {
 
 /// A group that is nearly alike.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NearReport {
     /// First regressor of the other group.
     pub regressor: String,
     /// The other group, from 0.
     pub group: usize,
-    /// Cosine of the angle between the two, beside the model.
+    /// Cosine of the angle between the two, beside the model, -1 to 1.
     pub cosine: f64,
-    /// Size of the first effect of this group from which it is not taken for the other.
+    /// Size of the first effect of this group from which it is not taken for the other, in its coefficient's unit.
     pub apart_from: f64,
 }
 
 /// A family of effects that was passed over.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PassedOverReport {
     /// Its name.
     pub name: String,
@@ -121,7 +128,7 @@ pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> Foresight
         regressor: p.effect.regressor.clone(),
         name: p.effect.name.clone(),
         sensor: p.effect.sensor.and_then(|k| campaign.bench.sensors.get(k)).map(|s| s.id.clone()),
-        fate: p.fate.name().into(),
+        fate: p.fate,
         left: p.left,
         unit: p.unit.clone(),
         u: p.u,
@@ -180,6 +187,7 @@ fn labelled(campaign: &Campaign, prospect: &Prospect) -> String {
 
 /// One line of the table of groups: what a terminal and a page show.
 #[derive(Debug, Clone)]
+#[cfg_attr(not(feature = "html"), allow(dead_code))] // the page shows all of it
 pub(super) struct GroupLine {
     /// First member and its name.
     pub effect: String,
@@ -236,7 +244,7 @@ pub(super) fn group_lines(report: &ForesightReport) -> Vec<GroupLine> {
 /// Absorbed effects by the parameters that hide them: `dtheta_y0 and V0` with the regressors.
 pub(super) fn hidden(report: &ForesightReport) -> Vec<(String, Vec<String>)> {
     let mut places: Vec<(String, Vec<String>)> = Vec::new();
-    for effect in report.effects.iter().filter(|e| e.fate == "absorbed") {
+    for effect in report.effects.iter().filter(|e| e.fate == Fate::Absorbed) {
         let place = effect.hides_in.join(", ");
         let text = match &effect.sensor {
             Some(sensor) if report.effects.iter().any(|e| e.sensor.as_ref().is_some_and(|s| s != sensor)) => {
@@ -255,7 +263,7 @@ pub(super) fn hidden(report: &ForesightReport) -> Vec<(String, Vec<String>)> {
 /// Regressors that are zero at every position.
 pub(super) fn not_exercised(report: &ForesightReport) -> Vec<String> {
     let mut list: Vec<String> =
-        report.effects.iter().filter(|e| e.fate == "not-exercised").map(|e| e.regressor.clone()).collect();
+        report.effects.iter().filter(|e| e.fate == Fate::NotExercised).map(|e| e.regressor.clone()).collect();
     list.dedup();
     list
 }

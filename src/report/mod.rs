@@ -32,6 +32,7 @@ mod compare;
 mod compare_table;
 pub(crate) mod conformity;
 mod correction;
+#[cfg(feature = "dcc")]
 pub mod dcc;
 mod diagnose;
 mod fit;
@@ -42,29 +43,40 @@ mod fit_constraints;
 mod fit_table;
 mod foresight;
 mod foresight_table;
+#[cfg(feature = "html")]
 pub mod html;
+#[cfg(feature = "html")]
 pub mod markdown;
 mod monte_carlo;
+#[cfg(feature = "navigate")]
 mod navigate;
+#[cfg(feature = "navigate")]
 mod navigate_diagnose;
+#[cfg(feature = "navigate")]
 mod navigate_diagnose_table;
+#[cfg(feature = "navigate")]
 mod navigate_table;
 mod noise_analysis;
 mod noise_table;
 mod plan;
 mod plan_build;
 mod plan_table;
+#[cfg(feature = "html")]
 pub mod plot;
 mod provenance;
 mod reduction;
 mod reduction_table;
 mod scatter;
 mod separation;
+#[cfg(all(feature = "navigate", feature = "parquet"))]
 pub mod series;
 mod site;
 pub mod table;
 pub mod wrap;
+#[cfg(feature = "dcc")]
 mod xml;
+
+use crate::vocabulary::vocabulary;
 
 pub use batch::{
     BatchReport, BetweenReport, ConformityCounts, DeviceCounts, DistributionReport, LotReport, OutlyingReport,
@@ -88,32 +100,38 @@ pub use fit::{
 };
 pub use fit_build::{fit_report, fit_summary};
 pub use provenance::Input;
-pub use reduction::{DetectorReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report};
+pub use reduction::{
+    DetectorReport, JumpReport, ReduceReport, RejectedReport, SegmentMeanReport, SegmentReport, reduce_report,
+};
 pub use reduction_table::reduce_table;
 pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
-pub use site::{GravityReport, SiteReport, gravity_text, site, site_text};
+pub use site::{GravityBasis, GravityReport, SiteReport, gravity_text, site, site_text};
 
 pub use fit_checks::{
     ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, SnoopingReport,
     SuspectReport,
 };
-pub use fit_constraints::{ConstraintReport, ConstraintsReport};
+pub use fit_constraints::{ConstraintReport, ConstraintState, ConstraintsReport, ConstraintsStatus};
 pub use foresight::{
     AlikeReport, ForesightReport, MovesReport, NearReport, PassedOverReport, ProspectReport, RuleReport,
     foresight_report,
 };
 pub use monte_carlo::{DrawnReport, JointReport, MonteCarloReport, monte_carlo_report};
+#[cfg(feature = "navigate")]
 pub use navigate::{
     CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
     ScenarioReport, SummaryReport, navigate_report,
 };
 
+#[cfg(feature = "navigate")]
 pub use navigate_diagnose::{
     ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport,
     RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
 };
+#[cfg(feature = "navigate")]
 pub use navigate_diagnose_table::navigate_diagnose_table;
+#[cfg(feature = "navigate")]
 pub use navigate_table::navigate_table;
 pub use noise_analysis::{
     AgreementReport, CoefficientReport, DeviationReport, DeviationsReport, NoiseAnalysisReport, NoiseColumnReport,
@@ -121,12 +139,40 @@ pub use noise_analysis::{
 };
 pub use noise_table::{kalibr, noise_table};
 pub use plan::{
-    ComparisonReport, CorrelationReport, DiscriminationReport, FindReport, GoalReport, ImprovedReport, JudgementReport,
-    LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport, PredictedDerivedReport,
-    PredictedReport, ReasonReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
+    ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport,
+    JudgementReport, LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport,
+    PredictedDerivedReport, PredictedReport, ReasonReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
 };
 pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;
+
+vocabulary! {
+    /// What kind of report it is.
+    ReportKind {
+        /// One fit.
+        Fit = "fit",
+        /// Many devices.
+        Batch = "batch",
+        /// Published closed forms beside least squares.
+        Compare = "compare",
+        /// Two calibrations of one unit.
+        CompareCalibrations = "compare-calibrations",
+        /// Several calibrations of one unit.
+        CompareHistory = "compare-history",
+        /// What the model misses.
+        Diagnose = "diagnose",
+        /// A schedule judged or chosen.
+        Plan = "plan",
+        /// What calibration errors do to a navigator.
+        Navigate = "navigate",
+        /// What the errors of a navigator come from.
+        NavigateDiagnose = "navigate-diagnose",
+        /// Allan deviations and coefficients of a record.
+        Noise = "noise",
+        /// Means of a record's segments.
+        Reduce = "reduce",
+    }
+}
 
 /// Version of the program, as every report says it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -152,11 +198,12 @@ pub fn schemas() -> Vec<&'static str> {
             "compare-history-report",
             "diagnose-report",
             "plan-report",
-            "navigate-report",
-            "navigate-diagnose-report",
             "noise-report",
             "reduce-report",
         ])
+        .chain(
+            cfg!(feature = "navigate").then_some(["navigate-report", "navigate-diagnose-report"]).into_iter().flatten(),
+        )
         .collect()
 }
 
@@ -166,18 +213,21 @@ pub fn schemas() -> Vec<&'static str> {
 /// assert!(tumble::report::schema("fit-report").is_some());
 /// ```
 pub fn schema(kind: &str) -> Option<serde_json::Value> {
-    match kind {
-        "batch-report" => Some(schemars::schema_for!(BatchReport).to_value()),
-        "compare-report" => Some(schemars::schema_for!(CompareReport).to_value()),
-        "compare-calibrations-report" => Some(schemars::schema_for!(ChangesReport).to_value()),
-        "compare-history-report" => Some(schemars::schema_for!(HistoryReport).to_value()),
-        "diagnose-report" => Some(schemars::schema_for!(DiagnoseReport).to_value()),
-        "fit-report" => Some(schemars::schema_for!(FitReport).to_value()),
-        "navigate-report" => Some(schemars::schema_for!(NavigateReport).to_value()),
-        "navigate-diagnose-report" => Some(schemars::schema_for!(NavigateDiagnoseReport).to_value()),
-        "noise-report" => Some(schemars::schema_for!(NoiseAnalysisReport).to_value()),
-        "plan-report" => Some(schemars::schema_for!(PlanReport).to_value()),
-        "reduce-report" => Some(schemars::schema_for!(ReduceReport).to_value()),
-        _ => crate::wire::schema(kind),
-    }
+    let schema = match kind {
+        "batch-report" => schemars::schema_for!(BatchReport),
+        "compare-report" => schemars::schema_for!(CompareReport),
+        "compare-calibrations-report" => schemars::schema_for!(ChangesReport),
+        "compare-history-report" => schemars::schema_for!(HistoryReport),
+        "diagnose-report" => schemars::schema_for!(DiagnoseReport),
+        "fit-report" => schemars::schema_for!(FitReport),
+        #[cfg(feature = "navigate")]
+        "navigate-report" => schemars::schema_for!(NavigateReport),
+        #[cfg(feature = "navigate")]
+        "navigate-diagnose-report" => schemars::schema_for!(NavigateDiagnoseReport),
+        "noise-report" => schemars::schema_for!(NoiseAnalysisReport),
+        "plan-report" => schemars::schema_for!(PlanReport),
+        "reduce-report" => schemars::schema_for!(ReduceReport),
+        _ => return crate::wire::schema(kind),
+    };
+    Some(crate::wire::identified(kind, schema.to_value()))
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Monte Carlo beside the first order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct MonteCarloReport {
     /// Trials that gave finite values.
     pub trials: usize,
@@ -24,18 +25,19 @@ pub struct MonteCarloReport {
 
 /// One output of the Monte Carlo.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DrawnReport {
     /// Name of the parameter or derived quantity.
     pub id: String,
-    /// Mean of the trials.
+    /// Mean of the trials, in the quantity's unit.
     pub mean: f64,
-    /// Standard deviation of the trials.
+    /// Standard deviation of the trials, in the quantity's unit.
     pub u: f64,
-    /// Probabilistically symmetric coverage interval.
+    /// Probabilistically symmetric coverage interval, in the quantity's unit.
     pub interval: [f64; 2],
-    /// Shortest coverage interval.
+    /// Shortest coverage interval, in the quantity's unit.
     pub shortest: [f64; 2],
-    /// First-order interval.
+    /// First-order interval, in the quantity's unit.
     pub first_order: Option<[f64; 2]>,
     /// Is the first order good to two digits of the uncertainty?
     pub first_order_agrees: Option<bool>,
@@ -43,12 +45,13 @@ pub struct DrawnReport {
 
 /// Several outputs together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct JointReport {
     /// Their order.
     pub order: Vec<String>,
-    /// Covariance.
+    /// Covariance, in products of the quantities' units.
     pub covariance: Vec<Vec<f64>>,
-    /// Factor of the coverage ellipsoid; null where they depend on each other.
+    /// Factor of the coverage ellipsoid, a pure number; null where they depend on each other.
     pub k_p: Option<f64>,
 }
 

@@ -8,6 +8,7 @@ use crate::navigate::linear;
 use crate::navigate::mission::Mission;
 use crate::navigate::run::{NavigationError, Scenario, Summary};
 use crate::navigate::study::{self, Carried, Flown};
+use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -15,11 +16,13 @@ use std::f64::consts::TAU;
 
 /// What `tumble navigate --json` writes. Numbers of a navigator that ran over a pole are null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigateReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `navigate`.
-    pub report: String,
+    #[schemars(extend("const" = "navigate"))]
+    pub report: ReportKind,
     /// The mission's title.
     pub title: String,
     /// Duration, h.
@@ -48,6 +51,7 @@ pub struct NavigateReport {
 
 /// Periods of the error equations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PeriodsReport {
     /// Schuler's oscillation, min.
     pub schuler_min: f64,
@@ -67,6 +71,7 @@ impl PeriodsReport {
 
 /// A scenario.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ScenarioReport {
     /// Its name.
     pub id: String,
@@ -76,8 +81,9 @@ pub struct ScenarioReport {
 
 /// A value with its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct QuantityWithUnit {
-    /// Value.
+    /// Value, in `unit`.
     pub value: f64,
     /// Unit.
     pub unit: String,
@@ -85,6 +91,7 @@ pub struct QuantityWithUnit {
 
 /// One scenario in one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ResultReport {
     /// The motion.
     pub motion: String,
@@ -106,17 +113,19 @@ pub struct ResultReport {
 
 /// A quantity over all rows of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SummaryReport {
-    /// At the last row.
+    /// At the last row, in the unit of its key.
     pub last: Option<f64>,
-    /// Largest.
+    /// Largest, in the unit of its key.
     pub max: Option<f64>,
-    /// Root mean square.
+    /// Root mean square, in the unit of its key.
     pub rms: Option<f64>,
 }
 
 /// A navigation error, or the standard uncertainty of one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ErrorReport {
     /// `phi` about east, north, up, arcsec.
     pub phi_arcsec: [Option<f64>; 3],
@@ -128,6 +137,7 @@ pub struct ErrorReport {
 
 /// Ratios of one scenario; null where the first motion has no such error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RatioReport {
     /// The scenario.
     pub scenario: String,
@@ -135,18 +145,19 @@ pub struct RatioReport {
     pub motion: String,
     /// The motion that it is compared with.
     pub against: String,
-    /// Tilt.
+    /// Tilt, a ratio.
     pub tilt: Option<f64>,
-    /// Azimuth.
+    /// Azimuth, a ratio.
     pub azimuth: Option<f64>,
-    /// Velocity.
+    /// Velocity, a ratio.
     pub velocity: Option<f64>,
-    /// Position.
+    /// Position, a ratio.
     pub position: Option<f64>,
 }
 
 /// A covariance carried along one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CarriedReport {
     /// The motion.
     pub motion: String,
@@ -172,7 +183,7 @@ pub fn navigate_report(
     let against = flown.first().map(|f| f.motion.clone()).unwrap_or_default();
     NavigateReport {
         tumble: VERSION.into(),
-        report: "navigate".into(),
+        report: ReportKind::Navigate,
         title: mission.title.clone(),
         duration_h: mission.duration() / 3600.0,
         step_s: mission.step,

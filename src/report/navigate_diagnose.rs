@@ -2,7 +2,7 @@
 
 use super::navigate::error_quantities;
 use super::{GapReport, GapsReport, NoiseReport, QuantityWithUnit, StepReport, VERSION};
-use crate::diagnosis::{NoiseFrom, Settings};
+use crate::diagnosis::{NoiseFrom, Settings, Verdict};
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis};
 use crate::navigate::errors::Source;
@@ -10,6 +10,7 @@ use crate::navigate::measured::{CHANNEL_NAMES, Measured, si_per_unit};
 use crate::navigate::mission::Mission;
 use crate::navigate::separate::Separation;
 use crate::navigate::study;
+use crate::report::ReportKind;
 use crate::wire::MotionFile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,11 +18,13 @@ use std::collections::BTreeMap;
 
 /// What `tumble diagnose MISSION --measured F --json` writes.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigateDiagnoseReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `navigate-diagnose`.
-    pub report: String,
+    #[schemars(extend("const" = "navigate-diagnose"))]
+    pub report: ReportKind,
     /// The mission's title.
     pub mission: String,
     /// The runs that were measured.
@@ -29,7 +32,7 @@ pub struct NavigateDiagnoseReport {
     /// Rows of the file that belong to other scenarios and were left out.
     pub left_out: usize,
     /// `effects-found`, `nothing-missing`, `unexplained`, or `not-diagnosable` (fewer than three values).
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Probability of reporting anything when nothing is missing.
     pub significance: f64,
     /// The errors that are missing from the mission, the strongest first.
@@ -63,6 +66,7 @@ pub struct NavigateDiagnoseReport {
 
 /// A run that was measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RunReport {
     /// Name of the mission's motion.
     pub motion: String,
@@ -72,21 +76,22 @@ pub struct RunReport {
 
 /// An error that the mission misses.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationEffectReport {
     /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
     /// (`angle_random_walk`, `velocity_random_walk`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
     pub regressor: String,
     /// Name in the field's words.
     pub name: String,
-    /// What the mission has to be changed by.
+    /// What the mission has to be changed by, in `unit`.
     pub value: f64,
-    /// Standard uncertainty.
+    /// Standard uncertainty, in `unit`.
     pub u: Option<f64>,
     /// Unit.
     pub unit: String,
-    /// The mission's value before; null where no mission holds such a cause.
+    /// The mission's value before, in `unit`; null where no mission holds such a cause.
     pub before: Option<f64>,
-    /// The mission's value after.
+    /// The mission's value after, in `unit`.
     pub after: Option<f64>,
     /// Student's t (normal where the noise is stated), the other effects given.
     pub t: f64,
@@ -102,12 +107,13 @@ pub struct NavigationEffectReport {
 
 /// Another error that explains the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationAliasReport {
     /// The error source.
     pub regressor: String,
     /// Its name.
     pub name: String,
-    /// The change of the mission that it would need.
+    /// The change of the mission that it would need, in `unit`.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: String,
@@ -123,6 +129,7 @@ pub struct NavigationAliasReport {
 
 /// A motion that would tell an error from its aliases.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SeparationReport {
     /// The motion, as a mission file has it.
     pub motion: MotionFile,
@@ -136,6 +143,7 @@ pub struct SeparationReport {
 
 /// The gap in one channel of one run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChannelReport {
     /// Name of the motion.
     pub motion: String,
@@ -143,22 +151,23 @@ pub struct ChannelReport {
     pub column: String,
     /// Values measured.
     pub values: usize,
-    /// Root mean square before.
+    /// Root mean square before, in the column's unit.
     pub rms_before: f64,
-    /// Largest by size before.
+    /// Largest by size before, in the column's unit.
     pub max_before: f64,
-    /// Root mean square after.
+    /// Root mean square after, in the column's unit.
     pub rms_after: f64,
-    /// Largest by size after.
+    /// Largest by size after, in the column's unit.
     pub max_after: f64,
-    /// Standard uncertainty of a value.
+    /// Standard uncertainty of a value, in the column's unit.
     pub u: f64,
     /// `stated` or `residuals` (then it can only come from what is left).
-    pub u_from: String,
+    pub u_from: NoiseFrom,
 }
 
 /// What nothing explains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct UnexplainedNavigationReport {
     /// In one sentence.
     pub pattern: String,
@@ -172,6 +181,7 @@ pub struct UnexplainedNavigationReport {
 
 /// A single value that noise does not explain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationSuspectReport {
     /// Name of the motion.
     pub motion: String,
@@ -185,6 +195,7 @@ pub struct NavigationSuspectReport {
 
 /// Mean gap in a part of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NavigationCellReport {
     /// Name of the motion.
     pub motion: String,
@@ -217,11 +228,11 @@ pub fn navigate_diagnose_report(
     let [before, after] = diagnosis.gap.map(gap);
     NavigateDiagnoseReport {
         tumble: VERSION.into(),
-        report: "navigate-diagnose".into(),
+        report: ReportKind::NavigateDiagnose,
         mission: mission.title.clone(),
         runs: measured.runs.iter().map(run).collect(),
         left_out: measured.left_out,
-        verdict: diagnosis.verdict.name().into(),
+        verdict: diagnosis.verdict,
         significance: settings.significance,
         effects: diagnosis.findings.iter().map(|finding| effect(finding, diagnosis)).collect(),
         model_before: error_quantities(&diagnosis.before),
@@ -230,7 +241,7 @@ pub fn navigate_diagnose_report(
             before,
             after,
             sensors: BTreeMap::new(),
-            noise: NoiseReport { sd: None, from: diagnosis.noise.name().into() },
+            noise: NoiseReport { sd: None, from: diagnosis.noise },
         },
         channels: channels(measured, diagnosis),
         unexplained: diagnosis.unexplained.as_ref().map(|own| UnexplainedNavigationReport {
@@ -339,7 +350,7 @@ fn channels(measured: &Measured, diagnosis: &NavigationDiagnosis) -> Vec<Channel
             rms_after: own.after.0 / unit,
             max_after: own.after.1 / unit,
             u: own.u / unit,
-            u_from: from.name().into(),
+            u_from: from,
         }
     };
     diagnosis.channels.iter().map(one).collect()

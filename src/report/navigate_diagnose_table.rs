@@ -7,6 +7,7 @@ use super::navigate_diagnose::{
 };
 use super::table::{plain, rounded, significant};
 use super::wrap::hanging;
+use crate::diagnosis::{NoiseFrom, Verdict};
 
 /// Most aliases and cells that are listed at a terminal; the JSON report has all.
 const LISTED: usize = 8;
@@ -75,13 +76,13 @@ pub(super) fn grouped(ids: &[String]) -> Vec<String> {
 
 /// The verdict as a sentence, without a full stop.
 pub(super) fn sentence(report: &NavigateDiagnoseReport) -> String {
-    match (report.verdict.as_str(), report.effects.len()) {
-        ("effects-found", count) => found_in_words(report, count),
-        ("nothing-missing", _) => "the gap is noise".into(),
-        ("unexplained", _) => {
+    match (report.verdict, report.effects.len()) {
+        (Verdict::EffectsFound | Verdict::PartlyExplained, count) => found_in_words(report, count),
+        (Verdict::NothingMissing, _) => "the gap is noise".into(),
+        (Verdict::Unexplained, _) => {
             "something is missing that no error of the unit, the start or the reference explains".into()
         }
-        _ => "nothing can be diagnosed: fewer than three values were measured".into(),
+        (Verdict::NotDiagnosable, _) => "nothing can be diagnosed: fewer than three values were measured".into(),
     }
 }
 
@@ -105,11 +106,12 @@ fn found_in_words(report: &NavigateDiagnoseReport, count: usize) -> String {
 }
 
 fn verdict(report: &NavigateDiagnoseReport) -> String {
-    let label = match report.verdict.as_str() {
-        "effects-found" => "EFFECTS FOUND",
-        "nothing-missing" => "NOTHING MISSING",
-        "unexplained" => "UNEXPLAINED",
-        _ => return format!("NOT DIAGNOSABLE: {}", sentence(report)),
+    let label = match report.verdict {
+        Verdict::EffectsFound => "EFFECTS FOUND",
+        Verdict::NothingMissing => "NOTHING MISSING",
+        Verdict::PartlyExplained => "PARTLY EXPLAINED",
+        Verdict::Unexplained => "UNEXPLAINED",
+        Verdict::NotDiagnosable => return format!("NOT DIAGNOSABLE: {}", sentence(report)),
     };
     format!("{label}: {}\n({})", sentence(report), tried(report))
 }
@@ -195,8 +197,8 @@ fn gap(report: &NavigateDiagnoseReport) -> String {
     format!(
         "{}noise: {}\n",
         plain(&["gap, in u", "rms", "max", "chi-square", "dof", "p"], &rows),
-        match report.gap.noise.from.as_str() {
-            "residuals" =>
+        match report.gap.noise.from {
+            NoiseFrom::Residuals =>
                 "u is not stated everywhere, so it comes from what is left of each channel (completeness cannot be tested)",
             _ => "the stated standard uncertainties",
         }
@@ -219,7 +221,7 @@ fn channels(report: &NavigateDiagnoseReport) -> String {
             row.extend(several.then(|| own.motion.clone()));
             row.push(significant(own.rms_before, 4));
             row.extend(found.then(|| significant(own.rms_after, 4)));
-            row.push(significant(own.u, 3) + if own.u_from == "stated" { "" } else { " (from residuals)" });
+            row.push(significant(own.u, 3) + if own.u_from == NoiseFrom::Stated { "" } else { " (from residuals)" });
             row
         })
         .collect();

@@ -2,16 +2,19 @@
 
 use super::{VERSION, finite};
 use crate::noise::{Analysis, Deviation, Term, field_unit};
+use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What `tumble noise --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseAnalysisReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `noise`.
-    pub report: String,
+    #[schemars(extend("const" = "noise"))]
+    pub report: ReportKind,
     /// The record.
     pub record: String,
     /// Sampling interval, s.
@@ -24,6 +27,7 @@ pub struct NoiseAnalysisReport {
 
 /// The noise of one column.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseColumnReport {
     /// The column's name.
     pub column: String,
@@ -33,7 +37,7 @@ pub struct NoiseColumnReport {
     pub samples: u64,
     /// Stretches between gaps.
     pub stretches: u64,
-    /// Mean of all samples.
+    /// Mean of all samples, in `unit`.
     pub mean: Option<f64>,
     /// Probability of the intervals.
     pub level: f64,
@@ -50,6 +54,7 @@ pub struct NoiseColumnReport {
 
 /// Deviations at one averaging time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DeviationsReport {
     /// Samples averaged.
     pub m: u64,
@@ -63,18 +68,19 @@ pub struct DeviationsReport {
     pub hadamard: Option<DeviationReport>,
     /// Modified Allan deviation.
     pub modified: Option<DeviationReport>,
-    /// Allan deviation of the fitted coefficients.
+    /// Allan deviation of the fitted coefficients, in the column's unit.
     pub fitted: Option<f64>,
 }
 
 /// One deviation with its chi-square interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DeviationReport {
     /// The deviation, in the column's unit.
     pub value: f64,
-    /// Lower end of its interval.
+    /// Lower end of its interval, in the same unit.
     pub low: Option<f64>,
-    /// Upper end.
+    /// Upper end, in the same unit.
     pub high: Option<f64>,
     /// Equivalent degrees of freedom.
     pub edf: f64,
@@ -84,14 +90,15 @@ pub struct DeviationReport {
 
 /// A coefficient of IEEE Std 952.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CoefficientReport {
-    /// Q, N, B, K or R.
-    pub id: String,
+    /// Its letter.
+    pub id: Term,
     /// Its name.
     pub name: String,
     /// Value in `unit`; null where the record does not show it.
     pub value: Option<f64>,
-    /// Standard uncertainty.
+    /// Standard uncertainty, in `unit`.
     pub u: Option<f64>,
     /// The field's unit.
     pub unit: String,
@@ -105,6 +112,7 @@ pub struct CoefficientReport {
 
 /// Agreement of the fitted coefficients with the Allan variances.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AgreementReport {
     /// Generalized sum of squares.
     pub chi_square: f64,
@@ -112,10 +120,14 @@ pub struct AgreementReport {
     pub dof: usize,
     /// Probability of more.
     pub p: f64,
+    /// Do they describe them (a probability of at least 1 %)?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub describes: Option<bool>,
 }
 
 /// A line for a campaign's `scatter`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseScatterReport {
     /// The sensor.
     pub of: String,
@@ -177,7 +189,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
     let coefficients = noise.coefficients.iter().flat_map(|c| &c.terms).map(|c| {
         let field = field_unit(c.term, unit);
         CoefficientReport {
-            id: c.term.letter().into(),
+            id: c.term,
             name: name(c.term, unit).into(),
             value: c.value.map(|v| v * field.factor),
             u: c.u.map(|u| u * field.factor),
@@ -200,6 +212,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
             chi_square: c.chi_square,
             dof: c.dof,
             p: c.p,
+            describes: Some(c.describes()),
         }),
         scatter: scatter(column, unit, noise),
     }
@@ -233,7 +246,7 @@ pub fn noise_report(
 ) -> NoiseAnalysisReport {
     NoiseAnalysisReport {
         tumble: VERSION.into(),
-        report: "noise".into(),
+        report: ReportKind::Noise,
         record: record.into(),
         interval_s,
         interval_from,

@@ -3,7 +3,7 @@
 use super::noise_analysis::{CoefficientReport, NoiseAnalysisReport, NoiseColumnReport};
 use super::table::{optional, plain, rounded, significant};
 use crate::error::{Fault, Malformed, Result};
-use crate::noise::si_factor;
+use crate::noise::{Term, si_factor};
 
 /// All columns: their coefficients, then their deviations.
 pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool) -> String {
@@ -18,7 +18,11 @@ pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool) -> String {
             text.push_str(&plain(&["coefficient", "", "value", "u", "unit", "p", "below (95 %)"], &rows));
         }
         if let Some(a) = &column.agreement {
-            let sentence = if a.p < 0.01 { "does not describe the deviations" } else { "describes the deviations" };
+            let sentence = if a.describes == Some(false) {
+                "does not describe the deviations"
+            } else {
+                "describes the deviations"
+            };
             let (chi, p) = (significant(a.chi_square, 3), significant(a.p, 2));
             text.push_str(&format!("Their sum {sentence}: chi-square {chi}, {} dof, p {p}\n", a.dof));
         }
@@ -41,7 +45,7 @@ fn head(column: &NoiseColumnReport) -> String {
 
 fn row(c: &CoefficientReport) -> Vec<String> {
     vec![
-        c.id.clone(),
+        c.id.to_string(),
         c.name.clone(),
         optional(c.value, |v| rounded(v, c.u)),
         optional(c.u, |u| significant(u, 2)),
@@ -79,14 +83,14 @@ fn points(column: &NoiseColumnReport) -> String {
 ///
 /// Errors: no column in a unit of rate or specific force; a kind without white noise.
 pub fn kalibr(report: &NoiseAnalysisReport) -> Result<String> {
-    let largest = |gyro: bool, id: &str, bound: bool| {
+    let largest = |gyro: bool, id: Term, bound: bool| {
         report
             .columns
             .iter()
             .filter_map(|column| {
                 let (is_gyro, factor) = si_factor(&column.unit).filter(|(is_gyro, _)| *is_gyro == gyro)?;
                 let c = column.coefficients.iter().find(|c| c.id == id)?;
-                let in_unit = crate::noise::field_unit(crate::noise::Term::of_letter(id)?, &column.unit).factor;
+                let in_unit = crate::noise::field_unit(id, &column.unit).factor;
                 let value = if bound { c.below.map(|b| b / in_unit) } else { c.si_seconds };
                 let _ = is_gyro;
                 value.map(|v| (v * factor, column.column.clone()))
@@ -102,10 +106,10 @@ pub fn kalibr(report: &NoiseAnalysisReport) -> Result<String> {
         if gyro {
             text.push_str("\n#Gyroscopes\n");
         }
-        let Some((density, from)) = largest(gyro, "N", false) else { continue };
+        let Some((density, from)) = largest(gyro, Term::RandomWalk, false) else { continue };
         kinds += 1;
         text.push_str(&format!("{title}_noise_density: {density:.6e}   # {}, N of {from}\n", words.0));
-        match (largest(gyro, "K", false), largest(gyro, "K", true)) {
+        match (largest(gyro, Term::RateRandomWalk, false), largest(gyro, Term::RateRandomWalk, true)) {
             (Some((walk, from)), _) => {
                 text.push_str(&format!("{title}_random_walk: {walk:.6e}   # {}, K of {from}\n", words.1));
             }

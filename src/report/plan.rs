@@ -1,18 +1,23 @@
 //! The report of a plan: how well a schedule will do, and the better one.
 
 use super::{ForesightReport, NotEstimableReport, PositionReport};
-use crate::campaign::Identity;
+use crate::campaign::{Identity, Kind};
+use crate::plan::{NoiseSource, PointSource};
+use crate::report::ReportKind;
+use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What `tumble plan --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlanReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `plan`.
-    pub report: String,
+    #[schemars(extend("const" = "plan"))]
+    pub report: ReportKind,
     /// Bench id.
     pub bench: String,
     /// The unit under test, when, where, by whom, with what.
@@ -38,6 +43,7 @@ pub struct PlanReport {
 
 /// An effect that is to be found, as a limit on the uncertainty of its coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct FindReport {
     /// The effect.
     pub effect: String,
@@ -47,12 +53,13 @@ pub struct FindReport {
     pub size: f64,
     /// Probability of finding it.
     pub power: f64,
-    /// The limit: the size over the noncentrality of that power.
+    /// The limit, in the coefficient's unit: the size over the noncentrality of that power.
     pub u: f64,
 }
 
 /// Value of one estimated parameter at which schedules are judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PointReport {
     /// The parameter.
     pub id: String,
@@ -63,11 +70,12 @@ pub struct PointReport {
     /// The same in arcseconds, for tilts.
     pub arcsec: Option<f64>,
     /// `given` (--at), `fitted` (from the campaign's readings), `start`, `prior`, or `zero` where nothing is stated.
-    pub from: String,
+    pub from: PointSource,
 }
 
 /// What cannot be told at the point of judging though it could nearby.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LackingReport {
     /// Parameters whose uncertainty cannot be told.
     pub untold: Vec<String>,
@@ -77,17 +85,19 @@ pub struct LackingReport {
 
 /// Noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SensorNoiseReport {
-    /// Standard deviation of one reading.
+    /// Standard deviation of one reading, in `unit`.
     pub sd: f64,
     /// Its unit.
     pub unit: String,
     /// `given`, `stated` (in the readings) or `residuals` (of a fit to the readings).
-    pub from: String,
+    pub from: NoiseSource,
 }
 
 /// How well a schedule will do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct JudgementReport {
     /// Readings, mountings, rate changes, cost.
     pub work: WorkReport,
@@ -126,6 +136,7 @@ pub struct JudgementReport {
 
 /// What a known input's uncertainty does through the tilts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ThroughTiltsReport {
     /// Size of the tilts in arcseconds: as stated, or an example.
     pub tilts_arcsec: f64,
@@ -143,6 +154,7 @@ pub struct ThroughTiltsReport {
 
 /// Work of a schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct WorkReport {
     /// Readings.
     pub readings: usize,
@@ -150,28 +162,29 @@ pub struct WorkReport {
     pub mountings: usize,
     /// Rate changes within mountings.
     pub rate_changes: usize,
-    /// Cost of it all.
+    /// Cost of it all, in the unit of the costs that were given (readings, where none were).
     pub cost: f64,
 }
 
 /// Prediction for one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PredictedReport {
     /// Its name.
     pub id: String,
     /// `tilt` or `coefficient`.
-    pub kind: String,
+    pub kind: Kind,
     /// Unit of `u`.
     pub unit: String,
-    /// Predicted standard uncertainty; null where not estimable.
+    /// Predicted standard uncertainty, in `unit`; null where not estimable.
     pub u: Option<f64>,
     /// The same in arcseconds, for tilts.
     pub u_arcsec: Option<f64>,
-    /// The part from noise and remounting.
+    /// The part from noise and remounting, in `unit`.
     pub from_readings: Option<f64>,
-    /// The part from known inputs.
+    /// The part from known inputs, in `unit`.
     pub from_known: f64,
-    /// The most that one bad value does to it, of a size that is just not detected; null where nothing checks any value.
+    /// The most that one bad value does to it, of a size that is just not detected, in `unit`; null where nothing checks any value.
     #[serde(default)]
     pub undetected_fault: Option<f64>,
     /// The same in arcseconds, for tilts.
@@ -181,12 +194,13 @@ pub struct PredictedReport {
 
 /// Prediction for one derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PredictedDerivedReport {
     /// Its name.
     pub id: String,
     /// Its line of algebra.
     pub line: String,
-    /// Predicted standard uncertainty; null where not estimable.
+    /// Predicted standard uncertainty, in the unit that follows from the line; null where not estimable.
     pub u: Option<f64>,
     /// The same in arcseconds, for angles.
     pub u_arcsec: Option<f64>,
@@ -196,15 +210,17 @@ pub struct PredictedDerivedReport {
 
 /// Correlations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CorrelationReport {
     /// Parameters, in the order of rows and columns.
     pub order: Vec<String>,
-    /// Correlation coefficients.
+    /// Correlation coefficients, -1 to 1.
     pub matrix: Vec<Vec<Option<f64>>>,
 }
 
 /// One value of a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlannedReadingReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -214,7 +230,7 @@ pub struct PlannedReadingReport {
     pub at: PositionReport,
     /// Sensor.
     pub sensor: String,
-    /// Standard uncertainty that was assumed.
+    /// Standard uncertainty that was assumed, in the sensor's unit.
     pub u: f64,
     /// Leverage, 0 to 1; near 1, nothing checks this reading.
     pub leverage: f64,
@@ -226,12 +242,23 @@ pub struct PlannedReadingReport {
     pub effect_arcsec: BTreeMap<String, f64>,
 }
 
+vocabulary! {
+    /// What effort is counted in.
+    Effort {
+        /// The number of readings.
+        Readings = "readings",
+        /// What readings, mountings and rate changes cost.
+        Cost = "cost",
+    }
+}
+
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ImprovedReport {
     /// `D`, `A`, `G`, `c:<quantity>`, `goal` or `T:<effect>|<effect>`.
     pub criterion: String,
-    /// What could be spent on what was chosen, if there was a budget.
+    /// What could be spent on what was chosen, if there was a budget, in the unit of the costs.
     pub budget: Option<f64>,
     /// Portions that could be chosen.
     pub candidates: usize,
@@ -242,7 +269,7 @@ pub struct ImprovedReport {
     pub kept: usize,
     /// Work that is still to be done: without what has been measured.
     pub to_run: WorkReport,
-    /// What the chosen ones might cost at most, where that was limited.
+    /// What the chosen ones might cost at most, where that was limited, in the unit of the costs.
     #[serde(default)]
     pub cost_limit: Option<f64>,
     /// Designs that there are, where all of them were tried: none is better.
@@ -264,7 +291,7 @@ pub struct ImprovedReport {
     /// How well it will do.
     pub judgement: JudgementReport,
     /// What effort is counted in when schedules are compared: `readings`, or `cost` where there was a budget.
-    pub effort: String,
+    pub effort: Effort,
     /// Per parameter and derived quantity: the given schedule, at equal effort, and the better one.
     pub comparison: Vec<ComparisonReport>,
     /// The positions still to be measured, in the order to run, as reading keys.
@@ -285,6 +312,7 @@ pub struct ImprovedReport {
 
 /// What would be lost without one mounting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ReasonReport {
     /// Label of the mounting.
     pub position: String,
@@ -296,17 +324,19 @@ pub struct ReasonReport {
 
 /// Two effects, and how well their coefficients are known with both in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DiscriminationReport {
     /// Regressors.
     pub effects: [String; 2],
-    /// Standard uncertainties before; null where nothing tells them apart.
+    /// Standard uncertainties before, in each coefficient's unit; null where nothing tells them apart.
     pub before: [Option<f64>; 2],
-    /// Standard uncertainties with the added positions.
+    /// Standard uncertainties with the added positions, in each coefficient's unit.
     pub after: [Option<f64>; 2],
 }
 
 /// One position to run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlannedPositionReport {
     /// Label of the mounting.
     pub position: String,
@@ -316,23 +346,25 @@ pub struct PlannedPositionReport {
 
 /// One line of the comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ComparisonReport {
     /// Parameter or derived quantity.
     pub id: String,
     /// Unit of the uncertainties: arcsec for angles.
     pub unit: String,
-    /// Predicted uncertainty with the given schedule.
+    /// Predicted uncertainty with the given schedule, in `unit`.
     pub given: Option<f64>,
-    /// With the given schedule repeated, or cut, to the effort of the better one: `u sqrt(effort given / effort better)`.
+    /// With the given schedule repeated, or cut, to the effort of the better one: `u sqrt(effort given / effort better)`, in `unit`.
     pub equal_effort: Option<f64>,
-    /// With the better schedule.
+    /// With the better schedule, in `unit`.
     pub better: Option<f64>,
-    /// `equal_effort / better`.
+    /// `equal_effort / better`, a ratio.
     pub gain: Option<f64>,
 }
 
 /// Whether a goal was reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GoalReport {
     /// Limit of each parameter and derived quantity that is counted, in its unit (arcsec for angles).
     pub limits: BTreeMap<String, f64>,

@@ -7,6 +7,7 @@ use super::{ARCSEC, VERSION, position_keys};
 use crate::campaign::{Campaign, Kind, Reading};
 use crate::diagnosis::Foresight;
 use crate::plan::{Costs, Goal, Improvement, Judgement, Noise, PointSource, Reached, Reason, Request, Separated, Work};
+use crate::report::ReportKind;
 
 /// What was found beside the judgement of the given schedule.
 #[derive(Debug, Clone, Copy)]
@@ -67,7 +68,7 @@ pub fn plan_report(
             hits: improvement.hits,
             seed: request.seed,
             check: improvement.check,
-            effort: if budget.is_some() { "cost" } else { "readings" }.into(),
+            effort: if budget.is_some() { Effort::Cost } else { Effort::Readings },
             comparison: comparison(
                 &given,
                 &own,
@@ -93,15 +94,13 @@ pub fn plan_report(
     });
     PlanReport {
         tumble: VERSION.into(),
-        report: "plan".into(),
+        report: ReportKind::Plan,
         bench: campaign.bench.id.clone(),
         identity: campaign.identity.clone(),
         model: sensors.clone().map(|s| (s.id.clone(), s.model.to_string())).collect(),
         noise: sensors
             .zip(&noise.sensors)
-            .map(|(s, n)| {
-                (s.id.clone(), SensorNoiseReport { sd: n.sd, unit: s.unit.clone(), from: n.from.name().to_string() })
-            })
+            .map(|(s, n)| (s.id.clone(), SensorNoiseReport { sd: n.sd, unit: s.unit.clone(), from: n.from }))
             .collect(),
         remount: noise
             .remount
@@ -124,7 +123,7 @@ fn point(campaign: &Campaign, from: &[PointSource]) -> Vec<PointReport> {
             value: p.reference(),
             unit: p.unit.clone(),
             arcsec: (p.kind == Kind::Tilt).then(|| p.reference() * ARCSEC),
-            from: from.name().into(),
+            from: *from,
         })
         .collect()
 }
@@ -159,7 +158,7 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
                 undetected_fault: fault(k),
                 undetected_fault_arcsec: fault(k).filter(|_| p.kind == Kind::Tilt).map(|e| e * ARCSEC),
                 id: p.id.clone(),
-                kind: if p.kind == Kind::Tilt { "tilt" } else { "coefficient" }.into(),
+                kind: p.kind,
                 unit: p.unit.clone(),
                 u: p.u,
                 u_arcsec: p.u.filter(|_| p.kind == Kind::Tilt).map(|u| u * ARCSEC),
@@ -256,7 +255,7 @@ fn comparison(given: &JudgementReport, better: &JudgementReport, effort: f64) ->
     };
     let own = |u: Option<f64>, arcsec: Option<f64>, is_angle: bool| if is_angle { arcsec } else { u };
     let parameters = given.parameters.iter().zip(&better.parameters).map(|(g, b)| {
-        let angle = g.kind == "tilt";
+        let angle = g.kind == Kind::Tilt;
         let unit = if angle { "arcsec" } else { g.unit.as_str() };
         line(&g.id, unit, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
     });

@@ -6,6 +6,7 @@ use super::{
     DiscriminationReport, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, NotEstimableReport,
     PlanReport, PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
 };
+use crate::plan::PointSource;
 use std::collections::BTreeMap;
 
 fn number(value: Option<f64>) -> String {
@@ -56,8 +57,8 @@ pub(super) fn judged_at(point: &[PointReport]) -> String {
             Some(arcsec) => (arcsec, "arcsec"),
             None => (value.value, value.unit.as_str()),
         };
-        match value.from.as_str() {
-            "zero" => zero.push(&value.id),
+        match value.from {
+            PointSource::Zero => zero.push(&value.id),
             from => parts.push(format!("{} = {} {unit} ({from})", value.id, significant(number, 4)).replace("  ", " ")),
         }
     }

@@ -2,10 +2,12 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+#[cfg(feature = "cli")]
 use sha2::{Digest, Sha256};
 
 /// An input file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct Input {
     /// Its name, as the user gave it.
     pub name: String,
@@ -13,6 +15,7 @@ pub struct Input {
     pub sha256: String,
 }
 
+#[cfg(feature = "cli")]
 impl Input {
     /// An input of so many bytes.
     ///

@@ -1,18 +1,23 @@
 //! The report of a reduction (`tumble reduce --json`).
 
 use super::{VERSION, finite};
-use crate::reduce::{Reduction, Trace};
+use crate::record::JumpKind;
+use crate::reduce::EventKind;
+use crate::report::ReportKind;
+use crate::wire::Reduced;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What `tumble reduce --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ReduceReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `reduce`.
-    pub report: String,
+    #[schemars(extend("const" = "reduce"))]
+    pub report: ReportKind,
     /// The record.
     pub record: String,
     /// Samples of each column.
@@ -32,12 +37,19 @@ pub struct ReduceReport {
     pub rejected: Vec<RejectedReport>,
     /// Gaps in the times.
     pub gaps: u64,
+    /// Other jumps of the clock: steps back, and steps much shorter than the sampling interval.
+    #[serde(default)]
+    pub clock_jumps: u64,
+    /// Gaps and jumps one by one, the first thousand.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub jumps: Vec<JumpReport>,
     /// Events of the whole record, by column and kind.
-    pub events: BTreeMap<String, BTreeMap<String, u64>>,
+    pub events: BTreeMap<String, BTreeMap<EventKind, u64>>,
 }
 
 /// What the static detector judged by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DetectorReport {
     /// Length of a window, s.
     pub window_s: f64,
@@ -45,13 +57,14 @@ pub struct DetectorReport {
     pub threshold: f64,
     /// Standard deviation of the still sensor, by column.
     pub still_sd: BTreeMap<String, Option<f64>>,
-    /// Where nothing was found: the threshold that would find the first stretch.
+    /// Where nothing was found: the threshold that would find the first stretch, in the same variances.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub would_find: Option<f64>,
 }
 
 /// A segment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SegmentReport {
     /// Its label; the position of its reading.
     pub position: String,
@@ -70,48 +83,67 @@ pub struct SegmentReport {
 
 /// A mean.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SegmentMeanReport {
     /// The column.
     pub column: String,
     /// Its unit.
     pub unit: String,
-    /// Mean of the samples.
+    /// Mean of the samples, in `unit`.
     pub mean: f64,
-    /// Standard uncertainty: 1.96 u on either side covers 95 %; what learning the noise costs is in it.
+    /// Standard uncertainty, in `unit`: 1.96 u on either side covers 95 %; what learning the noise costs is in it.
     pub u: f64,
-    /// What it would be for noise without memory, `s/sqrt(n)`.
+    /// What it would be for noise without memory, `s/sqrt(n)`, in `unit`.
     pub u_white: f64,
-    /// With the sum of the autocorrelations.
+    /// With the sum of the autocorrelations, in `unit`.
     pub u_autocorrelation: f64,
-    /// The Allan deviation at the segment's length.
+    /// The Allan deviation at the segment's length, in `unit`.
     pub u_allan_floor: f64,
-    /// From the resolution of the channel, where the noise does not exceed it.
+    /// From the resolution of the channel, where the noise does not exceed it, in `unit`.
     pub u_resolution: f64,
     /// Degrees of freedom that the variance of the mean is known with.
     pub dof: Option<f64>,
-    /// Standard deviation of the samples.
+    /// Standard deviation of the samples, in `unit`.
     pub sd: f64,
-    /// Samples without memory that would have the same uncertainty.
+    /// Samples without memory that would have the same uncertainty, a number of samples.
     pub effective_n: f64,
-    /// Correlation of neighbouring blocks of `lag_s`.
+    /// Correlation of neighbouring blocks of `lag_s`, -1 to 1.
     pub lag1: f64,
     /// Length of such a block, s.
     pub lag_s: f64,
-    /// Slope within the segment, per second.
+    /// Slope within the segment, per second, in `unit`.
     pub slope_per_s: f64,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in the same unit.
     pub slope_u: f64,
     /// Probability of so large a slope by chance, with the noise as found.
     pub slope_p: f64,
+    /// Is that below 1 %?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sloping: Option<bool>,
     /// How much noisier than the other segments, as a ratio of standard deviations (1: not).
     pub noisier: f64,
     /// Events within the segment, by kind.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub events: BTreeMap<String, u64>,
+    pub events: BTreeMap<EventKind, u64>,
+}
+
+/// A step of the times that is none from one sample to the next.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct JumpReport {
+    /// What it looks like.
+    pub kind: JumpKind,
+    /// Rows before it.
+    pub row: u64,
+    /// Time of the last of them, s since the first.
+    pub time_s: f64,
+    /// The step, s.
+    pub step_s: f64,
 }
 
 /// A stretch that did not become a reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RejectedReport {
     /// Its first sample, s.
     pub start_s: f64,
@@ -122,7 +154,8 @@ pub struct RejectedReport {
 }
 
 /// The report of a reduction.
-pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction: &Reduction) -> ReduceReport {
+pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
+    let Reduced { trace, reduction, .. } = reduced;
     let named = |values: &[f64]| {
         trace.channels.iter().zip(values).map(|(c, v)| (c.name.clone(), finite(*v))).collect::<BTreeMap<_, _>>()
     };
@@ -147,8 +180,9 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
                 slope_per_s: mean.slope.0,
                 slope_u: mean.slope.1,
                 slope_p: mean.slope.2,
+                sloping: Some(mean.is_sloping()),
                 noisier: u.noisier,
-                events: mean.events.iter().map(|(kind, n)| (kind.name().to_string(), *n)).collect(),
+                events: mean.events.iter().map(|(kind, n)| (*kind, *n)).collect(),
             }
         });
         SegmentReport {
@@ -160,20 +194,20 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
             means: means.collect(),
         }
     });
-    let mut events: BTreeMap<String, BTreeMap<String, u64>> = BTreeMap::new();
+    let mut events: BTreeMap<String, BTreeMap<EventKind, u64>> = BTreeMap::new();
     for channel in &trace.channels {
         for event in &channel.events {
-            *events.entry(channel.name.clone()).or_default().entry(event.kind.name().into()).or_default() += 1;
+            *events.entry(channel.name.clone()).or_default().entry(event.kind).or_default() += 1;
         }
     }
     ReduceReport {
         tumble: VERSION.into(),
-        report: "reduce".into(),
+        report: ReportKind::Reduce,
         record: record.into(),
         samples: trace.samples,
         interval_s: trace.interval,
         block: trace.block as u64,
-        by: by.into(),
+        by: reduced.by.clone(),
         detector: reduction.stillness.as_ref().map(|s| DetectorReport {
             window_s: s.window,
             threshold: s.threshold,
@@ -190,7 +224,13 @@ pub fn reduce_report(record: &str, trace: &Trace, by: &str, gaps: u64, reduction
                 reason: r.reason.clone(),
             })
             .collect(),
-        gaps,
+        gaps: reduced.gaps,
+        clock_jumps: reduced.clock_jumps,
+        jumps: reduced
+            .jumps
+            .iter()
+            .map(|j| JumpReport { kind: j.kind, row: j.row, time_s: j.time, step_s: j.step })
+            .collect(),
         events,
     }
 }

@@ -25,7 +25,7 @@ pub fn reduce_table(report: &ReduceReport, all: bool) -> String {
         "\nu: 1.96 u on either side of the mean covers 95 %. It is learnt from all segments of a column\ntogether; the noise is taken to be the same in all of them.\n",
     );
     let each = || report.segments.iter().flat_map(|s| s.means.iter().map(move |m| (s, m)));
-    let sloping = each().filter(|(_, m)| m.slope_p < 0.01).count();
+    let sloping = each().filter(|(_, m)| m.sloping == Some(true)).count();
     if sloping > 0 {
         text.push_str(&format!(
             "{sloping} of {} means have a slope (p < 0.01), more than their noise explains.\n",

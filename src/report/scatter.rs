@@ -4,7 +4,7 @@ use super::finite;
 use super::table::{percent, plain, significant};
 use crate::campaign::{Known, Size};
 use crate::estimate::LineState;
-use crate::fit::{Fit, Source};
+use crate::fit::{Fit, Source, VarianceFrom};
 use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 
 /// A source of scatter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ScatterReport {
     /// As budgets name it: `readings of V`, `beta per position`, `priors`.
     pub source: String,
@@ -23,22 +24,22 @@ pub struct ScatterReport {
     pub levels: usize,
     /// Its standard deviation in `unit`; a factor where uncertainties are stated with each reading; null where it cannot be told.
     pub sd: Option<f64>,
-    /// Standard uncertainty of an estimated standard deviation; at zero, what it could be.
+    /// Standard uncertainty of an estimated standard deviation, in `unit`; at zero, what it could be.
     pub u_sd: Option<f64>,
     /// Unit of the standard deviation.
     pub unit: String,
     /// Degrees of freedom of the standard deviation; null for infinite.
     pub dof: Option<f64>,
     /// `stated` or `estimated`.
-    pub from: String,
+    pub from: VarianceFrom,
     /// Was it estimated from these readings?
     pub estimated: bool,
     /// Did its estimate come out at zero?
     pub at_zero: bool,
-    /// Correlation time, where deviations are correlated in time.
+    /// Correlation time, where deviations are correlated in time, in the unit of the column that it is correlated over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tau: Option<f64>,
-    /// Standard uncertainty of an estimated correlation time.
+    /// Standard uncertainty of an estimated correlation time, in the same unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_tau: Option<f64>,
     /// What a person must know of it, in a sentence.
@@ -68,7 +69,7 @@ fn once(fit: &Fit, id: &str, unit: &str, known: &Known) -> ScatterReport {
         u_sd: None,
         unit: unit.to_string(),
         dof: finite(known.dof),
-        from: "stated".into(),
+        from: VarianceFrom::Stated,
         estimated: false,
         at_zero: false,
         tau: None,
@@ -117,7 +118,7 @@ fn one(fit: &Fit, source: &Source) -> ScatterReport {
         u_sd,
         unit: line.map_or_else(unit_of_sensor, |line| line.unit.clone()),
         dof: finite(source.dof),
-        from: if source.estimated { "estimated" } else { "stated" }.into(),
+        from: if source.estimated { VarianceFrom::Estimated } else { VarianceFrom::Stated },
         estimated: source.estimated,
         at_zero: source.state == LineState::AtZero,
         tau: source.tau.map(|(tau, _)| tau),
@@ -183,7 +184,7 @@ pub(super) fn cells(source: &ScatterReport, lang: Language) -> Vec<String> {
         source_name(&source.source, lang),
         sd.trim_end().to_string(),
         u,
-        if source.at_zero { say!(lang, "estimated-zero").into() } else { lang.term("from", &source.from).into_owned() },
+        if source.at_zero { say!(lang, "estimated-zero").into() } else { lang.term("from", &source.from.to_string()).into_owned() },
         source.levels.to_string(),
         largest.map_or("-".to_string(), |(id, share)| say!(lang, "scatter-share-of", share = percent(*share), id)),
     ]

@@ -2,12 +2,26 @@
 
 use crate::bench::{Bench, ForceUnit, GravityFrom, NORMAL_GRAVITY_FORMULA, STANDARD_GRAVITY_M_S2};
 use crate::language::{Language, Sentence, say, sentence};
+use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+vocabulary! {
+    /// Where the value of gravity comes from.
+    GravityBasis {
+        /// Stated by the bench or the campaign.
+        Stated = "stated",
+        /// Normal gravity, from latitude and altitude.
+        Normal = "normal",
+        /// Standard gravity: nothing was stated.
+        Assumed = "assumed",
+    }
+}
+
 /// What the inputs of the model lines rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SiteReport {
     /// Geodetic latitude, degrees; null where the bench has no site.
     pub latitude_deg: Option<f64>,
@@ -27,15 +41,16 @@ pub struct SiteReport {
 
 /// Local gravity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GravityReport {
     /// Value, in `unit`.
     pub value: f64,
-    /// Standard uncertainty; 0 where none was given.
+    /// Standard uncertainty, in `unit`; 0 where none was given.
     pub u: f64,
     /// `m/s^2`.
     pub unit: String,
     /// `stated`, `normal` (from latitude and altitude) or `assumed` (standard gravity).
-    pub from: String,
+    pub from: GravityBasis,
     /// The formula, for normal gravity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub formula: Option<String>,
@@ -48,20 +63,22 @@ pub struct GravityReport {
 pub fn site(bench: &Bench) -> SiteReport {
     let own = bench.site;
     let (from, formula, altitude_m) = match own.map(|site| site.gravity_from).unwrap_or_default() {
-        GravityFrom::Assumed => ("assumed", None, None),
-        GravityFrom::Stated => ("stated", None, None),
-        GravityFrom::Normal { altitude_m } => ("normal", Some(NORMAL_GRAVITY_FORMULA.to_string()), Some(altitude_m)),
+        GravityFrom::Assumed => (GravityBasis::Assumed, None, None),
+        GravityFrom::Stated => (GravityBasis::Stated, None, None),
+        GravityFrom::Normal { altitude_m } => {
+            (GravityBasis::Normal, Some(NORMAL_GRAVITY_FORMULA.to_string()), Some(altitude_m))
+        }
     };
     let gravity = GravityReport {
         value: own.map_or(1.0, |site| site.gravity_g) * STANDARD_GRAVITY_M_S2,
         u: own.map_or(0.0, |site| site.gravity_u_g) * STANDARD_GRAVITY_M_S2,
         unit: "m/s^2".into(),
-        from: from.into(),
+        from,
         formula,
         altitude_m,
     };
     let mut warnings = Vec::new();
-    if from == "assumed" && bench.units.force == ForceUnit::MetresPerSecondSquared && sees_force(bench) {
+    if from == GravityBasis::Assumed && bench.units.force == ForceUnit::MetresPerSecondSquared && sees_force(bench) {
         warnings.push(sentence!("gravity-is-not-stated-and-taken-as", standard_gravity_m_s2 = STANDARD_GRAVITY_M_S2));
     }
     SiteReport {
@@ -95,7 +112,7 @@ pub fn site_text(report: &SiteReport, lang: Language) -> String {
 /// Gravity in words; `None` where it is the assumed one.
 pub fn gravity_text(report: &SiteReport, lang: Language) -> Option<String> {
     let gravity = &report.gravity;
-    if gravity.from == "assumed" {
+    if gravity.from == GravityBasis::Assumed {
         return None;
     }
     let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };

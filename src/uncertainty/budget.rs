@@ -1,14 +1,44 @@
 //! The budget of one quantity: contributions, their combination and its degrees of freedom (GUM 5.1, G.4).
 
 use super::quantiles;
+use crate::campaign::Distribution;
+use crate::vocabulary::vocabulary;
 
-/// How a contribution was evaluated (GUM 2.3.2, 2.3.3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Evaluation {
-    /// From the scatter of these readings.
-    TypeA,
-    /// From anything else: a stated uncertainty, a known coefficient, a prior.
-    TypeB,
+vocabulary! {
+    /// How a contribution was evaluated (GUM 2.3.2, 2.3.3).
+    Evaluation {
+        /// From the scatter of these readings.
+        TypeA = "A",
+        /// From anything else: a stated uncertainty, a known coefficient, a prior.
+        TypeB = "B",
+    }
+}
+
+vocabulary! {
+    /// Shape of the distribution of a contribution.
+    Shape {
+        /// Gaussian.
+        Normal = "normal",
+        /// Student's t.
+        T = "t",
+        /// Rectangular.
+        Rectangular = "rectangular",
+        /// Triangular.
+        Triangular = "triangular",
+        /// Arcsine (U-shaped).
+        Arcsine = "arcsine",
+    }
+}
+
+impl From<Distribution> for Shape {
+    fn from(of: Distribution) -> Shape {
+        match of {
+            Distribution::Normal => Shape::Normal,
+            Distribution::Rectangular => Shape::Rectangular,
+            Distribution::Triangular => Shape::Triangular,
+            Distribution::Arcsine => Shape::Arcsine,
+        }
+    }
 }
 
 /// One line of a budget.
@@ -18,8 +48,8 @@ pub struct Contribution {
     pub source: String,
     /// Type A or Type B.
     pub evaluation: Evaluation,
-    /// Shape of its distribution, in the words of the campaign file.
-    pub distribution: &'static str,
+    /// Shape of its distribution.
+    pub distribution: Shape,
     /// Estimate of the source, in its unit; `None` where the source is many readings.
     pub estimate: Option<f64>,
     /// Standard uncertainty of the source, in the source's unit; `None` where the source is many readings.
@@ -55,8 +85,8 @@ pub struct Combined {
 /// `k` the two-sided Student quantile at `level`. `None` for a level outside (0, 1) or a contribution without degrees of freedom.
 ///
 /// ```
-/// use tumble::uncertainty::{combine, Contribution, Evaluation};
-/// let one = |u, dof| Contribution { source: "x".into(), evaluation: Evaluation::TypeA, distribution: "normal",
+/// use tumble::uncertainty::{combine, Contribution, Evaluation, Shape};
+/// let one = |u, dof| Contribution { source: "x".into(), evaluation: Evaluation::TypeA, distribution: Shape::Normal,
 ///     estimate: None, source_u: None, sensitivity: None, u, dof };
 /// let combined = combine(&[one(3.0, 4.0), one(4.0, f64::INFINITY)], 0.95).unwrap();
 /// assert_eq!(combined.u, 5.0);

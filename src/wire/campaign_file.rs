@@ -1,14 +1,17 @@
 //! The campaign file (`*.campaign.json`): what was measured on a bench, and what is asked.
 
-use super::limits_file::{self, DecisionFile, LimitFile};
+use super::limits_file::{self, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
-use super::{BenchFile, DerivedFile, Fetch, Named, ScatterFile, SiteFile, Source, csv_readings, read_bench};
+use super::{
+    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, ScatterFile, Schedule, SiteFile, Source, read_bench,
+    table_readings,
+};
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
 use crate::campaign::{
-    self, Asked, Campaign, Condition, Constraint, Distribution, Given, Identity, Instrument, Known, Prior, Readings,
-    Role, UnitUnderTest,
+    self, Asked, Campaign, Condition, Constraint, Decision, Distribution, Given, Identity, Instrument, Known, Prior,
+    Readings, Role, UnitUnderTest,
 };
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
@@ -47,7 +50,7 @@ pub struct CampaignFile {
     pub limits: Named<LimitFile>,
     /// How conformity with the limits is decided: `simple` unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub decision: Option<DecisionFile>,
+    pub decision: Option<Decision>,
     /// The unit under test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitUnderTest>,
@@ -78,11 +81,11 @@ pub struct CampaignFile {
     /// The column of the readings that tells devices apart: one fit for each of its values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// Columns of a CSV of readings that have names of their own, by the key that they stand for: `"theta_deg": "Winkel (deg)"`. A unit in
+    /// Columns of a table of readings or of samples that have names of their own, by the key that they stand for: `"theta_deg": "Winkel (deg)"`. A unit in
     /// brackets is converted to the key's.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub columns: Named<String>,
-    /// The readings, or the path of a CSV file with the same keys as columns.
+    /// The readings; or the path of a table with the same keys as columns (CSV, Parquet, Excel, MATLAB, HDF5); or samples that are reduced to readings.
     pub readings: ReadingsRef,
 }
 
@@ -100,10 +103,12 @@ pub enum BenchRef {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ReadingsRef {
-    /// Path of a CSV file.
+    /// Path of a table.
     Path(String),
     /// One object for each reading.
     Inline(Vec<ReadingFile>),
+    /// A record of samples and how it is reduced.
+    Samples(Box<SamplesFile>),
 }
 
 // By hand instead of untagged, so that a fault inside keeps its own line and path.
@@ -133,13 +138,17 @@ impl<'de> Deserialize<'de> for ReadingsRef {
         impl<'de> Visitor<'de> for Either {
             type Value = ReadingsRef;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a list of readings, or the path of a CSV file")
+                f.write_str("a list of readings, the path of a table, or { \"samples\": the path of a record, ... }")
             }
             fn visit_str<E: Error>(self, text: &str) -> std::result::Result<ReadingsRef, E> {
                 Ok(ReadingsRef::Path(text.to_string()))
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<ReadingsRef, A::Error> {
                 Ok(ReadingsRef::Inline(Vec::deserialize(value::SeqAccessDeserializer::new(seq))?))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<ReadingsRef, A::Error> {
+                let samples = SamplesFile::deserialize(value::MapAccessDeserializer::new(map))?;
+                Ok(ReadingsRef::Samples(Box::new(samples)))
             }
         }
         deserializer.deserialize_any(Either)
@@ -163,21 +172,7 @@ pub struct KnownFile {
     pub dof: Option<f64>,
     /// Shape of the distribution; `u` is its standard deviation whatever the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub distribution: Option<DistributionFile>,
-}
-
-/// Shape of a distribution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum DistributionFile {
-    /// Gaussian.
-    Normal,
-    /// Rectangular (uniform).
-    Rectangular,
-    /// Triangular.
-    Triangular,
-    /// Arcsine (U-shaped).
-    Arcsine,
+    pub distribution: Option<Distribution>,
 }
 
 /// An estimated parameter.
@@ -223,24 +218,72 @@ pub struct ConstraintFile {
 }
 
 impl CampaignFile {
-    /// Turn the file into a checked campaign, fetching the bench and the CSV that it refers to.
-    pub fn into_campaign(mut self, fetch: Fetch<'_>) -> Result<Campaign> {
-        let bench = self.own_bench(fetch)?;
+    /// Turn the file into a checked campaign, with the bench, the readings or the samples that it refers to.
+    pub fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
+        let bench = self.own_bench(&mut |name| folder.text(name))?;
         let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {
             ReadingsRef::Inline(_) if !self.columns.is_empty() => {
                 return Err(Malformed::new(
                     Fault::Value,
                     "\"columns\" names columns of a file, and the readings stand here",
                 )
-                .expected("the path of a CSV file as \"readings\", or no \"columns\"")
+                .expected("the path of a table as \"readings\", or no \"columns\"")
                 .at_path("columns"));
             }
             ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
             ReadingsRef::Path(path) => {
-                csv_readings::read(&bench, &fetch(&path).map_err(|e| e.at_path("readings"))?, &self.columns)?
+                let table = folder.table(&path).map_err(|e| e.at_path("readings"))?;
+                table_readings::read(&bench, table, &self.columns)?
             }
+            ReadingsRef::Samples(samples) => self.reduced(&bench, *samples, folder)?,
         };
         self.with(bench, readings)
+    }
+
+    /// The readings that samples are reduced to.
+    fn reduced(&self, bench: &Bench, samples: SamplesFile, folder: &mut dyn Folder) -> Result<Readings> {
+        if self.by.is_some() {
+            return Err(Malformed::new(Fault::Value, "\"by\" tells devices apart, and a record of samples is of one")
+                .expected("a table of readings for \"by\" (tumble reduce makes one of each record)")
+                .at_path("by"));
+        }
+        let recipe = samples
+            .recipe(&self.columns, folder)
+            .map_err(|e| if e.place().file.is_empty() { e.under("readings") } else { e })?;
+        let mut record = folder.record(&samples.samples).map_err(|e| e.at_path("readings.samples"))?;
+        let mut positions = samples.positions;
+        let path = if positions.is_empty() { "readings" } else { "readings.positions" };
+        if positions.is_empty() {
+            positions.push(Named(Vec::new()));
+        }
+        let file = CampaignFile { readings: ReadingsRef::Inline(positions), ..self.clone() };
+        let schedule = Schedule::new(file, bench.clone(), path)?;
+        let reduced = recipe.reduce(&mut record, Some(&schedule)).map_err(|e| e.at_path(path))?;
+        let from = samples.samples;
+        if let Some(why) = reduced.nothing {
+            return Err(Malformed::new(Fault::Value, format!("'{from}' gives no reading"))
+                .expected("segments of the record that become readings")
+                .found(why.join("; "))
+                .in_file(record.name()));
+        }
+        reduced.notes.iter().for_each(|note| folder.note(format!("{from}: {note}")));
+        let (used, not) = (reduced.reduction.segments.len(), reduced.reduction.rejected.len());
+        folder.note(format!(
+            "{used} reading{} reduced from '{from}', segments by {}{}",
+            if used == 1 { "" } else { "s" },
+            reduced.by,
+            match not {
+                0 => String::new(),
+                1 => "; one stretch is not used".to_string(),
+                n => format!("; {n} stretches are not used"),
+            }
+        ));
+        let rows = schedule.filled(&reduced.readings(), &reduced.places);
+        let named = |(row, place): (ReadingFile, &usize)| match path {
+            "readings" => ("readings".to_string(), row),
+            _ => (format!("{path}[{place}]"), row),
+        };
+        readings_file::from_cells(bench, rows.into_iter().zip(&reduced.places).map(named).collect())
     }
 
     /// The bench where it stands in this campaign, checked.
@@ -296,7 +339,7 @@ impl CampaignFile {
             campaign.derived.push(derived);
         }
         campaign.limits = limits_file::limits(&campaign, self.limits)?;
-        campaign.decision = self.decision.unwrap_or_default().decision();
+        campaign.decision = self.decision.unwrap_or_default();
         campaign.by = self.by;
         campaign.identity = Identity {
             unit: self.unit,
@@ -351,12 +394,7 @@ impl EstimateFile {
 
 impl KnownFile {
     fn into_given(self) -> Given {
-        let distribution = match self.distribution {
-            None | Some(DistributionFile::Normal) => Distribution::Normal,
-            Some(DistributionFile::Rectangular) => Distribution::Rectangular,
-            Some(DistributionFile::Triangular) => Distribution::Triangular,
-            Some(DistributionFile::Arcsine) => Distribution::Arcsine,
-        };
+        let distribution = self.distribution.unwrap_or_default();
         let known =
             Known { value: self.value, u: self.u.unwrap_or(0.0), dof: self.dof.unwrap_or(f64::INFINITY), distribution };
         Given { known, unit: self.unit }

@@ -3,7 +3,7 @@
 //! A campaign's `"columns": { "theta_deg": "Winkel (rad)" }` says which column a key is found in. Where the title of a column ends in a unit
 //! that the key's converts from, its numbers are converted; without a map, `V (mV)` is the sensor `V` as well.
 
-use super::{Named, Source};
+use super::Named;
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::title;
@@ -20,8 +20,8 @@ pub(super) struct Column {
 /// What each title of a table stands for.
 ///
 /// Errors: a column that the map names and the table has not, a title that stands for two keys, two columns for one key, a unit that does not convert.
-pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, source: &Source) -> Result<Vec<Column>> {
-    let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 1).in_file(&source.name);
+pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, file: &str) -> Result<Vec<Column>> {
+    let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 1).in_file(file);
     let stands_for = |wanted: &str, found: &str| found == wanted || title(found).0 == wanted;
     for (key, wanted) in &map.0 {
         let found = titles.iter().filter(|found| stands_for(wanted, found)).count();
@@ -52,7 +52,7 @@ pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, sourc
         let conversion = match (unit.and_then(|unit| Unit::parse(&unit).ok()), key_unit(bench, &key)) {
             (Some(from), Some(to)) => Some(
                 from.conversion_for(&to, &format!("the column '{found}'"))
-                    .map_err(|e| e.at_line(1, 1).in_file(&source.name))?,
+                    .map_err(|e| e.at_line(1, 1).in_file(file))?,
             ),
             _ => None,
         };
@@ -67,7 +67,7 @@ pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, sourc
 }
 
 /// The unit that a key of a reading has; `None` where it says nothing of one.
-fn key_unit(bench: &Bench, key: &str) -> Option<Unit> {
+pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<Unit> {
     let joint = |suffix: &str| key.strip_suffix(suffix).is_some_and(|name| bench.joints().any(|joint| joint == name));
     let sensor = |id: &str| bench.sensors.iter().find(|sensor| sensor.id == id).map(|sensor| sensor.unit.clone());
     let text = if joint("_deg_s") {

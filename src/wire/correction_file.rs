@@ -26,11 +26,11 @@ pub struct CorrectionFile {
     pub left_out: BTreeMap<String, Sentence>,
     /// What the sensors determine, in the order of the rows of `matrix`; then what must be given with the readings.
     pub inputs: Vec<InputFile>,
-    /// Readings at zero input, one for each sensor.
+    /// Readings at zero input, one for each sensor, in the sensor's unit.
     pub bias: Vec<f64>,
     /// Inputs by sensors, at zero input: the inverse of `sensitivity` (least squares where there are more sensors).
     pub matrix: Vec<Vec<f64>>,
-    /// Derivative of each reading (row) by each input (column), at zero input.
+    /// Derivative of each reading (row) by each input (column), at zero input, in the sensor's unit over the input's.
     pub sensitivity: Vec<Vec<f64>>,
     /// Where the first order holds.
     pub validity: ValidityFile,
@@ -63,12 +63,12 @@ pub struct InputFile {
     pub quantity: QuantityFile,
     /// Unit.
     pub unit: String,
-    /// Direction of a rate or force in the frame of the inputs.
+    /// Direction of a rate or force in the frame of the inputs, pure numbers whose squares sum to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<[f64; 3]>,
     /// Is it solved for? Otherwise it is given with the readings.
     pub solved: bool,
-    /// Value of a given input where the readings do not give it.
+    /// Value of a given input where the readings do not give it, in the input's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub otherwise: Option<f64>,
 }
@@ -92,7 +92,7 @@ pub enum QuantityFile {
 pub struct ValidityFile {
     /// Half range of each solved input: what the readings of the calibration covered.
     pub range: Vec<f64>,
-    /// Largest error of `matrix (readings - bias)` within that range.
+    /// Largest error of `matrix (readings - bias)` within that range, in the input's unit.
     pub linear_error: Vec<f64>,
     /// Largest standard uncertainty of each corrected input within that range, from the calibration alone; null where none is known.
     pub u: Option<Vec<f64>>,
@@ -107,7 +107,7 @@ pub struct CorrectionParametersFile {
     pub order: Vec<String>,
     /// Their values (tilts in rad).
     pub values: Vec<f64>,
-    /// Their covariance, estimated and known inputs together; empty where no uncertainty is known.
+    /// Their covariance, estimated and known inputs together, in products of their units; empty where no uncertainty is known.
     pub covariance: Vec<Vec<f64>>,
 }
 
@@ -119,7 +119,7 @@ pub struct MountingFile {
     /// Those of them that are not estimable; the rotation holds them at their reference.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// `v_mount = rotation v_sensor`, row by row.
+    /// `v_mount = rotation v_sensor`, row by row, a pure number.
     pub rotation: [[f64; 3]; 3],
 }
 

@@ -34,7 +34,7 @@ pub(super) fn read(bench: &Bench, source: &Source, map: &Named<String>) -> Resul
                 .in_file(&source.name));
         }
     }
-    let columns = columns(bench, &headers.iter().collect::<Vec<_>>(), map, source)?;
+    let columns = columns(bench, &headers.iter().collect::<Vec<_>>(), map, &source.name)?;
     let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
     let mut records = records.map_err(|error| csv_error(&error, source))?;
     // a spreadsheet writes the empty rows below its table, too

@@ -55,7 +55,7 @@ fn cells(layout: &Layout, device: &Device, row: usize) -> ReadingFile {
     Named(found)
 }
 
-fn number(cell: Option<f64>) -> Cell {
+pub(super) fn number(cell: Option<f64>) -> Cell {
     match cell {
         None => Cell::Nothing(()),
         Some(value) if value.to_bits() == UNREADABLE.to_bits() => Cell::Text("a cell that is no number".into()),
@@ -64,7 +64,7 @@ fn number(cell: Option<f64>) -> Cell {
     }
 }
 
-fn text(key: &str, cell: &str) -> Cell {
+pub(super) fn text(key: &str, cell: &str) -> Cell {
     match cell.parse::<f64>() {
         _ if cell.is_empty() => Cell::Nothing(()),
         Ok(value) if key != "position" => Cell::Number(value),

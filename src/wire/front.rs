@@ -1,9 +1,10 @@
 //! The front door for programs: questions from texts and files in one call.
 
-use super::{BenchRef, Source, bench_file, read_bench, read_campaign};
+use super::{BenchRef, Folder, Source, Table, bench_file, read_bench, read_campaign, read_campaign_in};
 use crate::bench::Bench;
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
+use crate::record::Record;
 use std::path::Path;
 
 /// Largest file that is read.
@@ -29,13 +30,13 @@ impl Campaign {
         })
     }
 
-    /// A campaign from its file; a bench and readings that it names are looked for beside it.
+    /// A campaign from its file; a bench, readings and samples that it names are looked for beside it.
     ///
     /// Errors: a file that cannot be read, and those of [`Campaign::from_json`].
     pub fn from_path(path: impl AsRef<Path>) -> Result<Campaign> {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));
-        read_campaign(&source(path)?, &mut |name| source(&folder.join(name)))
+        read_campaign_beside(&source(path)?, folder)
     }
 }
 
@@ -57,6 +58,31 @@ impl Bench {
     /// A bench from the text of its file. Errors: what is wrong, with line, column and JSON path.
     pub fn from_json(text: &str) -> Result<Bench> {
         read_bench(&Source { name: "bench".into(), text: text.into() })
+    }
+}
+
+/// Read a campaign file; a bench, readings and samples that it names are looked for in a folder.
+///
+/// Errors: those of [`Campaign::from_path`].
+pub fn read_campaign_beside(source: &Source, folder: &Path) -> Result<Campaign> {
+    read_campaign_in(source, &mut Beside(folder))
+}
+
+/// The folder of a campaign file.
+struct Beside<'a>(&'a Path);
+
+impl Folder for Beside<'_> {
+    fn text(&mut self, name: &str) -> Result<Source> {
+        source(&self.0.join(name))
+    }
+
+    fn table(&mut self, name: &str) -> Result<Table> {
+        let path = self.0.join(name);
+        if Record::is_text(&path) { source(&path).map(Table::Text) } else { Record::at(&path).map(Table::Record) }
+    }
+
+    fn record(&mut self, name: &str) -> Result<Record> {
+        Record::at(&self.0.join(name))
     }
 }
 

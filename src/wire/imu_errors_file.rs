@@ -113,16 +113,24 @@ pub enum DriftFile {
 /// Drift of the first axis' gyro for each g along the second axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)]
 pub struct DriftCoefficients {
+    /// Of the x gyro, for a specific force along x, deg/(h g).
     pub xx: f64,
+    /// Of the x gyro, for a specific force along y, deg/(h g).
     pub xy: f64,
+    /// Of the x gyro, for a specific force along z, deg/(h g).
     pub xz: f64,
+    /// Of the y gyro, for a specific force along x, deg/(h g).
     pub yx: f64,
+    /// Of the y gyro, for a specific force along y, deg/(h g).
     pub yy: f64,
+    /// Of the y gyro, for a specific force along z, deg/(h g).
     pub yz: f64,
+    /// Of the z gyro, for a specific force along x, deg/(h g).
     pub zx: f64,
+    /// Of the z gyro, for a specific force along y, deg/(h g).
     pub zy: f64,
+    /// Of the z gyro, for a specific force along z, deg/(h g).
     pub zz: f64,
 }
 
@@ -189,13 +197,18 @@ impl<'de> Deserialize<'de> for DriftFile {
 /// What of the second axis' input the first axis' sensor sees.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)]
 pub struct InstallationAngles {
+    /// Of the input along y in the x sensor, arcsec.
     pub xy: f64,
+    /// Of the input along z in the x sensor, arcsec.
     pub xz: f64,
+    /// Of the input along x in the y sensor, arcsec.
     pub yx: f64,
+    /// Of the input along z in the y sensor, arcsec.
     pub yz: f64,
+    /// Of the input along x in the z sensor, arcsec.
     pub zx: f64,
+    /// Of the input along y in the z sensor, arcsec.
     pub zy: f64,
 }
 

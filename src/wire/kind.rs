@@ -1,6 +1,8 @@
 //! What a file is that should have been a campaign.
 
-use super::{BenchFile, EffectsFile, LabFile, MissionFile, Source, TruthFile, line_and_column, parse};
+#[cfg(feature = "navigate")]
+use super::MissionFile;
+use super::{BenchFile, EffectsFile, LabFile, Source, TruthFile, line_and_column, parse};
 use crate::error::{Fault, Malformed};
 use serde_json::Value;
 
@@ -33,6 +35,7 @@ fn looks_like(source: &Source) -> Option<String> {
         ("a truth file", parse::<TruthFile>(source).is_ok()),
         ("a catalogue of effects", parse::<EffectsFile>(source).is_ok()),
         ("a bench file (its name should end in .bench.json)", parse::<BenchFile>(source).is_ok()),
+        #[cfg(feature = "navigate")]
         ("a mission file (its name should end in .mission.json)", parse::<MissionFile>(source).is_ok()),
         ("a file of a laboratory's identities", parse::<LabFile>(source).is_ok()),
     ];

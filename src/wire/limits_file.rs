@@ -1,7 +1,7 @@
 //! Limits in a campaign file.
 
 use super::Named;
-use crate::campaign::{Campaign, Decision, Kind, Limit, Limited};
+use crate::campaign::{Campaign, Kind, Limit, Limited};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
 use schemars::JsonSchema;
@@ -30,21 +30,6 @@ pub struct LimitInUnit {
     pub unit: Option<String>,
 }
 
-/// The rule by which conformity is decided.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum DecisionFile {
-    /// The value inside the limits.
-    #[default]
-    #[serde(rename = "simple")]
-    Simple,
-    /// The value inside the limits by its expanded uncertainty.
-    #[serde(rename = "guard-u")]
-    GuardU,
-    /// The probability of conformity at least the level.
-    #[serde(rename = "risk")]
-    Risk,
-}
-
 impl<'de> Deserialize<'de> for LimitFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         struct Either;
@@ -61,24 +46,6 @@ impl<'de> Deserialize<'de> for LimitFile {
             }
         }
         deserializer.deserialize_any(Either)
-    }
-}
-
-impl DecisionFile {
-    pub(super) fn decision(self) -> Decision {
-        match self {
-            DecisionFile::Simple => Decision::Simple,
-            DecisionFile::GuardU => Decision::GuardU,
-            DecisionFile::Risk => Decision::Risk,
-        }
-    }
-
-    pub(super) fn of(decision: Decision) -> Self {
-        match decision {
-            Decision::Simple => DecisionFile::Simple,
-            Decision::GuardU => DecisionFile::GuardU,
-            Decision::Risk => DecisionFile::Risk,
-        }
     }
 }
 

@@ -17,6 +17,11 @@ pub fn locate(error: Malformed, source: &Source) -> Malformed {
         let (line, file, column) = (row.line, row.file.to_string(), row.column.to_string());
         return error.at_line(line, 1).in_file(file).moved_to(column);
     }
+    if let Some((row, file, column)) = table_row(&error.place().path) {
+        let (path, file) = (format!("row {row}, column '{column}'"), file.to_string());
+        let path = if column.is_empty() { format!("row {row}") } else { path };
+        return error.in_file(file).moved_to(path);
+    }
     if error.place().path.is_empty() && error.place().span.is_none() {
         return error; // not about any place of the file: an option, say
     }
@@ -41,6 +46,18 @@ pub(super) fn in_source(error: Malformed, source: &Source) -> Malformed {
 /// The place that a row of a CSV file gives to its reading: the line and the file.
 pub(super) fn csv_place(line: u64, file: &str) -> String {
     format!("line {line} of {file}|")
+}
+
+/// The place that a row of another table gives to its reading: the row (of data, from 1) and the file.
+pub(super) fn table_place(row: usize, file: &str) -> String {
+    format!("row {row} of {file}|")
+}
+
+/// Row, file and column of such a place.
+fn table_row(path: &str) -> Option<(&str, &str, &str)> {
+    let (row, rest) = path.strip_prefix("row ")?.split_once(" of ")?;
+    let (file, column) = rest.rsplit_once('|')?;
+    row.bytes().all(|b| b.is_ascii_digit()).then_some((row, file, column.trim_start_matches('.')))
 }
 
 /// What [`csv_place`] and a column's name behind it say.

@@ -167,7 +167,7 @@ pub fn read_covariance(source: &Source) -> Result<CovarianceFile> {
     report.covariance.ok_or_else(|| {
         Malformed::new(Fault::Missing, "the report has no covariance")
             .at_path("covariance")
-            .expected("a fit report (tumble fit --json) with \"covariance\": { \"order\": ..., \"matrix\": ... }")
+            .expected("the JSON report of a fit with \"covariance\": { \"order\": ..., \"matrix\": ... }")
             .in_file(&source.name)
     })
 }

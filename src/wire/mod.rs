@@ -4,6 +4,8 @@
 //! function that fetches what the text refers to (a bench file, a CSV of readings).
 
 mod bench_file;
+mod build_bench;
+mod build_campaign;
 mod campaign_file;
 mod columns;
 mod correction_file;
@@ -11,53 +13,70 @@ mod csv_readings;
 mod derived_file;
 mod device_readings;
 mod effects_file;
+mod folder;
 mod front;
+#[cfg(feature = "navigate")]
 mod imu_errors_file;
 mod kind;
 mod lab;
 mod limits_file;
 mod locate;
+#[cfg(feature = "navigate")]
 mod measured_file;
+#[cfg(feature = "navigate")]
 mod mission_file;
+#[cfg(feature = "navigate")]
 mod motion_file;
 mod named;
 mod readings_file;
+mod recipe;
 mod reduced;
+mod samples_file;
 mod scatter_file;
 mod schema;
 mod site_file;
 mod strict;
+mod table_readings;
 mod truth_file;
 mod write;
 
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile};
-pub use campaign_file::{
-    BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
-};
+pub use build_bench::{BenchBuilder, SensorBuilder};
+pub use build_campaign::{CampaignBuilder, ReadingBuilder};
+pub use campaign_file::{BenchRef, CampaignFile, ConstraintFile, EstimateFile, KnownFile, ReadingsRef};
 pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
 pub use derived_file::{DerivedFile, DerivedLine};
 pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
-pub use front::bench_ref;
+pub use folder::{Folder, Table};
+pub use front::{bench_ref, read_campaign_beside};
+#[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
     AddressFile, CertificateFile, ContactFile, IdentificationFile, IssuerFile, ItemFile, LabFile, LocationFile,
     MethodFile, PersonFile, read_lab,
 };
-pub use limits_file::{DecisionFile, LimitFile, LimitInUnit};
+pub use limits_file::{LimitFile, LimitInUnit};
 use locate::in_source;
 pub use locate::{line_and_column, locate};
+#[cfg(feature = "navigate")]
 pub use measured_file::{read_measured, write_measured};
+#[cfg(feature = "navigate")]
 pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSiteFile, ScenariosFile, read_covariance};
+#[cfg(feature = "navigate")]
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
+pub use recipe::{ClockFrom, Encoder, Recipe, Reduced, SegmentsBy, times};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
+pub use samples_file::{SamplesFile, TimesFile, TimesLine};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
+pub(crate) use schema::identified;
 pub use schema::{SCHEMAS, schema};
 pub use site_file::{GravityFile, SiteFile};
+pub use table_readings::table_layout;
 pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
@@ -132,11 +151,16 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
     file.into_bench().map_err(|error| in_source(error, source))
 }
 
-/// Read a campaign file, with the bench and the readings that it refers to.
+/// Read a campaign file, with the bench and the table of readings (as text) that it refers to.
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, fetch)
+    campaign_from(campaign_of(source)?, source, &mut folder::Texts(fetch))
+}
+
+/// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
+pub fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+    campaign_from(campaign_of(source)?, source, folder)
 }
 
 /// Parse a campaign file without looking at the bench and the readings that it refers to.
@@ -144,14 +168,14 @@ pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
     parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))
 }
 
-/// The campaign of a file that was parsed, with the bench and the readings that it refers to.
-pub fn campaign_from(file: CampaignFile, source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    file.into_campaign(fetch).map_err(|error| in_source(error, source))
+/// The campaign of a file that was parsed, with everything that it refers to.
+pub fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
+    file.into_campaign(folder).map_err(|error| in_source(error, source))
 }
 
-/// Readings of a CSV file, whose columns may have the names that `columns` gives them.
-pub fn read_readings(bench: &Bench, source: &Source, columns: &Named<String>) -> Result<crate::campaign::Readings> {
-    csv_readings::read(bench, source, columns)
+/// Readings of a table, whose columns may have the names that `columns` gives them.
+pub fn read_readings(bench: &Bench, table: Table, columns: &Named<String>) -> Result<crate::campaign::Readings> {
+    table_readings::read(bench, table, columns)
 }
 
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.

@@ -1,10 +1,12 @@
 //! Reduced readings put into the schedule that they were taken for.
 
+use super::columns::key_unit;
 use super::readings_file::{self, Cell, ReadingFile};
-use super::{BenchRef, CampaignFile, Fetch, ReadingsRef, Source, kind, locate, parse};
+use super::{CampaignFile, Fetch, ReadingsRef, Source, kind, locate, parse};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
+use crate::units::{Conversion, Unit};
 
 /// A reading as a reduction gives it.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,23 +32,40 @@ pub struct Schedule {
 /// Errors as [`super::read_campaign`]; readings that stand in a file of their own.
 pub fn read_schedule(source: &Source, fetch: Fetch<'_>) -> Result<Schedule> {
     let file: CampaignFile = parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))?;
-    let located = |error: Malformed| locate::in_source(error, source);
-    let bench = match &file.bench {
-        BenchRef::Inline(bench) => bench.as_ref().clone().into_bench().map_err(|e| located(e.under("bench")))?,
-        BenchRef::Named(name) => super::campaign_file::named_bench(name, fetch).map_err(located)?,
-    };
-    let ReadingsRef::Inline(list) = &file.readings else {
-        return Err(located(
-            Malformed::new(Fault::Value, "the schedule's readings stand in another file")
+    let bench = file.own_bench(fetch).map_err(|error| locate::in_source(error, source))?;
+    Schedule::new(file, bench, "readings").map_err(|error| locate::in_source(error, source))
+}
+
+impl Schedule {
+    /// A schedule whose positions stand in the file, for messages at `path`.
+    ///
+    /// Errors: readings in another file; lists that are no schedule's.
+    pub(super) fn new(file: CampaignFile, bench: Bench, path: &str) -> Result<Schedule> {
+        let ReadingsRef::Inline(list) = &file.readings else {
+            return Err(Malformed::new(Fault::Value, "the schedule's readings stand in another file")
                 .expected("the positions in the schedule itself")
-                .at_path("readings"),
-        ));
-    };
-    let mut rows = Vec::new();
-    for (k, row) in list.iter().enumerate() {
-        readings_file::expand(&bench, row.clone(), &format!("readings[{k}]"), &mut rows).map_err(located)?;
+                .at_path(path));
+        };
+        let mut rows = Vec::new();
+        for (k, row) in list.iter().enumerate() {
+            readings_file::expand(&bench, row.clone(), &format!("{path}[{k}]"), &mut rows)?;
+        }
+        Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file })
     }
-    Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file })
+
+    /// The unit that a column of samples is carried in, and how its own unit converts to it; `own` is the one in its title.
+    ///
+    /// Errors: a unit of another dimension.
+    pub fn conversion(&self, name: &str, own: &str) -> Result<(String, Option<Conversion>)> {
+        let Some(to) = key_unit(&self.bench, name) else { return Ok((own.to_string(), None)) };
+        match Unit::parse(own) {
+            Ok(from) if !own.is_empty() => {
+                let conversion = from.conversion_for(&to, &format!("the column for '{name}'"))?;
+                Ok((to.symbol().to_string(), Some(conversion).filter(|conversion| !conversion.is_none())))
+            }
+            _ => Ok((to.symbol().to_string(), None)),
+        }
+    }
 }
 
 /// A sensor whose value the schedule states: its model line at the samples of other columns, with the schedule's start values.
@@ -149,9 +168,15 @@ impl Schedule {
     }
 
     /// The campaign: each reading in the row it belongs to.
+    pub fn with(mut self, readings: &[ReducedReading], places: &[usize]) -> CampaignFile {
+        self.file.readings = ReadingsRef::Inline(self.filled(readings, places));
+        self.file
+    }
+
+    /// Each reading in the row it belongs to.
     ///
     /// A sensor whose value the schedule states (the norm of the specific force) keeps it, and gets the uncertainty of its model line over the segment.
-    pub fn with(mut self, readings: &[ReducedReading], places: &[usize]) -> CampaignFile {
+    pub(super) fn filled(&self, readings: &[ReducedReading], places: &[usize]) -> Vec<ReadingFile> {
         let mut rows = Vec::new();
         for (reading, place) in readings.iter().zip(places) {
             let Some(mut row) = self.rows.get(*place).cloned() else { continue };
@@ -175,7 +200,6 @@ impl Schedule {
             set("time_s", Cell::Number(reading.time_s));
             rows.push(row);
         }
-        self.file.readings = ReadingsRef::Inline(rows);
-        self.file
+        rows
     }
 }

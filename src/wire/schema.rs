@@ -1,10 +1,24 @@
 //! JSON Schemas, generated from the wire types.
 
-use super::{BenchFile, CampaignFile, EffectsFile, LabFile, MissionFile, TruthFile};
+#[cfg(feature = "navigate")]
+use super::MissionFile;
+use super::{BenchFile, CampaignFile, EffectsFile, LabFile, TruthFile};
 use serde_json::Value;
 
 /// The kinds of file that have a schema.
+#[cfg(feature = "navigate")]
 pub const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "mission", "truth"];
+/// The kinds of file that have a schema.
+#[cfg(not(feature = "navigate"))]
+pub const SCHEMAS: &[&str] = &["bench", "campaign", "effects", "lab", "truth"];
+
+/// A schema under its identifier, `urn:tumble:KIND:VERSION`, with the version of the program whose files it describes.
+pub(crate) fn identified(kind: &str, mut schema: Value) -> Value {
+    if let Some(keys) = schema.as_object_mut() {
+        keys.insert("$id".into(), format!("urn:tumble:{kind}:{}", env!("CARGO_PKG_VERSION")).into());
+    }
+    schema
+}
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.
 ///
@@ -17,9 +31,10 @@ pub fn schema(kind: &str) -> Option<Value> {
         "campaign" => schemars::schema_for!(CampaignFile),
         "lab" => schemars::schema_for!(LabFile),
         "effects" => schemars::schema_for!(EffectsFile),
+        #[cfg(feature = "navigate")]
         "mission" => schemars::schema_for!(MissionFile),
         "truth" => schemars::schema_for!(TruthFile),
         _ => return None,
     };
-    Some(schema.to_value())
+    Some(identified(kind, schema.to_value()))
 }

@@ -1,45 +1,26 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
-use super::bench_file::{
-    AxisFile, BenchFile, DirectionFile, ForceFile, LinkFile, RateFile, SensorFile, UnitsFile, derived_of,
-};
-use super::campaign_file::{
-    BenchRef, CampaignFile, ConstraintFile, DistributionFile, EstimateFile, KnownFile, ReadingsRef,
-};
-use super::limits_file::{DecisionFile, limits_file};
+use super::bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile, derived_of};
+use super::campaign_file::{BenchRef, CampaignFile, ConstraintFile, EstimateFile, KnownFile, ReadingsRef};
+use super::limits_file::limits_file;
 use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, ScatterFile, SiteFile};
-use crate::bench::{Axis, Bench, ForceUnit, Link, RateUnit, Sensor};
+use crate::bench::{Bench, Link, Sensor};
 use crate::campaign::{Campaign, Constraint, Decision, Derived, Distribution, Kind, Reading, Role};
 use nalgebra::Vector3;
 
 /// The file that describes this bench.
 pub fn bench_file(bench: &Bench) -> BenchFile {
-    let axis = |axis: Axis| match axis {
-        Axis::X => AxisFile::X,
-        Axis::Y => AxisFile::Y,
-        Axis::Z => AxisFile::Z,
-    };
     let link = |link: &Link| match link {
         Link::Joint { name, about, meaning } => {
-            LinkFile { joint: Some(name.clone()), tilt: None, about: axis(*about), is: meaning.clone(), times: None }
+            LinkFile { joint: Some(name.clone()), tilt: None, about: (*about).into(), is: meaning.clone(), times: None }
         }
         Link::Tilt { name, about, meaning, times } => LinkFile {
             joint: None,
             tilt: Some(name.clone()),
-            about: axis(*about),
+            about: (*about).into(),
             is: meaning.clone(),
             times: times.as_ref().map(|t| t.line().to_string()),
         },
-    };
-    let rate = match bench.units.rate {
-        RateUnit::DegreesPerSecond => RateFile::DegreesPerSecond,
-        RateUnit::DegreesPerHour => RateFile::DegreesPerHour,
-        RateUnit::RadiansPerSecond => RateFile::RadiansPerSecond,
-        RateUnit::ArcsecondsPerSecond => RateFile::ArcsecondsPerSecond,
-    };
-    let force = match bench.units.force {
-        ForceUnit::StandardGravity => ForceFile::StandardGravity,
-        ForceUnit::MetresPerSecondSquared => ForceFile::MetresPerSecondSquared,
     };
     BenchFile {
         id: bench.id.clone(),
@@ -47,7 +28,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         source: bench.source.clone(),
         notes: bench.notes.clone(),
         site: bench.site.as_ref().map(SiteFile::of),
-        units: UnitsFile { rate, force },
+        units: UnitsFile { rate: bench.units.rate.into(), force: bench.units.force.into() },
         chain: bench.chain.iter().map(link).collect(),
         sensors: Named(bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor_file(sensor))).collect()),
         rate_u_ppm: Named(bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect()),
@@ -89,12 +70,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
                 estimate.push((parameter.id.clone(), EstimateFile { start: *start, prior, prior_u, unit }));
             }
             Role::Known(own) => {
-                let distribution = match own.distribution {
-                    Distribution::Normal => None,
-                    Distribution::Rectangular => Some(DistributionFile::Rectangular),
-                    Distribution::Triangular => Some(DistributionFile::Triangular),
-                    Distribution::Arcsine => Some(DistributionFile::Arcsine),
-                };
+                let distribution = Some(own.distribution).filter(|own| *own != Distribution::Normal);
                 let dof = own.dof.is_finite().then_some(own.dof);
                 known.push((
                     parameter.id.clone(),
@@ -124,7 +100,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
         derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), derived_file(d))).collect()),
         limits: limits_file(campaign),
-        decision: (campaign.decision != Decision::default()).then(|| DecisionFile::of(campaign.decision)),
+        decision: (campaign.decision != Decision::default()).then_some(campaign.decision),
         unit: campaign.identity.unit.clone(),
         date: campaign.identity.date.clone(),
         place: campaign.identity.place.clone(),

@@ -8,35 +8,35 @@ use tumble::fit::{self, Settings};
 use tumble::wire::{self, CampaignFile, ReadingFile, Source};
 
 /// A multiplicative generator (D. Lehmer, 64 bits of a 128-bit state): seeded, and the same everywhere.
-struct Draws(u128);
+pub(super) struct Draws(pub(super) u128);
 
 impl Draws {
     fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(0xda94_2042_e4dd_58b5);
         (self.0 >> 75) as f64 / (1_u64 << 53) as f64
     }
-    fn below(&mut self, n: usize) -> usize {
+    pub(super) fn below(&mut self, n: usize) -> usize {
         ((self.uniform() * n as f64) as usize).min(n - 1)
     }
     fn normal(&mut self) -> f64 {
         (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
     }
-    fn chance(&mut self, p: f64) -> bool {
+    pub(super) fn chance(&mut self, p: f64) -> bool {
         self.uniform() < p
     }
 }
 
 /// A campaign of many devices, and its readings.
-struct Table {
-    file: Value,
-    rows: Vec<Map<String, Value>>,
+pub(super) struct Table {
+    pub(super) file: Value,
+    pub(super) rows: Vec<Map<String, Value>>,
     /// Are the readings near 1e4, a million times their noise?
-    large: bool,
+    pub(super) large: bool,
 }
 
 /// A random question: some sensors, a few linear terms, with or without stated u, a prior, an uncertain known input, replicates, limits; and
 /// devices of which some lack readings, are shuffled, repeat one input, or have cells that are no numbers.
-fn table(draws: &mut Draws) -> Table {
+pub(super) fn table(draws: &mut Draws) -> Table {
     let terms = ["1", "x", "x^2", "z", "x*z", "sin(z)"];
     let n = 2 + draws.below(4);
     let two = draws.chance(0.3);
@@ -143,6 +143,11 @@ fn together(table: &Table) -> (Vec<Row>, Layout, Vec<Device>) {
 
 /// The row of one device from a campaign file that has no other.
 fn alone(table: &Table, label: &str) -> Option<Row> {
+    single(table, label).map(|fit| Row::of(label, &fit))
+}
+
+/// The fit of one device from a campaign file that has no other.
+pub(super) fn single(table: &Table, label: &str) -> Option<fit::Fit> {
     let mut file = table.file.clone();
     let own: Vec<Map<String, Value>> = table
         .rows
@@ -154,7 +159,7 @@ fn alone(table: &Table, label: &str) -> Option<Row> {
     file.as_object_mut().expect("an object").remove("by");
     let source = Source { name: "one".into(), text: file.to_string() };
     let campaign = wire::read_campaign(&source, &mut |name| panic!("refers to {name}")).ok()?;
-    fit::fit(&campaign, &Settings::default()).ok().map(|fit| Row::of(label, &fit))
+    fit::fit(&campaign, &Settings::default()).ok()
 }
 
 /// Estimates, u, U and every test agree to 1e-12 with the fits of the devices one by one: 1000 random campaigns of 6 devices.

@@ -15,7 +15,7 @@ fn end_gauge() {
     let one = |source: &str, c: f64, u: f64, dof: f64| Contribution {
         source: source.into(),
         evaluation: Evaluation::TypeB,
-        distribution: "normal",
+        distribution: tumble::uncertainty::Shape::Normal,
         estimate: None,
         source_u: Some(u),
         sensitivity: Some(c),

@@ -13,6 +13,7 @@ mod edges;
 mod gum;
 mod known_inputs;
 mod monte_carlo;
+mod parts;
 mod published_tables;
 mod rank_defect;
 mod robust;

@@ -108,13 +108,13 @@ fn every_line_is_a_source_of_the_budget() {
     let names: Vec<&str> = report.scatter.iter().map(|s| s.source.as_str()).collect();
     assert_eq!(names, ["readings of V", "seat per position", "b0 per day", "kI per campaign"]);
     let seat = &report.scatter[1];
-    assert_eq!((seat.levels, seat.unit.as_str(), seat.from.as_str(), seat.dof), (8, "arcsec", "stated", Some(8.0)));
+    assert_eq!((seat.levels, seat.unit.as_str(), seat.from.name(), seat.dof), (8, "arcsec", "stated", Some(8.0)));
     assert_within(seat.sd.unwrap(), 4.0, 1e-12, "sd");
     for p in &report.parameters {
         let total: f64 = p.budget.iter().map(|line| line.u * line.u).sum();
         assert_within(total.sqrt(), p.u.unwrap(), 1e-12 * p.u.unwrap(), &p.id);
         assert!(
-            p.budget.iter().all(|line| (line.evaluation == "B") == (line.source != "readings of V")),
+            p.budget.iter().all(|line| (line.evaluation.name() == "B") == (line.source != "readings of V")),
             "{:?}",
             p.budget
         );

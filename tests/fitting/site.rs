@@ -54,7 +54,7 @@ fn gravity_is_in_the_budget_of_a_scale_factor() {
     let readings = 1e-6 / 2f64.sqrt() / 9.80687;
     assert_within(uncertainty(&fit, "K1"), readings.hypot(k1 * 5e-4 / 9.80687), 1e-14, "u of K1");
     let report = fit_report(&fit);
-    assert_eq!((report.site.gravity.from.as_str(), report.site.warnings.len()), ("stated", 0));
+    assert_eq!((report.site.gravity.from.name(), report.site.warnings.len()), ("stated", 0));
     assert!(report.known.iter().any(|k| k.id == "site.gravity" && k.unit == "m/s^2"));
 }
 

@@ -45,7 +45,7 @@ fn what_vanishes_at_zero_needs_a_value_and_is_no_defect() {
     assert_close(again.parameters[2].u.unwrap(), 1e-3 / (1.3 * 2f64.sqrt()), 1e-12);
     let request = Request { readings: 4, ..Request::default() };
     let error = plan::improve(&schedule, &offer(&schedule, noise.clone(), 45.0), &request).unwrap_err();
-    assert!(error.expectation().unwrap().contains("--at K=VALUE"), "{error}");
+    assert_eq!(error.remedy(), Some(("at", "K=VALUE")), "{error}");
     assert!(plan::improve(&started, &offer(&started, noise, 45.0), &request).unwrap().efficiency.unwrap() > 0.99);
 }
 

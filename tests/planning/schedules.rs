@@ -187,8 +187,8 @@ fn malformed_questions_say_what_is_wrong() {
     let noise = || Noise::new(&campaign, &[("V".into(), 9e-4)], &[]).unwrap();
     let fault = |error: tumble::error::Malformed| (error.fault(), error.to_string());
     let schedule = line("[0, 1]");
-    let (kind, text) = fault(Noise::new(&schedule, &[], &[]).unwrap_err());
-    assert!(kind == Fault::Missing && text.contains("--noise y=SD"), "{text}");
+    let error = Noise::new(&schedule, &[], &[]).unwrap_err();
+    assert!(error.fault() == Fault::Missing && error.remedy() == Some(("noise", "y=SD")), "{error}");
     for (given, remount) in
         [(("W", 1.0), None), (("V", -1.0), None), (("V", f64::NAN), None), (("V", 1.0), Some(("dtheta_q", 1.0)))]
     {

@@ -1,5 +1,6 @@
 //! The program as a user meets it: files, errors, examples, pages, certificates, schemas.
 
+mod api;
 mod bad_input;
 mod by;
 mod cli;
@@ -9,6 +10,7 @@ mod dcc;
 mod examples;
 mod files;
 mod html;
+mod kept;
 mod languages;
 #[path = "../markup/mod.rs"]
 mod markup;

@@ -104,3 +104,112 @@ fn reports_are_valid() {
         assert!(errors.is_empty(), "{name}: {errors:?}");
     }
 }
+
+/// Every property of a schema that is an object: where it is, its name, what it says, and the description of the object around it.
+fn properties<'a>(schema: &'a Value, path: &str, found: &mut Vec<(String, &'a Value, Option<&'a Value>)>) {
+    match schema {
+        Value::Object(keys) => {
+            let own = keys.get("properties").and_then(Value::as_object);
+            for (name, said) in own.into_iter().flatten() {
+                found.push((format!("{path}/{name}"), said, keys.get("description")));
+            }
+            for (name, inside) in keys {
+                properties(inside, &format!("{path}/{name}"), found);
+            }
+        }
+        Value::Array(list) => list.iter().for_each(|inside| properties(inside, path, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_schema_has_its_version_and_every_key_a_description() {
+    for kind in report::schemas() {
+        let schema = report::schema(kind).expect("a schema");
+        assert_eq!(schema["$id"], format!("urn:tumble:{kind}:{}", report::VERSION));
+        assert!(schema["$schema"].as_str().is_some_and(|dialect| dialect.contains("2020-12")), "{kind}");
+        let mut found = Vec::new();
+        properties(&schema, kind, &mut found);
+        assert!(found.len() > 5, "{kind}");
+        for (place, said, around) in found {
+            // the one key of a variant is described with the variant
+            let described = said.get("description").or(around).and_then(Value::as_str);
+            assert!(described.is_some_and(|text| text.len() > 3), "{place} has no description");
+        }
+    }
+}
+
+/// Every number of a report says its unit, in its name or in its description, or that it is a pure number.
+#[test]
+fn every_number_of_a_report_says_its_unit() {
+    let endings = ["_deg", "_s", "_m", "_h", "_min", "_arcsec", "_ppm", "_m_s"];
+    let names = ["p", "t", "z", "w", "k", "level", "condition", "dof", "birge", "chi_square"];
+    let said = [
+        "unit",
+        "rad",
+        "deg",
+        "arcsec",
+        "ppm",
+        "Hz",
+        "robabilit",
+        "ratio",
+        "factor",
+        "Factor",
+        "share",
+        "Share",
+        "correl",
+        "Correl",
+        "pure number",
+        "0 to 1",
+        "-1 to 1",
+        "variances",
+        "tandard uncertainties",
+        "tandard deviations",
+        "egrees of freedom",
+        "umber of",
+        "Number",
+        ", s",
+        ", h",
+        "weight",
+        "tolerance",
+        "differ",
+        "1970",
+    ];
+    let is_number =
+        |key: &Value| key["type"] == "number" || key["type"].as_array().is_some_and(|t| t.contains(&"number".into()));
+    let mut silent = Vec::new();
+    for kind in report::schemas().into_iter().filter(|kind| kind.ends_with("report")) {
+        let schema = report::schema(kind).expect("a schema");
+        let mut found = Vec::new();
+        properties(&schema, kind, &mut found);
+        for (place, key, _) in found {
+            let name = place.rsplit('/').next().unwrap_or_default();
+            let text = key["description"].as_str().unwrap_or_default();
+            let plain = names.contains(&name) || endings.iter().any(|ending| name.ends_with(ending));
+            if (is_number(key) || is_number(&key["items"])) && !plain && !said.iter().any(|word| text.contains(word)) {
+                silent.push(format!("{place}: {text}"));
+            }
+        }
+    }
+    assert!(silent.is_empty(), "numbers without a unit:\n{}", silent.join("\n"));
+}
+
+/// Closed vocabularies are listed with what each word means.
+#[test]
+fn closed_vocabularies_are_listed() {
+    let words = |kind: &str, of: &str| -> Vec<String> {
+        let schema = report::schema(kind).expect("a schema");
+        let listed = schema["$defs"][of]["oneOf"].as_array().unwrap_or_else(|| panic!("{kind} has no {of}")).clone();
+        assert!(listed.iter().all(|word| word["description"].is_string()), "{of}");
+        listed.iter().map(|word| word["const"].as_str().expect("a word").to_string()).collect()
+    };
+    assert_eq!(words("fit-report", "State"), ["free", "at-bound", "not-estimable"]);
+    assert_eq!(words("fit-report", "Kind"), ["tilt", "coefficient"]);
+    assert_eq!(words("fit-report", "Evaluation"), ["A", "B"]);
+    assert_eq!(words("fit-report", "Conformity"), ["pass", "undecided", "fail"]);
+    assert_eq!(words("fit-report", "VarianceFrom"), ["stated", "estimated"]);
+    assert_eq!(words("fit-report", "ConstraintState").len(), 5);
+    assert_eq!(words("diagnose-report", "NoiseFrom"), ["stated", "replicates", "residuals"]);
+    assert_eq!(words("diagnose-report", "Verdict").len(), 5);
+    assert_eq!(words("plan-report", "Fate"), ["detectable", "absorbed", "not-exercised"]);
+}

@@ -1,9 +1,13 @@
 //! From a logger's file to readings: records, noise, reduction.
 
+#[path = "../draws/mod.rs"]
+mod draws;
 #[path = "../support/mod.rs"]
 mod support;
 
 mod allan;
+mod formats;
 mod readings;
 mod real;
 mod records;
+mod samples;

@@ -112,3 +112,49 @@ fn three_mpu_9150() {
         }
     }
 }
+
+/// The closed forms of Ferraris as imucal computes them, least squares beside them, and what the hand scatters.
+#[test]
+fn ferraris_session() {
+    let folder = example("27-ferraris-session");
+    let (code, out, error) = tumble(&folder, &["compare", "accelerometer.campaign.json", "--json", "-"]);
+    assert_eq!(code, 0, "{error}");
+    let report: Value = serde_json::from_str(&out).expect("a report");
+    let (_, out, _) = tumble(&folder, &["fit", "accelerometer.campaign.json", "--json", "-"]);
+    let fit: Value = serde_json::from_str(&out).expect("a report");
+    // imucal's example calibration: K_a R_a and b_a; offsets by least squares and residual standard deviations by numpy from the 18 means
+    let scales = [208.54567263762615, 208.0011341167055, 214.78455364603022];
+    let rotation = [
+        [0.9999125214309234, 0.007122056140390757, -0.011145662922687352],
+        [-0.007947378455060604, 0.9996887358297629, 0.023648903373787954],
+        [0.021342900724016442, -0.010781879507682177, 0.9997140749549175],
+    ];
+    let closed = [-6.018868019671572, -48.287874016760156, -28.96636637224333];
+    let least_squares = [-7.87391974, -55.94324755, -31.03089317];
+    let closed_form = |id: &str| {
+        let all = report["groups"][0]["quantities"].as_array().expect("quantities");
+        let one = all.iter().find(|q| q["id"] == id).unwrap_or_else(|| panic!("no {id}"));
+        number(&one["closed_form"])
+    };
+    for (i, row) in ["x", "y", "z"].into_iter().enumerate() {
+        for (j, column) in ["x", "y", "z"].into_iter().enumerate() {
+            let id = format!("m_{row}{column}");
+            let expected = scales[i] * rotation[i][j];
+            assert!((closed_form(&id) - expected).abs() < 1e-9, "{id}");
+            let (value, u) = parameter(&fit, &id);
+            assert!((value - expected).abs() < 0.05 * u, "{id}");
+        }
+        let id = format!("b_{row}");
+        assert!((closed_form(&id) - closed[i]).abs() < 1e-9, "{id}");
+        let (value, u) = parameter(&fit, &id);
+        assert!(
+            (value - least_squares[i]).abs() < 0.05 * u && (value - closed[i]).abs() < 2.0 * u,
+            "{id}: {value} {u}"
+        );
+    }
+    let lines = fit["scatter"].as_array().expect("lines");
+    for (axis, sd) in [("b_x", 5.0), ("b_y", 21.0), ("b_z", 2.9)] {
+        let line = lines.iter().find(|line| line["of"] == axis).expect(axis);
+        assert!((number(&line["sd"]) / sd - 1.0).abs() < 0.1, "{line}");
+    }
+}

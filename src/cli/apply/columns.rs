@@ -98,6 +98,7 @@ fn texts(path: &Path, kept: &[usize]) -> Result<Vec<bool>> {
         Record::Columnar(table) => {
             texts.extend(kept.iter().map(|k| table.is_text(*k)));
         }
+        Record::Held(_) => texts.resize(kept.len(), false),
         mut record @ Record::Delimited(_) => {
             record.select(&kept.iter().map(|k| (*k, As::Cell)).collect::<Vec<_>>());
             let mut block = Block::default();

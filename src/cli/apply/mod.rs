@@ -10,8 +10,9 @@ use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
 use crate::correction::{Calibration, Corrector, InputRole, Quantity};
 use crate::error::{Fault, Malformed, Result};
+use crate::record::Record;
 use clap::{Args, ValueEnum};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What to correct, and where to write it.
@@ -19,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct Arguments {
     /// The calibration: a fit report (`tumble fit CAMPAIGN --json CALIBRATION`).
     calibration: PathBuf,
-    /// The record, CSV with a header or Parquet: one column for each sensor, under its name. '-' reads CSV from stdin.
+    /// The record, CSV with a header, Parquet, a workbook, MATLAB, HDF5 or MCAP: one column for each sensor, under its name; FILE#NAME is one of its tables. '-' reads CSV from stdin.
     log: PathBuf,
     /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
     #[arg(long, value_name = "FILE")]
@@ -108,28 +109,15 @@ fn rows(correction: &Correction<'_>, output: impl Write) -> Result<Counts> {
     if log == Path::new("-") {
         return text::correct(correction, std::io::stdin().lock(), output);
     }
-    super::session::reads(log);
-    let mut file = std::fs::File::open(log).map_err(|error| {
-        Malformed::new(Fault::File, format!("cannot read '{name}': {error}"))
-            .expected("a readable record (CSV or Parquet)")
-    })?;
-    let mut first = [0_u8; 4];
-    let mut read = 0;
-    while read < first.len() {
-        match file.read(first.get_mut(read..).unwrap_or_default()) {
-            Ok(0) => break,
-            Ok(more) => read += more,
-            Err(error) => {
-                return Err(Malformed::new(Fault::File, format!("cannot read '{name}': {error}"))
-                    .expected("a readable record (CSV or Parquet)"));
-            }
-        }
-    }
-    if first == *b"PAR1" {
+    if !Record::is_text(log) {
         return columns::to_text(correction, output);
     }
-    // a pipe cannot be rewound: it is read on from behind its first bytes
-    text::correct(correction, first.get(..read).unwrap_or_default().chain(file), output)
+    super::session::reads(log);
+    let file = std::fs::File::open(log).map_err(|error| {
+        Malformed::new(Fault::File, format!("cannot read '{name}': {error}"))
+            .expected("a readable record (CSV, Parquet, a workbook, MATLAB, HDF5 or MCAP)")
+    })?;
+    text::correct(correction, file, output)
 }
 
 fn is_parquet(path: &Path) -> bool {

@@ -21,8 +21,10 @@ mod units;
 mod verdicts;
 
 use super::{ArcsecReport, FitReport, VERSION};
+use crate::campaign::Kind;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
+use crate::fit::State;
 use crate::language::{Language, say};
 use crate::wire::LabFile;
 use conditions::Adjusted;
@@ -96,12 +98,12 @@ fn quantities<'a>(meaning: &dyn Fn(&str) -> &'a str, report: &FitReport) -> Resu
     let mut quantities = Vec::new();
     for (k, p) in report.parameters.iter().enumerate() {
         let Some(value) = p.value else { continue };
-        if p.kind != "tilt" && p.unit.is_empty() {
+        if p.kind != Kind::Tilt && p.unit.is_empty() {
             return Err(Malformed::new(Fault::Missing, format!("a certificate needs the unit of '{}'", p.id))
                 .expected(format!("\"unit\" in estimate.{}, or in the bench; \"1\" for a pure number", p.id))
                 .at_path(format!("estimate.{}", p.id)));
         }
-        if p.state == "at-bound" {
+        if p.state == State::AtBound {
             return Err(Malformed::new(Fault::Value, format!("'{}' is held by a bound, so no U describes it", p.id))
                 .expected("a campaign whose bounds are not active; the JSON report has the interval")
                 .at_path("constraints"));
@@ -211,7 +213,7 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     remarks.push(say!(
         lang,
         "dcc-least-squares",
-        estimator = lang.term("estimator", &report.estimator),
+        estimator = lang.term("estimator", report.estimator.name()),
         readings = report.fit.readings.to_string(),
         dof = report.fit.dof.to_string()
     ));
@@ -227,7 +229,7 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
         remarks.push(say!(lang, "dcc-not-estimable", text = defect.text));
     }
     if let Some(robust) = &report.robust {
-        remarks.push(say!(lang, "dcc-robust", method = robust.method));
+        remarks.push(say!(lang, "dcc-robust", method = robust.method.to_string()));
     }
     if let Some(p) = report.fit.p {
         let p = format!("{p:.3}");

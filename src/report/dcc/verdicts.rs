@@ -1,6 +1,7 @@
 //! Conformity with limits, beside the quantity that it is about.
 
 use super::{Xml, decimal, text, told, units, within};
+use crate::fit::Conformity;
 use crate::language::{Language, say};
 use crate::report::conformity::{ConformityReport, LimitedReport, percent};
 use std::io;
@@ -39,10 +40,10 @@ pub(super) fn of_quantity(
 
 /// The outcome in words, with the rule and the probability that it rests on.
 fn declaration(conformity: &ConformityReport, limited: &LimitedReport, lang: Language) -> String {
-    let mut said = match limited.outcome.as_str() {
-        "pass" => say!(lang, "conformity-passes", rule = conformity.rule),
-        "fail" => say!(lang, "conformity-fails", rule = conformity.rule),
-        _ => say!(lang, "conformity-is-undecided", rule = conformity.rule),
+    let mut said = match limited.outcome {
+        Conformity::Pass => say!(lang, "conformity-passes", rule = conformity.rule),
+        Conformity::Fail => say!(lang, "conformity-fails", rule = conformity.rule),
+        Conformity::Undecided => say!(lang, "conformity-is-undecided", rule = conformity.rule),
     };
     if let Some(probability) = limited.probability {
         said.push_str(lang.space());
@@ -56,10 +57,10 @@ fn status(limited: &LimitedReport) -> &'static str {
     let inside = limited.value.is_some_and(|value| {
         limited.lower.is_none_or(|low| value >= low) && limited.upper.is_none_or(|high| value <= high)
     });
-    match (limited.outcome.as_str(), inside) {
-        ("pass", _) => "pass",
-        ("fail", _) => "fail",
-        (_, true) => "conditionalPass",
-        (_, false) => "conditionalFail",
+    match (limited.outcome, inside) {
+        (Conformity::Pass, _) => "pass",
+        (Conformity::Fail, _) => "fail",
+        (Conformity::Undecided, true) => "conditionalPass",
+        (Conformity::Undecided, false) => "conditionalFail",
     }
 }

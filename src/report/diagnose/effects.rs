@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// A missing effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct EffectReport {
     /// The appended term without its coefficient.
     pub regressor: String,
@@ -19,11 +20,11 @@ pub struct EffectReport {
     pub coefficient: String,
     /// The sensor; null for what is common to all.
     pub sensor: Option<String>,
-    /// Coefficient; for a known parameter, a prior or a constraint its error; null where the repaired model does not determine it.
+    /// Coefficient, in `unit`; for a known parameter, a prior or a constraint its error; null where the repaired model does not determine it.
     pub value: Option<f64>,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in `unit`.
     pub u: Option<f64>,
-    /// Its expanded uncertainty.
+    /// Its expanded uncertainty, in `unit`.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
     /// Coverage probability of the expanded uncertainty.
@@ -32,7 +33,7 @@ pub struct EffectReport {
     pub unit: String,
     /// The value in arcseconds, for an angle.
     pub arcsec: Option<f64>,
-    /// Standard uncertainty that was stated for a known parameter or a prior which is found wrong; null for anything else.
+    /// Standard uncertainty that was stated for a known parameter or a prior which is found wrong, in `unit`; null for anything else.
     pub stated_u: Option<f64>,
     /// Student's t (z where the noise is stated), the other effects given.
     pub t: f64,
@@ -50,7 +51,7 @@ pub struct EffectReport {
     pub probability_as_named: f64,
     /// The gap with this effect and those before it in the model.
     pub gap_after: Option<GapReport>,
-    /// Share of its column that the model as given leaves: what it is seen by.
+    /// Share of its column that the model as given leaves, 0 to 1: what it is seen by.
     pub visible: f64,
     /// Its size in each sensor, where several have it; empty where one does, or all share it.
     pub in_sensors: Vec<SensorSizeReport>,
@@ -68,14 +69,15 @@ pub struct EffectReport {
 
 /// The size of an effect in one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SensorSizeReport {
     /// The sensor.
     pub sensor: String,
     /// Name of its coefficient in the repaired model line.
     pub coefficient: String,
-    /// The coefficient.
+    /// The coefficient, in `unit`.
     pub value: Option<f64>,
-    /// Its standard uncertainty.
+    /// Its standard uncertainty, in `unit`.
     pub u: Option<f64>,
     /// Unit.
     pub unit: String,
@@ -89,6 +91,7 @@ pub struct SensorSizeReport {
 
 /// Another effect that explains the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AliasReport {
     /// Its regressor.
     pub regressor: String,
@@ -102,9 +105,9 @@ pub struct AliasReport {
     pub probability: f64,
     /// Is it seen only through small terms (it vanishes here but for small tilts, or the model has nearly all of it)?
     pub only_small_terms: bool,
-    /// Share of its column that the model as given leaves.
+    /// Share of its column that the model as given leaves, 0 to 1.
     pub visible: f64,
-    /// Largest value of its term here over what its inputs could make of it.
+    /// Largest value of its term here over what its inputs could make of it, a pure number.
     pub size: f64,
     /// A second effect that must then stand in the place of another finding.
     pub together_with: Option<String>,
@@ -112,30 +115,31 @@ pub struct AliasReport {
 
 /// A parameter before and after the repair.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ChangeReport {
     /// Name.
     pub id: String,
     /// Unit of the numbers: `arcsec` for tilts.
     pub unit: String,
-    /// Before.
+    /// Before, in `unit`.
     pub before: Option<f64>,
-    /// Standard uncertainty before.
+    /// Standard uncertainty before, in `unit`.
     pub u_before: Option<f64>,
-    /// After.
+    /// After, in `unit`.
     pub after: Option<f64>,
-    /// Standard uncertainty after, with what is not known about which alias it is, and what is unexplained.
+    /// Standard uncertainty after, with what is not known about which alias it is, and what is unexplained, in `unit`.
     pub u_after: Option<f64>,
-    /// Standard uncertainty after, if the effects are the ones named.
+    /// Standard uncertainty after, if the effects are the ones named, in `unit`.
     pub u_after_as_named: Option<f64>,
-    /// How far the value would move at most if an alias were the effect.
+    /// How far the value would move at most if an alias were the effect, in `unit`.
     pub alias_half_width: f64,
-    /// Standard deviation of the value over the explanations that remain, each with its probability (part of `u_after`).
+    /// Standard deviation of the value over the explanations that remain, each with its probability (part of `u_after`), in `unit`.
     pub alias_u: f64,
-    /// Standard uncertainty from what is unexplained, beyond that of the noise (part of `u_after`).
+    /// Standard uncertainty from what is unexplained, beyond that of the noise (part of `u_after`), in `unit`.
     pub remainder_u: f64,
-    /// After minus before.
+    /// After minus before, in `unit`.
     pub shift: Option<f64>,
-    /// After minus before, over the standard uncertainty after as named.
+    /// After minus before, over the standard uncertainty after as named, a ratio.
     pub change_in_u: Option<f64>,
 }
 

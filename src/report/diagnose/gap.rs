@@ -2,7 +2,7 @@
 
 use super::super::{PositionReport, position_keys};
 use crate::campaign::Campaign;
-use crate::diagnosis::{Candidate, Diagnosis, Gap, Level};
+use crate::diagnosis::{Candidate, Diagnosis, Gap, Level, NoiseFrom};
 use crate::fit::Fit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 /// The gap before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GapsReport {
     /// With the model as given.
     pub before: GapReport,
@@ -23,12 +24,13 @@ pub struct GapsReport {
 
 /// A gap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GapReport {
     /// `sqrt(sum v^2 / dof)`; null without degrees of freedom. With sensors of several units it has none: see `sensors`.
     pub rms: Option<f64>,
-    /// Largest residual by size.
+    /// Largest residual by size, in the first sensor's unit (of navigation errors: in standard uncertainties).
     pub max: f64,
-    /// `sum (v/u)^2` with the noise floor.
+    /// `sum (v/u)^2` with the noise floor, a pure number.
     pub chi_square: f64,
     /// Degrees of freedom.
     pub dof: usize,
@@ -38,34 +40,37 @@ pub struct GapReport {
 
 /// The gap of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SensorGapReport {
     /// Its unit.
     pub unit: String,
     /// How many values it gave.
     pub readings: usize,
-    /// `sqrt(sum v^2 / r)` before, `r` the sum of its redundancy numbers; null where that is zero.
+    /// `sqrt(sum v^2 / r)` before, `r` the sum of its redundancy numbers, in `unit`; null where that is zero.
     pub rms_before: Option<f64>,
-    /// The same with the effects.
+    /// The same with the effects, in `unit`.
     pub rms_after: Option<f64>,
-    /// Largest residual before.
+    /// Largest residual before, in `unit`.
     pub max_before: f64,
-    /// Largest residual after.
+    /// Largest residual after, in `unit`.
     pub max_after: f64,
-    /// Standard deviation of a reading by the noise floor (root mean square where readings differ).
+    /// Standard deviation of a reading by the noise floor (root mean square where readings differ), in `unit`.
     pub sd: Option<f64>,
 }
 
 /// The noise floor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct NoiseReport {
-    /// Standard deviation of a reading of the first sensor; null where nothing tells.
+    /// Standard deviation of a reading of the first sensor, in its unit; null where nothing tells.
     pub sd: Option<f64>,
     /// `replicates`, `stated` or `residuals` (of the finished model: then completeness cannot be tested).
-    pub from: String,
+    pub from: NoiseFrom,
 }
 
 /// Mean residual at one level of a factor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct PlaceReport {
     /// The factor.
     pub factor: String,
@@ -75,12 +80,15 @@ pub struct PlaceReport {
     pub sensor: String,
     /// Readings there.
     pub readings: usize,
-    /// Mean residual before.
+    /// Mean residual before, in the sensor's unit.
     pub mean: f64,
     /// Its size in standard deviations.
     pub z: f64,
     /// Probability of a mean as large by chance, this level alone.
     pub p: f64,
+    /// Is that below the significance of the diagnosis?
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub significant: Option<bool>,
 }
 
 /// A level: a number or a label.
@@ -95,6 +103,7 @@ pub enum LevelReport {
 
 /// What is unexplained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct UnexplainedReport {
     /// In one sentence.
     pub pattern: String,
@@ -112,6 +121,7 @@ pub struct UnexplainedReport {
 
 /// Mean residual at one state of the joints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CellReport {
     /// The state.
     pub at: PositionReport,
@@ -119,7 +129,7 @@ pub struct CellReport {
     pub sensor: String,
     /// Readings there.
     pub readings: usize,
-    /// Mean residual.
+    /// Mean residual, in the sensor's unit.
     pub mean: f64,
     /// Its size in standard deviations.
     pub z: f64,
@@ -127,6 +137,7 @@ pub struct CellReport {
 
 /// A reading's residual before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ResidualReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -134,11 +145,11 @@ pub struct ResidualReport {
     pub position: String,
     /// The sensor.
     pub sensor: String,
-    /// Before.
+    /// Before, in the sensor's unit.
     pub before: f64,
-    /// After.
+    /// After, in the sensor's unit.
     pub after: f64,
-    /// Standard deviation of the reading by the noise floor; null where nothing tells.
+    /// Standard deviation of the reading by the noise floor, in the sensor's unit; null where nothing tells.
     pub sd: Option<f64>,
 }
 
@@ -146,7 +157,7 @@ pub(super) fn gaps(campaign: &Campaign, diagnosis: &Diagnosis) -> GapsReport {
     GapsReport {
         before: gap(&diagnosis.gap_before),
         after: gap(&diagnosis.gap_after),
-        noise: NoiseReport { sd: diagnosis.noise.sd, from: diagnosis.noise.from.name().into() },
+        noise: NoiseReport { sd: diagnosis.noise.sd, from: diagnosis.noise.from },
         sensors: sensors(campaign, diagnosis),
     }
 }
@@ -195,7 +206,7 @@ fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, Senso
     sensors
 }
 
-pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<PlaceReport> {
+pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis, significance: f64) -> Vec<PlaceReport> {
     let report = |place: &crate::diagnosis::Place| PlaceReport {
         factor: place.factor.clone(),
         level: match &place.level {
@@ -207,6 +218,7 @@ pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<PlaceRep
         mean: place.mean,
         z: place.z,
         p: place.p,
+        significant: Some(place.p < significance),
     };
     diagnosis.places.iter().map(report).collect()
 }

@@ -16,18 +16,21 @@ pub use words::alias_note;
 use super::scatter::{self, ScatterReport};
 use super::{Input, PositionReport, VERSION, fit_constraints, position_keys};
 use crate::campaign::{Campaign, Identity};
-use crate::diagnosis::{self, Diagnosis, Held};
+use crate::diagnosis::{self, Diagnosis, Held, Verdict};
+use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What `tumble diagnose --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct DiagnoseReport {
-    /// Version of the program.
+    /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `diagnose`.
-    pub report: String,
+    #[schemars(extend("const" = "diagnose"))]
+    pub report: ReportKind,
     /// Id of the bench.
     pub bench: String,
     /// The unit under test, when, where, by whom, with what.
@@ -37,7 +40,7 @@ pub struct DiagnoseReport {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<Input>,
     /// `effects-found`, `partly-explained`, `nothing-missing`, `unexplained`, or `not-diagnosable` (no redundancy).
-    pub verdict: String,
+    pub verdict: Verdict,
     /// Probability of reporting anything when nothing is missing.
     pub significance: f64,
     /// What is missing, in the order in which it takes the gap off.
@@ -80,6 +83,7 @@ pub struct DiagnoseReport {
 
 /// A constraint of the campaign in a diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AssertedReport {
     /// Number in the file, from 1.
     pub index: usize,
@@ -87,11 +91,12 @@ pub struct AssertedReport {
     pub text: String,
     /// `equality` (met exactly), `at-limit` (an inequality that holds the estimate back: taken as an equality), `inactive`,
     /// `left-out` (it contradicts others, or cannot be applied), `wrong` (a finding: taken away by the repair).
-    pub state: String,
+    pub state: Held,
 }
 
 /// Leave-one-position-out prediction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct HoldoutReport {
     /// Positions predicted from the others.
     pub positions: usize,
@@ -99,12 +104,13 @@ pub struct HoldoutReport {
     pub skipped: usize,
     /// Root mean square prediction error before, in standard uncertainties of prediction and reading together: 1 for a true model.
     pub before: f64,
-    /// The same with the effects.
+    /// The same with the effects, in the same unit.
     pub after: Option<f64>,
 }
 
 /// The evidence with some effects in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct StepReport {
     /// Effects in the model.
     pub with: Vec<String>,
@@ -120,6 +126,7 @@ pub struct StepReport {
 
 /// The gap with some effects in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub struct GapStepReport {
     /// Effects in the model.
     pub with: Vec<String>,
@@ -147,17 +154,17 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
     let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
     DiagnoseReport {
         tumble: VERSION.into(),
-        report: "diagnose".into(),
+        report: ReportKind::Diagnose,
         bench: campaign.bench.id.clone(),
         identity: campaign.identity.clone(),
         inputs: Vec::new(),
-        verdict: diagnosis.verdict.name().into(),
+        verdict: diagnosis.verdict,
         significance: settings.significance,
         effects: effects::effects(campaign, diagnosis),
         model_before: model(&diagnosis.before.campaign),
         model_after: model(&after.campaign),
         gap: gap::gaps(campaign, diagnosis),
-        places: gap::places(campaign, diagnosis),
+        places: gap::places(campaign, diagnosis, settings.significance),
         scatter: if after.campaign.scatter.is_empty() { Vec::new() } else { scatter::scatter(after) },
         unexplained: gap::unexplained(campaign, diagnosis),
         holdout: diagnosis.holdout.as_ref().map(|own| HoldoutReport {
@@ -198,7 +205,7 @@ fn asserted(campaign: &Campaign, held: &[Held]) -> Vec<AssertedReport> {
         .map(|(k, (constraint, held))| AssertedReport {
             index: k + 1,
             text: fit_constraints::constraint_text(campaign, constraint),
-            state: held.name().into(),
+            state: *held,
         })
         .collect()
 }

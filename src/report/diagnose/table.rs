@@ -4,6 +4,7 @@ use super::super::scatter;
 use super::super::table::{plain, rounded, significant};
 use super::super::wrap::{WIDTH, hanging};
 use super::{DiagnoseReport, EffectReport, GapReport, words};
+use crate::diagnosis::Verdict;
 
 /// Most aliases, places and positions that are listed at a terminal; the JSON report has all.
 const LISTED: usize = 8;
@@ -19,7 +20,7 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
     text.push_str(&format!("\n{}\n", verdict(report)));
     text.push_str(&constraints(report));
     text.push('\n');
-    if report.verdict == "not-diagnosable" {
+    if report.verdict == Verdict::NotDiagnosable {
         return text;
     }
     for effect in &report.effects {
@@ -30,7 +31,7 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
     text.push_str(&scatter::table(&report.scatter, crate::language::Language::English));
     text.push_str(&steps(report));
     text.push_str(&unexplained(report));
-    if report.verdict != "nothing-missing" {
+    if report.verdict != Verdict::NothingMissing {
         text.push_str(&places(report));
     }
     if report.parameters.iter().any(|p| p.shift.is_some_and(|s| s != 0.0) || p.remainder_u > 0.0) {
@@ -44,15 +45,15 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
 }
 
 fn verdict(report: &DiagnoseReport) -> String {
-    let label = match report.verdict.as_str() {
-        "effects-found" => "EFFECTS FOUND",
-        "partly-explained" => "PARTLY EXPLAINED",
-        "nothing-missing" => "NOTHING MISSING",
-        "unexplained" => "UNEXPLAINED",
-        _ => "NOT DIAGNOSABLE",
+    let label = match report.verdict {
+        Verdict::EffectsFound => "EFFECTS FOUND",
+        Verdict::PartlyExplained => "PARTLY EXPLAINED",
+        Verdict::NothingMissing => "NOTHING MISSING",
+        Verdict::Unexplained => "UNEXPLAINED",
+        Verdict::NotDiagnosable => "NOT DIAGNOSABLE",
     };
     let sentence = hanging(&format!("{label}: {}", words::verdict(report).replace('`', "")), 2);
-    if report.verdict == "not-diagnosable" {
+    if report.verdict == Verdict::NotDiagnosable {
         let help = words::would_help(report);
         return if help.is_empty() { sentence } else { format!("{sentence};\n{help}") };
     }
@@ -211,7 +212,7 @@ fn gap(report: &DiagnoseReport) -> String {
         let header = ["sensor", "unit", "noise", "sd before", "max before", "sd after", "max after"];
         text.push_str(&format!("\n{}", plain(header.get(..if found { 7 } else { 5 }).unwrap_or_default(), &rows)));
     }
-    let source = words::noise_source(&report.gap.noise.from);
+    let source = words::noise_source(report.gap.noise.from);
     let noise = match report.gap.sensors.values().next() {
         Some(one) if !several => match one.sd {
             Some(sd) => format!("noise floor: {} {}, {source}", significant(sd, 3), one.unit),
@@ -280,7 +281,7 @@ fn places(report: &DiagnoseReport) -> String {
     let rows: Vec<Vec<String>> = report
         .places
         .iter()
-        .filter(|place| place.p < report.significance)
+        .filter(|place| place.significant == Some(true))
         .take(LISTED)
         .map(|place| {
             vec![

@@ -4,31 +4,32 @@ pub use super::super::table::trimmed;
 use super::super::table::{rounded, significant};
 use super::super::{ARCSEC, PositionReport};
 use super::{AliasReport, ChangeReport, DiagnoseReport, EffectReport, LevelReport};
+use crate::diagnosis::{Held, NoiseFrom, Verdict};
 
 /// The verdict in one sentence, without a full stop.
 pub fn verdict(report: &DiagnoseReport) -> String {
-    let known = report.gap.noise.from != "residuals";
+    let known = report.gap.noise.from != NoiseFrom::Residuals;
     let line_estimated = report.scatter.iter().any(|s| s.estimated && !s.source.starts_with("readings of "));
-    match (report.verdict.as_str(), report.effects.as_slice()) {
-        ("effects-found", [one]) => format!("one effect is missing from the model: {}", named(one)),
-        ("effects-found", several) => {
+    match (report.verdict, report.effects.as_slice()) {
+        (Verdict::EffectsFound, [one]) => format!("one effect is missing from the model: {}", named(one)),
+        (Verdict::EffectsFound, several) => {
             let names: Vec<String> = several.iter().map(named).collect();
             format!("{} effects are missing from the model: {}", several.len(), names.join("; and "))
         }
-        ("partly-explained", several) => {
+        (Verdict::PartlyExplained, several) => {
             let names: Vec<String> = several.iter().map(named).collect();
             let count = if several.len() == 1 { "one effect is".into() } else { format!("{} effects are", several.len()) };
             format!("{count} missing from the model: {}; what remains is more than noise, and nothing in the catalogue explains it", names.join("; and "))
         }
-        ("nothing-missing", _) if line_estimated => {
+        (Verdict::NothingMissing, _) if line_estimated => {
             "no effect explains more than chance; how much scatters is estimated from these readings, so that is all they can say".into()
         }
-        ("nothing-missing", _) if known => "the gap is noise".into(),
-        ("nothing-missing", _) => {
+        (Verdict::NothingMissing, _) if known => "the gap is noise".into(),
+        (Verdict::NothingMissing, _) => {
             "no effect explains more than chance; the noise is known from the residuals alone, so that is all they can say".into()
         }
-        ("unexplained", _) => "something is missing from the model, and nothing in the catalogue explains it".into(),
-        _ => {
+        (Verdict::Unexplained, _) => "something is missing from the model, and nothing in the catalogue explains it".into(),
+        (Verdict::NotDiagnosable, _) => {
             "nothing can be diagnosed: the readings only just determine the unknowns, and nothing is left to check them"
                 .into()
         }
@@ -68,11 +69,13 @@ pub fn would_help(report: &DiagnoseReport) -> String {
 }
 
 /// Where the noise floor comes from.
-pub fn noise_source(from: &str) -> &'static str {
+pub fn noise_source(from: NoiseFrom) -> &'static str {
     match from {
-        "residuals" => "from the residuals of the finished model: nothing else tells, so completeness cannot be tested",
-        "stated" => "as stated",
-        _ => "from replicates",
+        NoiseFrom::Residuals => {
+            "from the residuals of the finished model: nothing else tells, so completeness cannot be tested"
+        }
+        NoiseFrom::Stated => "as stated",
+        NoiseFrom::Replicates => "from replicates",
     }
 }
 
@@ -286,14 +289,14 @@ pub fn alias_note(report: &DiagnoseReport) -> Option<String> {
 
 /// What was done with the constraints, one sentence each.
 pub fn constraints(report: &DiagnoseReport) -> Vec<String> {
-    let words = |state: &str| match state {
-        "equality" => "kept as an equality",
-        "at-limit" => "holds the estimate back: kept as an equality at its limit",
-        "inactive" => "met without effort: it has no part",
-        "wrong" => "found wrong: taken away by the repair",
-        _ => "left out: it contradicts others, or cannot be applied",
+    let words = |state: Held| match state {
+        Held::Equality => "kept as an equality",
+        Held::AtLimit => "holds the estimate back: kept as an equality at its limit",
+        Held::Inactive => "met without effort: it has no part",
+        Held::Wrong => "found wrong: taken away by the repair",
+        Held::LeftOut => "left out: it contradicts others, or cannot be applied",
     };
-    report.constraints.iter().map(|c| format!("constraint {}, {}: {}", c.index, c.text, words(&c.state))).collect()
+    report.constraints.iter().map(|c| format!("constraint {}, {}: {}", c.index, c.text, words(c.state))).collect()
 }
 
 /// The holdout in one sentence; empty where there is none.

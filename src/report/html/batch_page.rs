@@ -21,7 +21,7 @@ pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary, 
     page.facts = vec![
         ("Bench".into(), format!("`{}`", report.bench)),
         ("One fit for each".into(), format!("`{}`", report.by)),
-        ("Estimator".into(), report.estimator.clone()),
+        ("Estimator".into(), report.estimator.to_string()),
     ];
     page.facts.extend(report.model.iter().map(|(sensor, line)| (format!("Model of {sensor}"), format!("`{line}`"))));
     page.facts.extend(campaign.identity.facts(lang));
@@ -68,7 +68,7 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
     let differ: Vec<&str> = report
         .quantities
         .iter()
-        .filter(|q| q.scattering.as_ref().is_some_and(|s| s.p < 0.01))
+        .filter(|q| q.scattering.as_ref().is_some_and(|s| s.significant == Some(true)))
         .map(|q| q.id.as_str())
         .collect();
     section = match differ.as_slice() {

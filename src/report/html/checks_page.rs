@@ -2,6 +2,8 @@
 
 use super::{Align, Section, Table, Tone, cells};
 use crate::language::{Language, say};
+use crate::campaign::Kind;
+use crate::report::fit_constraints::ConstraintsStatus;
 use crate::report::table::{rounded, significant};
 use crate::report::{ARCSEC, FitReport};
 
@@ -9,7 +11,7 @@ use crate::report::{ARCSEC, FitReport};
 pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let mut verdicts = Vec::new();
     if let Some(constraints) = &report.constraints {
-        let tone = if constraints.status == "met" { Tone::Plain } else { Tone::Bad };
+        let tone = if constraints.status == ConstraintsStatus::Met { Tone::Plain } else { Tone::Bad };
         verdicts.push((tone, lang.sentence(&constraints.verdict.say(lang))));
     }
     if let Some(test) = report.checks.lack_of_fit.as_ref().filter(|test| test.rejected) {
@@ -25,7 +27,7 @@ pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)
         ));
     }
     if let Some(robust) = report.robust.as_ref().filter(|robust| !robust.converged) {
-        verdicts.push((Tone::Bad, say!(lang, "the-robust-estimator-did-not-settle", method = robust.method)));
+        verdicts.push((Tone::Bad, say!(lang, "the-robust-estimator-did-not-settle", method = robust.method.to_string())));
     }
     verdicts
 }
@@ -107,7 +109,7 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
         if let Some(changes) = without {
             row.push(cells::digits(changes.get(&p.id).copied(), 3));
         }
-        row.push(if p.kind == "tilt" { "arcsec".into() } else { p.unit.clone() });
+        row.push(if p.kind == Kind::Tilt { "arcsec".into() } else { p.unit.clone() });
         table.row(row);
     }
     table.caption = say!(lang, "external-reliability").into();
@@ -130,8 +132,8 @@ pub(super) fn conditions(report: &FitReport, lang: Language) -> Section {
             table.row(vec![
                 c.index.to_string(),
                 format!("`{}`", c.text),
-                lang.term("constraint", &c.state).into_owned(),
-                c.side.as_ref().map(|side| lang.term("side", side).into_owned()).unwrap_or_default(),
+                lang.term("constraint", &c.state.to_string()).into_owned(),
+                c.side.map_or(String::new(), |side| lang.term("side", &side.to_string()).into_owned()),
                 cells::digits(c.cost, 3),
             ]);
         }
@@ -145,7 +147,7 @@ pub(super) fn conditions(report: &FitReport, lang: Language) -> Section {
             say!(lang, "less-than-half-of-their-weight-readings", low = low.join(lang.comma()))
         };
         let steps = lang.count(robust.iterations, "step");
-        section = section.prose(say!(lang, "robust-estimator-of-reweighting", method = robust.method, steps, down));
+        section = section.prose(say!(lang, "robust-estimator-of-reweighting", method = robust.method.to_string(), steps, down));
     }
     section
 }
@@ -167,7 +169,7 @@ pub(super) fn monte_carlo(report: &FitReport, lang: Language) -> Section {
     for output in &drawn.outputs {
         let parameter = report.parameters.iter().find(|p| p.id == output.id);
         let derived = report.derived.iter().find(|d| d.id == output.id);
-        let angle = parameter.is_some_and(|p| p.kind == "tilt") || derived.is_some_and(|d| d.arcsec.is_some());
+        let angle = parameter.is_some_and(|p| p.kind == Kind::Tilt) || derived.is_some_and(|d| d.arcsec.is_some());
         let (scale, unit) = match (angle, parameter) {
             (true, _) => (ARCSEC, "arcsec"),
             (false, Some(p)) => (1.0, p.unit.as_str()),

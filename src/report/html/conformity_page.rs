@@ -2,6 +2,7 @@
 
 use super::{Align, Section, Table, Tone, cells};
 use crate::language::{Language, say};
+use crate::fit::Conformity;
 use crate::report::FitReport;
 use crate::report::conformity::percent;
 
@@ -9,10 +10,10 @@ use crate::report::conformity::percent;
 pub(super) fn section(report: &FitReport, lang: Language) -> Section {
     let section = Section::new(say!(lang, "conformity"));
     let Some(conformity) = &report.conformity else { return section };
-    let tone = |outcome: &str| match outcome {
-        "pass" => Tone::Good,
-        "fail" => Tone::Bad,
-        _ => Tone::Caution,
+    let tone = |outcome: Conformity| match outcome {
+        Conformity::Pass => Tone::Good,
+        Conformity::Fail => Tone::Bad,
+        Conformity::Undecided => Tone::Caution,
     };
     let mut table = Table::new(&[
         (say!(lang, "quantity"), Align::Left),
@@ -33,14 +34,14 @@ pub(super) fn section(report: &FitReport, lang: Language) -> Section {
             cells::digits(q.expanded, 3),
             q.unit.clone(),
             q.probability.map_or_else(cells::dash, percent),
-            lang.term("outcome", &q.outcome).into_owned(),
+            lang.term("outcome", &q.outcome.to_string()).into_owned(),
         ]);
     }
     table.note = say!(lang, "probability-that-the-quantity-is-inside-its").into();
-    let text = match conformity.outcome.as_str() {
-        "pass" => say!(lang, "conformity-passes", rule = conformity.rule),
-        "fail" => say!(lang, "conformity-fails", rule = conformity.rule),
-        _ => say!(lang, "conformity-is-undecided", rule = conformity.rule),
+    let text = match conformity.outcome {
+        Conformity::Pass => say!(lang, "conformity-passes", rule = conformity.rule),
+        Conformity::Fail => say!(lang, "conformity-fails", rule = conformity.rule),
+        Conformity::Undecided => say!(lang, "conformity-is-undecided", rule = conformity.rule),
     };
-    section.verdict(tone(&conformity.outcome), text).table(table)
+    section.verdict(tone(conformity.outcome), text).table(table)
 }

@@ -6,6 +6,7 @@ use super::scatter_page;
 use super::{Align, Block, MarkedLine, Page, Section, Table, Tone, cells};
 use crate::campaign::{Campaign, Role};
 use crate::diagnosis::Diagnosis;
+use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::error::Result;
 use crate::language::Language;
 use crate::report::diagnose::words;
@@ -50,11 +51,11 @@ pub fn diagnose_page(
 }
 
 /// The face of a verdict, of campaigns and of missions alike.
-pub(super) fn tone(verdict: &str) -> Tone {
+pub(super) fn tone(verdict: Verdict) -> Tone {
     match verdict {
-        "nothing-missing" => Tone::Good,
-        "effects-found" => Tone::Bad,
-        _ => Tone::Caution,
+        Verdict::NothingMissing => Tone::Good,
+        Verdict::EffectsFound => Tone::Bad,
+        Verdict::PartlyExplained | Verdict::Unexplained | Verdict::NotDiagnosable => Tone::Caution,
     }
 }
 
@@ -72,12 +73,12 @@ fn minus(text: &str) -> String {
 }
 
 fn answer(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<Section> {
-    let section = Section::new("Result").verdict(tone(&report.verdict), sentence(&words::verdict(report)));
-    if report.verdict == "not-diagnosable" {
+    let section = Section::new("Result").verdict(tone(report.verdict), sentence(&words::verdict(report)));
+    if report.verdict == Verdict::NotDiagnosable {
         let help = words::would_help(report);
         return Ok(if help.is_empty() { section } else { section.prose(sentence(&help)) });
     }
-    let source = words::noise_source(&report.gap.noise.from);
+    let source = words::noise_source(report.gap.noise.from);
     Ok(section
         .prose(summary(report))
         .figures(vec![figure(campaign, diagnosis, report)?])
@@ -301,7 +302,7 @@ fn changes(report: &DiagnoseReport) -> Section {
 }
 
 fn places(report: &DiagnoseReport) -> Section {
-    if report.verdict == "nothing-missing" {
+    if report.verdict == Verdict::NothingMissing {
         return Section::new("Where the gap is");
     }
     let mut table = Table::new(&[
@@ -314,7 +315,7 @@ fn places(report: &DiagnoseReport) -> Section {
         ("in sd", Align::Decimal),
         ("p alone", Align::Right),
     ]);
-    let shown: Vec<_> = report.places.iter().filter(|place| place.p < report.significance).take(LISTED).collect();
+    let shown: Vec<_> = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED).collect();
     let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
     for place in &shown {
         table.row(vec![
@@ -398,10 +399,10 @@ fn assumptions(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseRepo
         points.push(format!("Priors entered as rows of their own: {}.", cells::names(&priors, lang)));
     }
     points.extend(words::constraints(report).iter().map(|text| sentence(text)));
-    points.push(match report.gap.noise.from.as_str() {
-        "residuals" => "Readings of one sensor scatter alike and independently; how much, only the residuals of the finished model say.",
-        "stated" => "The readings scatter independently, as their stated uncertainties say.",
-        _ => "The readings scatter independently, as their replicates say.",
+    points.push(match report.gap.noise.from {
+        NoiseFrom::Residuals => "Readings of one sensor scatter alike and independently; how much, only the residuals of the finished model say.",
+        NoiseFrom::Stated => "The readings scatter independently, as their stated uncertainties say.",
+        NoiseFrom::Replicates => "The readings scatter independently, as their replicates say.",
     }.to_string());
     points.push(if diagnosis.before.convergence.is_some() {
         "The models are fitted exactly (Gauss-Newton); the candidates are compared at their solution.".into()

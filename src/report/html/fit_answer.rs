@@ -3,6 +3,7 @@
 use super::{Section, Tone, cells, checks_page};
 use crate::fit::Fit;
 use crate::language::{Language, say};
+use crate::fit::VarianceFrom;
 use crate::report::FitReport;
 use crate::report::table::significant;
 
@@ -15,8 +16,7 @@ pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
     }
     section = match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
-            let level = report.parameters.first().map_or(0.95, |p| p.level);
-            let rejected = p < 1.0 - level;
+            let rejected = fit.global_test_rejected == Some(true);
             let tone = if rejected { Tone::Bad } else { Tone::Good };
             let words = if rejected {
                 say!(lang, "the-readings-scatter-more-than-their-stated")
@@ -35,7 +35,7 @@ pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
                 ),
             )
         }
-        _ if fit.variance == "estimated" && fit.dof > 0 => section.verdict(
+        _ if fit.variance == VarianceFrom::Estimated && fit.dof > 0 => section.verdict(
             Tone::Plain,
             if report.checks.lack_of_fit.is_some() {
                 say!(lang, "the-readings-state-no-uncertainty-of-their")
@@ -68,7 +68,7 @@ pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
         let tone = if record.converged { Tone::Good } else { Tone::Bad };
         let word = if record.converged { say!(lang, "converged") } else { say!(lang, "did-not-converge") };
         let steps = lang.count(record.iterations.len(), "iteration");
-        let why = if record.converged { String::new() } else { say!(lang, "colon-why", why = record.stop) };
+        let why = if record.converged { String::new() } else { say!(lang, "colon-why", why = record.stop.said()) };
         let linear = match (record.converged, differ.is_empty()) {
             (false, _) => String::new(),
             (true, true) => format!("{}{}", lang.space(), say!(lang, "the-linear-estimates-one-step-from-the")),

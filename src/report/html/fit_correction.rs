@@ -2,6 +2,8 @@
 
 use super::{Align, Block, Section, Table, Tone, cells};
 use crate::language::{Language, say};
+use crate::campaign::Kind;
+use crate::fit::State;
 use crate::report::{FitReport, correction_lines, given_sentence, validity_sentence};
 use crate::wire::{CorrectionFile, MountingFile};
 
@@ -10,7 +12,7 @@ pub(super) fn correction(report: &FitReport, lang: Language) -> Section {
     let mut section = Section::new(say!(lang, "the-correction-to-apply"));
     let Some(correction) = &report.correction else {
         let missing: Vec<&str> =
-            report.parameters.iter().filter(|p| p.state == "not-estimable").map(|p| p.id.as_str()).collect();
+            report.parameters.iter().filter(|p| p.state == State::NotEstimable).map(|p| p.id.as_str()).collect();
         if !missing.is_empty() {
             let text = say!(
                 lang,
@@ -38,7 +40,7 @@ pub(super) fn correction(report: &FitReport, lang: Language) -> Section {
         let others: Vec<&str> = report
             .parameters
             .iter()
-            .filter(|p| p.kind == "tilt" && !mounting.tilts.contains(&p.id))
+            .filter(|p| p.kind == Kind::Tilt && !mounting.tilts.contains(&p.id))
             .map(|p| p.id.as_str())
             .collect();
         if !others.is_empty() {

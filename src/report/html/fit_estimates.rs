@@ -2,9 +2,11 @@
 
 use super::fit_figures::{budget_figures, estimate_figures};
 use super::{Align, Section, Table, Tone, cells};
+use crate::campaign::Kind;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::language::{Language, say};
+use crate::fit::State;
 use crate::report::table::significant;
 use crate::report::{ARCSEC, FitReport, scatter};
 
@@ -26,18 +28,18 @@ pub(super) fn estimates(fit: &Fit, report: &FitReport, lang: Language) -> Result
     };
     let (mut angles, mut coefficients) = (columns(say!(lang, "angle")), columns(say!(lang, "coefficient")));
     for (p, result) in report.parameters.iter().zip(&fit.parameters) {
-        let remark = match p.state.as_str() {
-            "free" => meaning(result, lang),
-            "not-estimable" => say!(lang, "not-estimable").into(),
+        let remark = match p.state {
+            State::Free => meaning(result, lang),
+            State::NotEstimable => say!(lang, "not-estimable").into(),
             other => {
-                let scale = if p.kind == "tilt" { ARCSEC } else { 1.0 };
+                let scale = if p.kind == Kind::Tilt { ARCSEC } else { 1.0 };
                 let interval =
                     p.interval.map(|ends| ends.map(|end| cells::value(Some(end * scale), p.u.map(|u| u * scale))));
                 let between = interval.map_or(String::new(), |[a, b]| say!(lang, "interval-to", a, b));
                 say!(
                     lang,
                     "state-and-meaning",
-                    state = lang.term("state", other),
+                    state = lang.term("state", other.name()),
                     between,
                     meaning = meaning(result, lang)
                 )
@@ -47,11 +49,11 @@ pub(super) fn estimates(fit: &Fit, report: &FitReport, lang: Language) -> Result
         };
         let (value, u, expanded, unit) = match p.arcsec {
             Some(a) => (a.value, a.u, a.expanded, "arcsec"),
-            None => (p.value, p.u, p.expanded, if p.kind == "tilt" { "arcsec" } else { &p.unit }),
+            None => (p.value, p.u, p.expanded, if p.kind == Kind::Tilt { "arcsec" } else { &p.unit }),
         };
-        let table = if p.kind == "tilt" { &mut angles } else { &mut coefficients };
+        let table = if p.kind == Kind::Tilt { &mut angles } else { &mut coefficients };
         table.row(row(&p.id, value, (u, expanded), p.dof, p.k, unit, remark));
-        if let Some(last) = table.rows.last_mut().filter(|_| p.state == "not-estimable") {
+        if let Some(last) = table.rows.last_mut().filter(|_| p.state == State::NotEstimable) {
             last.tone = Tone::Bad;
         }
     }
@@ -176,8 +178,8 @@ pub(super) fn budget(report: &FitReport, lang: Language) -> Result<Section> {
             table.row(vec![
                 if first { format!("`{id}`") } else { String::new() },
                 scatter::source_name(&line.source, lang),
-                line.evaluation.clone(),
-                lang.term("distribution", &line.distribution).into_owned(),
+                line.evaluation.to_string(),
+                lang.term("distribution", &line.distribution.to_string()).into_owned(),
                 cells::digits(line.source_u, 3),
                 cells::digits(line.c, 4),
                 cells::dof(line.dof, true),

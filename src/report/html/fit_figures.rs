@@ -1,13 +1,15 @@
 //! The figures of a fit, each with its caption and its words.
 
 use super::{FAR, Figure, cells};
+use crate::campaign::Kind;
 use crate::error::Result;
-use crate::fit::Fit;
+use crate::fit::{Fit, State};
 use crate::language::{Language, say};
 use crate::report::plot::{self, Bar, Interval, Part, Residual};
 use crate::report::scatter;
 use crate::report::table::{rounded, significant};
 use crate::report::{ARCSEC, BudgetReport, FitReport};
+use crate::uncertainty::Evaluation;
 
 /// More rows than this are no figure any more.
 const MOST_ROWS: usize = 60;
@@ -27,7 +29,7 @@ struct Angle<'a> {
 
 fn angles(report: &FitReport) -> Vec<Angle<'_>> {
     let parameters = report.parameters.iter().map(|p| {
-        let held = p.interval.filter(|_| p.state == "at-bound").map(|ends| ends.map(|end| end * ARCSEC));
+        let held = p.interval.filter(|_| p.state == State::AtBound).map(|ends| ends.map(|end| end * ARCSEC));
         (p.id.as_str(), p.arcsec, p.budget.as_slice(), held)
     });
     let derived = report.derived.iter().map(|d| (d.id.as_str(), d.arcsec, d.budget.as_slice(), None));
@@ -49,7 +51,7 @@ fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
         .iter()
         .map(|line| Part {
             source: scatter::source_name(&line.source, lang),
-            type_b: line.evaluation == "B",
+            type_b: line.evaluation == Evaluation::TypeB,
             size: u * line.share,
         })
         .collect()
@@ -108,7 +110,7 @@ pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Result<Vec
 
 /// Shares of the variance for coefficients, where there is more than one source.
 pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Result<Vec<Figure>> {
-    let parameters = report.parameters.iter().filter(|p| p.kind != "tilt").map(|p| (&p.id, &p.budget));
+    let parameters = report.parameters.iter().filter(|p| p.kind != Kind::Tilt).map(|p| (&p.id, &p.budget));
     let derived = report.derived.iter().filter(|d| d.arcsec.is_none()).map(|d| (&d.id, &d.budget));
     let bars: Vec<Bar> = parameters
         .chain(derived)

@@ -6,6 +6,7 @@ use super::{
     scatter_page,
 };
 use crate::error::Result;
+use crate::fit::Estimator;
 use crate::fit::Fit;
 use crate::language::{Language, say};
 use crate::report::{CompareReport, FitReport, Input, VERSION};
@@ -69,11 +70,11 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Vec
         let name = if k == 0 { say!(lang, "model") } else { "" };
         facts.push((name.into(), format!("`{} = {}`", sensor.id, sensor.model)));
     }
-    let estimator = match report.estimator.as_str() {
-        "linear" => say!(lang, "one-least-squares-step-from-the-reference"),
-        _ => say!(lang, "gauss-newton-on-the-exact-rotations"),
+    let estimator = match report.estimator {
+        Estimator::Linear => say!(lang, "one-least-squares-step-from-the-reference"),
+        Estimator::Exact => say!(lang, "gauss-newton-on-the-exact-rotations"),
     };
-    facts.push((say!(lang, "estimator").into(), format!("{}: {estimator}", lang.term("estimator", &report.estimator))));
+    facts.push((say!(lang, "estimator").into(), format!("{}: {estimator}", lang.term("estimator", report.estimator.name()))));
     facts
 }
 

@@ -4,6 +4,7 @@ use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::JointState;
 use crate::fit::Fit;
 use crate::language::{Language, say};
+use crate::fit::{Estimator, VarianceFrom};
 use crate::report::table::significant;
 use crate::report::{FitReport, gravity_text};
 
@@ -31,13 +32,13 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport, lang: Language) -> Sect
         None => say!(lang, "no-site-no-earth-rate-and-gravity").into(),
     });
     points.extend(report.site.warnings.iter().map(|warning| say!(lang, "fit-readings-warning", warning)));
-    points.push(match report.estimator.as_str() {
-        "linear" => say!(lang, "linear-rows-are-exact-derivatives-at-the").into(),
-        _ => say!(lang, "exact-rows-are-exact-derivatives-iterated-to").into(),
+    points.push(match report.estimator {
+        Estimator::Linear => say!(lang, "linear-rows-are-exact-derivatives-at-the").into(),
+        Estimator::Exact => say!(lang, "exact-rows-are-exact-derivatives-iterated-to").into(),
     });
-    points.push(match report.fit.variance.as_str() {
-        "stated" => say!(lang, "uncertainties-of-the-readings-are-as-stated").into(),
-        _ => say!(lang, "readings-of-one-sensor-scatter-alike-and").into(),
+    points.push(match report.fit.variance {
+        VarianceFrom::Stated => say!(lang, "uncertainties-of-the-readings-are-as-stated").into(),
+        VarianceFrom::Estimated => say!(lang, "readings-of-one-sensor-scatter-alike-and").into(),
     });
     if report.fit.priors > 0 {
         points.push(say!(lang, "entered-as-rows-of-their-own", prior = lang.count(report.fit.priors, "prior")));
@@ -56,7 +57,7 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport, lang: Language) -> Sect
             format!("`{}`", known.id),
             known.value.to_string(),
             u,
-            if known.u > 0.0 { lang.term("distribution", &known.distribution).into_owned() } else { String::new() },
+            if known.u > 0.0 { lang.term("distribution", &known.distribution.to_string()).into_owned() } else { String::new() },
             if known.u > 0.0 { cells::dof(known.dof, true) } else { String::new() },
             known.unit.clone(),
         ]);

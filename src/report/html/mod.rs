@@ -50,7 +50,9 @@ mod fit_estimates;
 mod fit_figures;
 mod fit_page;
 mod fit_readings;
+#[cfg(feature = "navigate")]
 mod navigate;
+#[cfg(feature = "navigate")]
 mod navigate_diagnose;
 mod noise_page;
 mod page;
@@ -64,7 +66,9 @@ pub use compare_page::compare_page;
 pub use diagnose_figure::diagnose_svg;
 pub use diagnose_page::diagnose_page;
 pub use fit_page::fit_page;
+#[cfg(feature = "navigate")]
 pub use navigate::navigate_page;
+#[cfg(feature = "navigate")]
 pub use navigate_diagnose::{navigate_diagnose_page, navigate_diagnose_svg};
 pub use noise_page::noise_page;
 pub use page::{Align, Block, Column, Figure, MarkedLine, Page, Row, Section, Table, Tone};

@@ -2,6 +2,7 @@
 
 use super::diagnose_page::{sentence, tone};
 use super::{Align, Figure, Page, Section, Table};
+use crate::diagnosis::NoiseFrom;
 use crate::error::Result;
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
@@ -31,7 +32,7 @@ pub fn navigate_diagnose_page(report: &NavigateDiagnoseReport, diagnosis: &Navig
     page.subtitle = format!("Measured navigation errors: {}", runs.join(", "));
     page.colophon.push(("tumble".into(), report.tumble.clone()));
     let mut result = Section::new("Result")
-        .verdict(tone(&report.verdict), sentence(&words(report)))
+        .verdict(tone(report.verdict), sentence(&words(report)))
         .prose(format!("{}.", tried(report)))
         .table(effects(report));
     if let Some(unexplained) = &report.unexplained {
@@ -146,7 +147,7 @@ fn gap(report: &NavigateDiagnoseReport) -> Section {
             significant(own.u, 3),
         ]);
     }
-    if report.gap.noise.from == "residuals" {
+    if report.gap.noise.from == NoiseFrom::Residuals {
         channels.note =
             "No standard uncertainties are stated for some channels: theirs can only come from what is left, so that \
                          completeness cannot be tested."

@@ -33,7 +33,7 @@ fn section(column: &NoiseColumnReport) -> Result<Section> {
             .iter()
             .filter_map(|c| Some(format!("{} {} {}", c.name, rounded(c.value?, c.u), c.unit)))
             .collect();
-        let (tone, fits) = if a.p < 0.01 {
+        let (tone, fits) = if a.describes == Some(false) {
             (Tone::Caution, "Their sum does not describe the deviations")
         } else {
             (Tone::Good, "Their sum describes the deviations")
@@ -52,7 +52,7 @@ fn section(column: &NoiseColumnReport) -> Result<Section> {
     ]);
     for c in &column.coefficients {
         table.row(vec![
-            c.id.clone(),
+            c.id.to_string(),
             c.name.clone(),
             optional(c.value, |v| rounded(v, c.u)),
             optional(c.u, |u| significant(u, 2)),

@@ -1,8 +1,10 @@
 //! The page of a plan: the better schedule beside the given one, where its positions lie, and what rests on each reading.
 
 use super::{Align, Block, Figure, Page, Section, Table, Tone};
+use crate::campaign::Kind;
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
+use crate::report::Effort;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
 use crate::report::plan_table::{
@@ -97,7 +99,7 @@ fn answer(improved: &ImprovedReport) -> Section {
     let mut table = Table::new(&[
         ("Parameter", Align::Left),
         ("u given", Align::Decimal),
-        (if improved.effort == "cost" { "u at equal cost" } else { "u at equal effort" }, Align::Decimal),
+        (if improved.effort == Effort::Cost { "u at equal cost" } else { "u at equal effort" }, Align::Decimal),
         ("u better", Align::Decimal),
         ("gain", Align::Decimal),
         ("unit", Align::Left),
@@ -249,7 +251,7 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
     let mut table = Table::new(&[("Parameter", Align::Left), ("predicted u", Align::Decimal), ("unit", Align::Left)]);
     for p in &j.parameters {
         let u = p.u_arcsec.or(p.u);
-        let unit = if p.kind == "tilt" { "arcsec".to_string() } else { p.unit.clone() };
+        let unit = if p.kind == Kind::Tilt { "arcsec".to_string() } else { p.unit.clone() };
         let needs_value = j.lacking.as_ref().is_some_and(|own| own.untold.contains(&p.id));
         let instead = if needs_value { "needs a value" } else { "not estimable" };
         table.row(vec![format!("`{}`", p.id), u.map_or(instead.into(), |u| significant(u, 3)), unit]);

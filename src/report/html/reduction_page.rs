@@ -20,7 +20,7 @@ pub fn reduce_page(report: &ReduceReport, trace: &Trace, segments: &[Segment], i
     page.colophon = vec![("Program".into(), format!("tumble {VERSION}"))];
     page.colophon.extend(inputs.iter().map(|input| (input.name.clone(), format!("SHA-256 {}", input.sha256))));
     let each = || report.segments.iter().flat_map(|s| &s.means);
-    let sloping = each().filter(|m| m.slope_p < 0.01).count();
+    let sloping = each().filter(|m| m.sloping == Some(true)).count();
     let odd: u64 = each().flat_map(|m| m.events.values()).sum();
     let tone = if report.segments.is_empty() {
         Tone::Bad

@@ -1,0 +1,14 @@
+//! A CSV of readings on a built-in bench.
+#![no_main]
+
+use std::sync::LazyLock;
+use tumble::Bench;
+use tumble::wire::{Named, Source, read_readings};
+
+static BENCH: LazyLock<Bench> = LazyLock::new(|| Bench::named("gyro-turntable").expect("a bench"));
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    if let Ok(source) = Source::from_bytes("readings.csv", bytes.to_vec()) {
+        let _ = read_readings(&BENCH, &source, &Named::default());
+    }
+});

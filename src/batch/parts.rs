@@ -1,0 +1,308 @@
+//! One linear step for devices whose readings come in any order, in parts, or to several machines: the rows of a position once, a state that
+//! merges, and a device's row from it.
+//!
+//! ```text
+//! positions -> lines (a row of the design each) ;  lines + values -> Part ;  Part + Part -> Part ;  Part -> Row
+//! ```
+//!
+//! A part is the triangle of a [`Fold`], whose size does not depend on the readings. What needs the readings themselves (robust weights,
+//! constraints, scatter, closed circles, several scales to estimate, suspicious readings, lack of fit, runs) is not to be had from it.
+
+use super::common::is_linear;
+use crate::algebra::Tape;
+use crate::campaign::{Campaign, Kind, Known, Observation, Readings, Role};
+use crate::design::{self, Model};
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::Fold;
+use crate::fit::{self, Estimator, Remount, Settings, Weighting};
+use faer::Mat;
+
+/// The linear step of a campaign, for readings that are not all at hand.
+#[derive(Debug, Clone)]
+pub struct Parts {
+    pub(super) template: Campaign,
+    pub(super) settings: Settings,
+    pub(super) model: Model,
+    pub(super) reference: Vec<f64>,
+    pub(super) carried: Vec<Carried>,
+    pub(super) derived: Vec<Tape>,
+    /// Unknown, prior less its reference, standard uncertainty.
+    pub(super) priors: Vec<(usize, f64, f64)>,
+}
+
+/// A column that is carried along for the budget of a known input: `df/dp`, or how much it changes with an unknown.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Carried {
+    pub(super) parameter: usize,
+    pub(super) known: Known,
+    pub(super) by: Option<usize>,
+}
+
+/// A row of the design: what a sensor's value at some position says about the unknowns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Which of the readings it belongs to.
+    pub reading: usize,
+    /// Index of the sensor in the bench.
+    pub sensor: usize,
+    /// The model at the reference point.
+    pub predicted: f64,
+    /// Derivatives by the unknowns, then what is carried along.
+    pub columns: Vec<f64>,
+}
+
+/// What is known of a device from some of its readings.
+#[derive(Debug, Clone)]
+pub struct Part {
+    pub(super) fold: Fold,
+    /// For each sensor, whether values with and without a stated uncertainty were met.
+    pub(super) met: Vec<[bool; 2]>,
+    /// Largest size of a value.
+    pub(super) largest: f64,
+    /// Two epsilons of the largest value in units of its uncertainty.
+    pub(super) arithmetic: f64,
+    pub(super) largest_u: f64,
+    /// The last decimal place of all values; `None` before the first, NaN where they have the digits of a computation.
+    pub(super) step: Option<f64>,
+}
+
+impl Parts {
+    /// The step of a campaign; its readings are not looked at, but their numeric columns are.
+    ///
+    /// Errors: what a step without the readings cannot do, and what does it.
+    pub fn new(template: &Campaign, settings: &Settings) -> Result<Self> {
+        let refuse = |what: &str, path: &str| {
+            Err(Malformed::new(Fault::Value, format!("{what}: that needs all readings of a device at hand"))
+                .expected("the ordinary fit of each device (tumble fit CAMPAIGN --by COLUMN)")
+                .at_path(path))
+        };
+        if !(settings.level > 0.0 && settings.level < 1.0) {
+            return Err(Malformed::new(Fault::Value, "the level is no probability")
+                .expected("a number between 0 and 1, for example 0.95")
+                .found(settings.level.to_string()));
+        }
+        if settings.robust.is_some() || settings.remount != Remount::No {
+            return refuse("robust weights or a scatter of remounting are asked for", "");
+        }
+        if !template.constraints.is_empty() {
+            return refuse("the campaign has constraints", "constraints");
+        }
+        if !template.scatter.is_empty() {
+            return refuse("the campaign says what scatters", "scatter");
+        }
+        if let Some(sensor) = template.bench.sensors.iter().find(|sensor| sensor.turn.is_some()) {
+            return refuse(&format!("{} is a closed circle", sensor.id), "bench");
+        }
+        let uncertain = template.parameters.iter().any(|p| matches!(p.role, Role::Known(known) if known.u != 0.0));
+        if !is_linear(template) {
+            if settings.estimator == Estimator::Exact {
+                return Err(Malformed::new(
+                    Fault::Value,
+                    "the model is not linear in its unknowns, and one linear step is not its fit",
+                )
+                .expected(
+                    "the linear estimator (one step from the start values), or tumble fit CAMPAIGN --by COLUMN, which iterates",
+                )
+                .at_path("estimate"));
+            }
+            if uncertain {
+                return refuse(
+                    "the model is not linear in its unknowns, and an input is known with an uncertainty",
+                    "known",
+                );
+            }
+        }
+        if template.unknowns() == 0 {
+            // refused in the words of a fit
+            fit::askable(template)?;
+        }
+        let ids: Vec<&str> = template.parameters.iter().map(|p| p.id.as_str()).collect();
+        let derived = template.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_>>()?;
+        let reference = template.reference_point();
+        let priors = template
+            .estimated()
+            .iter()
+            .zip(&reference)
+            .enumerate()
+            .filter_map(|(k, (parameter, reference))| match &parameter.role {
+                Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value - reference, prior.u)),
+                _ => None,
+            })
+            .collect();
+        Ok(Parts {
+            model: Model::new(template)?,
+            template: template.with_readings(Readings { columns: template.readings.columns.clone(), rows: Vec::new() }),
+            settings: *settings,
+            carried: carried(template),
+            derived,
+            reference,
+            priors,
+        })
+    }
+
+    /// The campaign, without readings.
+    pub fn campaign(&self) -> &Campaign {
+        &self.template
+    }
+
+    /// The lines of some readings, one for each value.
+    ///
+    /// Errors: readings that no fit takes; a model line without a value there.
+    pub fn lines(&self, readings: Readings) -> Result<Vec<Line>> {
+        let campaign = self.template.with_readings(readings);
+        fit::askable(&campaign)?;
+        let design = design::assemble(&campaign, &self.model, &self.reference)?;
+        fit::check_rows(&campaign, &self.model, &design)?;
+        let n = campaign.unknowns();
+        let mut moved = Vec::new();
+        for carried in &self.carried {
+            let mut point = self.reference.clone();
+            if let Some(x) = carried.by.and_then(|j| point.get_mut(j)) {
+                *x += 1.0;
+                moved.push(Some(design::assemble(&campaign, &self.model, &point)?));
+            } else {
+                moved.push(None);
+            }
+        }
+        let columns = |i: usize| -> Vec<f64> {
+            let own = (0..n).map(|j| design.jacobian[(i, j)]);
+            let further = self.carried.iter().zip(&moved).map(|(carried, moved)| {
+                let here = design.jacobian[(i, carried.parameter)];
+                moved.as_ref().map_or(here, |moved| moved.jacobian[(i, carried.parameter)] - here)
+            });
+            own.chain(further).collect()
+        };
+        let line = |(i, (origin, predicted)): (usize, (&design::RowOrigin, &f64))| Line {
+            reading: origin.reading,
+            sensor: origin.sensor,
+            predicted: *predicted,
+            columns: columns(i),
+        };
+        Ok(design.rows.iter().zip(&design.predicted).enumerate().map(line).collect())
+    }
+
+    /// A part without readings.
+    pub fn nothing(&self) -> Part {
+        Part {
+            fold: Fold::carrying(self.template.unknowns(), self.carried.len()),
+            met: vec![[false; 2]; self.template.bench.sensors.len()],
+            largest: 0.0,
+            arithmetic: 0.0,
+            largest_u: 0.0,
+            step: None,
+        }
+    }
+
+    /// Values read, each with its line.
+    ///
+    /// Errors: lines of another campaign; values and uncertainties that no fit takes.
+    pub fn push(&self, part: &mut Part, values: &[(&Line, Observation)]) -> Result<()> {
+        let (k, n) = (values.len(), self.template.unknowns() + self.carried.len());
+        let u = |own: &Observation| own.u.unwrap_or(1.0 / own.samples.sqrt());
+        let rows = Mat::from_fn(k, n, |i, j| values[i].0.columns.get(j).copied().unwrap_or(f64::NAN));
+        let observed: Vec<f64> = values.iter().map(|(line, own)| own.value - line.predicted).collect();
+        let us: Vec<f64> = values.iter().map(|(_, own)| u(own)).collect();
+        part.fold.push(rows.as_ref(), &observed, &us)?;
+        for (_, own) in values {
+            if let Some(met) = part.met.get_mut(own.sensor) {
+                met[usize::from(own.u.is_none())] = true;
+            }
+            part.largest = part.largest.max(own.value.abs());
+            if own.u.is_none() || self.settings.weighting == Weighting::Relative {
+                part.arithmetic = part.arithmetic.max(2.0 * f64::EPSILON * own.value.abs() / u(own));
+                part.largest_u = part.largest_u.max(u(own));
+                part.step = Some(finer(part.step, own.value));
+            }
+        }
+        Ok(())
+    }
+
+    /// The part of a device that was packed. Errors: numbers that are no part of this campaign.
+    pub fn unpack(&self, packed: &[f64]) -> Result<Part> {
+        let mut part = self.nothing();
+        let [largest, arithmetic, largest_u, step, rest @ ..] = packed else {
+            return Err(Malformed::new(Fault::Value, "these numbers are no part of a device"));
+        };
+        let (met, fold) = rest.split_at_checked(part.met.len()).unwrap_or_default();
+        part.fold = Fold::unpack(self.template.unknowns(), self.carried.len(), fold)?;
+        part.met = met.iter().map(|code| [code % 2.0 >= 1.0, *code >= 2.0]).collect();
+        (part.largest, part.arithmetic, part.largest_u) = (*largest, *arithmetic, *largest_u);
+        part.step = if *step == f64::NEG_INFINITY { None } else { Some(*step) };
+        Ok(part)
+    }
+}
+
+/// What is carried along: `df/dp` of every known input with an uncertainty, and its derivative by each unknown that it depends on.
+fn carried(campaign: &Campaign) -> Vec<Carried> {
+    let mut list = Vec::new();
+    for (parameter, own) in campaign.parameters.iter().enumerate() {
+        let Role::Known(known) = own.role else { continue };
+        if known.u == 0.0 {
+            continue;
+        }
+        list.push(Carried { parameter, known, by: None });
+        for (j, unknown) in campaign.estimated().iter().enumerate() {
+            let both = [own.id.as_str(), unknown.id.as_str()];
+            let apart = own.kind == Kind::Coefficient
+                && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&both));
+            if !apart {
+                list.push(Carried { parameter, known, by: Some(j) });
+            }
+        }
+    }
+    list
+}
+
+impl Part {
+    /// Values taken so far.
+    pub fn readings(&self) -> usize {
+        self.fold.rows()
+    }
+
+    /// Joins what another part of the same device says. Errors: a part of another campaign.
+    pub fn merge(&mut self, other: &Part) -> Result<()> {
+        self.fold.merge(&other.fold)?;
+        for (own, met) in self.met.iter_mut().zip(&other.met) {
+            *own = [own[0] || met[0], own[1] || met[1]];
+        }
+        self.largest = self.largest.max(other.largest);
+        self.arithmetic = self.arithmetic.max(other.arithmetic);
+        self.largest_u = self.largest_u.max(other.largest_u);
+        self.step = match (self.step, other.step) {
+            (Some(a), Some(b)) => Some(if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }),
+            (own, other) => own.or(other),
+        };
+        Ok(())
+    }
+
+    /// The part as numbers, for [`Parts::unpack`].
+    pub fn pack(&self) -> Vec<f64> {
+        let mut numbers = vec![self.largest, self.arithmetic, self.largest_u, self.step.unwrap_or(f64::NEG_INFINITY)];
+        numbers.extend(self.met.iter().map(|[with, without]| f64::from(u8::from(*with) + 2 * u8::from(*without))));
+        numbers.extend(self.fold.pack());
+        numbers
+    }
+
+    /// The square of the scale that the rounding of the readings alone would have.
+    pub(super) fn least(&self) -> f64 {
+        let step = self.step.filter(|step| !step.is_nan()).unwrap_or(0.0);
+        self.arithmetic.powi(2).max((step / 12f64.sqrt() / self.largest_u).powi(2))
+    }
+}
+
+/// The last decimal place of values so far and of one more.
+fn finer(so_far: Option<f64>, value: f64) -> f64 {
+    match so_far {
+        Some(step) if step.is_nan() => step,
+        Some(step) => {
+            let scale = (1.0 / step).round();
+            let count = (value * scale).round();
+            // a number of at most 14 digits that is written with as many places
+            if count.abs() < 1e14 && count / scale == value {
+                return step;
+            }
+            fit::resolution(std::iter::once(value)).map_or(f64::NAN, |own| own.min(step))
+        }
+        None => fit::resolution(std::iter::once(value)).unwrap_or(f64::NAN),
+    }
+}

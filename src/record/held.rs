@@ -1,0 +1,214 @@
+//! A table that is held in memory, in blocks; and which of a file's tables is meant.
+
+use super::{As, Block, Column, Labels};
+use crate::error::{Fault, Malformed, Result};
+
+/// Rows of a block.
+const ROWS: usize = 1 << 16;
+/// A table with less than this share of the rows of the longest is taken only by its name.
+const SHORT: usize = 10;
+/// Most tables that a message lists.
+const LISTED: usize = 12;
+
+/// A numeric column of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Numbers {
+    /// The column.
+    pub column: Column,
+    /// Its values.
+    pub values: Vec<f64>,
+}
+
+/// One of a file's tables.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Sheet {
+    /// Its name within the file.
+    pub name: String,
+    /// Its columns, all of one length.
+    pub columns: Vec<Numbers>,
+}
+
+impl Sheet {
+    fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |own| own.values.len())
+    }
+
+    fn told(&self) -> String {
+        let titles: Vec<&str> = self.columns.iter().map(|own| own.column.title.as_str()).take(8).collect();
+        let more = if self.columns.len() > titles.len() { ", ..." } else { "" };
+        format!("'{}' ({} rows: {}{more})", self.name, self.rows(), titles.join(", "))
+    }
+}
+
+/// A table of numbers in memory.
+#[derive(Debug)]
+pub struct Held {
+    name: String,
+    columns: Vec<Column>,
+    values: Vec<Vec<f64>>,
+    wanted: Vec<(usize, As)>,
+    at: usize,
+    labels: Labels,
+}
+
+impl Held {
+    /// The table that is meant: the one that is named, or the only one that could be.
+    ///
+    /// `what` says what the file calls a table. Errors: no table, several, none of that name; with those found.
+    pub(super) fn choose(name: &str, what: &str, sheets: Vec<Sheet>, wanted: Option<&str>) -> Result<Held> {
+        let place = choose(name, what, &sheets, wanted)?;
+        let sheet = sheets.into_iter().nth(place).unwrap_or_default();
+        let (columns, values) = sheet.columns.into_iter().map(|own| (own.column, own.values)).unzip();
+        let held = Held { name: name.into(), columns, values, wanted: Vec::new(), at: 0, labels: Labels::default() };
+        for (k, column) in held.columns.iter().enumerate() {
+            if held.columns.iter().take(k).any(|other| other.title == column.title) {
+                return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", column.title))
+                    .expected("each column once")
+                    .in_file(name));
+            }
+        }
+        Ok(held)
+    }
+
+    /// Its columns.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The name given to it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How many rows it has.
+    pub fn rows(&self) -> u64 {
+        self.values.first().map_or(0, |own| own.len() as u64)
+    }
+
+    /// The labels met so far.
+    pub fn labels(&self) -> &[String] {
+        &self.labels.texts
+    }
+
+    /// Which columns the blocks have.
+    pub fn select(&mut self, columns: &[(usize, As)]) {
+        self.wanted = columns.to_vec();
+    }
+
+    /// The next rows.
+    pub fn next(&mut self, block: &mut Block) -> Result<bool> {
+        block.columns.resize_with(self.wanted.len(), Vec::new);
+        let end = (self.at + ROWS).min(self.rows() as usize);
+        if self.at >= end || self.wanted.is_empty() {
+            block.columns.iter_mut().for_each(Vec::clear);
+            return Ok(false);
+        }
+        for ((column, kind), to) in self.wanted.iter().zip(&mut block.columns) {
+            to.clear();
+            let own = self.values.get(*column).and_then(|own| own.get(self.at..end)).unwrap_or_default();
+            match kind {
+                As::Number | As::Cell => to.extend_from_slice(own),
+                As::Label => to.extend(own.iter().map(|value| match value.is_nan() {
+                    true => f64::NAN,
+                    false => self.labels.number(value.to_string().as_bytes()),
+                })),
+            }
+        }
+        self.at = end;
+        Ok(true)
+    }
+}
+
+fn choose(name: &str, what: &str, sheets: &[Sheet], wanted: Option<&str>) -> Result<usize> {
+    let listed = |sheets: &mut dyn Iterator<Item = &Sheet>| {
+        let all: Vec<String> = sheets.map(Sheet::told).collect();
+        let more = if all.len() > LISTED { ", ..." } else { "" };
+        format!("{}{more}", all.iter().take(LISTED).cloned().collect::<Vec<_>>().join(", "))
+    };
+    if let Some(wanted) = wanted {
+        let bare = |text: &str| text.trim_matches('/').to_string();
+        let place = sheets.iter().position(|own| own.name == wanted);
+        return place.or_else(|| sheets.iter().position(|own| bare(&own.name) == bare(wanted))).ok_or_else(|| {
+            Malformed::new(Fault::UnknownName, format!("'{name}' has no {what} '{wanted}' of numbers"))
+                .expected("one of those found, behind a '#'")
+                .found(if sheets.is_empty() { "none".to_string() } else { listed(&mut sheets.iter()) })
+                .in_file(name)
+        });
+    }
+    let longest = sheets.iter().map(Sheet::rows).max().unwrap_or(0);
+    let mut candidates = sheets.iter().enumerate().filter(|(_, own)| own.rows() * SHORT >= longest && own.rows() > 1);
+    match (candidates.next(), candidates.next()) {
+        (Some((place, _)), None) => Ok(place),
+        (Some((_, first)), Some(_)) => {
+            Err(Malformed::new(Fault::Value, format!("'{name}' has more than one {what} that could be meant"))
+                .expected(format!("one of them by its name: {name}#{}", first.name.trim_start_matches('/')))
+                .found(listed(&mut sheets.iter()))
+                .in_file(name))
+        }
+        _ => Err(Malformed::new(Fault::Missing, format!("'{name}' has no {what} of numbers"))
+            .expected("columns of numbers, one row for each sample or reading")
+            .found(if sheets.is_empty() { "none".to_string() } else { listed(&mut sheets.iter()) })
+            .in_file(name)),
+    }
+}
+
+/// An array of a file: values column by column.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Array {
+    /// The group, struct or file that it stands in; empty for the file.
+    pub group: String,
+    /// Its name there.
+    pub name: String,
+    /// Its unit, where the file says one.
+    pub unit: Option<String>,
+    /// Rows and columns.
+    pub shape: (usize, usize),
+    /// Values, one column after the other.
+    pub values: Vec<f64>,
+}
+
+/// Arrays as tables: in each group those of one length are one table; an array of several columns gives each a number, from 1.
+///
+/// An array lies down where its longer side does: samples are more than channels. Single numbers are no columns.
+pub(super) fn tables(arrays: Vec<Array>) -> Vec<Sheet> {
+    let mut groups: Vec<(String, Vec<Array>)> = Vec::new();
+    for array in arrays {
+        match groups.iter_mut().find(|(group, _)| *group == array.group) {
+            Some((_, own)) => own.push(array),
+            None => groups.push((array.group.clone(), vec![array])),
+        }
+    }
+    let mut sheets = Vec::new();
+    for (group, arrays) in groups {
+        let mut lengths: Vec<usize> =
+            arrays.iter().map(|own| own.shape.0.max(own.shape.1)).filter(|n| *n > 1).collect();
+        lengths.sort_unstable_by(|a, b| b.cmp(a));
+        lengths.dedup();
+        for (k, length) in lengths.iter().enumerate() {
+            let own: Vec<&Array> = arrays.iter().filter(|own| own.shape.0.max(own.shape.1) == *length).collect();
+            let path = |name: &str| if group.is_empty() { name.to_string() } else { format!("{group}/{name}") };
+            let name = match (own.as_slice(), k) {
+                ([one], _) => path(&one.name),
+                (_, 0) if !group.is_empty() => group.clone(),
+                (several, _) => path(several.first().map_or("", |first| first.name.as_str())),
+            };
+            sheets.push(Sheet { name, columns: own.into_iter().flat_map(|array| columns(array, *length)).collect() });
+        }
+    }
+    sheets
+}
+
+fn columns(array: &Array, length: usize) -> Vec<Numbers> {
+    let (rows, count) = array.shape;
+    let upright = rows == length;
+    let width = if upright { count } else { rows };
+    let column = |k: usize| {
+        let name = if width == 1 { array.name.clone() } else { format!("{}_{}", array.name, k + 1) };
+        let values = match upright {
+            true => array.values.get(k * length..(k + 1) * length).map(<[f64]>::to_vec).unwrap_or_default(),
+            false => array.values.iter().skip(k).step_by(width.max(1)).copied().collect(),
+        };
+        Numbers { column: Column { title: name.clone(), name, unit: array.unit.clone() }, values }
+    };
+    (0..width).map(column).collect()
+}

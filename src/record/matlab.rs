@@ -1,0 +1,173 @@
+//! MATLAB files of level 5 (`save -v6`, `-v7`): numeric arrays, also in structs. Level 7.3 is HDF5.
+//!
+//! The layout is that of *MAT-File Format* (The MathWorks). Left aside: cells, objects, sparse matrices, characters, arrays of structs.
+
+use super::held::{Array, Held, tables};
+use crate::error::{Fault, Malformed, Result};
+use std::io::Read;
+
+/// Length of the file's head.
+const HEAD: usize = 128;
+/// Structs inside each other.
+const DEEPEST: usize = 16;
+
+/// Types of elements.
+const MATRIX: u32 = 14;
+const COMPRESSED: u32 = 15;
+/// Class of a struct.
+const STRUCT: u8 = 2;
+
+/// Read the table that is meant.
+///
+/// Errors: a file that was cut off or is none, and those of choosing a table.
+pub(super) fn open(name: &str, bytes: &[u8], table: Option<&str>) -> Result<Held> {
+    let cut = || {
+        Malformed::new(Fault::File, format!("'{name}' is a MATLAB file that was cut off, or is damaged"))
+            .expected("whole elements up to the file's end")
+            .in_file(name)
+    };
+    let big = match bytes.get(126..HEAD) {
+        Some(b"IM") => false,
+        Some(b"MI") => true,
+        _ => return Err(cut().found("no mark of the byte order in its head")),
+    };
+    let mut reader = Reader { bytes: bytes.get(HEAD..).unwrap_or_default(), big };
+    let mut arrays = Vec::new();
+    let total = reader.bytes.len();
+    while !reader.bytes.is_empty() {
+        let at = HEAD + total - reader.bytes.len();
+        let broken = || cut().found(format!("{} bytes, and an element at byte {at} that does not end", bytes.len()));
+        let (kind, data) = reader.element(false).ok_or_else(broken)?;
+        match kind {
+            MATRIX => matrix(&mut Reader { bytes: data, big }, None, "", 0, &mut arrays).ok_or_else(broken)?,
+            COMPRESSED => {
+                let mut plain = Vec::new();
+                let unpacked = flate2::read::ZlibDecoder::new(data).read_to_end(&mut plain);
+                unpacked.map_err(|error| broken().found(format!("{error}, at byte {at}")))?;
+                let mut inner = Reader { bytes: &plain, big };
+                let (kind, data) = inner.element(true).ok_or_else(broken)?;
+                if kind == MATRIX {
+                    matrix(&mut Reader { bytes: data, big }, None, "", 0, &mut arrays).ok_or_else(broken)?;
+                }
+            }
+            _ => {}
+        }
+    }
+    Held::choose(name, "variable or struct", tables(arrays), table)
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    big: bool,
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (head, rest) = self.bytes.split_at_checked(count)?;
+        self.bytes = rest;
+        Some(head)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        let own = <[u8; 4]>::try_from(self.take(4)?).ok()?;
+        Some(if self.big { u32::from_be_bytes(own) } else { u32::from_le_bytes(own) })
+    }
+
+    /// Type and data of the next element; those within a matrix are padded to eight bytes, a compressed one is not.
+    fn element(&mut self, last: bool) -> Option<(u32, &'a [u8])> {
+        let tag = self.u32()?;
+        if tag >> 16 != 0 {
+            // a small element: type, length and up to four bytes in eight
+            let data = self.take(4)?;
+            return Some((tag & 0xFFFF, data.get(..(tag >> 16) as usize)?));
+        }
+        let length = self.u32()? as usize;
+        let data = self.take(length)?;
+        if tag != COMPRESSED && !last {
+            let padding = (8 - length % 8) % 8;
+            self.take(padding.min(self.bytes.len()))?;
+        }
+        Some((tag, data))
+    }
+
+    fn integers(&mut self) -> Option<Vec<i32>> {
+        let big = self.big;
+        let (_, data) = self.element(false)?;
+        let own = data.chunks_exact(4).filter_map(|b| <[u8; 4]>::try_from(b).ok());
+        Some(own.map(|b| if big { i32::from_be_bytes(b) } else { i32::from_le_bytes(b) }).collect())
+    }
+}
+
+/// An array and what is in it; `None` where it ends too early. A field of a struct brings its own name.
+fn matrix(
+    reader: &mut Reader<'_>,
+    field: Option<&str>,
+    group: &str,
+    depth: usize,
+    arrays: &mut Vec<Array>,
+) -> Option<()> {
+    if reader.bytes.is_empty() {
+        return Some(());
+    }
+    let flags = reader.integers()?;
+    let class = (flags.first()? & 0xFF) as u8;
+    let complex = flags.first()? & 0x800 != 0;
+    if class > 15 {
+        return Some(());
+    }
+    let sides = reader.integers()?;
+    let (_, own) = reader.element(false)?;
+    let name = field.map_or_else(|| String::from_utf8_lossy(own).into_owned(), str::to_string);
+    let count: usize = sides.iter().try_fold(1_usize, |n, side| n.checked_mul(usize::try_from(*side).ok()?))?;
+    match class {
+        STRUCT if count == 1 && depth < DEEPEST => {
+            let width = usize::try_from(*reader.integers()?.first()?).ok()?;
+            let (_, names) = reader.element(false)?;
+            let inside = if group.is_empty() { name } else { format!("{group}/{name}") };
+            for own in names.chunks(width.max(1)) {
+                let text: Vec<u8> = own.iter().copied().take_while(|b| *b != 0).collect();
+                let (kind, data) = reader.element(false)?;
+                if kind == MATRIX {
+                    let mut inner = Reader { bytes: data, big: reader.big };
+                    matrix(&mut inner, Some(&String::from_utf8_lossy(&text)), &inside, depth + 1, arrays)?;
+                }
+            }
+        }
+        6..=15 if !complex && sides.len() == 2 && count > 0 => {
+            let (kind, data) = reader.element(false)?;
+            let values = numbers(kind, data, reader.big)?;
+            if values.len() != count {
+                return None;
+            }
+            let side = |k: usize| sides.get(k).and_then(|n| usize::try_from(*n).ok());
+            arrays.push(Array { group: group.into(), name, unit: None, shape: (side(0)?, side(1)?), values });
+        }
+        _ => {}
+    }
+    Some(())
+}
+
+/// Numbers as they are stored: MATLAB packs whole numbers into the smallest type that holds them.
+fn numbers(kind: u32, data: &[u8], big: bool) -> Option<Vec<f64>> {
+    macro_rules! all {
+        ($type:ty) => {
+            data.chunks_exact(size_of::<$type>())
+                .filter_map(|b| b.try_into().ok())
+                .map(|b| (if big { <$type>::from_be_bytes(b) } else { <$type>::from_le_bytes(b) }) as f64)
+                .collect()
+        };
+    }
+    Some(match kind {
+        1 => all!(i8),
+        2 => all!(u8),
+        3 => all!(i16),
+        4 => all!(u16),
+        5 => all!(i32),
+        6 => all!(u32),
+        7 => all!(f32),
+        9 => all!(f64),
+        12 => all!(i64),
+        13 => all!(u64),
+        _ => return None,
+    })
+}

@@ -1,0 +1,57 @@
+//! Closed vocabularies: the words that reports and files have for the values of an enumeration, each written once.
+
+/// An enumeration whose values have a word in reports and files: the type, `name`, `ALL`, its text, its JSON and its JSON Schema, which lists the words.
+macro_rules! vocabulary {
+    ($(#[$of_type:meta])* $type:ident { $($(#[$of_value:meta])* $value:ident = $word:literal),* $(,)? }) => {
+        $(#[$of_type])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[non_exhaustive]
+        pub enum $type {
+            $($(#[$of_value])* #[serde(rename = $word)] $value,)*
+        }
+
+        impl $type {
+            /// All of them.
+            pub const ALL: [$type; [$($word),*].len()] = [$($type::$value),*];
+
+            /// As reports and files write it.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $($type::$value => $word,)*
+                }
+            }
+        }
+
+        impl std::fmt::Display for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.name())
+            }
+        }
+    };
+}
+
+pub(crate) use vocabulary;
+
+#[cfg(test)]
+mod tests {
+    vocabulary! {
+        /// Where a number comes from.
+        Origin {
+            /// It was said.
+            Stated = "stated",
+            /// It was computed.
+            AtLast = "at-last",
+        }
+    }
+
+    #[test]
+    fn one_word_for_text_and_json() {
+        assert_eq!(serde_json::to_string(&Origin::AtLast).unwrap(), "\"at-last\"");
+        assert_eq!(serde_json::from_str::<Origin>("\"stated\"").unwrap(), Origin::Stated);
+        assert_eq!((Origin::AtLast.to_string(), Origin::ALL.len()), ("at-last".into(), 2));
+        let schema = schemars::schema_for!(Origin).to_value().to_string();
+        assert!(schema.contains("\"const\":\"at-last\"") && schema.contains("It was computed."), "{schema}");
+        assert!(serde_json::from_str::<Origin>("\"guessed\"").unwrap_err().to_string().contains("at-last"));
+    }
+}

@@ -1,0 +1,44 @@
+//! What stands beside a campaign file: benches as texts, readings as texts or tables, records of samples.
+
+use super::{Fetch, Source};
+use crate::error::{Fault, Malformed, Result};
+use crate::record::Record;
+
+/// Readings in a file of their own.
+#[derive(Debug)]
+pub enum Table {
+    /// A table of text.
+    Text(Source),
+    /// A table in another format (Parquet, a workbook, a MATLAB or HDF5 file).
+    Record(Record),
+}
+
+/// Finds what a campaign refers to by a path of its own (relative to its file).
+pub trait Folder {
+    /// A text: a bench file.
+    fn text(&mut self, name: &str) -> Result<Source>;
+    /// A table of readings.
+    fn table(&mut self, name: &str) -> Result<Table>;
+    /// A record of samples.
+    fn record(&mut self, name: &str) -> Result<Record>;
+    /// Something that was found on the way and should be told.
+    fn note(&mut self, _text: String) {}
+}
+
+/// A function that fetches texts, as a folder without records.
+pub(super) struct Texts<'a>(pub Fetch<'a>);
+
+impl Folder for Texts<'_> {
+    fn text(&mut self, name: &str) -> Result<Source> {
+        (self.0)(name)
+    }
+
+    fn table(&mut self, name: &str) -> Result<Table> {
+        (self.0)(name).map(Table::Text)
+    }
+
+    fn record(&mut self, name: &str) -> Result<Record> {
+        Err(Malformed::new(Fault::File, format!("'{name}' is a record of samples, and only texts are fetched here"))
+            .expected("readings in the text or in a table of text (Campaign::from_path reduces records)"))
+    }
+}
