@@ -130,7 +130,12 @@ pub fn conformity_text(report: &ConformityReport, lang: Language) -> String {
     format!(
         "{table}{}\n",
         super::wrap::hanging(
-            &say!(lang, "conformity-conformity", outcome = lang.term("outcome", &report.outcome.to_string()), rule = report.rule),
+            &say!(
+                lang,
+                "conformity-conformity",
+                outcome = lang.term("outcome", &report.outcome.to_string()),
+                rule = report.rule
+            ),
             2
         )
     )

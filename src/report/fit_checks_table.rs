@@ -2,9 +2,9 @@
 
 use super::table::{degrees_of_freedom, percent, plain, significant};
 use super::{BudgetReport, FitReport};
-use crate::language::{Language, say};
 use crate::campaign::Kind;
 use crate::fit::State;
+use crate::language::{Language, say};
 
 /// The budget of every parameter and derived quantity, one table each.
 pub fn budget(report: &FitReport, lang: Language) -> String {
@@ -93,7 +93,12 @@ pub fn findings(report: &FitReport, lang: Language) -> String {
     if let Some(robust) = &report.robust {
         text.push_str(&match robust.converged {
             true => {
-                say!(lang, "robust-estimate-settled", method = robust.method.to_string(), steps = robust.iterations.to_string())
+                say!(
+                    lang,
+                    "robust-estimate-settled",
+                    method = robust.method.to_string(),
+                    steps = robust.iterations.to_string()
+                )
             }
             false => say!(
                 lang,

@@ -184,7 +184,11 @@ pub(super) fn cells(source: &ScatterReport, lang: Language) -> Vec<String> {
         source_name(&source.source, lang),
         sd.trim_end().to_string(),
         u,
-        if source.at_zero { say!(lang, "estimated-zero").into() } else { lang.term("from", &source.from.to_string()).into_owned() },
+        if source.at_zero {
+            say!(lang, "estimated-zero").into()
+        } else {
+            lang.term("from", &source.from.to_string()).into_owned()
+        },
         source.levels.to_string(),
         largest.map_or("-".to_string(), |(id, share)| say!(lang, "scatter-share-of", share = percent(*share), id)),
     ]

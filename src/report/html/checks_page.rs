@@ -1,8 +1,8 @@
 //! Sections of a fit's page on what was checked: agreement of the readings, constraints, the robust estimator, Monte Carlo.
 
 use super::{Align, Section, Table, Tone, cells};
-use crate::language::{Language, say};
 use crate::campaign::Kind;
+use crate::language::{Language, say};
 use crate::report::fit_constraints::ConstraintsStatus;
 use crate::report::table::{rounded, significant};
 use crate::report::{ARCSEC, FitReport};
@@ -27,7 +27,8 @@ pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)
         ));
     }
     if let Some(robust) = report.robust.as_ref().filter(|robust| !robust.converged) {
-        verdicts.push((Tone::Bad, say!(lang, "the-robust-estimator-did-not-settle", method = robust.method.to_string())));
+        verdicts
+            .push((Tone::Bad, say!(lang, "the-robust-estimator-did-not-settle", method = robust.method.to_string())));
     }
     verdicts
 }
@@ -147,7 +148,13 @@ pub(super) fn conditions(report: &FitReport, lang: Language) -> Section {
             say!(lang, "less-than-half-of-their-weight-readings", low = low.join(lang.comma()))
         };
         let steps = lang.count(robust.iterations, "step");
-        section = section.prose(say!(lang, "robust-estimator-of-reweighting", method = robust.method.to_string(), steps, down));
+        section = section.prose(say!(
+            lang,
+            "robust-estimator-of-reweighting",
+            method = robust.method.to_string(),
+            steps,
+            down
+        ));
     }
     section
 }

@@ -1,8 +1,8 @@
 //! The section of a page on conformity: limits, probabilities, outcomes.
 
 use super::{Align, Section, Table, Tone, cells};
-use crate::language::{Language, say};
 use crate::fit::Conformity;
+use crate::language::{Language, say};
 use crate::report::FitReport;
 use crate::report::conformity::percent;
 

@@ -2,8 +2,8 @@
 
 use super::{Section, Tone, cells, checks_page};
 use crate::fit::Fit;
-use crate::language::{Language, say};
 use crate::fit::VarianceFrom;
+use crate::language::{Language, say};
 use crate::report::FitReport;
 use crate::report::table::significant;
 

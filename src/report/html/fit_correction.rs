@@ -1,9 +1,9 @@
 //! Section of a fit's page on its use: the correction to apply, and the mounting of the sensors.
 
 use super::{Align, Block, Section, Table, Tone, cells};
-use crate::language::{Language, say};
 use crate::campaign::Kind;
 use crate::fit::State;
+use crate::language::{Language, say};
 use crate::report::{FitReport, correction_lines, given_sentence, validity_sentence};
 use crate::wire::{CorrectionFile, MountingFile};
 

@@ -5,8 +5,8 @@ use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::Kind;
 use crate::error::Result;
 use crate::fit::Fit;
-use crate::language::{Language, say};
 use crate::fit::State;
+use crate::language::{Language, say};
 use crate::report::table::significant;
 use crate::report::{ARCSEC, FitReport, scatter};
 

@@ -74,7 +74,10 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Vec
         Estimator::Linear => say!(lang, "one-least-squares-step-from-the-reference"),
         Estimator::Exact => say!(lang, "gauss-newton-on-the-exact-rotations"),
     };
-    facts.push((say!(lang, "estimator").into(), format!("{}: {estimator}", lang.term("estimator", report.estimator.name()))));
+    facts.push((
+        say!(lang, "estimator").into(),
+        format!("{}: {estimator}", lang.term("estimator", report.estimator.name())),
+    ));
     facts
 }
 

@@ -3,8 +3,8 @@
 use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::JointState;
 use crate::fit::Fit;
-use crate::language::{Language, say};
 use crate::fit::{Estimator, VarianceFrom};
+use crate::language::{Language, say};
 use crate::report::table::significant;
 use crate::report::{FitReport, gravity_text};
 
@@ -57,7 +57,11 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport, lang: Language) -> Sect
             format!("`{}`", known.id),
             known.value.to_string(),
             u,
-            if known.u > 0.0 { lang.term("distribution", &known.distribution.to_string()).into_owned() } else { String::new() },
+            if known.u > 0.0 {
+                lang.term("distribution", &known.distribution.to_string()).into_owned()
+            } else {
+                String::new()
+            },
             if known.u > 0.0 { cells::dof(known.dof, true) } else { String::new() },
             known.unit.clone(),
         ]);
