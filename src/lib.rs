@@ -24,6 +24,7 @@
 //! | room | what is in it |
 //! |---|---|
 //! | [`error`] | the question is malformed: where, what was expected, what was found |
+//! | [`language`] | the sentences and terms of the reports in English and Chinese |
 //! | [`units`] | the field's units: parsed, converted, their dimensions |
 //! | [`algebra`] | a model line: parsed, printed, differentiated |
 //! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
@@ -98,6 +99,7 @@ pub mod diagnosis;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+pub mod language;
 #[cfg(feature = "navigate")]
 pub mod navigate;
 pub mod noise;

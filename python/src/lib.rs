@@ -124,8 +124,8 @@ fn fit(
         let report = report::fit_report(&fit);
         let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == tumble::fit::Conformity::Fail);
         let text = match form.as_str() {
-            "page" => html::render(&html::fit_page(&fit, &report, None, &[])?)?,
-            "table" => report::table::fit(&report, false),
+            "page" => html::render(&html::fit_page(&fit, &report, None, &[], tumble::language::Language::English)?)?,
+            "table" => report::table::fit(&report, false, tumble::language::Language::English),
             _ => json(&report)?,
         };
         Ok((text, fails || fit.is_rejected()))

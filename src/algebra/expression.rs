@@ -189,6 +189,63 @@ impl Expression {
         None
     }
 
+    /// Is it an azimuth, `c*atan2(y, x)` with a constant c? Then c, y and x.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let (scale, y, x) = Expression::parse("atan2(a + b, c)*180/pi")?.as_azimuth().unwrap();
+    /// assert_eq!((scale, y.to_string(), x.to_string()), (180.0 / std::f64::consts::PI, "a + b".into(), "c".into()));
+    /// assert!(Expression::parse("atan2(a, b) + c")?.as_azimuth().is_none());
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn as_azimuth(&self) -> Option<(f64, Expression, Expression)> {
+        /// What an operand is: a constant, or a factor times the azimuth of two parts of the postfix order.
+        #[derive(Clone)]
+        enum Part {
+            Constant(f64),
+            Azimuth(f64, std::ops::Range<usize>, std::ops::Range<usize>),
+            Other,
+        }
+        let mut stack: Vec<(usize, Part)> = Vec::new();
+        for (end, item) in self.postfix.iter().enumerate() {
+            let entry = match item {
+                Item::Number(number) => (end, Part::Constant(*number)),
+                Item::Pi => (end, Part::Constant(std::f64::consts::PI)),
+                Item::Name(_) => (end, Part::Other),
+                Item::Negate => match stack.pop()? {
+                    (begin, Part::Constant(x)) => (begin, Part::Constant(-x)),
+                    (begin, Part::Azimuth(factor, y, x)) => (begin, Part::Azimuth(-factor, y, x)),
+                    (begin, Part::Other) => (begin, Part::Other),
+                },
+                Item::Call(function) => match stack.pop()? {
+                    (begin, Part::Constant(x)) => (begin, Part::Constant(function.value(x))),
+                    (begin, _) => (begin, Part::Other),
+                },
+                Item::Binary(operator) => {
+                    let (middle, right) = stack.pop()?;
+                    let (begin, left) = stack.pop()?;
+                    let part = match (operator, left, right) {
+                        (_, Part::Constant(a), Part::Constant(b)) => Part::Constant(operator.value(a, b)),
+                        (Operator::Atan2, ..) => Part::Azimuth(1.0, begin..middle, middle..end),
+                        (Operator::Multiply, Part::Azimuth(factor, y, x), Part::Constant(c))
+                        | (Operator::Multiply, Part::Constant(c), Part::Azimuth(factor, y, x)) => {
+                            Part::Azimuth(factor * c, y, x)
+                        }
+                        (Operator::Divide, Part::Azimuth(factor, y, x), Part::Constant(c)) => {
+                            Part::Azimuth(factor / c, y, x)
+                        }
+                        _ => Part::Other,
+                    };
+                    (begin, part)
+                }
+            };
+            stack.push(entry);
+        }
+        let (_, Part::Azimuth(factor, y, x)) = stack.pop()? else { return None };
+        let part = |range| Some(Expression::of(self.postfix.get::<std::ops::Range<usize>>(range)?.to_vec()));
+        Some((factor, part(y)?, part(x)?))
+    }
+
     fn with(&self, other: &Expression, operator: Operator) -> Expression {
         let mut postfix = self.postfix.clone();
         postfix.extend_from_slice(&other.postfix);

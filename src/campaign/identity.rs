@@ -1,5 +1,6 @@
 //! What a campaign was made of, for reports and certificates: the unit under test, when, where, by whom, with what.
 
+use crate::language::{Language, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -83,7 +84,7 @@ impl Identity {
     }
 
     /// Name and text of everything that is said, in the order of the fields.
-    pub fn facts(&self) -> Vec<(String, String)> {
+    pub fn facts(&self, lang: Language) -> Vec<(String, String)> {
         let mut facts = Vec::new();
         let mut add = |name: &str, text: Option<String>| {
             if let Some(text) = text.filter(|text| !text.trim().is_empty()) {
@@ -91,28 +92,28 @@ impl Identity {
             }
         };
         if let Some(unit) = &self.unit {
-            let serial = unit.serial.as_ref().map(|serial| format!("serial {serial}"));
+            let serial = unit.serial.as_ref().map(|serial| say!(lang, "identity-serial", serial));
             let words: Vec<String> =
                 [unit.manufacturer.clone(), unit.kind.clone(), serial].into_iter().flatten().collect();
-            add("Unit", Some(words.join(", ")));
+            add(say!(lang, "identity-unit"), Some(words.join(lang.comma())));
         }
-        add("Date", self.date.clone());
-        add("Place", self.place.clone());
-        add("Operator", self.operator.clone());
+        add(say!(lang, "identity-date"), self.date.clone());
+        add(say!(lang, "identity-place"), self.place.clone());
+        add(say!(lang, "identity-operator"), self.operator.clone());
         for instrument in &self.instruments {
             let with = |word: &str, text: &Option<String>| text.as_ref().map(|text| format!("{word} {text}"));
             let words: Vec<String> = [
                 Some(instrument.name.clone()),
-                with("certificate", &instrument.certificate),
-                with("valid to", &instrument.valid_to),
-                with("traceable to", &instrument.traceable_to),
+                with(say!(lang, "identity-certificate"), &instrument.certificate),
+                with(say!(lang, "identity-valid-to"), &instrument.valid_to),
+                with(say!(lang, "identity-traceable-to"), &instrument.traceable_to),
             ]
             .into_iter()
             .flatten()
             .collect();
-            add("Instrument", Some(words.join(", ")));
+            add(say!(lang, "identity-instrument"), Some(words.join(lang.comma())));
         }
-        add("Procedure", self.procedure.clone());
+        add(say!(lang, "identity-procedure"), self.procedure.clone());
         let conditions: Vec<String> = self
             .environment
             .iter()
@@ -121,8 +122,8 @@ impl Identity {
                 Condition::Text(text) => format!("{name} {text}"),
             })
             .collect();
-        add("Environment", Some(conditions.join(", ")));
-        add("Note", self.note.clone());
+        add(say!(lang, "identity-environment"), Some(conditions.join(lang.comma())));
+        add(say!(lang, "identity-note"), self.note.clone());
         facts
     }
 }

@@ -414,7 +414,12 @@ pub(super) fn fit(
         found.inputs = table.inputs()?;
     }
     if pages.is_asked_for() {
-        outputs.extend(pages.page(&report::html::batch_page(template, &found, &summary)?)?);
+        outputs.extend(pages.page(&report::html::batch_page(
+            template,
+            &found,
+            &summary,
+            crate::language::Language::English,
+        )?)?);
     }
     if let Some(path) = json {
         outputs.add(path, files::json(&found)?);

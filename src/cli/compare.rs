@@ -5,6 +5,7 @@ use super::{Outcome, calibrations, files, pages};
 use crate::compare::{self, calibrations::changes, calibrations::trends};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
+use crate::language::Language;
 use crate::report::{self, html};
 use crate::wire;
 use clap::Args;
@@ -29,11 +30,11 @@ pub(super) struct Arguments {
     pages: pages::Pages,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     match arguments.files.as_slice() {
-        [campaign] => closed_forms(arguments, campaign),
-        [before, after] => two(arguments, before, after),
-        several => history(arguments, several),
+        [campaign] => closed_forms(arguments, campaign, lang),
+        [before, after] => two(arguments, before, after, lang),
+        several => history(arguments, several, lang),
     }
 }
 
@@ -54,7 +55,7 @@ fn finish(arguments: &Arguments, mut outputs: Outputs, page: &html::Page, json: 
     if to_stdout { Ok(()) } else { super::show(table) }
 }
 
-fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {
+fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Outcome> {
     if calibrations::is_report(&files::read(path)?) {
         return Err(Malformed::new(Fault::Missing, "one calibration has nothing to be compared with")
             .expected("a second fit report: tumble compare BEFORE AFTER")
@@ -76,8 +77,8 @@ fn closed_forms(arguments: &Arguments, path: &Path) -> Result<Outcome> {
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::compare_report(&comparison);
     report.inputs = inputs.clone();
-    let page = html::compare_page(&report, &inputs);
-    finish(arguments, outputs, &page, files::json(&report)?, &report::table::compare(&report))?;
+    let page = html::compare_page(&report, &inputs, lang);
+    finish(arguments, outputs, &page, files::json(&report)?, &report::table::compare(&report, lang))?;
     Ok(Outcome::Done)
 }
 
@@ -90,7 +91,7 @@ fn check_level(level: f64) -> Result<()> {
         .found(level.to_string()))
 }
 
-fn two(arguments: &Arguments, before: &Path, after: &Path) -> Result<Outcome> {
+fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Result<Outcome> {
     check_level(arguments.level)?;
     let (before, after) = (calibrations::read(before)?, calibrations::read(after)?);
     let outputs = outputs(arguments)?;
@@ -101,12 +102,12 @@ fn two(arguments: &Arguments, before: &Path, after: &Path) -> Result<Outcome> {
             .found(format!("benches {} and {}", before.report.bench, after.report.bench)));
     }
     let report = report::changes_report(&found, before.summary(), after.summary());
-    let page = html::changes_page(&report)?;
-    finish(arguments, outputs, &page, files::json(&report)?, &report::changes_table(&report))?;
+    let page = html::changes_page(&report, lang)?;
+    finish(arguments, outputs, &page, files::json(&report)?, &report::changes_table(&report, lang))?;
     Ok(if report.is_changed() { Outcome::Rejected } else { Outcome::Done })
 }
 
-fn history(arguments: &Arguments, paths: &[PathBuf]) -> Result<Outcome> {
+fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<Outcome> {
     check_level(arguments.level)?;
     let mut stored = paths.iter().map(|path| calibrations::read(path)).collect::<Result<Vec<_>>>()?;
     if let Some(undated) = stored.iter().find(|own| own.day().is_none()) {
@@ -121,7 +122,7 @@ fn history(arguments: &Arguments, paths: &[PathBuf]) -> Result<Outcome> {
     let limits = |id: &str| last.and_then(|own| own.limits(id));
     let summaries = stored.iter().map(|own| own.summary()).collect();
     let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
-    let page = html::history_page(&report)?;
-    finish(arguments, outputs, &page, files::json(&report)?, &report::history_table(&report))?;
+    let page = html::history_page(&report, lang)?;
+    finish(arguments, outputs, &page, files::json(&report)?, &report::history_table(&report, lang))?;
     Ok(Outcome::Done)
 }

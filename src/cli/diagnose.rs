@@ -115,7 +115,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
     report.inputs = inputs.clone();
     if arguments.pages.is_asked_for() {
-        outputs.extend(arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs)?)?);
+        outputs.extend(arguments.pages.page(&html::diagnose_page(
+            &campaign,
+            &diagnosis,
+            &report,
+            &inputs,
+            crate::language::Language::English,
+        )?)?);
     }
     if let Some(path) = &arguments.svg {
         outputs.add(path, html::diagnose_svg(&campaign, &diagnosis, &report)?);

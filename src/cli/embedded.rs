@@ -76,7 +76,7 @@ pub fn run_embedded<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -
             if cli.force {
                 session::allow_replacing();
             }
-            match run(cli.command) {
+            match super::speaks(&cli.command, cli.lang).and_then(|()| run(cli.command, cli.lang)) {
                 Ok(Outcome::Done) => 0,
                 Ok(Outcome::Rejected) => 2,
                 Err(error) => {

@@ -4,6 +4,7 @@ use super::outputs::Outputs;
 use super::{Outcome, batch, files, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
+use crate::language::Language;
 use crate::report;
 use crate::uncertainty::monte_carlo;
 use crate::wire;
@@ -109,7 +110,8 @@ fn settings(arguments: &Arguments) -> fit::Settings {
 }
 
 /// One fit for each device.
-fn many(arguments: &Arguments, question: batch::Question) -> Result<Outcome> {
+fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Result<Outcome> {
+    super::batch_speaks(lang)?;
     let single = [
         (arguments.monte_carlo.is_some(), "--monte-carlo"),
         (arguments.budget, "--budget"),
@@ -124,11 +126,11 @@ fn many(arguments: &Arguments, question: batch::Question) -> Result<Outcome> {
     batch::fit(&question, &arguments.many, &settings(arguments), arguments.json.as_deref(), &arguments.pages)
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let own_files = arguments.readings.as_deref().unwrap_or_default();
     let question = batch::Question::read(&arguments.campaign, &arguments.many, own_files)?;
     if question.is_of_many() {
-        return many(arguments, question);
+        return many(arguments, question, lang);
     }
     let (campaign, source, inputs) = question.single()?;
     arguments.many.refuse_alone()?;
@@ -147,20 +149,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, fit.settings.level));
     }
-    outputs.extend(arguments.pages.fit(&fit, &report, &inputs)?);
-    outputs.extend(arguments.certificate.make(&fit, &report, &source)?);
+    outputs.extend(arguments.pages.fit(&fit, &report, &inputs, lang)?);
+    outputs.extend(arguments.certificate.make(&fit, &report, &source, lang)?);
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
     }
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::table::fit(&report, listed))?;
+        super::show(&report::table::fit(&report, listed, lang))?;
         if arguments.correction {
-            super::show(&report::correction_table(&report))?;
+            super::show(&report::correction_table(&report, lang))?;
         }
         if arguments.budget {
-            super::show(&report::fit_checks_table::budget(&report))?;
+            super::show(&report::fit_checks_table::budget(&report, lang))?;
         }
     }
     let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == crate::fit::Conformity::Fail);

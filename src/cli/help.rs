@@ -12,6 +12,8 @@ Exit codes:
   1  the question is malformed (a file, an option, a value), or a result cannot be written
   2  done, and the answer is \"rejected\": an unknown is not estimable, a global test failed, an effect is missing
 
+Languages: --lang zh tells the results of fit and compare in Chinese; JSON is the same in every language.
+
 Colours are left out where NO_COLOR is set, TERM is dumb, or the output is no terminal.";
 
 /// `fit`.

@@ -35,6 +35,7 @@ mod simulate;
 pub use embedded::{Printed, run_embedded};
 
 use crate::error::{Fault, Malformed, Result};
+use crate::language::Language;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -47,6 +48,9 @@ struct Cli {
     /// Let an output replace an existing campaign, bench or other file that is no report.
     #[arg(long, global = true)]
     force: bool,
+    /// The language of tables, pages and certificates: en or zh (see the end of `tumble --help` for the commands that have it).
+    #[arg(long, global = true, value_name = "en|zh", default_value = "en", hide_default_value = true, value_parser = language)]
+    lang: Language,
 }
 
 #[derive(Debug, Subcommand)]
@@ -121,7 +125,7 @@ pub fn main() -> ExitCode {
     if cli.force {
         session::allow_replacing();
     }
-    match run(cli.command) {
+    match speaks(&cli.command, cli.lang).and_then(|()| run(cli.command, cli.lang)) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Rejected) => ExitCode::from(2),
         Err(error) => {
@@ -131,10 +135,27 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(command: Command) -> Result<Outcome> {
+fn language(code: &str) -> std::result::Result<Language, String> {
+    Language::of(code).ok_or_else(|| "expected en or zh".into())
+}
+
+/// The commands whose results are told in every language.
+const TRANSLATED: &str = "fit, compare";
+
+/// Is a command told in a language?
+fn speaks(command: &Command, lang: Language) -> Result<()> {
     match command {
-        Command::Fit(arguments) => fit::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Fit(_) | Command::Compare(_) => Ok(()),
+        _ if lang == Language::English => Ok(()),
+        _ => Err(Malformed::new(Fault::Value, format!("this command has no '--lang {}'", lang.code()))
+            .expected(format!("one of the commands that have it: {TRANSLATED}"))),
+    }
+}
+
+fn run(command: Command, lang: Language) -> Result<Outcome> {
+    match command {
+        Command::Fit(arguments) => fit::run(&arguments, lang),
+        Command::Compare(arguments) => compare::run(&arguments, lang),
         Command::Apply(arguments) => apply::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
@@ -148,6 +169,15 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Schema(arguments) => check::run_schema(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),
         Command::Man(arguments) => shell::man(&arguments),
+    }
+}
+
+/// Errors: many devices in a language in which their summary is not told.
+fn batch_speaks(lang: Language) -> Result<()> {
+    match lang {
+        Language::English => Ok(()),
+        _ => Err(Malformed::new(Fault::Value, format!("many devices have no '--lang {}'", lang.code()))
+            .expected("the readings of one device, or --lang en")),
     }
 }
 

@@ -1,9 +1,10 @@
 //! `--html`, `--md` and `--dcc`: a report as a page or a certificate.
 
-use super::files;
+use super::{calibrations, files};
 use crate::compare;
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
+use crate::language::Language;
 use crate::report::html::{self, Page};
 use crate::report::{self, FitReport, Input, dcc, markdown};
 use crate::wire::{self, Source};
@@ -30,6 +31,9 @@ pub(super) struct Certificate {
     /// The identities that a certificate needs: laboratory, persons, customer, items (see `tumble schema lab`).
     #[arg(long, value_name = "FILE", requires = "dcc")]
     lab: Option<PathBuf>,
+    /// The JSON report of a fit of the same unit before it was adjusted: the certificate then has both, as found and as left.
+    #[arg(long, value_name = "REPORT", requires = "dcc")]
+    as_found: Option<PathBuf>,
 }
 
 impl Certificate {
@@ -39,14 +43,35 @@ impl Certificate {
     }
 
     /// Make the certificate, if it is asked for; faults of the campaign are located in its source.
-    pub(super) fn make(&self, fit: &Fit, report: &FitReport, campaign: &Source) -> Result<Texts> {
+    pub(super) fn make(&self, fit: &Fit, report: &FitReport, campaign: &Source, lang: Language) -> Result<Texts> {
         let mut texts = Texts::new();
         if let (Some(path), Some(lab)) = (&self.dcc, &self.lab) {
             let lab = wire::read_lab(&files::read(lab)?)?;
-            let text = dcc::certificate(fit, report, &lab).map_err(|error| wire::locate(error, campaign))?;
+            let found = self.as_found.as_deref().map(|path| as_found(path, report)).transpose()?;
+            let text = dcc::certificate(fit, report, found.as_ref(), &lab, lang)
+                .map_err(|error| wire::locate(error, campaign))?;
             texts.push((path.clone(), text));
         }
         Ok(texts)
+    }
+}
+
+/// The calibration before the adjustment.
+///
+/// Errors: a report of another bench or of another unit.
+fn as_found(path: &Path, left: &FitReport) -> Result<FitReport> {
+    let found = calibrations::read(path)?.report;
+    let refuse = |what: &str, expected: &str, found: &str| {
+        Err(Malformed::new(Fault::Value, format!("the calibration as found is of another {what}"))
+            .expected(format!("{what} '{expected}'"))
+            .found(format!("'{found}'"))
+            .in_file(path.display().to_string()))
+    };
+    let serial = |report: &FitReport| report.identity.unit.as_ref().and_then(|unit| unit.serial.clone());
+    match (serial(left), serial(&found)) {
+        _ if left.bench != found.bench => refuse("bench", &left.bench, &found.bench),
+        (Some(left), Some(found)) if left != found => refuse("unit", &left, &found),
+        _ => Ok(found),
     }
 }
 
@@ -77,7 +102,7 @@ impl Pages {
     }
 
     /// The page of a fit, with the published closed forms beside it where this bench has them and this campaign suits them.
-    pub(super) fn fit(&self, fit: &Fit, report: &FitReport, inputs: &[Input]) -> Result<Texts> {
+    pub(super) fn fit(&self, fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Result<Texts> {
         if self.html.is_none() && self.md.is_none() {
             return Ok(Texts::new());
         }
@@ -85,6 +110,6 @@ impl Pages {
             .and_then(|forms| compare::compare_fit(fit, &forms))
             .ok()
             .map(|comparison| report::compare_report(&comparison));
-        self.page(&html::fit_page(fit, report, comparison.as_ref(), inputs)?)
+        self.page(&html::fit_page(fit, report, comparison.as_ref(), inputs, lang)?)
     }
 }

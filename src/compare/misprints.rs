@@ -4,18 +4,19 @@ use super::{GroupComparison, Printed};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::Campaign;
 use crate::fit::Fit;
+use crate::language::{Sentence, sentence};
 
 /// A place where print and computation disagree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misprint {
     /// What is misprinted, for example `mean of dtheta_y2`.
-    pub what: String,
+    pub what: Sentence,
     /// As printed, in internal units.
     pub printed: Option<f64>,
     /// As computed, in internal units.
     pub computed: Option<f64>,
     /// What seems to have happened.
-    pub explanation: String,
+    pub explanation: Sentence,
 }
 
 /// Compare a printed table with the closed forms, its means with the means, and its printed row with the exact derivatives.
@@ -37,12 +38,12 @@ pub(super) fn find(
             {
                 misprints.push(Misprint {
                     what: match group.group {
-                        Some(value) => format!("{id} at {value}"),
-                        None => id.clone(),
+                        Some(value) => sentence!("quantity-at", id, value),
+                        None => Sentence::text(id.clone()),
                     },
                     printed: Some(*print),
                     computed: Some(*computed),
-                    explanation: "the table's own readings give another value".into(),
+                    explanation: sentence!("the-tables-own-readings-give-another-value"),
                 });
             }
         }
@@ -63,16 +64,16 @@ pub(super) fn find(
         }
         let same_as = groups.iter().find(|g| g.printed.get(k).copied().flatten() == Some(*print));
         let explanation = if agrees(-computed) || agrees(-of_entries) {
-            "printed with the opposite sign to the table and the formulas".to_string()
+            sentence!("printed-with-the-opposite-sign-to-the")
         } else if [computed, of_entries].iter().any(|value| (value + print).abs() <= 2.0 * slack) {
-            "printed with the opposite sign to the table and the formulas, and off in the last digit".to_string()
+            sentence!("printed-with-the-opposite-sign-to-the-2")
         } else if let Some(value) = same_as.and_then(|g| g.group) {
-            format!("this is the value of group {value}, not the mean")
+            sentence!("this-is-the-value-of-group-not", value)
         } else {
-            "not the mean of the table".to_string()
+            sentence!("not-the-mean-of-the-table")
         };
         misprints.push(Misprint {
-            what: format!("mean of {id}"),
+            what: sentence!("mean-of", id),
             printed: Some(*print),
             computed: Some(computed),
             explanation,
@@ -92,10 +93,10 @@ fn whole(value: f64, last_digit: f64) -> bool {
 fn row_misprint(campaign: &Campaign, fit: &Fit, id: &str, line: &crate::algebra::Expression) -> Option<Misprint> {
     let Some(column) = campaign.parameter_index(id) else {
         return Some(Misprint {
-            what: format!("{id} in the printed equation"),
+            what: sentence!("in-the-printed-equation", id),
             printed: None,
             computed: None,
-            explanation: format!("the printed equation has {id}, the printed chain of rotations has not"),
+            explanation: sentence!("the-printed-equation-has-the-printed-chain", id),
         });
     };
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
@@ -106,14 +107,13 @@ fn row_misprint(campaign: &Campaign, fit: &Fit, id: &str, line: &crate::algebra:
     }
     let opposite = (exact + print).abs() <= 1e-6 * print.abs();
     Some(Misprint {
-        what: format!("coefficient of {id} in the printed equation"),
+        what: sentence!("coefficient-of-in-the-printed-equation", id),
         printed: Some(print),
         computed: Some(exact),
         explanation: if opposite {
-            "the chain of rotations gives the opposite sign"
+            sentence!("the-chain-of-rotations-gives-the-opposite")
         } else {
-            "the chain of rotations gives another value"
-        }
-        .into(),
+            sentence!("the-chain-of-rotations-gives-another-value")
+        },
     })
 }

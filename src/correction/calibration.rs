@@ -5,6 +5,7 @@ use crate::algebra::Expression;
 use crate::bench::{ForceUnit, Link, RateUnit};
 use crate::campaign::{Campaign, Role};
 use crate::fit::{Fit, State};
+use crate::language::{Sentence, sentence};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 /// What is needed to correct readings of a calibrated unit.
@@ -17,7 +18,7 @@ pub struct Calibration {
     /// The sensors that take part, with their lines.
     pub lines: Vec<Line>,
     /// Sensors that cannot be corrected, each with the reason.
-    pub left_out: Vec<(String, String)>,
+    pub left_out: Vec<(String, Sentence)>,
     /// What the lines determine, and what must be given with the readings.
     pub inputs: Vec<Input>,
     /// Names of the parameters that the lines use.
@@ -100,7 +101,8 @@ impl Calibration {
                     model: sensor.model.clone(),
                 });
             } else {
-                left_out.push((sensor.id.clone(), format!("not estimable: {}", not_estimable.join(", "))));
+                left_out
+                    .push((sensor.id.clone(), sentence!("left-out-not-estimable", names = not_estimable.join(", "))));
             }
         }
         let used: Vec<usize> = (0..campaign.parameters.len())

@@ -3,6 +3,7 @@
 use super::solve::{Bound, direction_of};
 use super::{Calibration, Line};
 use crate::campaign::Campaign;
+use crate::language::sentence;
 use nalgebra::{DMatrix, Vector3};
 
 /// A rate, a specific force, or a number given with the readings.
@@ -59,7 +60,7 @@ pub(super) fn choose(calibration: &mut Calibration, campaign: &Campaign) {
     let mut idle = Vec::new();
     for (k, bound) in bound.iter().enumerate() {
         let Some(bound) = bound else {
-            idle.push((k, "its line does not bind"));
+            idle.push((k, sentence!("its-line-does-not-bind")));
             continue;
         };
         let (rate, force) = bound.slopes_at_zero(calibration, &inputs);
@@ -68,8 +69,8 @@ pub(super) fn choose(calibration: &mut Calibration, campaign: &Campaign) {
         match main {
             Some(Quantity::Rate) if rate.norm().is_finite() => of_rate.push((k, rate)),
             Some(_) if force.norm().is_finite() => of_force.push((k, force)),
-            Some(_) => idle.push((k, "its line has no slope at zero input")),
-            None => idle.push((k, "its line follows no rate and no specific force to first order")),
+            Some(_) => idle.push((k, sentence!("its-line-has-no-slope-at-zero-input"))),
+            None => idle.push((k, sentence!("its-line-follows-no-rate"))),
         }
     }
     for (quantity, group) in [(Quantity::Rate, &of_rate), (Quantity::Force, &of_force)] {
@@ -78,7 +79,7 @@ pub(super) fn choose(calibration: &mut Calibration, campaign: &Campaign) {
     given(calibration, &mut inputs);
     for (k, why) in idle.into_iter().rev() {
         let line = calibration.lines.remove(k);
-        calibration.left_out.insert(0, (line.sensor, why.to_string()));
+        calibration.left_out.insert(0, (line.sensor, why));
     }
     inputs.sort_by_key(|input| input.role == InputRole::Given);
     calibration.inputs = inputs;

@@ -10,6 +10,7 @@ use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::{Coupling, Estimate, Group, System};
+use crate::language::{Sentence, sentence};
 use crate::vocabulary::vocabulary;
 
 /// What Gauss-Newton did.
@@ -46,6 +47,20 @@ vocabulary! {
         NoDescent = "no part of the last step makes the fit better",
         /// Beyond the last point numbers leave the range of a double.
         OutOfRange = "numbers leave the range of a double",
+    }
+}
+
+impl Stop {
+    /// As a person reads it.
+    pub fn said(self) -> Sentence {
+        match self {
+            Stop::Settled => sentence!("stop-settled"),
+            Stop::Unsettled => sentence!("stop-unsettled"),
+            Stop::Limit => sentence!("stop-limit"),
+            Stop::Stalled => sentence!("stop-stalled"),
+            Stop::NoDescent => sentence!("stop-no-descent"),
+            Stop::OutOfRange => sentence!("stop-out-of-range"),
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 //!
 //! Exact by default: Gauss-Newton on the exact rotations, to convergence. Linear on request: one least-squares step from the reference point.
 
+mod azimuth;
 mod checks;
 mod conditional;
 mod conformity;
@@ -27,6 +28,7 @@ mod starts;
 mod step;
 mod system;
 
+pub use azimuth::{Sector, sector};
 pub use checks::Checks;
 pub(crate) use checks::cells;
 pub use conditional::Conditional;
@@ -254,7 +256,7 @@ impl Fit {
     }
 
     /// What a person should look at: angles that may be radians, a condition number beyond what units explain.
-    pub fn remarks(&self) -> Vec<String> {
+    pub fn remarks(&self) -> Vec<crate::language::Sentence> {
         remarks::remarks(self)
     }
 

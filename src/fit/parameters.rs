@@ -1,8 +1,9 @@
 //! Value, standard uncertainty, budget and expanded uncertainty of every estimated parameter and derived quantity.
 
+use super::azimuth::{Sector, sector};
 use super::names::{NamedCombination, describe};
 use super::noise::Noise;
-use crate::algebra::{Scratch, Tape};
+use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;
 use crate::error::Result;
@@ -58,8 +59,10 @@ pub struct DerivedResult {
     pub is_angle: bool,
     /// Value; `None` where it needs a parameter that is not estimable, or is no finite number.
     pub value: Option<f64>,
-    /// First-order combined uncertainty.
+    /// First-order combined uncertainty; of an azimuth that may be any, that of the whole circle.
     pub uncertainty: Option<Combined>,
+    /// The directions that an azimuth may have, in the unit of the value; `None` for what is no azimuth.
+    pub sector: Option<Sector>,
     /// Where the uncertainty comes from.
     pub budget: Vec<Contribution>,
 }
@@ -271,6 +274,11 @@ impl<'a> Grounds<'a> {
                 let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k))?;
                 Some(if parameter.kind == Kind::Tilt { 1.0 } else { return None })
             };
+            let (uncertainty, sector, budget) = match self.azimuth(quantity, &ids, point, uncertainty)? {
+                Some((scale, Sector::Circle)) => (Some(any_direction(scale)), Some(Sector::Circle), Vec::new()),
+                Some((_, sector)) => (uncertainty, Some(sector), budget),
+                None => (uncertainty, None, budget),
+            };
             Ok(DerivedResult {
                 id: quantity.id.clone(),
                 line: quantity.line.to_string(),
@@ -278,10 +286,55 @@ impl<'a> Grounds<'a> {
                     && quantity.line.angle_degree(&angle) == Some(1.0),
                 value: usable.then_some(value),
                 uncertainty,
+                sector,
                 budget,
             })
         };
         campaign.derived.iter().map(result).collect()
+    }
+
+    /// The sector of a derived line `c*atan2(y, x)` in the unit of its value, with c; `None` for other lines, and without uncertainty.
+    ///
+    /// Variances of x, y and x + y give their covariance.
+    fn azimuth(
+        &self,
+        quantity: &Derived,
+        ids: &[&str],
+        point: &[f64],
+        uncertainty: Option<Combined>,
+    ) -> Result<Option<(f64, Sector)>> {
+        let (Some((scale, y, x)), Some(combined)) = (quantity.line.as_azimuth(), uncertainty) else { return Ok(None) };
+        let one = |line: &Expression| -> Result<(f64, Option<f64>)> {
+            let mut gradient: Vec<f64> = vec![0.0; ids.len()];
+            let value = Tape::compile(line, ids)?.gradient(point, &mut Scratch::default(), &mut gradient);
+            let own =
+                |id: &str| self.campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
+            let along = gradient.get(..self.campaign.unknowns()).unwrap_or_default();
+            Ok((value, self.budget(along, own).1.map(|c| c.u * c.u)))
+        };
+        let ((y_value, yy), (x_value, xx), (_, both)) = (one(&y)?, one(&x)?, one(&x.plus(&y))?);
+        let found = xx.zip(yy).zip(both).and_then(|((xx, yy), both)| {
+            let covariance = [xx, 0.5 * (both - xx - yy), yy];
+            sector((x_value, y_value), covariance, combined.dof, self.level)
+        });
+        Ok(found.map(|sector| match sector {
+            Sector::Circle => (scale, Sector::Circle),
+            Sector::Between(low, high) if scale < 0.0 => (scale, Sector::Between(scale * high, scale * low)),
+            Sector::Between(low, high) => (scale, Sector::Between(scale * low, scale * high)),
+        }))
+    }
+}
+
+/// The uncertainty of an angle of which nothing is known: rectangular over the circle (GUM 4.3.7), `u = pi/sqrt 3`, U half of it.
+fn any_direction(scale: f64) -> Combined {
+    let u = scale.abs() * std::f64::consts::PI / 3f64.sqrt();
+    Combined {
+        u,
+        type_a: u,
+        type_b: 0.0,
+        dof: f64::INFINITY,
+        coverage_factor: 3f64.sqrt(),
+        expanded: scale.abs() * std::f64::consts::PI,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Fit;
 use crate::campaign::{Campaign, JointState};
+use crate::language::{Sentence, sentence};
 use std::f64::consts::TAU;
 
 /// Above this the scaled columns are so nearly dependent that units cannot be the reason.
@@ -28,19 +29,20 @@ pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
     most.map(|places| 10f64.powi(-(places as i32)))
 }
 
-pub(super) fn remarks(fit: &Fit) -> Vec<String> {
+pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let campaign = &fit.campaign;
     let absurd = fit.estimate.condition.filter(|condition| *condition > ABSURD);
-    let mut found: Vec<String> = angles(campaign)
+    let mut found: Vec<Sentence> = angles(campaign)
         .into_iter()
         .filter_map(|(name, values)| {
             radians(&values, fit.estimate.condition.unwrap_or(1.0))
-                .then(|| format!("all values of {name} lie within 6.3 degrees and would go round the circle as radians: are they radians?"))
+                .then(|| sentence!("all-values-of-lie-within-degrees-and", name))
         })
         .collect();
     if let Some(condition) = absurd {
-        found.push(format!(
-            "condition {condition:.1e}: the readings hardly tell some parameters apart; look at the units of the inputs and at the correlations"
+        found.push(sentence!(
+            "condition-the-readings-hardly-tell-some-parameters",
+            condition = format!("{condition:.1e}")
         ));
     }
     found

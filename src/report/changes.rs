@@ -3,6 +3,7 @@
 use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
 use super::{ARCSEC, FitReport, VERSION};
 use crate::compare::calibrations::{Changes, Determination, Input, Quantity, Trend};
+use crate::language::{Language, say};
 use crate::report::ReportKind;
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
@@ -203,22 +204,30 @@ impl ChangesReport {
 }
 
 /// Two calibrations at a terminal.
-pub fn changes_table(report: &ChangesReport) -> String {
+pub fn changes_table(report: &ChangesReport, lang: Language) -> String {
     let who = |c: &CalibratedReport| {
-        let date = c.date.as_deref().map(|d| format!(", {d}")).unwrap_or_default();
-        let serial = c.serial.as_deref().map(|s| format!(", serial {s}")).unwrap_or_default();
-        format!("{}{serial}{date}", c.file)
+        let serial = c.serial.as_ref().map(|serial| say!(lang, "identity-serial", serial));
+        [Some(c.file.clone()), serial, c.date.clone()].into_iter().flatten().collect::<Vec<_>>().join(lang.clause())
     };
     let mut text = format!(
-        "tumble {}: two calibrations of one unit\n  before: {}\n  after:  {}\n\n",
-        report.tumble,
-        who(&report.before),
-        who(&report.after)
+        "{}\n  {}\n  {}\n\n",
+        say!(lang, "two-calibrations", tumble = report.tumble),
+        say!(lang, "calibrated-before", who = who(&report.before)),
+        say!(lang, "calibrated-after", who = who(&report.after))
     );
     let dated = report.changes.iter().any(|c| c.per_day.is_some());
-    let mut header = vec!["quantity", "before", "after", "difference", "U", "E_n", "unit", ""];
+    let mut header = vec![
+        say!(lang, "quantity"),
+        say!(lang, "before"),
+        say!(lang, "after"),
+        say!(lang, "difference"),
+        "U",
+        "E_n",
+        say!(lang, "unit"),
+        "",
+    ];
     if dated {
-        header.insert(6, "per day");
+        header.insert(6, say!(lang, "per-day"));
     }
     let rows: Vec<Vec<String>> = report
         .changes
@@ -232,7 +241,7 @@ pub fn changes_table(report: &ChangesReport) -> String {
                 optional(c.expanded, |e| rounded(e, c.u)),
                 optional(c.e_n, |e| format!("{e:.2}")),
                 c.unit.clone(),
-                if c.significant == Some(true) { "CHANGED".into() } else { String::new() },
+                if c.significant == Some(true) { say!(lang, "changed").into() } else { String::new() },
             ];
             if dated {
                 row.insert(6, optional(c.per_day, |d| significant(d, 3)));
@@ -242,25 +251,39 @@ pub fn changes_table(report: &ChangesReport) -> String {
         .collect();
     text.push_str(&plain(&header, &rows));
     text.push_str(&format!(
-        "\nU: expanded uncertainty of the difference ({} %); E_n = difference/U; CHANGED: significant with all tested together (Holm)\n",
-        significant(100.0 * report.level, 3).trim_end_matches('0').trim_end_matches('.')
+        "\n{}\n",
+        say!(
+            lang,
+            "u-expanded-uncertainty-of-the-difference-e",
+            level = significant(100.0 * report.level, 3).trim_end_matches('0').trim_end_matches('.')
+        )
     ));
     if let Some(t) = report.together {
-        let verdict = if t.significant { "the unit has CHANGED" } else { "no change beyond the uncertainties" };
-        let test = match t.scatter_dof {
-            Some(dof) => format!(
-                "F = {} with {} and {} degrees of freedom",
-                significant(t.statistic / t.dof as f64, 3),
-                t.dof,
-                degrees_of_freedom(Some(dof), true)
-            ),
-            None => format!("chi-square {} with {} degrees of freedom", significant(t.statistic, 4), t.dof),
+        let verdict = if t.significant {
+            say!(lang, "the-unit-has-changed")
+        } else {
+            say!(lang, "no-change-beyond-the-uncertainties")
         };
-        text.push_str(&format!("all parameters together: {test}, p = {}: {verdict}\n", significant(t.p, 2)));
+        let test = match t.scatter_dof {
+            Some(dof) => say!(
+                lang,
+                "f-with-and-degrees-of-freedom",
+                f = significant(t.statistic / t.dof as f64, 3),
+                dof = t.dof,
+                scatter_dof = degrees_of_freedom(Some(dof), true)
+            ),
+            None => {
+                say!(lang, "chi-square-with-degrees-of-freedom", statistic = significant(t.statistic, 4), dof = t.dof)
+            }
+        };
+        text.push_str(&format!(
+            "{}\n",
+            say!(lang, "all-parameters-together-p", test, p = significant(t.p, 2), verdict)
+        ));
     }
     text.push_str(&match report.shared.as_slice() {
-        [] => "shared inputs: none; both count as independent\n".to_string(),
-        shared => format!("shared inputs, not counted twice: {}\n", shared.join(", ")),
+        [] => format!("{}\n", say!(lang, "shared-inputs-none-both-count-as-independent")),
+        shared => format!("{}\n", say!(lang, "shared-inputs-not-counted-twice", shared = shared.join(lang.comma()))),
     });
     let combined: Vec<Vec<String>> = report
         .changes
@@ -276,12 +299,15 @@ pub fn changes_table(report: &ChangesReport) -> String {
         })
         .collect();
     if !combined.is_empty() {
-        text.push_str("\ncombined estimate; u holds only where both agree, that is, where the Birge ratio is not well above 1\n\n");
-        text.push_str(&plain(&["quantity", "mean", "u", "Birge ratio", "unit"], &combined));
+        text.push_str(&format!("\n{}\n\n", say!(lang, "combined-estimate-u-holds-only-where-both")));
+        text.push_str(&plain(
+            &[say!(lang, "quantity"), say!(lang, "mean"), "u", say!(lang, "birge-ratio"), say!(lang, "unit")],
+            &combined,
+        ));
     }
-    for (ids, which) in [(&report.only_before, "before"), (&report.only_after, "after")] {
+    for (ids, which) in [(&report.only_before, say!(lang, "before")), (&report.only_after, say!(lang, "after"))] {
         if !ids.is_empty() {
-            text.push_str(&format!("only {which}: {}\n", ids.join(", ")));
+            text.push_str(&(say!(lang, "changes-only", which, ids = ids.join(lang.comma())) + "\n"));
         }
     }
     text
@@ -360,14 +386,17 @@ pub fn history_report(
 }
 
 /// A history at a terminal.
-pub fn history_table(report: &HistoryReport) -> String {
-    let mut text = format!("tumble {}: history of {} calibrations\n\n", report.tumble, report.calibrations.len());
+pub fn history_table(report: &HistoryReport, lang: Language) -> String {
+    let mut text = format!(
+        "{}\n\n",
+        say!(lang, "tumble-history-of-calibrations", tumble = report.tumble, calibrations = report.calibrations.len())
+    );
     let rows: Vec<Vec<String>> = report
         .calibrations
         .iter()
         .map(|c| vec![c.date.clone().unwrap_or("-".into()), c.serial.clone().unwrap_or("-".into()), c.file.clone()])
         .collect();
-    text.push_str(&plain(&["date", "serial", "file"], &rows));
+    text.push_str(&plain(&[say!(lang, "date"), say!(lang, "serial"), say!(lang, "file")], &rows));
     text.push('\n');
     let year = 365.2425;
     let rows: Vec<Vec<String>> = report
@@ -387,15 +416,28 @@ pub fn history_table(report: &HistoryReport) -> String {
                 optional(t.birge, |b| format!("{b:.2}")),
                 t.unit.clone(),
                 match (t.significant, t.leaves) {
-                    (_, Some(day)) => format!("leaves its limits about {}", date_of(day)),
-                    (Some(true), None) => "drifts".into(),
+                    (_, Some(day)) => say!(lang, "leaves-its-limits-about", day = date_of(day)),
+                    (Some(true), None) => say!(lang, "drifts").into(),
                     (Some(false), None) => String::new(),
-                    (None, None) => "too few dates".into(),
+                    (None, None) => say!(lang, "too-few-dates").into(),
                 },
             ]
         })
         .collect();
-    text.push_str(&plain(&["quantity", "n", "first", "last", "per year", "u", "Birge ratio", "unit", ""], &rows));
+    text.push_str(&plain(
+        &[
+            say!(lang, "quantity"),
+            "n",
+            say!(lang, "first"),
+            say!(lang, "last"),
+            say!(lang, "per-year"),
+            "u",
+            say!(lang, "birge-ratio"),
+            say!(lang, "unit"),
+            "",
+        ],
+        &rows,
+    ));
     text
 }
 

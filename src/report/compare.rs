@@ -3,6 +3,7 @@
 use super::{ARCSEC, Input, VERSION};
 use crate::campaign::{Identity, Kind};
 use crate::compare::{Comparison, GroupComparison, value_of};
+use crate::language::{Language, Sentence, say};
 use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,12 +52,12 @@ impl CompareReport {
     }
 
     /// What stands in the rows: angles, coefficients, or both.
-    pub fn quantity(&self) -> &'static str {
+    pub fn quantity(&self, lang: Language) -> &'static str {
         let angles = self.all.quantities.iter().filter(|q| q.is_angle()).count();
         match angles {
-            0 => "coefficient",
-            n if n == self.all.quantities.len() => "angle",
-            _ => "quantity",
+            0 => say!(lang, "coefficient"),
+            n if n == self.all.quantities.len() => say!(lang, "angle"),
+            _ => say!(lang, "quantity"),
         }
     }
 }
@@ -103,13 +104,13 @@ impl QuantityReport {
 #[non_exhaustive]
 pub struct MisprintReport {
     /// What is misprinted.
-    pub what: String,
+    pub what: Sentence,
     /// As printed (arcsec for angles).
     pub printed: Option<f64>,
     /// As computed, in the unit of `printed`.
     pub computed: Option<f64>,
     /// What seems to have happened.
-    pub explanation: String,
+    pub explanation: Sentence,
 }
 
 /// The report of a comparison.
@@ -176,7 +177,7 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
             .misprints
             .iter()
             .map(|m| {
-                let factor = if m.what.starts_with("coefficient") { 1.0 } else { ARCSEC };
+                let factor = if m.what.to_string().starts_with("coefficient") { 1.0 } else { ARCSEC };
                 MisprintReport {
                     what: m.what.clone(),
                     printed: m.printed.map(|v| v * factor),

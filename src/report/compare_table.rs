@@ -1,11 +1,12 @@
 //! The comparison with published closed forms as a person reads it.
 
 use super::table::{optional, plain, significant};
+use crate::language::{Language, say};
 
 /// A comparison as a person reads it.
-pub fn compare(report: &super::CompareReport) -> String {
-    let mut text =
-        format!("tumble {}: published closed forms on {}\n  {}\n\n", report.tumble, report.bench, report.source);
+pub fn compare(report: &super::CompareReport, lang: Language) -> String {
+    let title = say!(lang, "tumble-published-closed-forms-on", tumble = report.tumble, bench = report.bench);
+    let mut text = format!("{title}\n  {}\n\n", lang.name(&report.source));
     let angle = |unit: &str| unit == "arcsec";
     let digits =
         |v: Option<f64>, unit: &str| optional(v, |v| if angle(unit) { format!("{v:.3}") } else { significant(v, 7) });
@@ -15,7 +16,7 @@ pub fn compare(report: &super::CompareReport) -> String {
     for group in &report.groups {
         for q in &group.quantities {
             rows.push(vec![
-                group.group.map_or("all".into(), |g| g.to_string()),
+                group.group.map_or(say!(lang, "all").into(), |g| g.to_string()),
                 q.id.clone(),
                 digits(q.closed_form, &q.unit),
                 digits(q.without_earth_rate, &q.unit),
@@ -26,13 +27,13 @@ pub fn compare(report: &super::CompareReport) -> String {
         }
     }
     let header = [
-        &report.group_title,
-        "angle",
-        "closed form",
-        "least squares, no Earth rate",
-        "least squares",
-        "printed",
-        "unit",
+        &lang.name(&report.group_title),
+        say!(lang, "angle"),
+        say!(lang, "closed-form"),
+        say!(lang, "least-squares-no-earth-rate"),
+        say!(lang, "least-squares"),
+        say!(lang, "printed"),
+        say!(lang, "unit"),
     ];
     text.push_str(&plain(&header, &rows));
     text.push('\n');
@@ -51,36 +52,52 @@ pub fn compare(report: &super::CompareReport) -> String {
         })
         .collect();
     text.push_str(&plain(
-        &["angle", "mean of closed forms", "least squares, all readings", "printed mean", "unit"],
+        &[
+            say!(lang, "angle"),
+            say!(lang, "mean-of-closed-forms"),
+            say!(lang, "least-squares-all-readings"),
+            say!(lang, "printed-mean"),
+            say!(lang, "unit"),
+        ],
         &rows,
     ));
     text.push('\n');
     let ignored = report.groups.iter().flat_map(|g| &g.quantities).any(|q| q.without_earth_rate.is_some());
     match report.largest_relative_difference.map(|difference| significant(difference, 2)) {
-        Some(difference) if ignored && !report.is_square_case() => text.push_str(&format!(
-            "closed form and least squares without Earth rate differ by up to {difference} of the value: these positions are not the square case \
-             of the formulas, which use some of the readings or weigh them otherwise.\n"
-        )),
-        Some(difference) if ignored => text.push_str(&format!(
-            "closed form and least squares without Earth rate differ by at most {difference} of the value: per group the formulas are the \
-             square special case. With the Earth rate in every row least squares moves by the difference of the last two columns; \
-             the closed forms ignore it.\n"
-        )),
+        Some(difference) if ignored && !report.is_square_case() => {
+            text.push_str(&format!("{}\n", say!(lang, "closed-form-and-least-squares-without-earth", difference)))
+        }
+        Some(difference) if ignored => {
+            text.push_str(&format!("{}\n", say!(lang, "closed-form-and-least-squares-without-earth-2", difference)))
+        }
         Some(difference) => {
-            text.push_str(&format!("closed form and least squares differ by at most {difference} of the value.\n"));
+            text.push_str(&format!("{}\n", say!(lang, "closed-form-and-least-squares-differ-by", difference)));
         }
         None => {}
     }
     if !report.misprints.is_empty() {
-        text.push_str("\nmisprints that this comparison finds:\n");
+        text.push_str(&format!("\n{}\n", say!(lang, "misprints-that-this-comparison-finds")));
         for m in &report.misprints {
             let values = match (m.printed, m.computed) {
                 (Some(printed), Some(computed)) => {
-                    format!(" printed {}, computed {}:", significant(printed, 4), significant(computed, 4))
+                    format!(
+                        "{}{}",
+                        lang.space(),
+                        say!(
+                            lang,
+                            "printed-computed",
+                            printed = significant(printed, 4),
+                            computed = significant(computed, 4)
+                        )
+                    )
                 }
                 _ => String::new(),
             };
-            text.push_str(&format!("- {}:{values} {}\n", m.what, m.explanation));
+            text.push_str(&format!(
+                "- {}{values} {}\n",
+                say!(lang, "misprint-of", what = m.what),
+                m.explanation.say(lang)
+            ));
         }
     }
     text

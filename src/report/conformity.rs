@@ -4,6 +4,7 @@ use super::ARCSEC;
 use super::table::{plain, rounded, significant};
 use crate::campaign::{Decision, Limited};
 use crate::fit::{Conformity, Fit, judge};
+use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ pub struct ConformityReport {
     /// `simple`, `guard-u` or `risk`.
     pub decision: Decision,
     /// The rule in words.
-    pub rule: String,
+    pub rule: Sentence,
     /// The worst outcome: `fail` before `undecided` before `pass`.
     pub outcome: Conformity,
     /// Each quantity.
@@ -78,14 +79,12 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
     }
     let percent = significant(100.0 * fit.settings.level, 3).trim_end_matches('0').trim_end_matches('.').to_string();
     let rule = match campaign.decision {
-        Decision::Simple => "simple acceptance: the estimate inside the limits (JCGM 106, 8.2)".to_string(),
+        Decision::Simple => sentence!("simple-acceptance-the-estimate-inside-the-limits"),
         Decision::GuardU => {
-            format!("guard band w = U ({percent} %): pass inside by U, fail outside by U (JCGM 106, 8.3)")
+            sentence!("guard-band-w-u-pass-inside-by", percent)
         }
         Decision::Risk => {
-            format!(
-                "specific risk: pass where conformity is at least {percent} % probable, fail where non-conformity is (JCGM 106, 7)"
-            )
+            sentence!("specific-risk-pass-where-conformity-is-at", percent)
         }
     };
     Some(ConformityReport {
@@ -97,7 +96,7 @@ pub fn conformity(fit: &Fit) -> Option<ConformityReport> {
 }
 
 /// Conformity as a table for a terminal.
-pub fn conformity_text(report: &ConformityReport) -> String {
+pub fn conformity_text(report: &ConformityReport, lang: Language) -> String {
     let rows: Vec<Vec<String>> = report
         .quantities
         .iter()
@@ -111,12 +110,35 @@ pub fn conformity_text(report: &ConformityReport) -> String {
                 q.expanded.map_or("-".into(), |u| significant(u, 3)),
                 q.unit.clone(),
                 q.probability.map_or("-".into(), percent),
-                q.outcome.to_string(),
+                lang.term("outcome", &q.outcome.to_string()).into_owned(),
             ]
         })
         .collect();
-    let table = plain(&["conformity", "lower", "value", "upper", "U", "unit", "probability", "outcome"], &rows);
-    format!("{table}{}\n", super::wrap::hanging(&format!("conformity: {}; {}", report.outcome, report.rule), 2))
+    let table = plain(
+        &[
+            say!(lang, "conformity-2"),
+            say!(lang, "lower"),
+            say!(lang, "value"),
+            say!(lang, "upper"),
+            "U",
+            say!(lang, "unit"),
+            say!(lang, "probability"),
+            say!(lang, "outcome"),
+        ],
+        &rows,
+    );
+    format!(
+        "{table}{}\n",
+        super::wrap::hanging(
+            &say!(
+                lang,
+                "conformity-conformity",
+                outcome = lang.term("outcome", &report.outcome.to_string()),
+                rule = report.rule
+            ),
+            2
+        )
+    )
 }
 
 /// A probability in percent; neither 0 nor 1 where it is only near.

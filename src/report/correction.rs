@@ -2,6 +2,7 @@
 
 use super::FitReport;
 use super::table::{plain, significant};
+use crate::language::{Language, say};
 use crate::wire::{CorrectionFile, InputFile};
 
 /// Digits of the coefficients in printed lines; the JSON report holds all.
@@ -52,7 +53,7 @@ fn number(value: f64) -> String {
 }
 
 /// Where the first order holds, in one sentence for each kind of answer.
-pub fn validity_sentence(correction: &CorrectionFile) -> String {
+pub fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String {
     let validity = &correction.validity;
     let solved: Vec<&InputFile> = correction.inputs.iter().filter(|input| input.solved).collect();
     let within: Vec<String> = solved
@@ -60,28 +61,37 @@ pub fn validity_sentence(correction: &CorrectionFile) -> String {
         .zip(&validity.range)
         .map(|(input, range)| format!("|{}| <= {} {}", input.id, significant(*range, 4), input.unit))
         .collect();
-    let size =
-        |(input, error): (&&InputFile, &f64)| format!("{} {} in {}", significant(*error, 2), input.unit, input.id);
+    let size = |(input, error): (&&InputFile, &f64)| {
+        say!(lang, "correction-error-in", error = significant(*error, 2), unit = input.unit, id = input.id)
+    };
     let rounding = |(error, range): (&f64, &f64)| *error <= 1e-12 * range;
     if validity.linear_error.iter().zip(&validity.range).all(rounding) {
-        return "The lines are linear in the inputs: this correction is exact.".into();
+        return say!(lang, "the-lines-are-linear-in-the-inputs").into();
     }
     let errors: Vec<String> = solved.iter().zip(&validity.linear_error).map(size).collect();
-    let mut text =
-        format!("Within the range of the calibration ({}) it leaves at most {}", within.join(", "), errors.join(", "));
+    let mut text = say!(
+        lang,
+        "within-the-range-of-the-calibration-it",
+        within = within.join(lang.comma()),
+        errors = errors.join(lang.comma())
+    );
     match (validity.linear_share, &validity.u) {
-        (Some(share), Some(_)) if share >= 1.0 => text.push_str(", below the standard uncertainty of the calibration everywhere there."),
-        (Some(share), Some(_)) => text.push_str(&format!(
-            "; within {} of that range it stays below the standard uncertainty of the calibration. Beyond, use the exact lines: `tumble apply` does.",
-            if share > 0.0 { format!("{} %", significant(100.0 * share, 2)) } else { "no part".into() }
+        (Some(share), Some(_)) if share >= 1.0 => {
+            text.push_str(say!(lang, "below-the-standard-uncertainty-of-the-calibration"))
+        }
+        (Some(share), Some(_)) => text.push_str(&say!(
+            lang,
+            "within-of-that-range-it-stays-below",
+            part =
+                if share > 0.0 { format!("{} %", significant(100.0 * share, 2)) } else { say!(lang, "no-part").into() }
         )),
-        _ => text.push_str("; the exact lines (`tumble apply`) leave nothing."),
+        _ => text.push_str(say!(lang, "the-exact-lines-tumble-apply-leave-nothing")),
     }
     text
 }
 
 /// What must be given with the readings, and what stands for it where it is not.
-pub fn given_sentence(correction: &CorrectionFile) -> Option<String> {
+pub fn given_sentence(correction: &CorrectionFile, lang: Language) -> Option<String> {
     let given: Vec<String> = correction
         .inputs
         .iter()
@@ -89,21 +99,19 @@ pub fn given_sentence(correction: &CorrectionFile) -> Option<String> {
         .map(|input| {
             let otherwise = input.otherwise.unwrap_or_default();
             let unit = if input.unit.is_empty() { String::new() } else { format!(" {}", input.unit) };
-            format!("{} (otherwise {}{unit})", input.id, significant(otherwise, 6))
+            say!(lang, "correction-otherwise", id = input.id, otherwise = significant(otherwise, 6), unit)
         })
         .collect();
-    (!given.is_empty()).then(|| {
-        format!("These sensors do not determine {}: give it as a column beside the readings.", given.join(", "))
-    })
+    (!given.is_empty()).then(|| say!(lang, "these-sensors-do-not-determine-give-it", given = given.join(lang.comma())))
 }
 
 /// The correction at a terminal (`tumble fit --correction`).
-pub fn correction_table(report: &FitReport) -> String {
+pub fn correction_table(report: &FitReport, lang: Language) -> String {
     let Some(correction) = &report.correction else {
-        return "\ncorrection: none of the sensors follows a rate w_* or a specific force a_* that the fit determines\n".into();
+        return format!("\n{}\n", say!(lang, "correction-none-of-the-sensors-follows-a"));
     };
-    let mut text = String::from("\ncorrection, first order: inputs = matrix * (readings - bias)\n\n");
-    let mut header = vec!["input".to_string(), "unit".to_string()];
+    let mut text = format!("\n{}\n\n", say!(lang, "correction-first-order-inputs-matrix-readings-bias"));
+    let mut header = vec![say!(lang, "input").to_string(), say!(lang, "unit").to_string()];
     header.extend(
         correction
             .sensors
@@ -120,14 +128,14 @@ pub fn correction_table(report: &FitReport) -> String {
             cells
         })
         .collect();
-    let mut bias = vec!["bias".to_string(), String::new()];
+    let mut bias = vec![say!(lang, "bias").to_string(), String::new()];
     bias.extend(correction.bias.iter().map(|b| significant(*b, DIGITS)));
     rows.push(bias);
     text.push_str(&plain(&header, &rows));
     text.push('\n');
-    let mut sentences = vec![validity_sentence(correction)];
-    sentences.extend(given_sentence(correction));
-    sentences.extend(correction.left_out.iter().map(|(sensor, why)| format!("{sensor} is left out: {why}.")));
+    let mut sentences = vec![validity_sentence(correction, lang)];
+    sentences.extend(given_sentence(correction, lang));
+    sentences.extend(correction.left_out.iter().map(|(sensor, why)| say!(lang, "is-left-out", sensor, why)));
     for sentence in sentences {
         text.push_str(&super::wrap::narrow(&sentence, 2, 78));
         text.push('\n');

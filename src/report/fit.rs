@@ -10,6 +10,7 @@ use super::separation::NotEstimableReport;
 use super::site::SiteReport;
 use crate::campaign::{Distribution, Identity, Kind};
 use crate::fit::{Estimator, State, Stop, VarianceFrom};
+use crate::language::Sentence;
 use crate::report::ReportKind;
 use crate::uncertainty::{Evaluation, Shape};
 use schemars::JsonSchema;
@@ -207,6 +208,13 @@ pub struct DerivedReport {
     /// Expanded uncertainty, in `unit`.
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
+    /// Coverage interval of an azimuth `atan2(y, x)`, in `unit`: the directions that y and x together allow; the whole circle where they may
+    /// both be zero. Absent for other lines, whose interval is `value - U` to `value + U`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+    /// What a person must know of it, in a sentence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<Sentence>,
     /// Where `u` comes from.
     pub budget: Vec<BudgetReport>,
     /// The same in arcseconds, for angles.
@@ -305,7 +313,7 @@ pub struct FitSummary {
     pub resolution: BTreeMap<String, f64>,
     /// What a person should look at: angles that may be radians, an absurd condition number.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub remarks: Vec<String>,
+    pub remarks: Vec<Sentence>,
     /// Closed circles whose readings disagree with all others by degrees: mean of what is left, in the sensor's unit; the worst first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inconsistent_circles: Vec<CircleReport>,

@@ -9,7 +9,8 @@ use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, scatter};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::correction::Calibration;
-use crate::fit::{Fit, State, VarianceFrom};
+use crate::fit::{Fit, Sector, State, VarianceFrom};
+use crate::language::{Sentence, sentence};
 use crate::report::ReportKind;
 use crate::uncertainty::{Combined, Contribution};
 use crate::wire::CorrectionFile;
@@ -42,7 +43,12 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         site: super::site::site(&campaign.bench),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
-        derived: fit.derived.iter().zip(&campaign.derived).map(|(d, own)| derived(d, &own.unit)).collect(),
+        derived: fit
+            .derived
+            .iter()
+            .zip(&campaign.derived)
+            .map(|(d, own)| derived(d, &own.unit, fit.settings.level))
+            .collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
         correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
         covariance: CovarianceReport { order, matrix },
@@ -176,7 +182,7 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
     }
 }
 
-fn derived(result: &crate::fit::DerivedResult, unit: &str) -> DerivedReport {
+fn derived(result: &crate::fit::DerivedResult, unit: &str, level: f64) -> DerivedReport {
     let uncertainty = result.uncertainty;
     DerivedReport {
         id: result.id.clone(),
@@ -187,9 +193,46 @@ fn derived(result: &crate::fit::DerivedResult, unit: &str) -> DerivedReport {
         dof: uncertainty.and_then(|c| finite(c.dof)),
         k: uncertainty.map(|c| c.coverage_factor),
         expanded: uncertainty.map(|c| c.expanded),
+        interval: sector_ends(result),
+        note: azimuth_note(result, level),
         budget: budget(&result.budget),
         arcsec: result.is_angle.then(|| arcsec(result.value, uncertainty)),
     }
+}
+
+/// The interval of an azimuth; the whole circle about its value where that may be any.
+fn sector_ends(result: &crate::fit::DerivedResult) -> Option<[f64; 2]> {
+    match result.sector? {
+        Sector::Between(low, high) => Some([low, high]),
+        Sector::Circle => {
+            let (value, half) = (result.value?, result.uncertainty?.expanded);
+            Some([value - half, value + half])
+        }
+    }
+}
+
+/// An interval of an azimuth whose ends are off `value - U` or `value + U` by more than this share of U is told.
+const OFF: f64 = 0.05;
+
+/// What the value and U of an azimuth do not say.
+fn azimuth_note(result: &crate::fit::DerivedResult, level: f64) -> Option<Sentence> {
+    if result.sector? == Sector::Circle {
+        return Some(sentence!("azimuth-is-any"));
+    }
+    let (value, expanded, [low, high]) = (result.value?, result.uncertainty?.expanded, sector_ends(result)?);
+    let off = |end: f64| (end.abs() - expanded).abs() > OFF * expanded;
+    if !off(high - value) && !off(value - low) {
+        return None;
+    }
+    let (scale, unit) = if result.is_angle { (ARCSEC, "arcsec") } else { (1.0, "") };
+    let end = |end: f64| super::table::significant(end * scale, 5);
+    Some(sentence!(
+        "azimuth-interval",
+        level = super::table::percent(level),
+        low = end(low),
+        high = end(high),
+        unit = if unit.is_empty() { String::new() } else { format!(" {unit}") }
+    ))
 }
 
 fn known(campaign: &Campaign) -> Vec<KnownReport> {

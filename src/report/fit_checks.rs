@@ -2,6 +2,7 @@
 
 use super::finite;
 use crate::fit::{Fit, RobustMethod};
+use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -21,7 +22,7 @@ pub struct ChecksReport {
     /// For each parameter, the reading whose undetected fault would do most to it.
     pub external: BTreeMap<String, ExternalReport>,
     /// In words, one sentence for each thing found.
-    pub verdict: Vec<String>,
+    pub verdict: Vec<Sentence>,
 }
 
 /// The lack of fit test.
@@ -160,17 +161,17 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let significant = |x: f64| super::table::significant(x, 3);
     let mut verdict = Vec::new();
     let lack_of_fit = checks.lack_of_fit.map(|test| {
-        let numbers = format!(
-            "F = {} with {} and {} degrees of freedom, p = {}",
-            if test.f.is_finite() { super::table::significant(test.f, 5) } else { "inf".into() },
-            test.between_dof,
-            test.pure_error_dof,
-            significant(test.p)
+        let numbers = sentence!(
+            "f-with-and-degrees-of-freedom-p",
+            f = if test.f.is_finite() { super::table::significant(test.f, 5) } else { "inf".into() },
+            between_dof = test.between_dof,
+            pure_error_dof = test.pure_error_dof,
+            p = significant(test.p)
         );
         verdict.push(if test.rejected {
-            format!("LACK OF FIT: the model leaves more than replicates scatter ({numbers}); try `tumble diagnose`")
+            sentence!("lack-of-fit-the-model-leaves-more-2", numbers)
         } else {
-            format!("replicates scatter as much as the model leaves ({numbers})")
+            sentence!("replicates-scatter-as-much-as-the-model", numbers)
         });
         LackOfFitReport {
             f: finite(test.f),
@@ -182,20 +183,22 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
         }
     });
     for (s, test) in checks.runs.iter().filter(|(_, test)| test.is_rejected(level)) {
-        let word = if (test.runs as f64) < test.expected { "few" } else { "many" };
-        verdict.push(format!(
-            "residuals of {} have too {word} runs of one sign ({} for {} expected, p = {}): something drifts or alternates",
-            sensor(*s),
-            test.runs,
-            significant(test.expected),
-            significant(test.p)
+        let few = (test.runs as f64) < test.expected;
+        let word = if few { sentence!("runs-few") } else { sentence!("runs-many") };
+        verdict.push(sentence!(
+            "residuals-of-have-too-runs-of-one",
+            sensor = sensor(*s),
+            word,
+            runs = test.runs,
+            expected = significant(test.expected),
+            p = significant(test.p)
         ));
     }
     if let Some(test) = checks.normality.filter(|test| test.is_rejected(level)) {
-        verdict.push(format!(
-            "residuals are not normal (Shapiro-Francia W' = {}, p = {})",
-            significant(test.w),
-            significant(test.p)
+        verdict.push(sentence!(
+            "residuals-are-not-normal-shapiro-francia-w",
+            w = significant(test.w),
+            p = significant(test.p)
         ));
     }
     let row = |k: usize| fit.design.rows.get(k);
@@ -217,14 +220,14 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             })
             .collect();
         for s in &suspects {
-            verdict.push(format!(
-                "SUSPICIOUS: reading {} of {} is {} off what the others say (w = {}, p = {} over all {} readings)",
-                s.index,
-                s.sensor,
-                significant(s.shift),
-                significant(s.w),
-                significant(s.p),
-                found.tested
+            verdict.push(sentence!(
+                "suspicious-reading-of-is-off-what-the",
+                index = s.index,
+                sensor = s.sensor,
+                shift = significant(s.shift),
+                w = significant(s.w),
+                p = significant(s.p),
+                tested = found.tested
             ));
         }
         let change = fit.parameters.iter().zip(&checks.without_suspects).enumerate();

@@ -3,6 +3,7 @@
 use crate::campaign::{Campaign, Constraint};
 use crate::estimate::Side;
 use crate::fit::{Constraints, Fit};
+use crate::language::{Sentence, sentence};
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,7 +56,7 @@ pub struct ConstraintsReport {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rejected: Option<bool>,
     /// In words.
-    pub verdict: String,
+    pub verdict: Sentence,
 }
 
 /// One constraint.
@@ -117,26 +118,28 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
     let verdict = match status {
         ConstraintsStatus::Contradictory => {
             let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
-            format!("no values meet constraints {} together: none was applied", named.join(", "))
+            sentence!("no-values-meet-constraints-together-none-was", named = named.join(", "))
         }
         ConstraintsStatus::NotApplied => {
-            "the constraints were not applied: the readings leave parameters free, or the solver gave up".into()
+            sentence!("the-constraints-were-not-applied-the-readings")
         }
         ConstraintsStatus::Met => {
-            let costs: Vec<String> = list
+            let mut clauses: Vec<Sentence> = list
                 .iter()
                 .filter_map(|c| {
-                    Some(format!("constraint {} ({}) costs {} in chi-square", c.index, c.text, significant(c.cost?)))
+                    let cost = significant(c.cost?);
+                    Some(sentence!("constraint-costs-in-chi-square", index = c.index, text = c.text, cost))
                 })
                 .collect();
-            let contradicted =
-                fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true)).map_or(String::new(), |p| {
-                    format!("; REJECTED: the readings contradict the bounds (p = {})", significant(p))
-                });
-            if costs.is_empty() {
-                "no bound is active: the estimate is the free one".into()
+            if clauses.is_empty() {
+                sentence!("no-bound-is-active-the-estimate-is")
             } else {
-                costs.join("; ") + &contradicted
+                let contradicted = fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true));
+                clauses.extend(
+                    contradicted
+                        .map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = significant(p))),
+                );
+                Sentence::clauses(clauses)
             }
         }
     };

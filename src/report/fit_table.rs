@@ -1,8 +1,10 @@
 //! The fit report as a person reads it.
 
 use super::FitReport;
-use super::table::{count, degrees_of_freedom, is_narrow, optional, plain, rounded, significant};
+use super::table::{degrees_of_freedom, is_narrow, optional, plain, rounded, significant};
 use super::wrap::hanging;
+use crate::language::{Language, say};
+use std::borrow::Cow;
 
 /// One line of the table of estimates.
 struct Line<'a> {
@@ -13,7 +15,7 @@ struct Line<'a> {
     expanded: Option<f64>,
     dof: Option<f64>,
     k: Option<f64>,
-    state: &'a str,
+    state: Cow<'static, str>,
 }
 
 impl Line<'_> {
@@ -37,12 +39,21 @@ const K: usize = 5;
 const FITTED: usize = 4;
 
 /// A fit report as a person reads it.
-pub fn fit(report: &FitReport, with_readings: bool) -> String {
-    let mut text = format!("tumble {}: {} fit on {}\n", report.tumble, report.estimator, report.bench);
+pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
+    let mut text = format!(
+        "{}\n",
+        say!(
+            lang,
+            "tumble-fit-on",
+            tumble = report.tumble,
+            estimator = lang.term("estimator", report.estimator.name()),
+            bench = report.bench
+        )
+    );
     for (sensor, line) in &report.model {
         text.push_str(&format!("  {sensor} = {line}\n"));
     }
-    for (name, said) in report.identity.facts() {
+    for (name, said) in report.identity.facts(lang) {
         text.push_str(&(super::wrap::hanging(&format!("  {name}: {said}"), 4) + "\n"));
     }
     text.push('\n');
@@ -58,7 +69,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
                 expanded: a.expanded,
                 dof: p.dof,
                 k: p.k,
-                state: p.state.name(),
+                state: lang.term("state", p.state.name()),
             },
             None => Line {
                 id: &p.id,
@@ -68,7 +79,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
                 expanded: p.expanded,
                 dof: p.dof,
                 k: p.k,
-                state: p.state.name(),
+                state: lang.term("state", p.state.name()),
             },
         };
         rows.push(line.cells());
@@ -83,7 +94,7 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
                 expanded: a.expanded,
                 dof: d.dof,
                 k: d.k,
-                state: "derived",
+                state: say!(lang, "derived").into(),
             },
             None => Line {
                 id: &d.id,
@@ -93,13 +104,22 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
                 expanded: d.expanded,
                 dof: d.dof,
                 k: d.k,
-                state: "derived",
+                state: say!(lang, "derived").into(),
             },
         };
         rows.push(line.cells());
     }
     let expanded = format!("U ({} %)", significant(100.0 * level, 3).trim_end_matches('0').trim_end_matches('.'));
-    let mut header = vec!["parameter", "estimate", "u", expanded.as_str(), "dof", "k", "unit", "state"];
+    let mut header = vec![
+        say!(lang, "parameter"),
+        say!(lang, "estimate"),
+        "u",
+        expanded.as_str(),
+        say!(lang, "dof"),
+        "k",
+        say!(lang, "unit"),
+        say!(lang, "state"),
+    ];
     if !is_narrow(&header, &rows) {
         // k = U/u stands in the two columns before it
         header.remove(K);
@@ -109,50 +129,60 @@ pub fn fit(report: &FitReport, with_readings: bool) -> String {
     }
     text.push_str(&plain(&header, &rows));
     text.push('\n');
+    for (d, note) in report.derived.iter().filter_map(|d| Some((d, d.note.as_ref()?))) {
+        text.push_str(&(hanging(&say!(lang, "source-note", source = d.id, note), 2) + "\n"));
+    }
     if let Some(conformity) = &report.conformity {
-        text.push_str(&super::conformity::conformity_text(conformity));
+        text.push_str(&super::conformity::conformity_text(conformity, lang));
         text.push('\n');
     }
-    text.push_str(&summary(report));
-    text.push_str(&super::fit_checks_table::findings(report));
-    text.push_str(&super::scatter::table(&report.scatter));
-    text.push_str(&defects(report));
-    text.push_str(&instead(report));
-    text.push_str(&estimator(report));
+    text.push_str(&summary(report, lang));
+    text.push_str(&super::fit_checks_table::findings(report, lang));
+    text.push_str(&super::scatter::table(&report.scatter, lang));
+    text.push_str(&defects(report, lang));
+    text.push_str(&instead(report, lang));
+    text.push_str(&estimator(report, lang));
     if with_readings {
         text.push('\n');
-        text.push_str(&readings(report));
+        text.push_str(&readings(report, lang));
     }
     text
 }
 
-fn summary(report: &FitReport) -> String {
+fn summary(report: &FitReport, lang: Language) -> String {
     let fit = &report.fit;
-    let priors = if fit.priors > 0 { format!(" + {}", count(fit.priors, "prior")) } else { String::new() };
-    let mut text = format!(
-        "{}{priors}, rank {} of {}, {} degrees of freedom",
-        count(fit.readings, "reading"),
-        fit.rank,
-        report.parameters.len(),
-        fit.dof
+    let priors = if fit.priors > 0 { format!(" + {}", lang.count(fit.priors, "prior")) } else { String::new() };
+    let mut text = say!(
+        lang,
+        "rank-of-degrees-of-freedom",
+        reading = lang.count(fit.readings, "reading"),
+        priors,
+        rank = fit.rank,
+        parameters = report.parameters.len(),
+        dof = fit.dof
     );
     if let Some(condition) = fit.condition {
-        text.push_str(&format!(", condition {}", significant(condition, 3)));
+        text.push_str(&say!(lang, "fit-table-condition", condition = significant(condition, 3)));
     }
     text.push('\n');
     match (fit.chi_square, fit.p, fit.residual_sd) {
         (Some(chi_square), Some(p), Some(sd)) => {
             let verdict = if fit.global_test_rejected == Some(true) {
-                "REJECTED: the readings scatter more than their stated uncertainties allow"
+                say!(lang, "rejected-the-readings-scatter-more-than-their")
             } else {
-                "accepted"
+                say!(lang, "accepted")
             };
             text.push_str(&format!(
-                "global test: chi-square {} with {} degrees of freedom, p = {}, factor {}: {verdict}\n",
-                significant(chi_square, 4),
-                fit.dof,
-                significant(p, 3),
-                significant(sd, 3)
+                "{}\n",
+                say!(
+                    lang,
+                    "global-test-chi-square-with-degrees-of",
+                    chi_square = significant(chi_square, 4),
+                    dof = fit.dof,
+                    p = significant(p, 3),
+                    sd = significant(sd, 3),
+                    verdict
+                )
             ));
         }
         _ => {
@@ -160,42 +190,48 @@ fn summary(report: &FitReport) -> String {
                 match sd {
                     Some(sd) => {
                         let how = match fit.resolution.get(sensor) {
-                            Some(step) => format!(
-                                "that of rounding to {} (its last digit, over sqrt 12): its readings scatter no more",
-                                significant(*step, 1)
-                            ),
-                            None if fit.at_rounding.contains(sensor) => {
-                                "the rounding of its readings, which show no scatter".into()
+                            Some(step) => {
+                                say!(lang, "that-of-rounding-to-its-last-digit", step = significant(*step, 1))
                             }
-                            None => "estimated from these readings".to_string(),
+                            None if fit.at_rounding.contains(sensor) => {
+                                say!(lang, "the-rounding-of-its-readings-which-show").into()
+                            }
+                            None => say!(lang, "estimated-from-these-readings").to_string(),
                         };
-                        text.push_str(&format!("residual sd of {sensor}: {}, {how}\n", significant(*sd, 4)));
+                        text.push_str(&format!(
+                            "{}\n",
+                            say!(lang, "residual-sd-of", sensor, sd = significant(*sd, 4), how)
+                        ));
                     }
-                    None => text.push_str(&format!(
-                        "residual sd of {sensor}: none (no degrees of freedom), so no uncertainty can be given\n"
-                    )),
+                    None => text.push_str(&format!("{}\n", say!(lang, "residual-sd-of-none-no-degrees-of", sensor))),
                 }
             }
         }
     }
     for circle in &fit.inconsistent_circles {
         text.push_str(&format!(
-            "INCONSISTENT: {} disagrees with the other sights by {} deg on average (another side of the target? a point sighted wrongly? \
-             a start too far away?)\n",
-            circle.sensor,
-            significant(circle.mean_residual_deg, 4)
+            "{}\n",
+            say!(
+                lang,
+                "inconsistent-disagrees-with-the-other-sights-by",
+                sensor = circle.sensor,
+                mean_residual_deg = significant(circle.mean_residual_deg, 4)
+            )
         ));
     }
     for remark in &fit.remarks {
-        text.push_str(&(hanging(&format!("note: {remark}"), 2) + "\n"));
+        text.push_str(&(hanging(&say!(lang, "fit-table-note", remark), 2) + "\n"));
     }
     if !report.known.is_empty() {
         let known: Vec<String> = report.known.iter().map(known_text).collect();
-        text.push_str(&format!("known: {}\n", known.join(", ")));
+        text.push_str(&format!("{}\n", say!(lang, "fit-table-known", known = known.join(lang.comma()))));
     }
-    text.push_str(&super::site::site_text(&report.site));
+    text.push_str(&super::site::site_text(&report.site, lang));
     if !report.assumed_zero.is_empty() {
-        text.push_str(&format!("assumed zero: {}\n", report.assumed_zero.join(", ")));
+        text.push_str(&format!(
+            "{}\n",
+            say!(lang, "assumed-zero", assumed_zero = report.assumed_zero.join(lang.comma()))
+        ));
     }
     text
 }
@@ -216,54 +252,42 @@ fn without_rounding(value: f64) -> f64 {
 }
 
 /// How far the estimator went, and what it changed.
-fn estimator(report: &FitReport) -> String {
+fn estimator(report: &FitReport, lang: Language) -> String {
     let mut text = String::new();
     let differ: Vec<String> =
         report.nonlinear.iter().map(|(id, share)| format!("{id} {} u", significant(*share, 2))).collect();
     let Some(record) = &report.convergence else {
         if !differ.is_empty() {
-            let line = format!(
-                "note: one linear step is not enough here: Gauss-Newton would go on by more than 0.1 u in {}; fit without --linear",
-                differ.join(", ")
-            );
+            let line = say!(lang, "note-one-linear-step-is-not-enough", differ = differ.join(lang.comma()));
             text.push_str(&(hanging(&line, 2) + "\n"));
         }
         return text;
     };
     if !record.moved.is_empty() {
-        let line = format!(
-            "no reading responds to {} at the reference point, where all that they are multiplied by is zero: started beside it",
-            record.moved.join(", ")
-        );
+        let line = say!(lang, "no-reading-responds-to-at-the-reference", moved = record.moved.join(lang.comma()));
         text.push_str(&(hanging(&line, 2) + "\n"));
     }
     if !record.held.is_empty() {
-        let line = format!(
-            "held where the iteration began, since the exact model determines them too weakly beyond it: {}",
-            record.held.join(", ")
-        );
+        let line = say!(lang, "held-where-the-iteration-began-since-the", held = record.held.join(lang.comma()));
         text.push_str(&(hanging(&line, 2) + "\n"));
     }
-    let steps = count(record.iterations.len(), "iteration");
+    let steps = lang.count(record.iterations.len(), "iteration");
     let line = if record.converged {
         let linear = if differ.is_empty() {
-            "the linear estimates (--linear) are the same within 0.1 u".to_string()
+            say!(lang, "the-linear-estimates-linear-are-the-same").to_string()
         } else {
-            format!(
-                "the linear estimates (--linear) differ by more than 0.1 u (exact minus linear): {}",
-                differ.join(", ")
-            )
+            say!(lang, "the-linear-estimates-linear-differ-by-more", differ = differ.join(lang.comma()))
         };
-        format!("Gauss-Newton converged after {steps}; {linear}")
+        say!(lang, "gauss-newton-converged-after", steps, linear)
     } else {
-        format!("Gauss-Newton NOT converged after {steps} ({})", record.stop)
+        say!(lang, "gauss-newton-not-converged-after", steps, stop = record.stop.said())
     };
     text.push_str(&(hanging(&line, 2) + "\n"));
     text
 }
 
 /// Values of what is determined where single parameters are not, and which estimates hold only given what is held.
-fn instead(report: &FitReport) -> String {
+fn instead(report: &FitReport, lang: Language) -> String {
     let mut text = String::new();
     if !report.estimable_combinations.is_empty() {
         let rows: Vec<Vec<String>> = report
@@ -283,52 +307,53 @@ fn instead(report: &FitReport) -> String {
                 ]
             })
             .collect();
-        text.push_str(&plain(&["estimable combination", "estimate", "u", "U", "unit"], &rows));
+        text.push_str(&plain(
+            &[say!(lang, "estimable-combination"), say!(lang, "estimate"), "u", "U", say!(lang, "unit")],
+            &rows,
+        ));
     }
     for own in &report.conditional {
         let shifts: Vec<String> = own.shifts.iter().map(|(id, u)| format!("{id} {} u", significant(*u, 2))).collect();
-        let line = format!(
-            "U holds only for {} as held: another value of it, {} {} away, changes {}",
-            own.held,
-            significant(own.by, 3),
-            own.unit,
-            shifts.join(", ")
+        let line = say!(
+            lang,
+            "u-holds-only-for-as-held-another",
+            held = own.held,
+            by = significant(own.by, 3),
+            unit = own.unit,
+            shifts = shifts.join(lang.comma())
         );
         text.push_str(&(hanging(&line.replace("  ", " "), 2) + "\n"));
     }
     text
 }
 
-fn defects(report: &FitReport) -> String {
+fn defects(report: &FitReport, lang: Language) -> String {
     let mut text = String::new();
     for defect in &report.not_estimable {
-        text.push_str(&format!("NOT ESTIMABLE: {} is free;", defect.text));
-        if let Some(hides) = &defect.hides {
-            text.push_str(&format!(" {hides};"));
-        }
+        let mut clauses = vec![say!(lang, "not-estimable-is-free", text = defect.text)];
+        clauses.extend(defect.hides.as_ref().map(|hides| hides.say(lang)));
         let only: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
-        if only.is_empty() {
-            text.push_str(if defect.weak {
-                " no reading responds to it at this point"
-            } else {
-                " no reading responds to it"
-            });
-        } else {
-            let verb = if only.len() == 1 { "is" } else { "are" };
-            text.push_str(&format!(" only {} {verb} estimable here", only.join(" and ")));
-        }
+        clauses.push(match (only.is_empty(), defect.weak) {
+            (true, true) => say!(lang, "no-reading-responds-to-it-at-this").to_string(),
+            (true, false) => say!(lang, "no-reading-responds-to-it").to_string(),
+            _ => say!(lang, "only-estimable-here", only = only.join(say!(lang, "joined-by-and")), n = only.len()),
+        });
+        text.push_str(&clauses.join(lang.semicolon()));
         match &defect.separate_by {
             Some(position) => {
                 let keys: Vec<String> = position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-                text.push_str(&format!("\n  a reading at {} would separate it\n", keys.join(", ")));
+                text.push_str(&format!(
+                    "\n  {}\n",
+                    say!(lang, "a-reading-at-would-separate-it", keys = keys.join(lang.comma()))
+                ));
             }
-            None => text.push_str(&format!("\n  {}\n", defect.nowhere())),
+            None => text.push_str(&format!("\n  {}\n", defect.nowhere().say(lang))),
         }
     }
     text
 }
 
-fn readings(report: &FitReport) -> String {
+fn readings(report: &FitReport, lang: Language) -> String {
     let mut rows: Vec<Vec<String>> = report
         .readings
         .iter()
@@ -346,8 +371,17 @@ fn readings(report: &FitReport) -> String {
             ]
         })
         .collect();
-    let mut header =
-        vec!["reading", "position", "sensor", "value", "fitted", "residual", "studentized", "redundancy", "mdb"];
+    let mut header = vec![
+        say!(lang, "reading"),
+        say!(lang, "position"),
+        say!(lang, "sensor"),
+        say!(lang, "value"),
+        say!(lang, "fitted"),
+        say!(lang, "residual"),
+        say!(lang, "studentized"),
+        say!(lang, "redundancy"),
+        say!(lang, "mdb"),
+    ];
     if !is_narrow(&header, &rows) {
         // fitted = value - residual stands in the columns beside it
         header.remove(FITTED);

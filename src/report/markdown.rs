@@ -1,6 +1,8 @@
 //! A page as markdown (`--md`): the same sections, tables with numbers point under point, figures as the words that describe them.
 
 use super::html::{Align, Block, MarkedLine, Page, Section, Table, Tone};
+use super::wrap::columns;
+use crate::language::Language;
 
 /// A page as markdown (CommonMark with tables).
 ///
@@ -16,7 +18,7 @@ pub fn render(page: &Page) -> String {
     }
     parts.extend(facts(&page.facts));
     for section in &page.sections {
-        parts.extend(self::section(section));
+        parts.extend(self::section(section, page.language));
     }
     if !page.colophon.is_empty() {
         parts.push("---".into());
@@ -25,13 +27,15 @@ pub fn render(page: &Page) -> String {
     parts.join("\n\n") + "\n"
 }
 
-fn section(section: &Section) -> Vec<String> {
+fn section(section: &Section, lang: Language) -> Vec<String> {
     let mut parts = vec![format!("## {}", inline(&section.heading))];
     for block in &section.blocks {
         match block {
             Block::Prose(text) => parts.push(inline(text)),
             Block::Verdict { tone: Tone::Plain, text } => parts.push(format!("> {}", inline(text))),
-            Block::Verdict { tone, text } => parts.push(format!("> **{}.** {}", tone.word(), inline(text))),
+            Block::Verdict { tone, text } => {
+                parts.push(format!("> **{}** {}", lang.sentence(tone.word(lang)), inline(text)));
+            }
             Block::List(points) => {
                 let points: Vec<String> = points.iter().map(|point| format!("- {}", inline(point))).collect();
                 parts.push(points.join("\n"));
@@ -103,16 +107,17 @@ fn table(table: &Table) -> Vec<String> {
         })
         .collect();
     let width = |k: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(k)).map(|cell| cell.chars().count());
-        cells.chain(titles.get(k).map(|t| t.chars().count())).max().unwrap_or(0).max(3)
+        let cells = rows.iter().filter_map(|row| row.get(k)).map(|cell| columns(cell));
+        cells.chain(titles.get(k).map(|t| columns(t))).max().unwrap_or(0).max(3)
     };
+    let room = |k: usize, cell: &str| " ".repeat(width(k).saturating_sub(columns(cell)));
     let line = |cells: &[String]| {
         let padded: Vec<String> = cells
             .iter()
             .enumerate()
             .map(|(k, cell)| match table.columns.get(k).map(|c| c.align) {
-                Some(Align::Left | Align::Bar) | None => format!("{cell:<0$}", width(k)),
-                Some(_) => format!("{cell:>0$}", width(k)),
+                Some(Align::Left | Align::Bar) | None => format!("{cell}{}", room(k, cell)),
+                Some(_) => format!("{}{cell}", room(k, cell)),
             })
             .collect();
         format!("| {} |", padded.join(" | "))

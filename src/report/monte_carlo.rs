@@ -1,6 +1,7 @@
 //! What a fit report says of the Monte Carlo beside the first order.
 
 use crate::fit::Drawn;
+use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +20,7 @@ pub struct MonteCarloReport {
     /// Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived.
     pub joint: Option<JointReport>,
     /// In words.
-    pub verdict: Vec<String>,
+    pub verdict: Vec<Sentence>,
 }
 
 /// One output of the Monte Carlo.
@@ -66,10 +67,11 @@ pub fn monte_carlo_report(drawn: &Drawn, level: f64) -> MonteCarloReport {
         .map(|((id, own), (first, agrees))| {
             if let (Some(false), Some((low, high))) = (agrees, first) {
                 let off = (low - own.symmetric.0).abs().max((high - own.symmetric.1).abs());
-                verdict.push(format!(
-                    "the first order does not describe {id}: its {} % interval ends up to {} u elsewhere; use the Monte Carlo interval",
-                    super::table::percent(level),
-                    super::table::significant(off / own.sd, 2)
+                verdict.push(sentence!(
+                    "the-first-order-does-not-describe-its",
+                    id,
+                    level = super::table::percent(level),
+                    sd = super::table::significant(off / own.sd, 2)
                 ));
             }
             DrawnReport {

@@ -5,6 +5,7 @@ use super::table::{percent, plain, significant};
 use crate::campaign::{Known, Size};
 use crate::estimate::LineState;
 use crate::fit::{Fit, Source, VarianceFrom};
+use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -43,7 +44,7 @@ pub struct ScatterReport {
     pub u_tau: Option<f64>,
     /// What a person must know of it, in a sentence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub note: Option<String>,
+    pub note: Option<Sentence>,
     /// Share of each parameter's variance.
     pub share: BTreeMap<String, f64>,
 }
@@ -128,14 +129,11 @@ fn one(fit: &Fit, source: &Source) -> ScatterReport {
 }
 
 /// What the numbers alone do not say.
-fn note(fit: &Fit, source: &Source, each: bool) -> Option<String> {
+fn note(fit: &Fit, source: &Source, each: bool) -> Option<Sentence> {
     let text = match source.state {
-        LineState::AtZero if source.u_is_below() => {
-            "the readings scatter no more than without it: estimated as zero; u and dof do not rely on its being zero"
-                .to_string()
-        }
-        LineState::AtZero => "the readings scatter no more than without it: estimated as zero".to_string(),
-        LineState::NotFelt => "no reading feels it here".to_string(),
+        LineState::AtZero if source.u_is_below() => sentence!("the-readings-scatter-no-more-than-without"),
+        LineState::AtZero => sentence!("the-readings-scatter-no-more-than-without-2"),
+        LineState::NotFelt => sentence!("no-reading-feels-it-here"),
         LineState::Inseparable => {
             let others: Vec<&str> = fit
                 .noise
@@ -144,15 +142,21 @@ fn note(fit: &Fit, source: &Source, each: bool) -> Option<String> {
                 .filter(|other| other.estimated && other.state == LineState::Estimated)
                 .map(|other| other.name.as_str())
                 .collect();
-            format!(
-                "these readings cannot tell it from {}: their sum is used; repeated readings at one level would separate them",
-                if others.is_empty() { "what else scatters".to_string() } else { others.join(" and ") }
-            )
+            match others.split_first() {
+                None => sentence!("these-readings-cannot-tell-it-from-the-rest"),
+                Some((first, rest)) => {
+                    let both = |before: Sentence, other: &&str| {
+                        sentence!("joined-sources", before, other = source_sentence(other))
+                    };
+                    let others = rest.iter().fold(source_sentence(first), both);
+                    sentence!("these-readings-cannot-tell-it-from-their", others)
+                }
+            }
         }
         _ if source.line.is_none() && source.estimated && !fit.noise.determined => {
-            "no degrees of freedom are left to estimate it".to_string()
+            sentence!("no-degrees-of-freedom-are-left-to")
         }
-        _ if each => "in each reading as stated".to_string(),
+        _ if each => sentence!("in-each-reading-as-stated"),
         _ => return None,
     };
     Some(text)
@@ -166,37 +170,80 @@ pub(super) fn is_worth_a_table(sources: &[ScatterReport]) -> bool {
 
 /// Cells of the table of what scatters: source, standard deviation, how it is known, levels, largest share of a
 /// parameter's variance.
-pub(super) fn cells(source: &ScatterReport) -> Vec<String> {
+pub(super) fn cells(source: &ScatterReport, lang: Language) -> Vec<String> {
     let sd = match (source.sd, source.tau) {
         (Some(sd), None) => format!("{} {}", significant(sd, 3), source.unit),
-        (Some(sd), Some(tau)) => format!("{} {}, tau {}", significant(sd, 3), source.unit, significant(tau, 3)),
+        (Some(sd), Some(tau)) => {
+            say!(lang, "scatter-tau", sd = significant(sd, 3), unit = source.unit, tau = significant(tau, 3))
+        }
         (None, _) => "-".into(),
     };
     let u = source.u_sd.map_or("-".to_string(), |u| significant(u, 2));
     let largest = source.share.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > 0.0);
     vec![
-        source.source.clone(),
+        source_name(&source.source, lang),
         sd.trim_end().to_string(),
         u,
-        if source.at_zero { "estimated: zero".into() } else { source.from.to_string() },
+        if source.at_zero {
+            say!(lang, "estimated-zero").into()
+        } else {
+            lang.term("from", &source.from.to_string()).into_owned()
+        },
         source.levels.to_string(),
-        largest.map_or("-".to_string(), |(id, share)| format!("{} % of {id}", percent(*share))),
+        largest.map_or("-".to_string(), |(id, share)| say!(lang, "scatter-share-of", share = percent(*share), id)),
     ]
 }
 
 /// Heads of that table.
-pub(super) const HEADS: [&str; 6] = ["what scatters", "sd", "u(sd)", "from", "levels", "largest share"];
+pub(super) fn heads(lang: Language) -> [&'static str; 6] {
+    [
+        say!(lang, "what-scatters-2"),
+        say!(lang, "scatter-sd"),
+        say!(lang, "scatter-u-sd"),
+        say!(lang, "scatter-from"),
+        say!(lang, "scatter-levels"),
+        say!(lang, "scatter-largest-share"),
+    ]
+}
+
+/// The name of a source as a person reads it; JSON and `--by` have the name itself.
+pub(super) fn source_name(source: &str, lang: Language) -> String {
+    source_sentence(source).say(lang)
+}
+
+fn source_sentence(source: &str) -> Sentence {
+    if let Some(sensor) = source.strip_prefix("readings of ") {
+        return sentence!("source-readings-of", sensor);
+    }
+    match source {
+        "priors" => return sentence!("source-priors"),
+        "estimated weights (Kenward-Roger)" => return sentence!("source-weights"),
+        _ => {}
+    }
+    let Some((of, per)) = source.rsplit_once(" per ") else { return Sentence::text(source) };
+    let per = match per {
+        "reading" => sentence!("per-reading"),
+        "position" => sentence!("per-position"),
+        "campaign" => sentence!("per-campaign"),
+        column => Sentence::text(column),
+    };
+    match of.split_once(" over ") {
+        Some((of, over)) => sentence!("source-over-per", of, over, per),
+        None => sentence!("source-per", of, per),
+    }
+}
 
 /// The table for a terminal, with its notes.
-pub(super) fn table(sources: &[ScatterReport]) -> String {
+pub(super) fn table(sources: &[ScatterReport], lang: Language) -> String {
     if !is_worth_a_table(sources) {
         return String::new();
     }
-    let rows: Vec<Vec<String>> = sources.iter().map(cells).collect();
-    let mut text = format!("\n{}", plain(&HEADS, &rows));
+    let rows: Vec<Vec<String>> = sources.iter().map(|source| cells(source, lang)).collect();
+    let mut text = format!("\n{}", plain(&heads(lang), &rows));
     for source in sources {
         if let Some(note) = &source.note {
-            text.push_str(&format!("{}: {note}\n", source.source));
+            let line = say!(lang, "source-note", source = source_name(&source.source, lang), note);
+            text.push_str(&(line + "\n"));
         }
     }
     text

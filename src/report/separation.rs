@@ -2,6 +2,7 @@
 
 use crate::campaign::{Campaign, JointState};
 use crate::fit::{NamedCombination, Separation};
+use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ pub struct NotEstimableReport {
     /// Along which direction it is free: parameters may move in these proportions and no reading changes.
     pub direction: BTreeMap<String, f64>,
     /// Which parameter hides in which others, where they are more than one.
-    pub hides: Option<String>,
+    pub hides: Option<Sentence>,
     /// What is determined instead.
     pub estimable: Vec<CombinationReport>,
     /// The further position that would separate it, as reading keys; null if no position of this bench would.
@@ -30,11 +31,11 @@ pub struct NotEstimableReport {
 
 impl NotEstimableReport {
     /// What is said where no position is named that would separate it.
-    pub(super) fn nowhere(&self) -> &'static str {
+    pub(super) fn nowhere(&self) -> Sentence {
         if self.weak {
-            "beyond this point readings respond to it, through what is zero here or hardly told from zero: state a value, a prior or a start"
+            sentence!("beyond-this-point-readings-respond-to-it")
         } else {
-            "no position of this bench would separate it"
+            sentence!("no-position-of-this-bench-would-separate-2")
         }
     }
 }
@@ -58,7 +59,7 @@ pub(super) fn not_estimable(campaign: &Campaign, separation: &Separation) -> Not
     let hides = match direction.split_last() {
         Some(((last, _), others @ [.., (before, _)])) if others.len() > 1 => {
             let names: Vec<&str> = others[..others.len() - 1].iter().map(|(id, _)| id.as_str()).collect();
-            Some(format!("{last} hides in {} and {before}", names.join(", ")))
+            Some(sentence!("hides-in-and", last, join = names.join(", "), before))
         }
         _ => None,
     };

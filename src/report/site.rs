@@ -1,6 +1,7 @@
 //! The site as reports say it: latitude, Earth rate, gravity and where it comes from; a warning where gravity matters and was not said.
 
 use crate::bench::{Bench, ForceUnit, GravityFrom, NORMAL_GRAVITY_FORMULA, STANDARD_GRAVITY_M_S2};
+use crate::language::{Language, Sentence, say, sentence};
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,7 +36,7 @@ pub struct SiteReport {
     pub rate_u_ppm: BTreeMap<String, f64>,
     /// Warnings, as sentences.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Sentence>,
 }
 
 /// Local gravity.
@@ -78,10 +79,7 @@ pub fn site(bench: &Bench) -> SiteReport {
     };
     let mut warnings = Vec::new();
     if from == GravityBasis::Assumed && bench.units.force == ForceUnit::MetresPerSecondSquared && sees_force(bench) {
-        warnings.push(format!(
-            "gravity is not stated and taken as {STANDARD_GRAVITY_M_S2} m/s^2; local gravity differs by up to 3000 ppm, and so do \
-             coefficients for m/s^2: give site.gravity, or site.latitude_deg with site.altitude_m"
-        ));
+        warnings.push(sentence!("gravity-is-not-stated-and-taken-as", standard_gravity_m_s2 = STANDARD_GRAVITY_M_S2));
     }
     SiteReport {
         latitude_deg: own.map(|site| site.latitude_deg),
@@ -100,19 +98,19 @@ fn sees_force(bench: &Bench) -> bool {
 }
 
 /// Lines for a terminal: gravity where it was said, then warnings.
-pub fn site_text(report: &SiteReport) -> String {
+pub fn site_text(report: &SiteReport, lang: Language) -> String {
     let mut text = String::new();
-    if let Some(line) = gravity_text(report) {
+    if let Some(line) = gravity_text(report, lang) {
         text.push_str(&format!("{line}\n"));
     }
     for warning in &report.warnings {
-        text.push_str(&(super::wrap::hanging(&format!("warning: {warning}"), 2) + "\n"));
+        text.push_str(&(super::wrap::hanging(&say!(lang, "site-warning", warning), 2) + "\n"));
     }
     text
 }
 
 /// Gravity in words; `None` where it is the assumed one.
-pub fn gravity_text(report: &SiteReport) -> Option<String> {
+pub fn gravity_text(report: &SiteReport, lang: Language) -> Option<String> {
     let gravity = &report.gravity;
     if gravity.from == GravityBasis::Assumed {
         return None;
@@ -120,9 +118,10 @@ pub fn gravity_text(report: &SiteReport) -> Option<String> {
     let u = if gravity.u > 0.0 { format!(" (u {:.1e})", gravity.u) } else { String::new() };
     let from = match (&gravity.formula, gravity.altitude_m, report.latitude_deg) {
         (Some(formula), Some(altitude), Some(latitude)) => {
-            format!("\n  {formula},\n  at latitude {latitude} deg and {altitude} m")
+            let at = say!(lang, "at-latitude-deg-and-m", latitude, altitude);
+            format!("\n  {}{}\n  {at}", lang.name(formula), lang.clause().trim_end())
         }
-        _ => ", stated".into(),
+        _ => say!(lang, "stated").into(),
     };
-    Some(format!("gravity: {:.6} {}{u}{from}", gravity.value, gravity.unit))
+    Some(say!(lang, "site-gravity", gravity = format!("{:.6}", gravity.value), unit = gravity.unit, u, from))
 }

@@ -4,7 +4,7 @@
 
 pub use super::compare_table::compare;
 pub use super::fit_table::fit;
-use super::wrap::WIDTH;
+use super::wrap::{self, WIDTH};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// Spaces between two columns, and where the table would be too wide.
@@ -51,8 +51,8 @@ impl Column {
     fn of(k: usize, title: &str, rows: &[Vec<String>]) -> Self {
         let cells = || rows.iter().filter_map(move |row| row.get(k)).map(String::as_str);
         let numeric = !rows.is_empty() && cells().all(looks_numeric);
-        let size = |text: &str| text.chars().count();
-        let word = |text: &str| text.split(' ').map(size).max().unwrap_or(0);
+        let size = wrap::columns;
+        let word = |text: &str| wrap::pieces(text).map(size).max().unwrap_or(0);
         let widest = cells().map(size).max().unwrap_or(0).max(size(title));
         // a title breaks too, but a number does not
         let body = cells().map(|cell| if numeric { size(cell) } else { word(cell) }).max().unwrap_or(0);
@@ -102,7 +102,7 @@ fn widths(columns: &[Column], block: &[usize], gap: usize) -> Vec<usize> {
 
 fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows: &[Vec<String>]) -> String {
     let widths = widths(columns, block, gap);
-    let within = |k: usize, cell: &str| super::wrap::narrow(cell, 0, widths.get(k).copied().unwrap_or(WIDTH));
+    let within = |k: usize, cell: &str| wrap::narrow(cell, 0, widths.get(k).copied().unwrap_or(WIDTH));
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
     table.set_header(block.iter().enumerate().map(|(k, &c)| within(k, header.get(c).copied().unwrap_or_default())));
@@ -126,7 +126,7 @@ fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows
         text.push_str(line.trim_end());
         text.push('\n');
         if k + 1 == titles {
-            let width = table.lines().map(|line| line.trim_end().chars().count()).max().unwrap_or(0);
+            let width = table.lines().map(|line| wrap::columns(line.trim_end())).max().unwrap_or(0);
             text.push_str(&"-".repeat(width));
             text.push('\n');
         }

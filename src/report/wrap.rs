@@ -19,7 +19,7 @@ pub fn lines(text: &str) -> String {
     let mut wrapped = String::with_capacity(text.len() + 64);
     for line in text.split_inclusive('\n') {
         let body = line.trim_end_matches('\n');
-        if body.chars().count() <= WIDTH {
+        if columns(body) <= WIDTH {
             wrapped.push_str(line);
         } else {
             let lead = body.chars().take_while(|c| *c == ' ').count();
@@ -38,19 +38,57 @@ fn within(line: &str, indent: usize, width: usize) -> String {
     text.push_str(line.get(..lead).unwrap_or_default());
     column += lead;
     for (k, word) in line.get(lead..).unwrap_or_default().split(' ').enumerate() {
-        let size = word.chars().count();
-        if k > 0 && column + 1 + size > width && column > indent {
-            text.push('\n');
-            text.push_str(&" ".repeat(indent));
-            column = indent;
-        } else if k > 0 {
-            text.push(' ');
-            column += 1;
+        for (n, piece) in unbroken(word).enumerate() {
+            let (size, space) = (columns(piece), usize::from(k > 0 && n == 0));
+            if k + n > 0 && column + space + size > width && column > indent {
+                text.push('\n');
+                text.push_str(&" ".repeat(indent));
+                column = indent;
+            } else if space > 0 {
+                text.push(' ');
+                column += 1;
+            }
+            text.push_str(piece);
+            column += size;
         }
-        text.push_str(word);
-        column += size;
     }
     text
+}
+
+/// Columns of a terminal that a text takes: Chinese characters take two.
+pub fn columns(text: &str) -> usize {
+    if text.is_ascii() { text.len() } else { text.chars().map(|c| if is_wide(c) { 2 } else { 1 }).sum() }
+}
+
+/// What stays together: words, and single Chinese characters with the punctuation that may not be parted from them.
+pub(super) fn pieces(text: &str) -> impl Iterator<Item = &str> {
+    text.split(' ').flat_map(unbroken)
+}
+
+/// Is it an East Asian wide or fullwidth character?
+fn is_wide(c: char) -> bool {
+    matches!(c, '\u{1100}'..='\u{115f}' | '\u{2e80}'..='\u{a4cf}' | '\u{ac00}'..='\u{d7a3}' | '\u{f900}'..='\u{faff}' | '\u{fe30}'..='\u{fe6f}'
+        | '\u{ff00}'..='\u{ff60}' | '\u{ffe0}'..='\u{ffe6}' | '\u{20000}'..='\u{3fffd}')
+}
+
+/// The pieces of a word without spaces between which a line may break.
+fn unbroken(word: &str) -> impl Iterator<Item = &str> {
+    // what may not begin a line, and what may not end one
+    const CLOSING: &str = "\u{ff0c}\u{3002}\u{ff1b}\u{ff1a}\u{3001}\u{ff01}\u{ff1f}\u{ff09}\u{300b}\u{300d}\u{300f}\u{201d}\u{2019}%\u{b0},.;:)]";
+    const OPENING: &str = "\u{ff08}\u{300a}\u{300c}\u{300e}\u{201c}\u{2018}([";
+    let mut starts = vec![0];
+    if !word.is_ascii() {
+        let letters = word.char_indices().zip(word.chars().skip(1));
+        for ((at, before), after) in letters {
+            let part = (is_wide(before) || is_wide(after)) && !CLOSING.contains(after) && !OPENING.contains(before);
+            if part {
+                starts.push(at + before.len_utf8());
+            }
+        }
+    }
+    starts.push(word.len());
+    let ends: Vec<usize> = starts.iter().skip(1).copied().collect();
+    starts.into_iter().zip(ends).map(|(from, to)| word.get(from..to).unwrap_or_default())
 }
 
 #[cfg(test)]
@@ -64,6 +102,9 @@ mod tests {
         assert_eq!(within("short", 2, 8), "short");
         let text = format!("short\n  {}\n", "word ".repeat(40).trim());
         assert!(lines(&text).lines().all(|line| line.chars().count() <= WIDTH));
+        let chinese = within("标准不确定度\u{ff0c}自由度\u{ff08}见下\u{ff09}。k = 2.064", 2, 14);
+        assert_eq!(chinese, "标准不确定度\u{ff0c}\n  自由度\u{ff08}见\n  下\u{ff09}。k =\n  2.064");
+        assert_eq!(columns("标度因数 K"), 10);
         assert!(lines(&text).starts_with("short\n  word") && lines(&text).contains("\n    word"));
     }
 }

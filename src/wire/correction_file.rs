@@ -4,6 +4,7 @@ use crate::algebra::Expression;
 use crate::bench::{ForceUnit, RateUnit};
 use crate::correction::{Calibration, Corrector, Input, InputRole, Line, Mounting, Quantity, Span, linearity};
 use crate::error::{Fault, Malformed, Result};
+use crate::language::Sentence;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,7 +23,7 @@ pub struct CorrectionFile {
     pub sensors: Vec<CorrectedSensorFile>,
     /// Sensors that cannot be corrected, each with the reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub left_out: BTreeMap<String, String>,
+    pub left_out: BTreeMap<String, Sentence>,
     /// What the sensors determine, in the order of the rows of `matrix`; then what must be given with the readings.
     pub inputs: Vec<InputFile>,
     /// Readings at zero input, one for each sensor, in the sensor's unit.

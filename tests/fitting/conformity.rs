@@ -29,7 +29,7 @@ fn probabilities_and_outcomes() {
             assert_within(found.probability.expect("a probability"), probability, 1e-9, limits);
             assert_eq!((found.outcome.name(), report.outcome.name()), (outcome, outcome), "{limits} {rule}");
             assert_eq!(found.unit, "mm/s");
-            assert!(conformity_text(&report).contains(outcome));
+            assert!(conformity_text(&report, tumble::language::Language::English).contains(outcome));
         }
     }
 }
@@ -46,7 +46,7 @@ fn one_sided_limits_units_and_derived_quantities() {
     // P(2b > 4) = P(b > 2): 0.240718... of [2, 2.1] and what is above 2.1
     let above = report.quantities[1].probability.expect("a probability");
     assert!(above > 0.24071 && above < 0.24076, "{above}");
-    let facts = fit_report(&fit).identity.facts();
+    let facts = fit_report(&fit).identity.facts(tumble::language::Language::English);
     assert_eq!(facts, [("Unit".to_string(), "M, serial S-1".to_string()), ("Operator".into(), "O".into())]);
 }
 

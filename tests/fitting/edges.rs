@@ -98,5 +98,8 @@ fn radians_under_degrees_are_remarked() {
     };
     assert!(fitted(&campaign(1.0)).remarks().is_empty());
     let remarks = fitted(&campaign(1f64.to_radians())).remarks();
-    assert!(remarks.iter().any(|remark| remark.contains("beta_deg") && remark.contains("radians")), "{remarks:?}");
+    assert!(
+        remarks.iter().any(|remark| remark.to_string().contains("beta_deg") && remark.to_string().contains("radians")),
+        "{remarks:?}"
+    );
 }

@@ -124,7 +124,7 @@ fn the_papers_misprints_are_found() {
         let forms = compare::closed_forms(bench).expect("closed forms");
         let comparison = compare::compare(&campaign(name), &forms, &fit::Settings::default()).expect("a comparison");
         assert!(comparison.printed.is_some(), "{name} is recognised as the published table");
-        comparison.misprints.iter().map(|m| m.what.clone()).collect()
+        comparison.misprints.iter().map(|m| m.what.to_string()).collect()
     };
     assert_eq!(
         found("li2012/li2012-table1.campaign.json", "gyro-turntable"),

@@ -69,13 +69,21 @@ fn normal_gravity_is_used_and_named_and_an_unsaid_one_is_warned_of() {
         "its part of gravity",
     );
     let report = fit_report(&fit);
-    assert!(site_text(&report.site).contains("Somigliana"), "{}", site_text(&report.site));
+    assert!(
+        site_text(&report.site, tumble::language::Language::English).contains("Somigliana"),
+        "{}",
+        site_text(&report.site, tumble::language::Language::English)
+    );
     assert!(report.site.warnings.is_empty());
     for unsaid in ["", r#""site": { "latitude_deg": 45.75 },"#] {
         let fit = fitted(&parse(&head(unsaid)));
         assert_within(value(&fit, "K1"), 1.5 / STANDARD_GRAVITY_M_S2, 1e-15, "K1");
         let report = fit_report(&fit);
-        assert!(site_text(&report.site).contains("warning: gravity is not stated"), "{}", site_text(&report.site));
+        assert!(
+            site_text(&report.site, tumble::language::Language::English).contains("warning: gravity is not stated"),
+            "{}",
+            site_text(&report.site, tumble::language::Language::English)
+        );
     }
     // in units of g nothing rests on it
     let campaign = parse(&head("").replace("m/s^2", "g"));

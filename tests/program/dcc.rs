@@ -51,7 +51,10 @@ const SEQUENCES: &[(&str, &str)] = &[
     ("dcc:statement", "dcc:declaration"),
     ("dcc:declaration", "dcc:content+"),
     ("dcc:measurementResults", "dcc:measurementResult+"),
-    ("dcc:measurementResult", "dcc:name dcc:usedMethods? dcc:measuringEquipments? dcc:results"),
+    (
+        "dcc:measurementResult",
+        "dcc:name dcc:usedMethods? dcc:measuringEquipments? dcc:influenceConditions? dcc:results",
+    ),
     ("dcc:usedMethods", "dcc:usedMethod+"),
     ("dcc:usedMethod", "dcc:name dcc:norm*"),
     ("dcc:measuringEquipments", "dcc:measuringEquipment+"),
@@ -59,8 +62,13 @@ const SEQUENCES: &[(&str, &str)] = &[
     ("dcc:results", "dcc:result+"),
     ("dcc:result", "dcc:name dcc:description? dcc:data"),
     ("dcc:description", "dcc:content+"),
-    ("dcc:data", "dcc:quantity+"),
-    ("dcc:quantity", "dcc:name dcc:description? si:real? si:hybrid? si:realListXMLList?"),
+    ("dcc:data", "dcc:text* dcc:quantity*"),
+    ("dcc:text", "dcc:content+"),
+    ("dcc:influenceConditions", "dcc:influenceCondition+"),
+    ("dcc:influenceCondition", "dcc:name dcc:status? dcc:data"),
+    ("dcc:measurementMetaData", "dcc:metaData+"),
+    ("dcc:metaData", "dcc:declaration dcc:conformity dcc:data"),
+    ("dcc:quantity", "dcc:name dcc:description? si:real? si:hybrid? si:realListXMLList? dcc:measurementMetaData?"),
     ("dcc:name", "dcc:content+"),
     ("si:hybrid", "si:real+"),
     ("si:real", "si:label? si:value si:unit si:measurementUncertaintyUnivariate?"),
@@ -282,4 +290,77 @@ fn what_scatters_stands_in_the_certificate() {
         assert_eq!(value.parse::<f64>().unwrap(), source["sd"].as_f64().unwrap());
         assert!(own.contains(source["source"].as_str().unwrap()));
     }
+}
+
+/// As found and as left: two measurement results of one unit, each with its state, its conditions, its conformity and its correction.
+#[test]
+fn as_found_and_as_left_stand_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut campaign: serde_json::Value = serde_json::from_str(&fs::read_to_string(TABLE_1).unwrap()).unwrap();
+    campaign["unit"] = serde_json::json!({ "serial": "7" });
+    campaign["environment"] = serde_json::json!({ "temperature_c": 23.1, "air": "still" });
+    campaign["limits"] = serde_json::json!({ "dtheta_y2": { "between": [-200, 200], "unit": "arcsec" },
+        "dtheta_z2": { "between": [-1, 1], "unit": "arcsec" } });
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    fs::write(path("b.campaign.json"), campaign.to_string()).unwrap();
+    let (code, _, errors) = tumble(&["fit", &path("b.campaign.json"), "--json", &path("found.fit.json")]);
+    assert!(code != 1, "{errors}");
+    let arguments =
+        ["fit", &path("b.campaign.json"), "--dcc", "-", "--lab", LAB, "--as-found", &path("found.fit.json")];
+    let (code, text, errors) = tumble(&arguments);
+    assert!(code != 1, "{errors}");
+    let root = element(&text);
+    check_structure(&root);
+    let status: Vec<String> = root.all("dcc:status").iter().map(|s| s.text.clone()).collect();
+    assert_eq!(status, ["beforeAdjustment", "afterAdjustment"]);
+    let results = root.all("dcc:measurementResult");
+    assert_eq!(results.len(), 2);
+    for result in &results {
+        let conditions = result.all("dcc:influenceCondition");
+        assert_eq!(conditions.len(), 3);
+        let temperature = conditions.iter().find(|c| c.all("dcc:content")[0].text == "temperature_c").unwrap();
+        let real = &temperature.all("si:real")[0];
+        assert_eq!(real.text_of("si:value") + &real.text_of("si:unit"), "23.1\\degreecelsius");
+        // 162 arcsec is inside 200, and beyond 1
+        let judged: Vec<String> = result.all("dcc:conformity").iter().map(|c| c.text.clone()).collect();
+        assert_eq!(judged, ["pass", "fail"]);
+        let limits: Vec<String> =
+            result.all("dcc:metaData")[0].all("si:real").iter().map(|r| r.text_of("si:value").to_string()).collect();
+        assert_eq!(limits.iter().map(|v| v.parse::<f64>().unwrap().round()).collect::<Vec<_>>(), [-200.0, 200.0]);
+        // the correction: bias and the row of the one input
+        let lists = result.all("si:realListXMLList");
+        let units: Vec<String> = lists.iter().map(|l| l.text_of("si:unitXMLList")).collect();
+        assert!(
+            ["\\volt", "\\degree\\per\\second\\per\\volt"].iter().all(|unit| units.iter().any(|own| own == unit)),
+            "{units:?}"
+        );
+    }
+    // every id once
+    let ids: Vec<&str> =
+        text.match_indices(" id=\"").map(|(at, _)| text[at + 5..].split('"').next().unwrap()).collect();
+    let distinct: std::collections::BTreeSet<&&str> = ids.iter().collect();
+    assert_eq!(distinct.len(), ids.len());
+    // another unit is refused
+    campaign["unit"]["serial"] = "8".into();
+    fs::write(path("b.campaign.json"), campaign.to_string()).unwrap();
+    let (code, _, errors) = tumble(&arguments);
+    assert!(code == 1 && errors.contains("another unit") && errors.contains("'7'"), "{errors}");
+}
+
+/// Both languages stand in the certificate where Chinese is asked for, and its core data say so.
+#[test]
+fn a_certificate_in_chinese_has_both_languages() {
+    let (code, text, errors) = tumble(&["fit", TABLE_1, "--dcc", "-", "--lab", LAB, "--lang", "zh"]);
+    assert!(code != 1, "{errors}");
+    let root = element(&text);
+    check_structure(&root);
+    let used: Vec<String> = root.all("dcc:usedLangCodeISO639_1").iter().map(|l| l.text.clone()).collect();
+    assert!(used.contains(&"zh".to_string()) && used.contains(&"en".to_string()), "{used:?}");
+    let of = |lang: &str| -> Vec<String> {
+        let all = root.all("dcc:content");
+        all.iter().filter(|c| c.attribute("lang") == Some(lang)).map(|c| c.text.clone()).collect()
+    };
+    assert!(of("en").contains(&"Angles and coefficients".to_string()));
+    assert!(of("zh").contains(&"角度与系数".to_string()));
+    assert!(of("zh").iter().any(|text| text.contains("自由度")));
 }

@@ -241,3 +241,28 @@ fn names_with_forbidden_characters_are_harmless() {
     let (_, table, _) = tumble(&["fit", &file, "--readings"]);
     assert!(!table.contains('\u{1b}'));
 }
+
+/// A bound that holds an angle is drawn, and its bar is the interval that the bound leaves.
+#[test]
+fn an_active_bound_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut campaign: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string("data/campaigns/li2012-table1.campaign.json").unwrap()).unwrap();
+    let path = folder.path().join("bounded.campaign.json");
+    let page = |campaign: &serde_json::Value| {
+        std::fs::write(&path, campaign.to_string()).unwrap();
+        let output = assert_cmd::Command::cargo_bin("tumble")
+            .unwrap()
+            .args(["fit", path.to_str().unwrap(), "--html", "-"])
+            .output()
+            .unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(!page(&campaign).contains("active bounds"));
+    // the free estimate is -162 arcsec
+    campaign["constraints"] =
+        serde_json::json!([{ "of": { "dtheta_y2": 1 }, "between": [-161.5, 161.5], "unit": "arcsec" }]);
+    let html = page(&campaign);
+    assert!(html.contains("Upright lines: active bounds"));
+    assert!(html.contains("#D55E00\" stroke-width=\"5\""), "the line at the bound");
+}

@@ -11,6 +11,7 @@ mod examples;
 mod files;
 mod html;
 mod kept;
+mod languages;
 #[path = "../markup/mod.rs"]
 mod markup;
 mod schemas;

@@ -1,10 +1,11 @@
 //! The administrative part: everything here comes from the lab file.
 
 use super::{VERSION, Xml, content, named, text, within};
+use crate::language::Language;
 use crate::wire::{ContactFile, ItemFile, LabFile};
 use std::io;
 
-pub(super) fn write(xml: &mut Xml, lab: &LabFile) -> io::Result<()> {
+pub(super) fn write(xml: &mut Xml, lab: &LabFile, lang: Language) -> io::Result<()> {
     let language = lab.certificate.language.as_str();
     within(xml, "dcc:administrativeData", |xml| {
         within(xml, "dcc:dccSoftware", |xml| {
@@ -14,7 +15,7 @@ pub(super) fn write(xml: &mut Xml, lab: &LabFile) -> io::Result<()> {
                 text(xml, "dcc:type", "application")
             })
         })?;
-        core_data(xml, lab)?;
+        core_data(xml, lab, lang)?;
         within(xml, "dcc:items", |xml| {
             lab.items.iter().try_for_each(|item| within(xml, "dcc:item", |xml| self::item(xml, item, language)))
         })?;
@@ -49,13 +50,16 @@ pub(super) fn write(xml: &mut Xml, lab: &LabFile) -> io::Result<()> {
     })
 }
 
-fn core_data(xml: &mut Xml, lab: &LabFile) -> io::Result<()> {
+fn core_data(xml: &mut Xml, lab: &LabFile, lang: Language) -> io::Result<()> {
     let certificate = &lab.certificate;
     within(xml, "dcc:coreData", |xml| {
         text(xml, "dcc:countryCodeISO3166_1", &certificate.country)?;
         text(xml, "dcc:usedLangCodeISO639_1", &certificate.language)?;
-        if certificate.language != "en" {
-            text(xml, "dcc:usedLangCodeISO639_1", "en")?;
+        for code in Language::ALL.into_iter().filter(|own| [Language::English, lang].contains(own)).map(Language::code)
+        {
+            if certificate.language != code {
+                text(xml, "dcc:usedLangCodeISO639_1", code)?;
+            }
         }
         text(xml, "dcc:mandatoryLangCodeISO639_1", &certificate.language)?;
         text(xml, "dcc:uniqueIdentifier", &certificate.id)?;

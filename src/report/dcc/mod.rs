@@ -3,23 +3,31 @@
 //! ```text
 //! digitalCalibrationCertificate
 //!   administrativeData   software, core data, items, laboratory, persons, customer, statements: from the lab file only
-//!   measurementResults   one result with a quantity for each estimate (value, U, k, level), one with the covariance
+//!   measurementResults   one result with a quantity for each estimate (value, U, k, level), one with the covariance, one with the correction
 //! ```
+//!
+//! With a calibration as found there are two measurement results, before and after adjustment. Each has its conditions, conformity beside the
+//! quantity that it is about, and the correction as bias and matrix.
 //!
 //! <https://ptb.de/dcc/v3.3.0/>; element names and order follow `dcc.xsd` 3.3.0 and `SI_Format.xsd` 2.2. Angles are given in radians and in
 //! arcseconds (`si:hybrid`). Deliberately absent: signatures and seals (a certificate is signed with the laboratory's own means), invented
 //! identities, a certificate of estimates without uncertainty.
 
 mod administrative;
+mod conditions;
+mod covariance;
+mod matrix;
 mod units;
+mod verdicts;
 
 use super::{ArcsecReport, FitReport, VERSION};
 use crate::campaign::Kind;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
 use crate::fit::State;
-use crate::uncertainty::quantiles;
+use crate::language::{Language, say};
 use crate::wire::LabFile;
+use conditions::Adjusted;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::io;
@@ -29,15 +37,47 @@ pub const SCHEMA_VERSION: &str = "3.3.0";
 
 type Xml = Writer<Vec<u8>>;
 
-/// A fit as a digital calibration certificate, with the identities of a lab file.
+/// A fit as a digital calibration certificate, with the identities of a lab file; `as_found` is the report of the same unit before it was
+/// adjusted.
 ///
 /// Errors: an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
-pub fn certificate(fit: &Fit, report: &FitReport, lab: &LabFile) -> Result<String> {
-    let quantities = quantities(fit, report)?;
+pub fn certificate(
+    fit: &Fit,
+    report: &FitReport,
+    as_found: Option<&FitReport>,
+    lab: &LabFile,
+    lang: Language,
+) -> Result<String> {
+    let meaning = |id: &str| fit.parameters.iter().find(|own| own.id == id).map_or("", |own| own.meaning.as_str());
+    let title = match fit.campaign.bench.title.as_str() {
+        "" => report.bench.as_str(),
+        title => title,
+    };
+    let adjusted = as_found.map(|_| Adjusted::After);
+    let own = Measured { report, adjusted, prefix: "", quantities: quantities(&meaning, report)? };
+    let found = match as_found {
+        Some(found) => Some(Measured {
+            report: found,
+            adjusted: Some(Adjusted::Before),
+            prefix: "found_",
+            quantities: quantities(&meaning, found)?,
+        }),
+        None => None,
+    };
+    let results: Vec<Measured<'_>> = found.into_iter().chain([own]).collect();
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-    let written = write(&mut xml, fit, report, lab, &quantities);
+    let written = write(&mut xml, title, &results, lab, lang);
     let text = written.ok().and_then(|()| String::from_utf8(xml.into_inner()).ok());
     text.map(|text| text + "\n").ok_or_else(|| Malformed::new(Fault::Value, "the certificate cannot be written as XML"))
+}
+
+/// One measurement result of the certificate.
+struct Measured<'a> {
+    report: &'a FitReport,
+    adjusted: Option<Adjusted>,
+    /// Before the ids of its elements.
+    prefix: &'static str,
+    quantities: Vec<Quantity>,
 }
 
 /// A quantity of the certificate.
@@ -54,9 +94,9 @@ struct Quantity {
     index: Option<usize>,
 }
 
-fn quantities(fit: &Fit, report: &FitReport) -> Result<Vec<Quantity>> {
+fn quantities<'a>(meaning: &dyn Fn(&str) -> &'a str, report: &FitReport) -> Result<Vec<Quantity>> {
     let mut quantities = Vec::new();
-    for (k, (p, result)) in report.parameters.iter().zip(&fit.parameters).enumerate() {
+    for (k, p) in report.parameters.iter().enumerate() {
         let Some(value) = p.value else { continue };
         if p.kind != Kind::Tilt && p.unit.is_empty() {
             return Err(Malformed::new(Fault::Missing, format!("a certificate needs the unit of '{}'", p.id))
@@ -71,7 +111,7 @@ fn quantities(fit: &Fit, report: &FitReport) -> Result<Vec<Quantity>> {
         let (expanded, factor) = uncertainty(&p.id, p.expanded, p.k)?;
         quantities.push(Quantity {
             id: p.id.clone(),
-            meaning: result.meaning.clone(),
+            meaning: meaning(&p.id).to_string(),
             unit: units::d_si(&p.unit),
             value,
             expanded,
@@ -118,7 +158,7 @@ fn uncertainty(id: &str, expanded: Option<f64>, k: Option<f64>) -> Result<(f64, 
     Ok((expanded, k))
 }
 
-fn write(xml: &mut Xml, fit: &Fit, report: &FitReport, lab: &LabFile, quantities: &[Quantity]) -> io::Result<()> {
+fn write(xml: &mut Xml, title: &str, results: &[Measured<'_>], lab: &LabFile, lang: Language) -> io::Result<()> {
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let attributes = [
         ("xmlns:dcc", "https://ptb.de/dcc"),
@@ -128,86 +168,94 @@ fn write(xml: &mut Xml, fit: &Fit, report: &FitReport, lab: &LabFile, quantities
         ("schemaVersion", SCHEMA_VERSION),
     ];
     xml.create_element("dcc:digitalCalibrationCertificate").with_attributes(attributes).write_inner_content(|xml| {
-        administrative::write(xml, lab)?;
+        administrative::write(xml, lab, lang)?;
         within(xml, "dcc:measurementResults", |xml| {
-            within(xml, "dcc:measurementResult", |xml| {
-                let title = &fit.campaign.bench.title;
-                named(xml, "dcc:name", if title.is_empty() { &report.bench } else { title }, "en")?;
-                administrative::method_and_equipment(xml, lab)?;
-                within(xml, "dcc:results", |xml| {
-                    estimates(xml, report, quantities)?;
-                    covariance(xml, report, quantities)?;
-                    scatter(xml, report)
-                })
-            })
+            results.iter().try_for_each(|own| measured(xml, title, own, lab, lang))
         })
     })?;
     Ok(())
 }
 
-fn estimates(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io::Result<()> {
-    let level = report.parameters.first().map_or(0.95, |p| p.level);
+fn measured(xml: &mut Xml, title: &str, own: &Measured<'_>, lab: &LabFile, lang: Language) -> io::Result<()> {
+    let report = own.report;
+    within(xml, "dcc:measurementResult", |xml| {
+        told(xml, "dcc:name", lang, |lang| match own.adjusted {
+            Some(adjusted) => {
+                say!(lang, "dcc-title-and-state", title = lang.name(title), state = adjusted.said(lang))
+            }
+            None => lang.name(title).into_owned(),
+        })?;
+        administrative::method_and_equipment(xml, lab)?;
+        conditions::write(xml, &report.identity, own.adjusted, &lab.certificate.language, lang)?;
+        within(xml, "dcc:results", |xml| {
+            estimates(xml, own, lang)?;
+            covariance::write(xml, report, &own.quantities, lang)?;
+            matrix::write(xml, report.correction.as_ref(), own.prefix, lang)?;
+            scatter(xml, report, own.prefix, lang)
+        })
+    })
+}
+
+fn estimates(xml: &mut Xml, own: &Measured<'_>, lang: Language) -> io::Result<()> {
     within(xml, "dcc:result", |xml| {
-        named(xml, "dcc:name", "Angles and coefficients", "en")?;
-        within(xml, "dcc:description", |xml| content(xml, &remarks(report).join(" "), "en"))?;
-        within(xml, "dcc:data", |xml| quantities.iter().try_for_each(|quantity| self::quantity(xml, quantity, level)))
+        told(xml, "dcc:name", lang, |lang| say!(lang, "angles-and-coefficients").into())?;
+        told(xml, "dcc:description", lang, |lang| remarks(own.report, lang).join(lang.space()))?;
+        within(xml, "dcc:data", |xml| {
+            own.quantities.iter().try_for_each(|quantity| self::quantity(xml, own, quantity, lang))
+        })
     })
 }
 
 /// What a reader must know to use the numbers.
-fn remarks(report: &FitReport) -> Vec<String> {
+fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     let models: Vec<String> = report.model.iter().map(|(sensor, line)| format!("{sensor} = {line}")).collect();
-    let mut remarks = vec![format!("Model: {}.", models.join("; "))];
-    remarks.push(format!(
-        "Least squares ({}) from {} readings with {} degrees of freedom.",
-        report.estimator, report.fit.readings, report.fit.dof
+    let mut remarks = vec![say!(lang, "dcc-model", models = models.join(lang.semicolon()))];
+    remarks.push(say!(
+        lang,
+        "dcc-least-squares",
+        estimator = lang.term("estimator", report.estimator.name()),
+        readings = report.fit.readings.to_string(),
+        dof = report.fit.dof.to_string()
     ));
     if !report.known.is_empty() {
         let known: Vec<String> =
             report.known.iter().map(|k| format!("{} = {} {} (u = {})", k.id, k.value, k.unit, k.u)).collect();
-        remarks.push(format!("Known: {}.", known.join("; ")));
+        remarks.push(say!(lang, "dcc-known", known = known.join(lang.semicolon())));
     }
     if !report.assumed_zero.is_empty() {
-        remarks.push(format!("Assumed zero: {}.", report.assumed_zero.join(", ")));
+        remarks.push(say!(lang, "dcc-assumed-zero", assumed_zero = report.assumed_zero.join(lang.comma())));
     }
     for defect in &report.not_estimable {
-        remarks.push(format!("Not estimable and therefore not given: {}.", defect.text));
+        remarks.push(say!(lang, "dcc-not-estimable", text = defect.text));
     }
     if let Some(robust) = &report.robust {
-        remarks.push(format!("Robust estimator: {}.", robust.method));
+        remarks.push(say!(lang, "dcc-robust", method = robust.method.to_string()));
     }
     if let Some(p) = report.fit.p {
-        let word = if report.fit.rejected { "failed" } else { "passed" };
-        remarks.push(format!("Global chi-square test {word}, p = {p:.3}."));
+        let p = format!("{p:.3}");
+        remarks.push(match report.fit.rejected {
+            true => say!(lang, "dcc-global-test-failed", p),
+            false => say!(lang, "dcc-global-test-passed", p),
+        });
     }
     remarks
 }
 
 /// What scatters, each source with its standard deviation; nothing where there is only the readings' own noise.
-fn scatter(xml: &mut Xml, report: &FitReport) -> io::Result<()> {
-    let told = |s: &&super::ScatterReport| s.sd.is_some();
-    if !super::scatter::is_worth_a_table(&report.scatter) || !report.scatter.iter().any(|s| told(&s)) {
+fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, lang: Language) -> io::Result<()> {
+    let has_sd = |s: &&super::ScatterReport| s.sd.is_some();
+    if !super::scatter::is_worth_a_table(&report.scatter) || !report.scatter.iter().any(|s| has_sd(&s)) {
         return Ok(());
     }
     within(xml, "dcc:result", |xml| {
-        named(xml, "dcc:name", "What scatters", "en")?;
-        let about = "Standard deviations of the deviations that the uncertainties take into account.";
-        within(xml, "dcc:description", |xml| content(xml, about, "en"))?;
+        told(xml, "dcc:name", lang, |lang| say!(lang, "what-scatters").into())?;
+        told(xml, "dcc:description", lang, |lang| say!(lang, "dcc-what-scatters").into())?;
         within(xml, "dcc:data", |xml| {
-            for (k, source) in report.scatter.iter().filter(told).enumerate() {
-                let id = format!("scatter_{}", k + 1);
+            for (k, source) in report.scatter.iter().filter(has_sd).enumerate() {
+                let id = format!("{prefix}scatter_{}", k + 1);
                 xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
-                    named(xml, "dcc:name", &source.source, "en")?;
-                    let levels = source.levels;
-                    let mut said =
-                        format!("{} ({levels} values)", if source.estimated { "estimated" } else { "stated" });
-                    if let Some(u) = source.u_sd {
-                        said.push_str(&format!(", standard uncertainty {}", decimal(u)));
-                    }
-                    if let Some(note) = &source.note {
-                        said.push_str(&format!("; {note}"));
-                    }
-                    within(xml, "dcc:description", |xml| content(xml, &said, "en"))?;
+                    told(xml, "dcc:name", lang, |lang| super::scatter::source_name(&source.source, lang))?;
+                    told(xml, "dcc:description", lang, |lang| about_source(source, lang))?;
                     within(xml, "si:real", |xml| {
                         text(xml, "si:label", &source.of)?;
                         text(xml, "si:value", &decimal(source.sd.unwrap_or_default()))?;
@@ -220,20 +268,36 @@ fn scatter(xml: &mut Xml, report: &FitReport) -> io::Result<()> {
     })
 }
 
-fn quantity(xml: &mut Xml, quantity: &Quantity, level: f64) -> io::Result<()> {
-    let id = format!("quantity_{}", quantity.id);
+fn about_source(source: &super::ScatterReport, lang: Language) -> String {
+    let levels = source.levels.to_string();
+    let mut clauses = vec![match source.estimated {
+        true => say!(lang, "dcc-estimated-values", levels),
+        false => say!(lang, "dcc-stated-values", levels),
+    }];
+    clauses.extend(source.u_sd.map(|u| say!(lang, "dcc-standard-uncertainty", u = decimal(u))));
+    let mut said = clauses.join(lang.clause());
+    if let Some(note) = &source.note {
+        said.push_str(&format!("{}{}", lang.semicolon(), note.say(lang)));
+    }
+    said
+}
+
+fn quantity(xml: &mut Xml, own: &Measured<'_>, quantity: &Quantity, lang: Language) -> io::Result<()> {
+    let level = own.report.parameters.first().map_or(0.95, |p| p.level);
+    let id = format!("{}quantity_{}", own.prefix, quantity.id);
     xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
         named(xml, "dcc:name", &quantity.id, "en")?;
         if !quantity.meaning.is_empty() {
-            within(xml, "dcc:description", |xml| content(xml, &quantity.meaning, "en"))?;
+            told(xml, "dcc:description", lang, |lang| lang.name(&quantity.meaning).into_owned())?;
         }
         match quantity.arcsec.and_then(|a| a.value.zip(a.expanded)) {
             Some((value, expanded)) => within(xml, "si:hybrid", |xml| {
                 real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level)?;
                 real(xml, quantity, (value, expanded, "\\arcsecond"), level)
-            }),
-            None => real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level),
+            })?,
+            None => real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level)?,
         }
+        verdicts::of_quantity(xml, own.report.conformity.as_ref(), &quantity.id, lang)
     })?;
     Ok(())
 }
@@ -249,54 +313,6 @@ fn real(xml: &mut Xml, quantity: &Quantity, (value, expanded, unit): (f64, f64, 
                 text(xml, "si:coverageFactor", &plain(quantity.k))?;
                 text(xml, "si:coverageProbability", &plain(level))?;
                 text(xml, "si:distribution", if quantity.dof.is_finite() { "t" } else { "normal" })
-            })
-        })
-    })
-}
-
-/// The joint region: covariance and the factor of its ellipsoid, `k^2 = n F(level; n, nu)` with the smallest degrees of freedom (GUM
-/// Supplement 2, 6.5.3 for the normal: `k^2` the chi-square quantile).
-fn covariance(xml: &mut Xml, report: &FitReport, quantities: &[Quantity]) -> io::Result<()> {
-    let joint: Vec<(&Quantity, usize)> = quantities.iter().filter_map(|q| Some((q, q.index?))).collect();
-    let at = |i: usize, j: usize| report.covariance.matrix.get(i).and_then(|row| row.get(j)).copied().flatten();
-    let full = joint.iter().all(|(_, i)| joint.iter().all(|(_, j)| at(*i, *j).is_some()));
-    let level = report.parameters.first().map_or(0.95, |p| p.level);
-    let dof = joint.iter().map(|(q, _)| q.dof).fold(f64::INFINITY, f64::min);
-    let n = joint.len() as f64;
-    let square = match dof.is_finite() {
-        true => quantiles::fisher_f_quantile(level, n, dof).map(|f| n * f),
-        false => quantiles::chi_square_quantile(level, n),
-    };
-    let factor = square.map(f64::sqrt).filter(|k| k.is_finite() && *k >= 1.0);
-    let Some(factor) = factor.filter(|_| joint.len() > 1 && full) else { return Ok(()) };
-    let list = |of: &dyn Fn(&Quantity) -> String| joint.iter().map(|(q, _)| of(q)).collect::<Vec<_>>().join(" ");
-    within(xml, "dcc:result", |xml| {
-        named(xml, "dcc:name", "Covariance of the estimates", "en")?;
-        within(xml, "dcc:data", |xml| {
-            within(xml, "dcc:quantity", |xml| {
-                named(xml, "dcc:name", "all estimates jointly", "en")?;
-                within(xml, "si:realListXMLList", |xml| {
-                    text(xml, "si:labelXMLList", &list(&|q| q.id.clone()))?;
-                    text(xml, "si:valueXMLList", &list(&|q| decimal(q.value)))?;
-                    text(xml, "si:unitXMLList", &list(&|q| q.unit.clone()))?;
-                    within(xml, "si:ellipsoidalRegionXMLList", |xml| {
-                        within(xml, "si:covarianceMatrix", |xml| {
-                            joint.iter().try_for_each(|(a, j)| {
-                                within(xml, "si:column", |xml| {
-                                    joint.iter().try_for_each(|(b, i)| {
-                                        within(xml, "si:covariance", |xml| {
-                                            text(xml, "si:value", &decimal(at(*i, *j).unwrap_or_default()))?;
-                                            text(xml, "si:unit", &units::product(&a.unit, &b.unit))
-                                        })
-                                    })
-                                })
-                            })
-                        })?;
-                        text(xml, "si:coverageFactor", &plain(factor))?;
-                        text(xml, "si:coverageProbability", &plain(level))?;
-                        text(xml, "si:distribution", if dof.is_finite() { "t" } else { "normal" })
-                    })
-                })
             })
         })
     })
@@ -330,7 +346,17 @@ fn content(xml: &mut Xml, value: &str, language: &str) -> io::Result<()> {
     Ok(())
 }
 
-/// An element of `dcc:textType`.
+/// An element of `dcc:textType` that this program words: in the language asked for, and in English.
+fn told(xml: &mut Xml, name: &str, lang: Language, said: impl Fn(Language) -> String) -> io::Result<()> {
+    within(xml, name, |xml| {
+        if lang != Language::English {
+            content(xml, &said(lang), lang.code())?;
+        }
+        content(xml, &said(Language::English), Language::English.code())
+    })
+}
+
+/// An element of `dcc:textType` with text of the laboratory.
 fn named(xml: &mut Xml, name: &str, value: &str, language: &str) -> io::Result<()> {
     within(xml, name, |xml| content(xml, value, language))
 }

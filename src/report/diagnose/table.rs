@@ -28,7 +28,7 @@ pub fn diagnose_table(report: &DiagnoseReport) -> String {
     }
     text.push_str(&repaired(report));
     text.push_str(&gap(report));
-    text.push_str(&scatter::table(&report.scatter));
+    text.push_str(&scatter::table(&report.scatter, crate::language::Language::English));
     text.push_str(&steps(report));
     text.push_str(&unexplained(report));
     if report.verdict != Verdict::NothingMissing {

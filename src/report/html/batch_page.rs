@@ -5,6 +5,7 @@ use super::{Align, Figure, Page, Section, Table, Tone, cells};
 use crate::batch::Summary;
 use crate::campaign::Campaign;
 use crate::error::Result;
+use crate::language::Language;
 use crate::report::plot::{self, Control, Distribution};
 use crate::report::table::{count, rounded, significant};
 use crate::report::{BatchReport, DistributionReport, LotReport};
@@ -13,7 +14,7 @@ use crate::report::{BatchReport, DistributionReport, LotReport};
 const DRAWN: usize = 40;
 
 /// The page of many devices.
-pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary) -> Result<Page> {
+pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary, lang: Language) -> Result<Page> {
     let mut page = Page::new(format!("{} by {}", count(report.devices.all, "device"), report.by));
     page.subtitle =
         "Distributions, devices that stand apart, and whether devices differ more than they are measured".into();
@@ -23,16 +24,16 @@ pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary) 
         ("Estimator".into(), report.estimator.to_string()),
     ];
     page.facts.extend(report.model.iter().map(|(sensor, line)| (format!("Model of {sensor}"), format!("`{line}`"))));
-    page.facts.extend(campaign.identity.facts());
-    page.colophon = colophon(&report.inputs);
-    page = page.section(answer(report)).section(distributions(campaign, report, summary)?).section(apart(report));
+    page.facts.extend(campaign.identity.facts(lang));
+    page.colophon = colophon(&report.inputs, lang);
+    page = page.section(answer(report, lang)).section(distributions(campaign, report, summary)?).section(apart(report));
     if report.lots.len() > 1 {
         page = page.section(lots(report)?);
     }
     Ok(page)
 }
 
-fn answer(report: &BatchReport) -> Section {
+fn answer(report: &BatchReport, lang: Language) -> Section {
     let own = &report.devices;
     let mut section = Section::new("The answer");
     let bad = own.rejected + own.malformed;
@@ -74,7 +75,7 @@ fn answer(report: &BatchReport) -> Section {
         [] => section.prose("In no quantity do devices differ by more than their readings scatter."),
         ids => section.prose(format!(
             "Devices differ by more than their readings scatter (p < 0.01) in {}: the line scatters more than it is measured.",
-            cells::names(ids)
+            cells::names(ids, lang)
         )),
     };
     section.prose(format!(

@@ -1,5 +1,6 @@
 //! Numbers as cells: `report::table`'s rounding, and words for what does not exist.
 
+use crate::language::Language;
 use crate::report::table::{rounded, significant};
 
 /// A value with as many digits as its uncertainty carries; a dash where there is none.
@@ -45,13 +46,9 @@ pub(super) fn dash() -> String {
 }
 
 /// A list as prose: `a, b and c`, each in code type.
-pub(super) fn names<T: AsRef<str>>(names: &[T]) -> String {
+pub(super) fn names<T: AsRef<str>>(names: &[T], lang: Language) -> String {
     let code: Vec<String> = names.iter().map(|n| format!("`{}`", n.as_ref())).collect();
-    match code.split_last() {
-        None => String::new(),
-        Some((last, [])) => last.clone(),
-        Some((last, before)) => format!("{} and {last}", before.join(", ")),
-    }
+    lang.list(&code)
 }
 
 pub(super) use crate::report::table::count;

@@ -2,38 +2,50 @@
 
 use super::{Align, Figure, Page, Section, Table, Tone, cells};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::report::plot::{self, History, Interval};
 use crate::report::table::{rounded, significant};
 use crate::report::{CalibratedReport, ChangesReport, HistoryReport, VERSION, date_of};
 
 /// The page of two calibrations.
-pub fn changes_page(report: &ChangesReport) -> Result<Page> {
-    let mut page = Page::new("Two calibrations of one unit");
-    page.subtitle = "What changed, by more than the uncertainties allow".into();
-    page.facts = vec![("Before".into(), who(&report.before)), ("After".into(), who(&report.after))];
-    page.colophon = vec![("made by".into(), format!("tumble {VERSION}; the same inputs give the same bytes"))];
-    let mut answer = Section::new("The answer");
+pub fn changes_page(report: &ChangesReport, lang: Language) -> Result<Page> {
+    let mut page = Page::new(say!(lang, "two-calibrations-of-one-unit"));
+    page.language = lang;
+    page.subtitle = say!(lang, "what-changed-by-more-than-the-uncertainties").into();
+    page.facts = vec![
+        (say!(lang, "title-before").into(), who(&report.before, lang)),
+        (say!(lang, "title-after").into(), who(&report.after, lang)),
+    ];
+    page.colophon =
+        vec![(say!(lang, "made-by").into(), say!(lang, "tumble-the-same-inputs-give-the-same", version = VERSION))];
+    let mut answer = Section::new(say!(lang, "the-answer"));
     let changed: Vec<&str> =
         report.changes.iter().filter(|c| c.significant == Some(true)).map(|c| c.id.as_str()).collect();
     answer = match (changed.as_slice(), report.together) {
-        ([], Some(t)) if t.significant => answer.verdict(Tone::Bad, format!("The unit has changed: all parameters together differ with p = {}, though no single one is beyond doubt.", significant(t.p, 2))),
-        ([], _) => answer.verdict(Tone::Good, "No quantity changed by more than the uncertainties of the two calibrations allow."),
-        (ids, _) => answer.verdict(Tone::Bad, format!("Changed by more than the uncertainties allow: {}.", cells::names(ids))),
+        ([], Some(t)) if t.significant => answer
+            .verdict(Tone::Bad, say!(lang, "the-unit-has-changed-all-parameters-together", p = significant(t.p, 2))),
+        ([], _) => answer.verdict(Tone::Good, say!(lang, "no-quantity-changed-by-more-than-the")),
+        (ids, _) => answer.verdict(
+            Tone::Bad,
+            say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = cells::names(ids, lang)),
+        ),
     };
     answer = answer.prose(match report.shared.as_slice() {
-        [] => "No input is shared: both calibrations count as independent.".to_string(),
-        shared => format!("Shared by both calibrations, and therefore not counted twice: {}.", cells::names(shared)),
+        [] => say!(lang, "no-input-is-shared-both-calibrations-count").to_string(),
+        shared => {
+            say!(lang, "shared-by-both-calibrations-and-therefore-not", shared = cells::names(shared, lang))
+        }
     });
     let level = cells::level(report.level);
     let mut table = Table::new(&[
-        ("quantity", Align::Left),
-        ("before", Align::Decimal),
-        ("after", Align::Decimal),
-        ("difference", Align::Decimal),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "before"), Align::Decimal),
+        (say!(lang, "after"), Align::Decimal),
+        (say!(lang, "difference"), Align::Decimal),
         (&format!("U ({level})"), Align::Decimal),
         ("E_n", Align::Decimal),
-        ("per day", Align::Decimal),
-        ("unit", Align::Left),
+        (say!(lang, "per-day"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
     ]);
     for c in &report.changes {
         table.row(vec![
@@ -50,24 +62,24 @@ pub fn changes_page(report: &ChangesReport) -> Result<Page> {
             row.tone = Tone::Bad;
         }
     }
-    table.note = "U: expanded uncertainty of the difference; E_n = difference/U. Marked: significant with all quantities tested together (Holm).".into();
+    table.note = say!(lang, "u-expanded-uncertainty-of-the-difference-e-2").into();
     let bars: Vec<Interval> = report
         .changes
         .iter()
-        .filter_map(|c| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0 }))
+        .filter_map(|c| Some(Interval { label: c.id.clone(), value: c.e_n?, expanded: 1.0, at_bound: None }))
         .collect();
     let figure = Figure {
-        svg: plot::values(&bars, "difference over U (bars: U)")?,
-        caption: "Differences of the two calibrations over their expanded uncertainties".into(),
-        description: "Each difference over its expanded uncertainty: a bar that misses zero is a change.".into(),
+        svg: plot::values(&bars, say!(lang, "difference-over-u-bars-u"), lang)?,
+        caption: say!(lang, "differences-of-the-two-calibrations-over-their").into(),
+        description: say!(lang, "each-difference-over-its-expanded-uncertainty-a").into(),
         ..Figure::default()
     };
     let mut combined = Table::new(&[
-        ("quantity", Align::Left),
-        ("combined", Align::Decimal),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "combined"), Align::Decimal),
         ("u", Align::Decimal),
-        ("Birge ratio", Align::Decimal),
-        ("unit", Align::Left),
+        (say!(lang, "birge-ratio"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
     ]);
     for c in &report.changes {
         combined.row(vec![
@@ -78,49 +90,50 @@ pub fn changes_page(report: &ChangesReport) -> Result<Page> {
             c.unit.clone(),
         ]);
     }
-    combined.note =
-        "The weighted mean of both; its u holds where both agree, that is, where the Birge ratio is not well above 1."
-            .into();
+    combined.note = say!(lang, "the-weighted-mean-of-both-its-u").into();
     Ok(page
         .section(answer.table(table).figures(vec![figure]))
-        .section(Section::new("Combined estimate").table(combined)))
+        .section(Section::new(say!(lang, "combined-estimate")).table(combined)))
 }
 
-fn who(c: &CalibratedReport) -> String {
-    let serial = c.serial.as_deref().map(|s| format!("serial {s}, ")).unwrap_or_default();
-    let date = c.date.as_deref().map(|d| format!("{d}, ")).unwrap_or_default();
-    format!("{serial}{date}{}", c.file)
+fn who(c: &CalibratedReport, lang: Language) -> String {
+    let serial = c.serial.as_ref().map(|serial| say!(lang, "identity-serial", serial));
+    [serial, c.date.clone(), Some(c.file.clone())].into_iter().flatten().collect::<Vec<_>>().join(lang.clause())
 }
 
 /// The page of many calibrations.
-pub fn history_page(report: &HistoryReport) -> Result<Page> {
-    let mut page = Page::new(format!("History of {} calibrations", report.calibrations.len()));
-    page.subtitle = "Each quantity over time, with its trend and its limits".into();
-    page.facts = report.calibrations.iter().map(|c| (c.date.clone().unwrap_or_default(), who(c))).collect();
-    page.colophon = vec![("made by".into(), format!("tumble {VERSION}; the same inputs give the same bytes"))];
-    let mut answer = Section::new("The answer");
+pub fn history_page(report: &HistoryReport, lang: Language) -> Result<Page> {
+    let mut page = Page::new(say!(lang, "history-of-calibrations", calibrations = report.calibrations.len()));
+    page.language = lang;
+    page.subtitle = say!(lang, "each-quantity-over-time-with-its-trend").into();
+    page.facts = report.calibrations.iter().map(|c| (c.date.clone().unwrap_or_default(), who(c, lang))).collect();
+    page.colophon =
+        vec![(say!(lang, "made-by").into(), say!(lang, "tumble-the-same-inputs-give-the-same", version = VERSION))];
+    let mut answer = Section::new(say!(lang, "the-answer"));
     let drifts: Vec<&str> =
         report.trends.iter().filter(|t| t.significant == Some(true)).map(|t| t.id.as_str()).collect();
     answer = if drifts.is_empty() {
-        answer.verdict(Tone::Good, "No quantity drifts by more than its calibrations scatter.")
+        answer.verdict(Tone::Good, say!(lang, "no-quantity-drifts-by-more-than-its"))
     } else {
-        answer
-            .verdict(Tone::Caution, format!("Drift beyond the scatter of the calibrations: {}.", cells::names(&drifts)))
+        answer.verdict(
+            Tone::Caution,
+            say!(lang, "drift-beyond-the-scatter-of-the-calibrations", drifts = cells::names(&drifts, lang)),
+        )
     };
     for t in &report.trends {
         if let Some(day) = t.leaves {
-            answer = answer.verdict(Tone::Bad, format!("`{}` leaves its limits about {}.", t.id, date_of(day)));
+            answer = answer.verdict(Tone::Bad, say!(lang, "leaves-its-limits-about-2", id = t.id, day = date_of(day)));
         }
     }
     let year = 365.2425;
     let mut table = Table::new(&[
-        ("quantity", Align::Left),
+        (say!(lang, "quantity"), Align::Left),
         ("n", Align::Right),
-        ("last", Align::Decimal),
-        ("per year", Align::Decimal),
+        (say!(lang, "last"), Align::Decimal),
+        (say!(lang, "per-year"), Align::Decimal),
         ("u", Align::Decimal),
-        ("Birge ratio", Align::Decimal),
-        ("unit", Align::Left),
+        (say!(lang, "birge-ratio"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
     ]);
     let mut figures = Vec::new();
     for t in &report.trends {
@@ -145,17 +158,14 @@ pub fn history_page(report: &HistoryReport) -> Result<Page> {
         );
         let points = t.points.iter().map(|(day, v, u)| (calendar(*day), *v, 2.0 * u.unwrap_or(0.0))).collect();
         figures.push(Figure {
-            svg: plot::history(&History {
-                label: t.id.clone(),
-                unit: t.unit.clone(),
-                points,
-                trend,
-                limits: t.limits,
-            })?,
-            caption: format!("{} over time", t.id),
-            description: format!("`{}` with bars of 2 u; dashed: limits; line: trend where it is significant.", t.id),
+            svg: plot::history(
+                &History { label: t.id.clone(), unit: t.unit.clone(), points, trend, limits: t.limits },
+                lang,
+            )?,
+            caption: say!(lang, "over-time", id = t.id),
+            description: say!(lang, "with-bars-of-u-dashed-limits-line", id = t.id),
             ..Figure::default()
         });
     }
-    Ok(page.section(answer.table(table)).section(Section::new("Over time").figures(figures)))
+    Ok(page.section(answer.table(table)).section(Section::new(say!(lang, "over-time-2")).figures(figures)))
 }

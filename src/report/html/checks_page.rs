@@ -2,56 +2,67 @@
 
 use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::Kind;
+use crate::language::{Language, say};
 use crate::report::fit_constraints::ConstraintsStatus;
 use crate::report::table::{rounded, significant};
 use crate::report::{ARCSEC, FitReport};
 
 /// What the checks found, as verdicts for the head of the page.
-pub(super) fn verdicts(report: &FitReport) -> Vec<(Tone, String)> {
+pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
     let mut verdicts = Vec::new();
     if let Some(constraints) = &report.constraints {
         let tone = if constraints.status == ConstraintsStatus::Met { Tone::Plain } else { Tone::Bad };
-        verdicts.push((tone, sentence(&constraints.verdict)));
+        verdicts.push((tone, lang.sentence(&constraints.verdict.say(lang))));
     }
     if let Some(test) = report.checks.lack_of_fit.as_ref().filter(|test| test.rejected) {
-        let text =
-            format!("Lack of fit: the model leaves more than replicates scatter (p = {}).", significant(test.p, 3));
+        let text = say!(lang, "lack-of-fit-the-model-leaves-more", p = significant(test.p, 3));
         verdicts.push((Tone::Bad, text));
     }
     let suspects = report.checks.snooping.as_ref().map(|s| s.suspects.as_slice()).unwrap_or_default();
     if !suspects.is_empty() {
         let numbers: Vec<String> = suspects.iter().map(|s| s.index.to_string()).collect();
-        let what = if suspects.len() == 1 { "reading" } else { "readings" };
-        verdicts.push((Tone::Caution, format!("Suspicious: {what} {}. See the checks.", numbers.join(", "))));
+        verdicts.push((
+            Tone::Caution,
+            say!(lang, "suspicious-see-the-checks", numbers = numbers.join(lang.comma()), n = suspects.len()),
+        ));
     }
     if let Some(robust) = report.robust.as_ref().filter(|robust| !robust.converged) {
-        verdicts.push((Tone::Bad, format!("The robust estimator ({}) did not settle.", robust.method)));
+        verdicts
+            .push((Tone::Bad, say!(lang, "the-robust-estimator-did-not-settle", method = robust.method.to_string())));
     }
     verdicts
 }
 
 /// The checks of the readings.
-pub(super) fn checks(report: &FitReport) -> Section {
+pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
     let checks = &report.checks;
-    let mut section = Section::new("Checks").list(checks.verdict.iter().map(|line| sentence(line)).collect());
-    let mut tests = Table::new(&[("test", Align::Left), ("statistic", Align::Left), ("p", Align::Right)]);
+    let mut section = Section::new(say!(lang, "checks"))
+        .list(checks.verdict.iter().map(|line| lang.sentence(&line.say(lang))).collect());
+    let mut tests =
+        Table::new(&[(say!(lang, "test"), Align::Left), (say!(lang, "statistic"), Align::Left), ("p", Align::Right)]);
     if let Some(test) = &checks.lack_of_fit {
         tests.row(vec![
-            "lack of fit".into(),
-            format!("F = {} with {} and {} \u{3bd}", cells::digits(test.f, 4), test.between_dof, test.pure_error_dof),
+            say!(lang, "lack-of-fit").into(),
+            say!(
+                lang,
+                "f-with-and",
+                f = cells::digits(test.f, 4),
+                between_dof = test.between_dof,
+                pure_error_dof = test.pure_error_dof
+            ),
             significant(test.p, 3),
         ]);
     }
     for (sensor, test) in &checks.runs {
         tests.row(vec![
-            format!("runs of `{sensor}`"),
-            format!("{} runs, {} expected", test.runs, significant(test.expected, 3)),
+            say!(lang, "runs-of", sensor),
+            say!(lang, "runs-expected", runs = test.runs, expected = significant(test.expected, 3)),
             significant(test.p, 3),
         ]);
     }
     if let Some(test) = &checks.normality {
         tests.row(vec![
-            "normality".into(),
+            say!(lang, "normality").into(),
             format!("Shapiro-Francia W' = {}", significant(test.w, 4)),
             significant(test.p, 3),
         ]);
@@ -59,10 +70,10 @@ pub(super) fn checks(report: &FitReport) -> Section {
     section = section.table(tests);
     if let Some(snooping) = &checks.snooping {
         let mut table = Table::new(&[
-            ("suspicious reading", Align::Left),
-            ("position", Align::Left),
-            ("sensor", Align::Left),
-            ("shift", Align::Decimal),
+            (say!(lang, "suspicious-reading"), Align::Left),
+            (say!(lang, "position"), Align::Left),
+            (say!(lang, "sensor"), Align::Left),
+            (say!(lang, "shift"), Align::Decimal),
             ("u", Align::Decimal),
             ("w", Align::Decimal),
             ("p", Align::Right),
@@ -78,18 +89,19 @@ pub(super) fn checks(report: &FitReport) -> Section {
                 significant(s.p, 3),
             ]);
         }
-        table.note = format!(
-            "Shift: how far the reading is off what the others say. p: over all {} readings (Sidak).",
-            snooping.tested
-        );
+        table.note = say!(lang, "shift-how-far-the-reading-is-off", tested = snooping.tested);
         section = section.table(table);
     }
     let without = checks.snooping.as_ref().filter(|s| !s.suspects.is_empty()).map(|s| &s.without_suspects);
-    let mut columns = vec![("parameter", Align::Left), ("weakest reading", Align::Right), ("effect", Align::Right)];
+    let mut columns = vec![
+        (say!(lang, "parameter"), Align::Left),
+        (say!(lang, "weakest-reading"), Align::Right),
+        (say!(lang, "effect"), Align::Right),
+    ];
     if without.is_some() {
-        columns.push(("change without suspects", Align::Right));
+        columns.push((say!(lang, "change-without-suspects"), Align::Right));
     }
-    columns.push(("unit", Align::Left));
+    columns.push((say!(lang, "unit"), Align::Left));
     let mut table = Table::new(&columns);
     table.small = true;
     for p in &report.parameters {
@@ -101,60 +113,65 @@ pub(super) fn checks(report: &FitReport) -> Section {
         row.push(if p.kind == Kind::Tilt { "arcsec".into() } else { p.unit.clone() });
         table.row(row);
     }
-    table.caption = "External reliability".into();
-    table.note =
-        "Effect: what the smallest detectable fault of the reading named would do to the parameter, undetected.".into();
+    table.caption = say!(lang, "external-reliability").into();
+    table.note = say!(lang, "effect-what-the-smallest-detectable-fault-of").into();
     section.table(table)
 }
 
 /// Constraints, the robust estimator and remounting, where the fit has them.
-pub(super) fn conditions(report: &FitReport) -> Section {
-    let mut section = Section::new("Constraints and weights");
+pub(super) fn conditions(report: &FitReport, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "constraints-and-weights"));
     if let Some(constraints) = &report.constraints {
         let mut table = Table::new(&[
-            ("constraint", Align::Right),
+            (say!(lang, "constraint"), Align::Right),
             ("", Align::Left),
-            ("state", Align::Left),
-            ("side", Align::Left),
-            ("cost in chi-square", Align::Right),
+            (say!(lang, "state"), Align::Left),
+            (say!(lang, "side"), Align::Left),
+            (say!(lang, "cost-in-chi-square"), Align::Right),
         ]);
         for c in &constraints.list {
             table.row(vec![
                 c.index.to_string(),
                 format!("`{}`", c.text),
-                c.state.to_string(),
-                c.side.map_or(String::new(), |side| side.to_string()),
+                lang.term("constraint", &c.state.to_string()).into_owned(),
+                c.side.map_or(String::new(), |side| lang.term("side", &side.to_string()).into_owned()),
                 cells::digits(c.cost, 3),
             ]);
         }
-        section = section.prose(sentence(&constraints.verdict)).table(table);
+        section = section.prose(lang.sentence(&constraints.verdict.say(lang))).table(table);
     }
     if let Some(robust) = &report.robust {
         let low: Vec<String> = robust.downweighted.iter().map(usize::to_string).collect();
         let down = if low.is_empty() {
-            "No reading lost more than half of its weight.".to_string()
+            say!(lang, "no-reading-lost-more-than-half-of").to_string()
         } else {
-            format!("Less than half of their weight: readings {}.", low.join(", "))
+            say!(lang, "less-than-half-of-their-weight-readings", low = low.join(lang.comma()))
         };
-        let steps = cells::count(robust.iterations, "step");
-        section = section.prose(format!("Robust estimator: {}, {steps} of reweighting. {down}", robust.method));
+        let steps = lang.count(robust.iterations, "step");
+        section = section.prose(say!(
+            lang,
+            "robust-estimator-of-reweighting",
+            method = robust.method.to_string(),
+            steps,
+            down
+        ));
     }
     section
 }
 
 /// Monte Carlo beside the first order.
-pub(super) fn monte_carlo(report: &FitReport) -> Section {
-    let Some(drawn) = &report.monte_carlo else { return Section::new("Monte Carlo") };
+pub(super) fn monte_carlo(report: &FitReport, lang: Language) -> Section {
+    let Some(drawn) = &report.monte_carlo else { return Section::new(say!(lang, "monte-carlo")) };
     let level = report.parameters.first().map_or(0.95, |p| p.level);
-    let interval = format!("interval ({})", cells::level(level));
+    let interval = say!(lang, "checks-page-interval", level = cells::level(level));
     let mut table = Table::new(&[
-        ("quantity", Align::Left),
-        ("mean", Align::Decimal),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "mean"), Align::Decimal),
         ("u", Align::Decimal),
         (&interval, Align::Right),
-        ("shortest", Align::Right),
-        ("first order", Align::Right),
-        ("unit", Align::Left),
+        (say!(lang, "shortest"), Align::Right),
+        (say!(lang, "first-order"), Align::Right),
+        (say!(lang, "unit"), Align::Left),
     ]);
     for output in &drawn.outputs {
         let parameter = report.parameters.iter().find(|p| p.id == output.id);
@@ -166,7 +183,7 @@ pub(super) fn monte_carlo(report: &FitReport) -> Section {
             (false, None) => (1.0, ""),
         };
         let u = Some(output.u * scale);
-        let pair = |[a, b]: [f64; 2]| format!("{} to {}", rounded(a * scale, u), rounded(b * scale, u));
+        let pair = |[a, b]: [f64; 2]| say!(lang, "from-to", a = rounded(a * scale, u), b = rounded(b * scale, u));
         table.row(vec![
             format!("`{}`", output.id),
             rounded(output.mean * scale, u),
@@ -180,15 +197,9 @@ pub(super) fn monte_carlo(report: &FitReport) -> Section {
             row.tone = Tone::Caution;
         }
     }
-    let trials = format!("{} of {} trials, seed {}.", drawn.trials, drawn.asked, drawn.seed);
-    table.note = format!("{trials} Marked: the first order is not good to two digits of the uncertainty.");
-    Section::new("Monte Carlo").list(drawn.verdict.iter().map(|line| sentence(line)).collect()).table(table)
-}
-
-/// A clause as a sentence: capital letter and full stop.
-fn sentence(clause: &str) -> String {
-    let mut letters = clause.chars();
-    let first: String = letters.next().map(|c| c.to_uppercase().collect()).unwrap_or_default();
-    let stop = if clause.ends_with(['.', '!', '?']) { "" } else { "." };
-    format!("{first}{}{stop}", letters.as_str())
+    let trials = say!(lang, "of-trials-seed", trials = drawn.trials, asked = drawn.asked, seed = drawn.seed);
+    table.note = say!(lang, "marked-the-first-order-is-not-good", trials);
+    Section::new(say!(lang, "monte-carlo"))
+        .list(drawn.verdict.iter().map(|line| lang.sentence(&line.say(lang))).collect())
+        .table(table)
 }

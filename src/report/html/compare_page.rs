@@ -2,46 +2,43 @@
 
 use super::fit_page::colophon;
 use super::{Align, Page, Section, Table, Tone, cells};
+use crate::language::{Language, say};
 use crate::report::table::significant;
 use crate::report::{CompareReport, Input, QuantityReport};
 
 /// The page of a comparison.
-pub fn compare_page(report: &CompareReport, inputs: &[Input]) -> Page {
-    let mut page = Page::new("Least squares beside the published closed forms");
-    page.subtitle = report.source.clone();
-    page.facts = vec![("Bench".into(), format!("`{}`", report.bench))];
-    page.facts.extend(inputs.first().map(|input| ("Campaign".into(), input.name.clone())));
-    page.colophon = colophon(inputs);
-    page.section(section(report)).section(groups(report)).section(misprints(report))
+pub fn compare_page(report: &CompareReport, inputs: &[Input], lang: Language) -> Page {
+    let mut page = Page::new(say!(lang, "least-squares-beside-the-published-closed-forms"));
+    page.language = lang;
+    page.subtitle = lang.name(&report.source).into_owned();
+    page.facts = vec![(say!(lang, "bench").into(), format!("`{}`", report.bench))];
+    page.facts.extend(inputs.first().map(|input| (say!(lang, "campaign").into(), input.name.clone())));
+    page.colophon = colophon(inputs, lang);
+    page.section(section(report, lang)).section(groups(report, lang)).section(misprints(report, lang))
 }
 
 /// All readings: the mean of the closed forms beside one least-squares fit.
-pub(super) fn section(report: &CompareReport) -> Section {
-    let mut section = Section::new("Comparison with the published closed forms").prose(format!("{}.", report.source));
+pub(super) fn section(report: &CompareReport, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "comparison-with-the-published-closed-forms"))
+        .prose(lang.sentence(&lang.name(&report.source)));
     if let Some(difference) = report.largest_relative_difference {
         let difference = significant(difference, 2);
         section = if report.is_square_case() {
-            section.verdict(
-                Tone::Good,
-                format!("Group by group and without the Earth rate, which the formulas ignore, they agree with least squares to {difference} of the value: they are its square special case."),
-            )
+            section.verdict(Tone::Good, say!(lang, "group-by-group-and-without-the-earth", difference))
         } else {
-            section.verdict(
-                Tone::Caution,
-                format!("Group by group and without the Earth rate, which the formulas ignore, they differ from least squares by up to {difference} of the value: these positions are not their square case."),
-            )
+            section.verdict(Tone::Caution, say!(lang, "group-by-group-and-without-the-earth-2", difference))
         };
     }
     let printed = report.printed.is_some();
     let mut columns = vec![
-        (report.quantity(), Align::Left),
-        ("mean of closed forms", Align::Decimal),
-        ("least squares, all readings", Align::Decimal),
+        (report.quantity(lang), Align::Left),
+        (say!(lang, "mean-of-closed-forms"), Align::Decimal),
+        (say!(lang, "least-squares-all-readings"), Align::Decimal),
     ];
     if printed {
-        columns.push(("printed", Align::Decimal));
+        columns.push((say!(lang, "printed"), Align::Decimal));
     }
-    columns.push(("unit", Align::Left));
+    columns.push((say!(lang, "unit"), Align::Left));
     let mut table = Table::new(&columns);
     for q in &report.all.quantities {
         let mut row = vec![format!("`{}`", q.id), number(q.closed_form, q, 3), number(q.least_squares, q, 3)];
@@ -59,20 +56,20 @@ fn number(value: Option<f64>, of: &QuantityReport, decimals: usize) -> String {
     if of.is_angle() { cells::decimals(value, decimals) } else { cells::digits(value, 7) }
 }
 
-fn groups(report: &CompareReport) -> Section {
+fn groups(report: &CompareReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        (&report.group_title, Align::Left),
-        (report.quantity(), Align::Left),
-        ("closed form", Align::Decimal),
-        ("least squares, no Earth rate", Align::Decimal),
-        ("least squares", Align::Decimal),
-        ("printed", Align::Decimal),
-        ("unit", Align::Left),
+        (&lang.name(&report.group_title), Align::Left),
+        (report.quantity(lang), Align::Left),
+        (say!(lang, "closed-form"), Align::Decimal),
+        (say!(lang, "least-squares-no-earth-rate"), Align::Decimal),
+        (say!(lang, "least-squares"), Align::Decimal),
+        (say!(lang, "printed"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
     ]);
     for group in &report.groups {
         for (k, q) in group.quantities.iter().enumerate() {
             table.row(vec![
-                if k == 0 { group.group.map_or("all".into(), |g| g.to_string()) } else { String::new() },
+                if k == 0 { group.group.map_or(say!(lang, "all").into(), |g| g.to_string()) } else { String::new() },
                 format!("`{}`", q.id),
                 number(q.closed_form, q, 3),
                 number(q.without_earth_rate, q, 3),
@@ -85,23 +82,23 @@ fn groups(report: &CompareReport) -> Section {
             }
         }
     }
-    Section::new("Group by group").table(table)
+    Section::new(say!(lang, "group-by-group")).table(table)
 }
 
-fn misprints(report: &CompareReport) -> Section {
+fn misprints(report: &CompareReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        ("what", Align::Left),
-        ("printed", Align::Decimal),
-        ("computed", Align::Decimal),
-        ("what seems to have happened", Align::Left),
+        (say!(lang, "what"), Align::Left),
+        (say!(lang, "printed"), Align::Decimal),
+        (say!(lang, "computed"), Align::Decimal),
+        (say!(lang, "what-seems-to-have-happened"), Align::Left),
     ]);
     for m in &report.misprints {
         table.row(vec![
-            m.what.clone(),
+            m.what.say(lang),
             cells::digits(m.printed, 4),
             cells::digits(m.computed, 4),
-            m.explanation.clone(),
+            m.explanation.say(lang),
         ]);
     }
-    Section::new("Misprints found").table(table)
+    Section::new(say!(lang, "misprints-found")).table(table)
 }

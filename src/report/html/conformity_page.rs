@@ -2,12 +2,13 @@
 
 use super::{Align, Section, Table, Tone, cells};
 use crate::fit::Conformity;
+use crate::language::{Language, say};
 use crate::report::FitReport;
 use crate::report::conformity::percent;
 
 /// Conformity with the limits of the campaign; an empty section where it has none.
-pub(super) fn section(report: &FitReport) -> Section {
-    let section = Section::new("Conformity");
+pub(super) fn section(report: &FitReport, lang: Language) -> Section {
+    let section = Section::new(say!(lang, "conformity"));
     let Some(conformity) = &report.conformity else { return section };
     let tone = |outcome: Conformity| match outcome {
         Conformity::Pass => Tone::Good,
@@ -15,14 +16,14 @@ pub(super) fn section(report: &FitReport) -> Section {
         Conformity::Undecided => Tone::Caution,
     };
     let mut table = Table::new(&[
-        ("quantity", Align::Left),
-        ("lower limit", Align::Decimal),
-        ("value", Align::Decimal),
-        ("upper limit", Align::Decimal),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "lower-limit"), Align::Decimal),
+        (say!(lang, "value"), Align::Decimal),
+        (say!(lang, "upper-limit"), Align::Decimal),
         ("U", Align::Decimal),
-        ("unit", Align::Left),
-        ("probability", Align::Right),
-        ("outcome", Align::Left),
+        (say!(lang, "unit"), Align::Left),
+        (say!(lang, "probability"), Align::Right),
+        (say!(lang, "outcome"), Align::Left),
     ]);
     for q in &conformity.quantities {
         table.row(vec![
@@ -33,16 +34,14 @@ pub(super) fn section(report: &FitReport) -> Section {
             cells::digits(q.expanded, 3),
             q.unit.clone(),
             q.probability.map_or_else(cells::dash, percent),
-            q.outcome.to_string(),
+            lang.term("outcome", &q.outcome.to_string()).into_owned(),
         ]);
     }
-    table.note =
-        "Probability: that the quantity is inside its limits, by Student's t about the estimate (JCGM 106, 7.3)."
-            .into();
-    let words = match conformity.outcome {
-        Conformity::Pass => "Pass",
-        Conformity::Fail => "Fail",
-        Conformity::Undecided => "Undecided",
+    table.note = say!(lang, "probability-that-the-quantity-is-inside-its").into();
+    let text = match conformity.outcome {
+        Conformity::Pass => say!(lang, "conformity-passes", rule = conformity.rule),
+        Conformity::Fail => say!(lang, "conformity-fails", rule = conformity.rule),
+        Conformity::Undecided => say!(lang, "conformity-is-undecided", rule = conformity.rule),
     };
-    section.verdict(tone(conformity.outcome), format!("{words}, by {}.", conformity.rule)).table(table)
+    section.verdict(tone(conformity.outcome), text).table(table)
 }

@@ -8,6 +8,7 @@ use crate::campaign::{Campaign, Role};
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::error::Result;
+use crate::language::Language;
 use crate::report::diagnose::words;
 use crate::report::table::significant;
 use crate::report::{DiagnoseReport, EffectReport, Input};
@@ -21,6 +22,7 @@ pub fn diagnose_page(
     diagnosis: &Diagnosis,
     report: &DiagnoseReport,
     inputs: &[Input],
+    lang: Language,
 ) -> Result<Page> {
     let bench = &campaign.bench;
     let mut page = Page::new(if bench.title.is_empty() { bench.id.clone() } else { bench.title.clone() });
@@ -30,22 +32,22 @@ pub fn diagnose_page(
         page.facts.push(("Source".into(), bench.source.clone()));
     }
     page.facts.extend(inputs.first().map(|input| ("Campaign".to_string(), input.name.clone())));
-    page.facts.extend(campaign.identity.facts());
-    page.colophon = colophon(inputs);
+    page.facts.extend(campaign.identity.facts(lang));
+    page.colophon = colophon(inputs, lang);
     page = page.section(answer(campaign, diagnosis, report)?);
     let mut missing = Section::new("What is missing");
     for effect in &report.effects {
-        missing = missing.block(card(report, effect));
+        missing = missing.block(card(report, effect, lang));
     }
     Ok(page
         .section(missing)
         .section(model(report))
-        .section(scatter_page::scatter(&report.scatter))
-        .section(unexplained(report))
+        .section(scatter_page::scatter(&report.scatter, lang))
+        .section(unexplained(report, lang))
         .section(changes(report))
         .section(places(report))
         .section(search(report))
-        .section(assumptions(campaign, diagnosis, report)))
+        .section(assumptions(campaign, diagnosis, report, lang)))
 }
 
 /// The face of a verdict, of campaigns and of missions alike.
@@ -145,7 +147,7 @@ fn gap(report: &DiagnoseReport) -> Table {
     table
 }
 
-fn card(report: &DiagnoseReport, effect: &EffectReport) -> Block {
+fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block {
     let mut facts: Vec<(String, String)> = Vec::new();
     let mut say = |name: &str, text: String| {
         if !text.is_empty() {
@@ -183,14 +185,14 @@ fn card(report: &DiagnoseReport, effect: &EffectReport) -> Block {
     let beyond = if report.effects.len() == 1 { "" } else { " beyond the others" };
     say("Explains", format!("{} of the gap{beyond}", cells::percent(effect.explains)));
     let aliases = words::aliases(effect);
-    say("Cannot be told from", cells::names(&aliases.same));
+    say("Cannot be told from", cells::names(&aliases.same, lang));
     say("Fits not significantly worse", listed(&aliases.near));
     say("Only through small terms", listed(&aliases.small));
     let told = effect.separate_by.iter().zip(&effect.separate_tells);
     let positions: Vec<String> =
         told.map(|(at, n)| format!("`{}` (from {n} of {})", words::position(at), effect.separate_of)).collect();
     say("One more position would tell it", positions.join("; "));
-    say("No position of this bench tells it from", cells::names(&effect.separate_never));
+    say("No position of this bench tells it from", cells::names(&effect.separate_never, lang));
     say("Why it happens", effect.why.clone());
     say("To confirm", effect.confirm.clone());
     Block::Card { heading: sentence(&effect.name).trim_end_matches('.').to_string(), tone: Tone::Bad, facts }
@@ -230,7 +232,7 @@ fn model(report: &DiagnoseReport) -> Section {
     section.list(repairs.iter().map(|text| sentence(text)).collect())
 }
 
-fn unexplained(report: &DiagnoseReport) -> Section {
+fn unexplained(report: &DiagnoseReport, lang: Language) -> Section {
     let section = Section::new("The pattern");
     let Some(own) = &report.unexplained else { return section };
     let mut table = Table::new(&[
@@ -259,7 +261,7 @@ fn unexplained(report: &DiagnoseReport) -> Section {
     } else {
         format!(
             "Nearest of the catalogue: {} would take off {} and leave more than noise, so it is not accepted.",
-            cells::names(&own.nearest),
+            cells::names(&own.nearest, lang),
             cells::percent(own.nearest_explains)
         )
     };
@@ -374,10 +376,11 @@ fn search(report: &DiagnoseReport) -> Section {
     if holdout.is_empty() { section } else { section.prose(sentence(&holdout)) }
 }
 
-fn assumptions(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Section {
+fn assumptions(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, lang: Language) -> Section {
     let mut points = Vec::new();
     if !report.assumed_zero.is_empty() {
-        points.push(format!("Taken as zero, neither known nor estimated: {}.", cells::names(&report.assumed_zero)));
+        points
+            .push(format!("Taken as zero, neither known nor estimated: {}.", cells::names(&report.assumed_zero, lang)));
     }
     let known = campaign.parameters.iter().filter_map(|p| match &p.role {
         Role::Known(known) => {
@@ -393,7 +396,7 @@ fn assumptions(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseRepo
     let prior = |p: &&crate::campaign::Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
     let priors: Vec<&str> = campaign.estimated().iter().filter(prior).map(|p| p.id.as_str()).collect();
     if !priors.is_empty() {
-        points.push(format!("Priors entered as rows of their own: {}.", cells::names(&priors)));
+        points.push(format!("Priors entered as rows of their own: {}.", cells::names(&priors, lang)));
     }
     points.extend(words::constraints(report).iter().map(|text| sentence(text)));
     points.push(match report.gap.noise.from {

@@ -3,100 +3,94 @@
 use super::{Section, Tone, cells, checks_page};
 use crate::fit::Fit;
 use crate::fit::VarianceFrom;
+use crate::language::{Language, say};
 use crate::report::FitReport;
 use crate::report::table::significant;
 
 /// What the fit says, in verdicts and a paragraph.
-pub(super) fn answer(of: &Fit, report: &FitReport) -> Section {
+pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
     let fit = &report.fit;
-    let mut section = Section::new("Result");
+    let mut section = Section::new(say!(lang, "result"));
     for defect in &report.not_estimable {
-        section =
-            section.verdict(Tone::Bad, format!("Not everything is estimable: `{}` is free. See below.", defect.text));
+        section = section.verdict(Tone::Bad, say!(lang, "not-everything-is-estimable-is-free-see", text = defect.text));
     }
     section = match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
             let rejected = fit.global_test_rejected == Some(true);
             let tone = if rejected { Tone::Bad } else { Tone::Good };
             let words = if rejected {
-                "the readings scatter more than their stated uncertainties allow: the model misses something, or the uncertainties are too small"
+                say!(lang, "the-readings-scatter-more-than-their-stated")
             } else {
-                "the readings scatter as their stated uncertainties say"
+                say!(lang, "the-readings-scatter-as-their-stated-uncertainties")
             };
             section.verdict(
                 tone,
-                format!(
-                    "Global test: {words} (chi-square {} with {}, p = {}).",
-                    significant(chi_square, 4),
-                    cells::count(fit.dof, "degree") + " of freedom",
-                    significant(p, 3)
+                say!(
+                    lang,
+                    "global-test-chi-square-with-p",
+                    words,
+                    chi_square = significant(chi_square, 4),
+                    dof = lang.count(fit.dof, "degree"),
+                    p = significant(p, 3)
                 ),
             )
         }
         _ if fit.variance == VarianceFrom::Estimated && fit.dof > 0 => section.verdict(
             Tone::Plain,
             if report.checks.lack_of_fit.is_some() {
-                "The readings state no uncertainty of their own: their scatter is estimated from the residuals, and only their replicates test the model."
+                say!(lang, "the-readings-state-no-uncertainty-of-their")
             } else {
-                "The readings state no uncertainty of their own: their scatter is estimated from the residuals, so these readings alone cannot test the model."
+                say!(lang, "the-readings-state-no-uncertainty-of-their-2")
             },
         ),
-        _ if fit.dof == 0 => section.verdict(
-            Tone::Caution,
-            "No degrees of freedom: the readings just determine the parameters, and nothing checks them.",
-        ),
+        _ if fit.dof == 0 => section.verdict(Tone::Caution, say!(lang, "no-degrees-of-freedom-the-readings-just")),
         _ => section,
     };
-    for (tone, text) in checks_page::verdicts(report) {
+    for (tone, text) in checks_page::verdicts(report, lang) {
         section = section.verdict(tone, text);
     }
     for remark in &fit.remarks {
-        section = section.verdict(Tone::Caution, format!("{remark}."));
+        section = section.verdict(Tone::Caution, lang.sentence(&remark.say(lang)));
     }
     for (sensor, step) in &fit.resolution {
         section = section.verdict(
             Tone::Caution,
-            format!(
-                "The readings of `{sensor}` scatter no more than their last digit shows: u is that of rounding to {}.",
-                significant(*step, 1)
-            ),
+            say!(lang, "the-readings-of-scatter-no-more-than", sensor, step = significant(*step, 1)),
         );
     }
     let differ: Vec<String> =
         report.nonlinear.iter().map(|(id, share)| format!("`{id}` {} u", significant(*share, 2))).collect();
     if report.convergence.is_none() && !differ.is_empty() {
-        let what = differ.join(", ");
-        section = section.verdict(
-            Tone::Caution,
-            format!("One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in {what}. Fit without `--linear`."),
-        );
+        let what = differ.join(lang.comma());
+        section = section.verdict(Tone::Caution, say!(lang, "one-linear-step-is-not-enough-gauss", what));
     }
     if let Some(record) = &report.convergence {
         let tone = if record.converged { Tone::Good } else { Tone::Bad };
-        let word = if record.converged { "converged" } else { "did not converge" };
-        let steps = cells::count(record.iterations.len(), "iteration");
-        let why = if record.converged { String::new() } else { format!(": {}", record.stop) };
+        let word = if record.converged { say!(lang, "converged") } else { say!(lang, "did-not-converge") };
+        let steps = lang.count(record.iterations.len(), "iteration");
+        let why = if record.converged { String::new() } else { say!(lang, "colon-why", why = record.stop.said()) };
         let linear = match (record.converged, differ.is_empty()) {
             (false, _) => String::new(),
-            (true, true) => {
-                " The linear estimates (one step from the reference point) are the same within 0.1 u.".into()
-            }
+            (true, true) => format!("{}{}", lang.space(), say!(lang, "the-linear-estimates-one-step-from-the")),
             (true, false) => format!(
-                " The linear estimates (one step from the reference point) differ by more than 0.1 u (exact minus linear): {}.",
-                differ.join(", ")
+                "{}{}",
+                lang.space(),
+                say!(lang, "the-linear-estimates-one-step-from-the-2", differ = differ.join(lang.comma()))
             ),
         };
-        section = section.verdict(tone, format!("Gauss-Newton {word} after {steps}{why}.{linear}"));
+        section = section.verdict(tone, say!(lang, "gauss-newton-after", word, steps, why, linear));
         if !record.moved.is_empty() {
-            section = section.prose(format!(
-                "No reading responds to {} at the reference point, where all that they are multiplied by is zero: the fit started beside it.",
-                cells::names(&record.moved)
+            section = section.prose(say!(
+                lang,
+                "no-reading-responds-to-at-the-reference-2",
+                moved = cells::names(&record.moved, lang)
             ));
         }
         if !record.held.is_empty() {
-            section = section.prose(format!(
-                "Held where the iteration began, since the exact model determines them too weakly beyond it: {}.",
-                cells::names(&record.held)
+            section = section.prose(say!(
+                lang,
+                "held-where-the-iteration-began-since-the-2",
+                held = cells::names(&record.held, lang)
             ));
         }
     }
@@ -104,26 +98,29 @@ pub(super) fn answer(of: &Fit, report: &FitReport) -> Section {
         let shifts: Vec<String> = own.shifts.iter().map(|(id, u)| format!("`{id}` {} u", significant(*u, 2))).collect();
         section = section.verdict(
             Tone::Caution,
-            format!(
-                "U holds only for `{}` as held: another value of it, {} away, changes {}.",
-                own.held,
-                with_unit(own.by, &own.unit),
-                shifts.join(", ")
+            say!(
+                lang,
+                "u-holds-only-for-as-held-another-2",
+                held = own.held,
+                by = with_unit(own.by, &own.unit),
+                shifts = shifts.join(lang.comma())
             ),
         );
     }
-    section.prose(summary(of, report))
+    section.prose(summary(of, report, lang))
 }
 
-fn summary(fit: &Fit, report: &FitReport) -> String {
+fn summary(fit: &Fit, report: &FitReport, lang: Language) -> String {
     let sums = &report.fit;
-    let mut text = format!(
-        "From {}{} the fit estimates {} (rank {}, {} of freedom).",
-        cells::count(sums.readings, "reading"),
-        if sums.priors > 0 { format!(" and {}", cells::count(sums.priors, "prior")) } else { String::new() },
-        cells::count(report.parameters.len(), "parameter"),
-        sums.rank,
-        cells::count(sums.dof, "degree"),
+    let readings = lang.count(sums.readings, "reading");
+    let priors = (sums.priors > 0).then(|| lang.count(sums.priors, "prior"));
+    let mut text = say!(
+        lang,
+        "from-the-fit-estimates-rank-of-freedom",
+        from = lang.list(&[vec![readings], priors.into_iter().collect()].concat()),
+        parameters = lang.count(report.parameters.len(), "parameter"),
+        rank = sums.rank.to_string(),
+        dof = lang.count(sums.dof, "degree")
     );
     let mut angles: Vec<(&str, f64)> =
         report.parameters.iter().filter_map(|p| Some((p.id.as_str(), p.arcsec.and_then(|a| a.expanded)?))).collect();
@@ -132,26 +129,39 @@ fn summary(fit: &Fit, report: &FitReport) -> String {
     if let (Some((best, low)), Some((worst, high)), true) = (angles.first(), angles.last(), angles.len() > 1) {
         let [low, high] = [low, high].map(|u| significant(*u, 2));
         text.push_str(&if low == high {
-            format!(" At {}, every angle is known to {} arcsec.", cells::level(level), high)
+            format!(
+                "{}{}",
+                lang.space(),
+                say!(lang, "at-every-angle-is-known-to-arcsec", level = cells::level(level), high)
+            )
         } else {
             format!(
-                " At {}, the angles are known to between {} arcsec (`{best}`) and {} arcsec (`{worst}`).",
-                cells::level(level),
-                low,
-                high
+                "{}{}",
+                lang.space(),
+                say!(lang, "at-the-angles-are-known-to-between", level = cells::level(level), low, best, high, worst)
             )
         });
     }
     let scatter: Vec<String> = sums
         .sensor_sd
         .iter()
-        .filter_map(|(sensor, sd)| Some(format!("{} for `{sensor}`", with_unit((*sd)?, &unit_of(fit, sensor)))))
+        .filter_map(|(sensor, sd)| {
+            Some(say!(lang, "fit-answer-for", sd = with_unit((*sd)?, &unit_of(fit, sensor)), sensor))
+        })
         .collect();
     if !scatter.is_empty() {
-        text.push_str(&format!(" Residual standard deviation: {}.", scatter.join(", ")));
+        text.push_str(&format!(
+            "{}{}",
+            lang.space(),
+            say!(lang, "residual-standard-deviation", scatter = scatter.join(lang.comma()))
+        ));
     }
     if let Some(condition) = sums.condition {
-        text.push_str(&format!(" The scaled design matrix has condition number {}.", significant(condition, 3)));
+        text.push_str(&format!(
+            "{}{}",
+            lang.space(),
+            say!(lang, "the-scaled-design-matrix-has-condition-number", condition = significant(condition, 3))
+        ));
     }
     text
 }

@@ -3,35 +3,40 @@
 use super::{Align, Block, Section, Table, Tone, cells};
 use crate::campaign::Kind;
 use crate::fit::State;
+use crate::language::{Language, say};
 use crate::report::{FitReport, correction_lines, given_sentence, validity_sentence};
 use crate::wire::{CorrectionFile, MountingFile};
 
 /// Readings to inputs: the first order with numbers, where it holds, and the sensors' axes on the mounting face.
-pub(super) fn correction(report: &FitReport) -> Section {
-    let mut section = Section::new("The correction to apply");
+pub(super) fn correction(report: &FitReport, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "the-correction-to-apply"));
     let Some(correction) = &report.correction else {
         let missing: Vec<&str> =
             report.parameters.iter().filter(|p| p.state == State::NotEstimable).map(|p| p.id.as_str()).collect();
         if !missing.is_empty() {
-            let verb = if missing.len() == 1 { "is" } else { "are" };
-            let text = format!("Readings cannot be corrected: {} {verb} not estimable here.", cells::names(&missing));
+            let text = say!(
+                lang,
+                "readings-cannot-be-corrected-not-estimable-here",
+                missing = cells::names(&missing, lang),
+                n = missing.len()
+            );
             section = section.verdict(Tone::Caution, text);
         }
         return section;
     };
     section = section
-        .prose("All sensors are solved together for the inputs that they determine. To first order, with the numbers of this calibration:")
+        .prose(say!(lang, "all-sensors-are-solved-together-for-the"))
         .block(Block::Formula(correction_lines(correction)))
-        .prose(validity_sentence(correction));
-    if let Some(sentence) = given_sentence(correction) {
+        .prose(validity_sentence(correction, lang));
+    if let Some(sentence) = given_sentence(correction, lang) {
         section = section.prose(sentence);
     }
     for (sensor, why) in &correction.left_out {
-        section = section.verdict(Tone::Caution, format!("`{sensor}` is left out of the correction: {why}."));
+        section = section.verdict(Tone::Caution, say!(lang, "is-left-out-of-the-correction", sensor, why));
     }
-    section = section.prose("`tumble apply` corrects a record by the exact lines, `tumble export` writes them as source code; both read the JSON report of this fit.");
+    section = section.prose(say!(lang, "tumble-apply-corrects-a-record-by-the"));
     if let Some(mounting) = &correction.mounting {
-        section = mounted(section, correction, mounting);
+        section = mounted(section, correction, mounting, lang);
         let others: Vec<&str> = report
             .parameters
             .iter()
@@ -39,25 +44,34 @@ pub(super) fn correction(report: &FitReport) -> Section {
             .map(|p| p.id.as_str())
             .collect();
         if !others.is_empty() {
-            let verb =
-                if others.len() == 1 { "belongs to the bench and stays" } else { "belong to the bench and stay" };
-            section = section.prose(format!("{} {verb} there.", cells::names(&others)));
+            section = section.prose(say!(
+                lang,
+                "belongs-to-the-bench-and-stays-there",
+                others = cells::names(&others, lang),
+                n = others.len()
+            ));
         }
     }
     section
 }
 
-fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFile) -> Section {
-    let tilts = cells::names(&mounting.tilts);
+fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFile, lang: Language) -> Section {
+    let tilts = cells::names(&mounting.tilts, lang);
     if !mounting.missing.is_empty() {
-        let verb = if mounting.missing.len() == 1 { "is" } else { "are" };
-        return section.prose(format!(
-            "The rotation from the sensors' axes to the mounting face needs {tilts}; {} {verb} not estimable here.",
-            cells::names(&mounting.missing)
+        return section.prose(say!(
+            lang,
+            "the-rotation-from-the-sensors-axes-to",
+            tilts,
+            missing = cells::names(&mounting.missing, lang),
+            n = mounting.missing.len()
         ));
     }
-    let mut table =
-        Table::new(&[("input", Align::Left), ("x", Align::Decimal), ("y", Align::Decimal), ("z", Align::Decimal)]);
+    let mut table = Table::new(&[
+        (say!(lang, "input"), Align::Left),
+        ("x", Align::Decimal),
+        ("y", Align::Decimal),
+        ("z", Align::Decimal),
+    ]);
     for input in correction.inputs.iter().filter(|input| input.solved) {
         let Some(d) = input.direction else { continue };
         let cosine = |row: &[f64; 3]| row.iter().zip(&d).map(|(r, d)| r * d).sum::<f64>();
@@ -65,8 +79,6 @@ fn mounted(section: Section, correction: &CorrectionFile, mounting: &MountingFil
         cells.extend(mounting.rotation.iter().map(|row| format!("{:.9}", cosine(row))));
         table.row(cells);
     }
-    table.caption = "Direction cosines of the corrected inputs on the mounting face".into();
-    section
-        .prose(format!("A corrected input points along the sensors' own axes. On the mounting face (the frame after the last joint) these are turned by {tilts}; a rate or force known there has this component along them:"))
-        .table(table)
+    table.caption = say!(lang, "direction-cosines-of-the-corrected-inputs-on").into();
+    section.prose(say!(lang, "a-corrected-input-points-along-the-sensors", tilts)).table(table)
 }

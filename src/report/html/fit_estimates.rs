@@ -6,36 +6,45 @@ use crate::campaign::Kind;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::fit::State;
+use crate::language::{Language, say};
 use crate::report::table::significant;
-use crate::report::{ARCSEC, FitReport};
+use crate::report::{ARCSEC, FitReport, scatter};
 
 /// Every angle and coefficient with its uncertainty.
-pub(super) fn estimates(fit: &Fit, report: &FitReport) -> Result<Section> {
+pub(super) fn estimates(fit: &Fit, report: &FitReport, lang: Language) -> Result<Section> {
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     let expanded = format!("U ({})", cells::level(level));
     let columns = |what: &'static str| {
         Table::new(&[
             (what, Align::Left),
-            ("estimate", Align::Decimal),
+            (say!(lang, "estimate"), Align::Decimal),
             ("u", Align::Decimal),
             (&expanded, Align::Decimal),
             ("\u{3bd}", Align::Right),
             ("k", Align::Right),
-            ("unit", Align::Left),
+            (say!(lang, "unit"), Align::Left),
             ("", Align::Left),
         ])
     };
-    let (mut angles, mut coefficients) = (columns("angle"), columns("coefficient"));
+    let (mut angles, mut coefficients) = (columns(say!(lang, "angle")), columns(say!(lang, "coefficient")));
     for (p, result) in report.parameters.iter().zip(&fit.parameters) {
         let remark = match p.state {
-            State::Free => result.meaning.clone(),
-            State::NotEstimable => "not estimable".into(),
+            State::Free => meaning(result, lang),
+            State::NotEstimable => say!(lang, "not-estimable").into(),
             other => {
                 let scale = if p.kind == Kind::Tilt { ARCSEC } else { 1.0 };
                 let interval =
                     p.interval.map(|ends| ends.map(|end| cells::value(Some(end * scale), p.u.map(|u| u * scale))));
-                let between = interval.map_or(String::new(), |[a, b]| format!(", interval {a} to {b}"));
-                format!("{other}{between}. {}", result.meaning)
+                let between = interval.map_or(String::new(), |[a, b]| say!(lang, "interval-to", a, b));
+                say!(
+                    lang,
+                    "state-and-meaning",
+                    state = lang.term("state", other.name()),
+                    between,
+                    meaning = meaning(result, lang)
+                )
+                .trim_end()
+                .to_string()
             }
         };
         let (value, u, expanded, unit) = match p.arcsec {
@@ -55,14 +64,17 @@ pub(super) fn estimates(fit: &Fit, report: &FitReport) -> Result<Section> {
         };
         let table = if d.arcsec.is_some() { &mut angles } else { &mut coefficients };
         table.row(row(&d.id, value, (u, expanded), d.dof, d.k, unit, format!("= `{}`", d.line)));
+        if let (Some(note), Some(last)) = (&d.note, table.rows.last_mut()) {
+            last.tone = Tone::Caution;
+            let remark = last.cells.last_mut();
+            remark.into_iter().for_each(|cell| cell.push_str(&format!("{}{}", lang.semicolon(), note.say(lang))));
+        }
     }
-    coefficients.note = format!(
-        "u: combined standard uncertainty; {expanded} = k u: expanded uncertainty, k from Student's t with \u{3bd} effective degrees of freedom."
-    );
+    coefficients.note = say!(lang, "u-combined-standard-uncertainty-k-u-expanded", expanded);
     if coefficients.rows.is_empty() {
         angles.note = std::mem::take(&mut coefficients.note);
     }
-    Ok(Section::new("Estimates").table(angles).figures(estimate_figures(report)?).table(coefficients))
+    Ok(Section::new(say!(lang, "estimates")).table(angles).figures(estimate_figures(report, lang)?).table(coefficients))
 }
 
 fn row(
@@ -86,36 +98,38 @@ fn row(
     ]
 }
 
+/// What a parameter is, as its bench says it.
+fn meaning(result: &crate::fit::ParameterResult, lang: Language) -> String {
+    lang.name(&result.meaning).into_owned()
+}
+
 /// What the readings leave free, and what would separate it.
-pub(super) fn not_estimable(report: &FitReport) -> Section {
-    let mut section = Section::new("Not estimable from these readings");
+pub(super) fn not_estimable(report: &FitReport, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "not-estimable-from-these-readings"));
     for defect in &report.not_estimable {
         let only: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
         let instead = if only.is_empty() {
-            "no reading responds to it".to_string()
+            say!(lang, "no-reading-responds-to-it").to_string()
         } else {
-            format!("only {} {} determined", cells::names(&only), if only.len() == 1 { "is" } else { "are" })
+            say!(lang, "only-determined", only = cells::names(&only, lang), n = only.len())
         };
-        section = section
-            .prose(format!("The parameters can move along `{}` and no reading changes; {instead}.", defect.text));
+        section = section.prose(say!(lang, "the-parameters-can-move-along-and-no", text = defect.text, instead));
         section = match &defect.separate_by {
             Some(position) => {
                 let keys: Vec<String> = position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-                section.prose(format!("What would separate it: a further reading at {}.", cells::names(&keys)))
+                section.prose(say!(lang, "what-would-separate-it-a-further-reading", keys = cells::names(&keys, lang)))
             }
-            None if defect.weak => section.prose(format!("But {}.", defect.nowhere())),
-            None => {
-                section.prose("No position of this bench would separate it: it takes another bench, or a known value.")
-            }
+            None if defect.weak => section.prose(say!(lang, "fit-estimates-but", nowhere = defect.nowhere())),
+            None => section.prose(say!(lang, "no-position-of-this-bench-would-separate")),
         };
     }
     if !report.estimable_combinations.is_empty() {
         let mut table = Table::new(&[
-            ("determined instead", Align::Left),
-            ("estimate", Align::Decimal),
+            (say!(lang, "determined-instead"), Align::Left),
+            (say!(lang, "estimate"), Align::Decimal),
             ("u", Align::Decimal),
             ("U", Align::Decimal),
-            ("unit", Align::Left),
+            (say!(lang, "unit"), Align::Left),
         ]);
         for own in &report.estimable_combinations {
             let (value, u, expanded, unit) = match own.arcsec {
@@ -136,18 +150,19 @@ pub(super) fn not_estimable(report: &FitReport) -> Section {
 }
 
 /// The budget of each quantity.
-pub(super) fn budget(report: &FitReport) -> Result<Section> {
-    let mut section = Section::new("Where the uncertainty comes from").figures(budget_figures(report)?);
+pub(super) fn budget(report: &FitReport, lang: Language) -> Result<Section> {
+    let mut section =
+        Section::new(say!(lang, "where-the-uncertainty-comes-from")).figures(budget_figures(report, lang)?);
     let mut table = Table::new(&[
-        ("quantity", Align::Left),
-        ("source", Align::Left),
-        ("type", Align::Left),
-        ("distribution", Align::Left),
-        ("u of source", Align::Right),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "source-2"), Align::Left),
+        (say!(lang, "type"), Align::Left),
+        (say!(lang, "distribution"), Align::Left),
+        (say!(lang, "u-of-source"), Align::Right),
         ("c", Align::Right),
         ("\u{3bd}", Align::Right),
-        ("contribution", Align::Right),
-        ("share", Align::Right),
+        (say!(lang, "contribution"), Align::Right),
+        (say!(lang, "share"), Align::Right),
     ]);
     table.small = true;
     let parameters = report.parameters.iter().map(|p| (&p.id, &p.budget));
@@ -162,9 +177,9 @@ pub(super) fn budget(report: &FitReport) -> Result<Section> {
             }
             table.row(vec![
                 if first { format!("`{id}`") } else { String::new() },
-                line.source.clone(),
+                scatter::source_name(&line.source, lang),
                 line.evaluation.to_string(),
-                line.distribution.to_string(),
+                lang.term("distribution", &line.distribution.to_string()).into_owned(),
                 cells::digits(line.source_u, 3),
                 cells::digits(line.c, 4),
                 cells::dof(line.dof, true),
@@ -177,11 +192,13 @@ pub(super) fn budget(report: &FitReport) -> Result<Section> {
             first = false;
         }
     }
-    table.note = "Angles in radians. c: sensitivity coefficient of a single source; \u{3bd}: degrees of freedom; share: part of the variance.".into();
+    table.note = say!(lang, "angles-in-radians-c-sensitivity-coefficient-of").into();
     if hidden > 0 {
-        table
-            .note
-            .push_str(&format!(" {} below 0.05 % of the variance left out.", cells::count(hidden, "contribution")));
+        table.note.push_str(&format!(
+            "{}{}",
+            lang.space(),
+            say!(lang, "below-of-the-variance-left-out", contribution = lang.count(hidden, "contribution"))
+        ));
     }
     section = section.table(table);
     Ok(section)

@@ -3,10 +3,12 @@
 use super::{FAR, Figure, cells};
 use crate::campaign::Kind;
 use crate::error::Result;
-use crate::fit::Fit;
+use crate::fit::{Fit, State};
+use crate::language::{Language, say};
 use crate::report::plot::{self, Bar, Interval, Part, Residual};
+use crate::report::scatter;
 use crate::report::table::{rounded, significant};
-use crate::report::{BudgetReport, FitReport};
+use crate::report::{ARCSEC, BudgetReport, FitReport};
 use crate::uncertainty::Evaluation;
 
 /// More rows than this are no figure any more.
@@ -21,29 +23,34 @@ struct Angle<'a> {
     expanded: f64,
     budget: &'a [BudgetReport],
     u: f64,
+    /// Ends of the interval, where a bound holds it.
+    at_bound: Option<[f64; 2]>,
 }
 
 fn angles(report: &FitReport) -> Vec<Angle<'_>> {
-    let parameters = report.parameters.iter().map(|p| (p.id.as_str(), p.arcsec, p.budget.as_slice()));
-    let derived = report.derived.iter().map(|d| (d.id.as_str(), d.arcsec, d.budget.as_slice()));
+    let parameters = report.parameters.iter().map(|p| {
+        let held = p.interval.filter(|_| p.state == State::AtBound).map(|ends| ends.map(|end| end * ARCSEC));
+        (p.id.as_str(), p.arcsec, p.budget.as_slice(), held)
+    });
+    let derived = report.derived.iter().map(|d| (d.id.as_str(), d.arcsec, d.budget.as_slice(), None));
     parameters
         .chain(derived)
-        .filter_map(|(id, arcsec, budget)| {
+        .filter_map(|(id, arcsec, budget, at_bound)| {
             let a = arcsec?;
-            Some(Angle { id, value: a.value?, expanded: a.expanded?, u: a.u?, budget })
+            Some(Angle { id, value: a.value?, expanded: a.expanded?, u: a.u?, budget, at_bound })
         })
         .take(MOST_ROWS)
         .collect()
 }
 
 /// Parts of a bar of length `u`: each source by its share of the variance, large ones first; the smallest together.
-fn parts(budget: &[BudgetReport], u: f64) -> Vec<Part> {
+fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
     let mut lines: Vec<&BudgetReport> = budget.iter().filter(|line| line.share > 5e-3).collect();
     lines.sort_by(|a, b| a.evaluation.cmp(&b.evaluation).then(b.share.total_cmp(&a.share)));
     lines
         .iter()
         .map(|line| Part {
-            source: line.source.clone(),
+            source: scatter::source_name(&line.source, lang),
             type_b: line.evaluation == Evaluation::TypeB,
             size: u * line.share,
         })
@@ -51,62 +58,79 @@ fn parts(budget: &[BudgetReport], u: f64) -> Vec<Part> {
 }
 
 /// Angles with error bars, and their standard uncertainties by source.
-pub(super) fn estimate_figures(report: &FitReport) -> Result<Vec<Figure>> {
+pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Result<Vec<Figure>> {
     let angles = angles(report);
     if angles.is_empty() {
         return Ok(Vec::new());
     }
-    let rows: Vec<Interval> =
-        angles.iter().map(|a| Interval { label: a.id.into(), value: a.value, expanded: a.expanded }).collect();
-    let bars: Vec<Bar> = angles.iter().map(|a| Bar { label: a.id.into(), parts: parts(a.budget, a.u) }).collect();
+    let rows: Vec<Interval> = angles
+        .iter()
+        .map(|a| Interval { label: a.id.into(), value: a.value, expanded: a.expanded, at_bound: a.at_bound })
+        .collect();
+    let bars: Vec<Bar> = angles.iter().map(|a| Bar { label: a.id.into(), parts: parts(a.budget, a.u, lang) }).collect();
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     Ok(vec![
         Figure {
-            caption: format!("Angles with their expanded uncertainties ({}).", cells::level(level)),
+            caption: [
+                Some(say!(lang, "angles-with-their-expanded-uncertainties", level = cells::level(level))),
+                angles.iter().any(|a| a.at_bound.is_some()).then(|| say!(lang, "angles-at-bounds").to_string()),
+            ]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(lang.space()),
             description: listed(
                 angles.iter().map(|a| {
-                    format!("{} {} +- {} arcsec", a.id, rounded(a.value, Some(a.u)), significant(a.expanded, 3))
+                    say!(
+                        lang,
+                        "fit-figures-arcsec",
+                        id = a.id,
+                        value = rounded(a.value, Some(a.u)),
+                        expanded = significant(a.expanded, 3)
+                    )
                 }),
+                lang,
             ),
-            svg: plot::values(&rows, "arcsec")?,
+            svg: plot::values(&rows, "arcsec", lang)?,
             wide: false,
         },
         Figure {
-            caption: "Standard uncertainties, divided by each source's share of the variance.".into(),
+            caption: say!(lang, "standard-uncertainties-divided-by-each-sources-share").into(),
             description: listed(
-                bars.iter()
-                    .zip(&angles)
-                    .map(|(bar, a)| format!("{}: u {} arcsec, {}", a.id, significant(a.u, 3), shares(bar))),
+                bars.iter().zip(&angles).map(|(bar, a)| {
+                    say!(lang, "u-arcsec", id = a.id, u = significant(a.u, 3), bar = shares(bar, lang))
+                }),
+                lang,
             ),
-            svg: plot::bars(&bars, ("standard uncertainty", "arcsec"), plot::HALF)?,
+            svg: plot::bars(&bars, (say!(lang, "standard-uncertainty"), "arcsec"), plot::HALF, lang)?,
             wide: false,
         },
     ])
 }
 
 /// Shares of the variance for coefficients, where there is more than one source.
-pub(super) fn budget_figures(report: &FitReport) -> Result<Vec<Figure>> {
+pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Result<Vec<Figure>> {
     let parameters = report.parameters.iter().filter(|p| p.kind != Kind::Tilt).map(|p| (&p.id, &p.budget));
     let derived = report.derived.iter().filter(|d| d.arcsec.is_none()).map(|d| (&d.id, &d.budget));
     let bars: Vec<Bar> = parameters
         .chain(derived)
         .filter(|(_, budget)| !budget.is_empty())
-        .map(|(id, budget)| Bar { label: id.clone(), parts: parts(budget, 100.0) })
+        .map(|(id, budget)| Bar { label: id.clone(), parts: parts(budget, 100.0, lang) })
         .take(MOST_ROWS)
         .collect();
     if bars.iter().all(|bar| bar.parts.len() < 2) {
         return Ok(Vec::new());
     }
     Ok(vec![Figure {
-        caption: "Coefficients: each source's share of the variance. Sources below 0.5 % are left white.".into(),
-        description: listed(bars.iter().map(|bar| format!("{}: {}", bar.label, shares(bar)))),
-        svg: plot::bars(&bars, ("share of the variance", "%"), plot::WIDE)?,
+        caption: say!(lang, "coefficients-each-sources-share-of-the-variance").into(),
+        description: listed(bars.iter().map(|bar| format!("{}: {}", bar.label, shares(bar, lang))), lang),
+        svg: plot::bars(&bars, (say!(lang, "share-of-the-variance"), "%"), plot::WIDE, lang)?,
         wide: true,
     }])
 }
 
 /// Residuals of each sensor in order, with the band in which each should lie.
-pub(super) fn residual_figures(fit: &Fit, report: &FitReport) -> Result<Vec<Figure>> {
+pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
     let sensors = &fit.campaign.bench.sensors;
     for sensor in sensors {
@@ -130,15 +154,21 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport) -> Result<Vec<Figu
             .collect();
         let far: Vec<String> = own.iter().filter(|r| is_far(r.studentized)).map(|r| r.index.to_string()).collect();
         let beyond = match far.len() {
-            0 => format!("None lies beyond {FAR} standard deviations."),
-            1..=12 => format!("Diamonds lie beyond {FAR} standard deviations: reading {}.", far.join(", ")),
-            n => format!("Diamonds, {n} of them, lie beyond {FAR} standard deviations."),
+            0 => say!(lang, "none-lies-beyond-standard-deviations", limit = FAR),
+            1..=12 => {
+                say!(lang, "diamonds-lie-beyond-standard-deviations-reading", limit = FAR, far = far.join(lang.comma()))
+            }
+            n => say!(lang, "diamonds-of-them-lie-beyond-standard-deviations", n, limit = FAR),
         };
-        let thinned = if every > 1 { format!(" One reading in {every} is drawn.") } else { String::new() };
+        let thinned = if every > 1 {
+            format!("{}{}", lang.space(), say!(lang, "one-reading-in-is-drawn", every))
+        } else {
+            String::new()
+        };
         figures.push(Figure {
-            caption: format!("Residuals of {} before bands of two standard deviations. {beyond}{thinned}", sensor.id),
-            description: format!("Residuals of {}: {beyond}", sensor.id),
-            svg: plot::residuals(&rows, &format!("{} residual", sensor.id), &sensor.unit)?,
+            caption: say!(lang, "residuals-of-before-bands-of-two-standard", id = sensor.id, beyond, thinned),
+            description: say!(lang, "residuals-of", id = sensor.id, beyond),
+            svg: plot::residuals(&rows, &say!(lang, "fit-figures-residual", id = sensor.id), &sensor.unit, lang)?,
             wide: true,
         });
     }
@@ -146,14 +176,14 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport) -> Result<Vec<Figu
 }
 
 /// The normal plot and the correlation map.
-pub(super) fn spread_figures(report: &FitReport) -> Result<Vec<Figure>> {
+pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
     let studentized: Vec<f64> = report.readings.iter().filter_map(|r| r.studentized).collect();
     if studentized.len() > 2 {
         figures.push(Figure {
-            caption: "Normal plot of the studentized residuals with its pointwise 95 % band: normal residuals follow the line.".into(),
-            description: farthest(&studentized),
-            svg: plot::normal(&studentized)?,
+            caption: say!(lang, "normal-plot-of-the-studentized-residuals-with").into(),
+            description: farthest(&studentized, lang),
+            svg: plot::normal(&studentized, lang)?,
             wide: false,
         });
     }
@@ -161,9 +191,8 @@ pub(super) fn spread_figures(report: &FitReport) -> Result<Vec<Figure>> {
     if (2..=MOST_ROWS).contains(&order.len()) {
         let matrix = correlations(report);
         figures.push(Figure {
-            caption: "Correlations of the estimates, in hundredths: blue positive, orange negative, crosses where not estimable."
-                .into(),
-            description: strongest(&order, &matrix),
+            caption: say!(lang, "correlations-of-the-estimates-in-hundredths-blue").into(),
+            description: strongest(&order, &matrix, lang),
             svg: plot::correlation(&order, &matrix)?,
             wide: order.len() > 14,
         });
@@ -187,32 +216,32 @@ fn correlations(report: &FitReport) -> Vec<Vec<Option<f64>>> {
 }
 
 /// What a figure lists, in words; long lists are cut.
-fn listed(lines: impl Iterator<Item = String>) -> String {
+fn listed(lines: impl Iterator<Item = String>, lang: Language) -> String {
     const MOST: usize = 12;
     let lines: Vec<String> = lines.collect();
-    let mut text = lines.iter().take(MOST).cloned().collect::<Vec<_>>().join("; ");
+    let mut text = lines.iter().take(MOST).cloned().collect::<Vec<_>>().join(lang.semicolon());
     if lines.len() > MOST {
-        text.push_str(&format!("; and {} more, as in the table", lines.len() - MOST));
+        text.push_str(&say!(lang, "and-more-as-in-the-table", lines = lines.len() - MOST));
     }
-    text + "."
+    lang.sentence(&text)
 }
 
 /// The parts of a bar, in words.
-fn shares(bar: &Bar) -> String {
+fn shares(bar: &Bar, lang: Language) -> String {
     let whole: f64 = bar.parts.iter().map(|part| part.size).sum();
     let part = |part: &Part| format!("{} {:.0} %", part.source, 100.0 * part.size / whole.max(f64::MIN_POSITIVE));
-    bar.parts.iter().map(part).collect::<Vec<_>>().join(", ")
+    bar.parts.iter().map(part).collect::<Vec<_>>().join(lang.comma())
 }
 
 /// The residuals of a normal plot, in words.
-fn farthest(studentized: &[f64]) -> String {
+fn farthest(studentized: &[f64], lang: Language) -> String {
     let (low, high) = studentized.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let n = studentized.len();
-    format!("{n} studentized residuals, from {} to {}.", significant(low, 3), significant(high, 3))
+    say!(lang, "studentized-residuals-from-to", n, low = significant(low, 3), high = significant(high, 3))
 }
 
 /// The largest correlation, in words.
-fn strongest(order: &[&str], matrix: &[Vec<Option<f64>>]) -> String {
+fn strongest(order: &[&str], matrix: &[Vec<Option<f64>>], lang: Language) -> String {
     let mut best: Option<(f64, &str, &str)> = None;
     for (i, row) in matrix.iter().enumerate() {
         for (j, r) in row.iter().enumerate().take(i) {
@@ -223,5 +252,7 @@ fn strongest(order: &[&str], matrix: &[Vec<Option<f64>>]) -> String {
             }
         }
     }
-    best.map_or("No correlation.".into(), |(r, a, b)| format!("Strongest correlation: {r:.2} between {a} and {b}."))
+    best.map_or(say!(lang, "no-correlation").into(), |(r, a, b)| {
+        say!(lang, "strongest-correlation-between-and", r = format!("{r:.2}"), a, b)
+    })
 }

@@ -4,65 +4,76 @@ use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::JointState;
 use crate::fit::Fit;
 use crate::fit::{Estimator, VarianceFrom};
+use crate::language::{Language, say};
 use crate::report::table::significant;
 use crate::report::{FitReport, gravity_text};
 
 /// What the fit takes for granted.
-pub(super) fn assumptions(fit: &Fit, report: &FitReport) -> Section {
+pub(super) fn assumptions(fit: &Fit, report: &FitReport, lang: Language) -> Section {
     let mut points = Vec::new();
     if !report.assumed_zero.is_empty() {
-        points.push(format!("Taken as zero, neither known nor estimated: {}.", cells::names(&report.assumed_zero)));
+        points.push(say!(
+            lang,
+            "taken-as-zero-neither-known-nor-estimated",
+            assumed_zero = cells::names(&report.assumed_zero, lang)
+        ));
     }
     points.push(match fit.campaign.bench.site {
         Some(site) => {
-            let said = gravity_text(&report.site).unwrap_or(format!("gravity {} g", site.gravity_g));
-            format!("Site: latitude {}\u{b0}, Earth rate {} deg/h, {said}.", site.latitude_deg, site.earth_rate_deg_h)
+            let said = gravity_text(&report.site, lang).unwrap_or(say!(lang, "gravity-g", gravity_g = site.gravity_g));
+            say!(
+                lang,
+                "site-latitude-earth-rate-deg-h",
+                latitude_deg = site.latitude_deg,
+                earth_rate_deg_h = site.earth_rate_deg_h,
+                said
+            )
         }
-        None => "No site: no Earth rate, and gravity is 1 g.".into(),
+        None => say!(lang, "no-site-no-earth-rate-and-gravity").into(),
     });
-    points.extend(report.site.warnings.iter().map(|warning| format!("Warning: {warning}.")));
+    points.extend(report.site.warnings.iter().map(|warning| say!(lang, "fit-readings-warning", warning)));
     points.push(match report.estimator {
-        Estimator::Linear => {
-            "Linear: rows are exact derivatives at the reference point, and one step is taken from it.".into()
-        }
-        Estimator::Exact => "Exact: rows are exact derivatives, iterated to the solution.".into(),
+        Estimator::Linear => say!(lang, "linear-rows-are-exact-derivatives-at-the").into(),
+        Estimator::Exact => say!(lang, "exact-rows-are-exact-derivatives-iterated-to").into(),
     });
     points.push(match report.fit.variance {
-        VarianceFrom::Stated => "Uncertainties of the readings are as stated.".into(),
-        VarianceFrom::Estimated => {
-            "Readings of one sensor scatter alike and independently; how much, their residuals say.".into()
-        }
+        VarianceFrom::Stated => say!(lang, "uncertainties-of-the-readings-are-as-stated").into(),
+        VarianceFrom::Estimated => say!(lang, "readings-of-one-sensor-scatter-alike-and").into(),
     });
     if report.fit.priors > 0 {
-        points.push(format!("{} entered as rows of their own.", cells::count(report.fit.priors, "prior")));
+        points.push(say!(lang, "entered-as-rows-of-their-own", prior = lang.count(report.fit.priors, "prior")));
     }
     let mut table = Table::new(&[
-        ("known", Align::Left),
-        ("value", Align::Decimal),
+        (say!(lang, "known"), Align::Left),
+        (say!(lang, "value"), Align::Decimal),
         ("u", Align::Decimal),
-        ("distribution", Align::Left),
+        (say!(lang, "distribution"), Align::Left),
         ("\u{3bd}", Align::Right),
-        ("unit", Align::Left),
+        (say!(lang, "unit"), Align::Left),
     ]);
     for known in &report.known {
-        let u = if known.u > 0.0 { significant(known.u, 3) } else { "exact".into() };
+        let u = if known.u > 0.0 { significant(known.u, 3) } else { say!(lang, "exact").into() };
         table.row(vec![
             format!("`{}`", known.id),
             known.value.to_string(),
             u,
-            if known.u > 0.0 { known.distribution.to_string() } else { String::new() },
+            if known.u > 0.0 {
+                lang.term("distribution", &known.distribution.to_string()).into_owned()
+            } else {
+                String::new()
+            },
             if known.u > 0.0 { cells::dof(known.dof, true) } else { String::new() },
             known.unit.clone(),
         ]);
     }
-    Section::new("What was assumed").list(points).table(table)
+    Section::new(say!(lang, "what-was-assumed")).list(points).table(table)
 }
 
 /// More readings than this are not listed one by one.
 const LISTED: usize = 1000;
 
 /// Each reading with what the fit makes of it.
-pub(super) fn readings(fit: &Fit, report: &FitReport) -> Section {
+pub(super) fn readings(fit: &Fit, report: &FitReport, lang: Language) -> Section {
     let joints: Vec<&str> = fit.campaign.bench.joints().collect();
     let states =
         |index: usize| fit.campaign.readings.rows.get(index - 1).map(|r| r.joints.as_slice()).unwrap_or_default();
@@ -75,19 +86,19 @@ pub(super) fn readings(fit: &Fit, report: &FitReport) -> Section {
             }
         }
     }
-    let mut columns: Vec<(&str, Align)> = vec![("", Align::Right), ("position", Align::Left)];
+    let mut columns: Vec<(&str, Align)> = vec![("", Align::Right), (say!(lang, "position"), Align::Left)];
     columns.extend(keys.iter().map(|key| (key.as_str(), Align::Decimal)));
     let several = fit.campaign.bench.sensors.len() > 1;
     if several {
-        columns.push(("sensor", Align::Left));
+        columns.push((say!(lang, "sensor"), Align::Left));
     }
     columns.extend([
-        ("value", Align::Decimal),
-        ("fitted", Align::Decimal),
-        ("residual", Align::Decimal),
-        ("studentized", Align::Decimal),
-        ("redundancy", Align::Decimal),
-        ("detectable", Align::Right),
+        (say!(lang, "value"), Align::Decimal),
+        (say!(lang, "fitted"), Align::Decimal),
+        (say!(lang, "residual"), Align::Decimal),
+        (say!(lang, "studentized"), Align::Decimal),
+        (say!(lang, "redundancy"), Align::Decimal),
+        (say!(lang, "detectable"), Align::Right),
     ]);
     let mut table = Table::new(&columns);
     table.small = true;
@@ -117,17 +128,15 @@ pub(super) fn readings(fit: &Fit, report: &FitReport) -> Section {
             row.tone = Tone::Caution;
         }
     }
-    table.note = format!(
-        "Redundancy: the share of a fault that shows in the reading's own residual. Detectable: the smallest fault that a test at 0.1 % finds with 80 % power. Marked: studentized beyond {}.",
-        super::FAR
-    );
+    table.note = say!(lang, "redundancy-the-share-of-a-fault-that", limit = super::FAR);
     if report.readings.len() > LISTED {
         table.note.push_str(&format!(
-            " The first {LISTED} of {} are listed; the JSON report has all.",
-            report.readings.len()
+            "{}{}",
+            lang.space(),
+            say!(lang, "the-first-of-are-listed-the-json", listed = LISTED, n = report.readings.len().to_string())
         ));
     }
-    Section::new("Readings").table(table)
+    Section::new(say!(lang, "readings")).table(table)
 }
 
 /// A value as the file gives it, unless it has more digits than anyone wants to see.

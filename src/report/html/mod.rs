@@ -79,6 +79,7 @@ use crate::error::{Fault, Malformed, Result};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
+use std::collections::BTreeMap;
 
 /// Studentized residuals beyond this are marked.
 const FAR: f64 = 3.0;
@@ -109,6 +110,14 @@ pub fn render(page: &Page) -> Result<String> {
     environment.add_filter("bar", |text: &str| Value::from_safe_string(escape::bar(text)));
     environment.add_template("page.html", TEMPLATE).map_err(fault)?;
     let template = environment.get_template("page.html").map_err(fault)?;
+    let language = page.language;
+    let tones = [("plain", Tone::Plain), ("good", Tone::Good), ("caution", Tone::Caution), ("bad", Tone::Bad)];
+    let words: BTreeMap<&str, String> =
+        tones.into_iter().map(|(name, tone)| (name, language.sentence(tone.word(language)))).collect();
     let page = Serde(page.clone().aligned());
-    template.render(context! { page, style => Value::from_safe_string(STYLE.to_string()) }).map_err(fault)
+    template
+        .render(
+            context! { page, words, language => language.tag(), style => Value::from_safe_string(STYLE.to_string()) },
+        )
+        .map_err(fault)
 }

@@ -1,5 +1,6 @@
 //! What a page is made of.
 
+use crate::language::{Language, say};
 use serde::Serialize;
 
 /// A page: what it is about, and its sections.
@@ -13,6 +14,9 @@ pub struct Page {
     pub facts: Vec<(String, String)>,
     /// The sections, in order.
     pub sections: Vec<Section>,
+    /// The language of its texts.
+    #[serde(skip)]
+    pub language: Language,
     /// Version, inputs and their digests, at the end.
     pub colophon: Vec<(String, String)>,
 }
@@ -90,12 +94,12 @@ pub enum Tone {
 
 impl Tone {
     /// The word that goes before a verdict, so that it needs no colour.
-    pub fn word(self) -> &'static str {
+    pub fn word(self, lang: Language) -> &'static str {
         match self {
-            Tone::Plain => "Note",
-            Tone::Good => "In order",
-            Tone::Caution => "Caution",
-            Tone::Bad => "Rejected",
+            Tone::Plain => say!(lang, "tone-plain"),
+            Tone::Good => say!(lang, "tone-good"),
+            Tone::Caution => say!(lang, "tone-caution"),
+            Tone::Bad => say!(lang, "tone-bad"),
         }
     }
 }

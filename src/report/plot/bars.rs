@@ -5,6 +5,7 @@ use super::{
     style, svg, text_width,
 };
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -36,11 +37,13 @@ const TYPE_B: [RGBColor; 4] = [VERMILLION, ORANGE, YELLOW, PURPLE];
 type Source<'a> = (&'a str, bool, RGBColor);
 
 /// Stacked bars on a common axis from zero, with a legend of sources; `what` and `unit` title the axis.
-pub fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32) -> Result<String> {
+pub fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: Language) -> Result<String> {
     let sources = sources(rows);
-    let legend = legend_rows(&sources, width as i32);
+    let legend = legend_rows(&sources, width as i32, lang);
     let height = ROW * rows.len() as i32 + 96 + 36 * legend;
-    svg(width, height as u32, |area| draw(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend)))
+    svg(width, height as u32, |area| {
+        draw(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend), lang)
+    })
 }
 
 /// Distinct sources in order of first appearance; the first of each type have colours of their own, the rest share grey.
@@ -56,16 +59,16 @@ fn sources(rows: &[Bar]) -> Vec<Source<'_>> {
     sources
 }
 
-fn entry((name, type_b, _): &Source<'_>) -> String {
-    fitted(&format!("{name} (Type {})", if *type_b { "B" } else { "A" }), SMALL, 420)
+fn entry((name, type_b, _): &Source<'_>, lang: Language) -> String {
+    fitted(&say!(lang, "bars-type", name, type_b = if *type_b { "B" } else { "A" }), SMALL, 420)
 }
 
 /// Where each entry of the legend stands: column offset and row.
-fn legend_places(sources: &[Source<'_>], width: i32) -> Vec<(i32, i32)> {
+fn legend_places(sources: &[Source<'_>], width: i32, lang: Language) -> Vec<(i32, i32)> {
     let (mut x, mut row) = (0, 0);
     let mut places = Vec::new();
     for source in sources {
-        let room = text_width(&entry(source), SMALL) + 64;
+        let room = text_width(&entry(source, lang), SMALL) + 64;
         if x > 0 && x + room > width - 24 {
             x = 0;
             row += 1;
@@ -76,8 +79,8 @@ fn legend_places(sources: &[Source<'_>], width: i32) -> Vec<(i32, i32)> {
     places
 }
 
-fn legend_rows(sources: &[Source<'_>], width: i32) -> i32 {
-    legend_places(sources, width).last().map_or(0, |(_, row)| row + 1)
+fn legend_rows(sources: &[Source<'_>], width: i32, lang: Language) -> i32 {
+    legend_places(sources, width, lang).last().map_or(0, |(_, row)| row + 1)
 }
 
 fn draw(
@@ -86,6 +89,7 @@ fn draw(
     (what, unit): (&str, &str),
     sources: &[Source<'_>],
     (width, height): (i32, i32),
+    lang: Language,
 ) -> Drawn {
     let total = |row: &Bar| row.parts.iter().map(|p| p.size.max(0.0)).filter(|s| s.is_finite()).sum::<f64>();
     let exponent = scale::readable_exponent(rows.iter().map(total));
@@ -116,10 +120,10 @@ fn draw(
         }
     }
     area.draw(&PathElement::new([(left, 0), (left, bottom)], SOFT.stroke_width(2)))?;
-    for (source, (column, row)) in sources.iter().zip(legend_places(sources, width)) {
+    for (source, (column, row)) in sources.iter().zip(legend_places(sources, width, lang)) {
         let y = height + 36 * row + 14;
         area.draw(&Rectangle::new([(column + 12, y - 10), (column + 34, y + 10)], source.2.filled()))?;
-        area.draw(&Text::new(entry(source), (column + 44, y), style(SMALL, &INK, HPos::Left, VPos::Center)))?;
+        area.draw(&Text::new(entry(source, lang), (column + 44, y), style(SMALL, &INK, HPos::Left, VPos::Center)))?;
     }
     Ok(())
 }

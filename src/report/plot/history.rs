@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, HALF, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -30,15 +31,15 @@ const BOTTOM: i32 = 300;
 /// ```
 /// use tumble::report::plot::{History, history};
 /// let points = vec![(2024.0, 1.0, 0.1), (2025.0, 1.2, 0.1)];
-/// let svg = history(&History { label: "V0".into(), unit: "V".into(), points, ..History::default() })?;
+/// let svg = history(&History { label: "V0".into(), unit: "V".into(), points, ..History::default() }, Default::default())?;
 /// assert!(svg.contains("V0, V") && svg.contains("2024"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn history(history: &History) -> Result<String> {
-    svg(HALF, (BOTTOM + 80) as u32, |area| draw(area, history))
+pub fn history(history: &History, lang: Language) -> Result<String> {
+    svg(HALF, (BOTTOM + 80) as u32, |area| draw(area, history, lang))
 }
 
-fn draw(area: &Area<'_>, history: &History) -> Drawn {
+fn draw(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
     let ends = || {
         let points = history.points.iter().flat_map(|(_, v, u)| [v - u, v + u]);
         let trend = history.trend.iter().flatten().map(|p| p.1);
@@ -84,6 +85,6 @@ fn draw(area: &Area<'_>, history: &History) -> Drawn {
     let title = style(SMALL, &SOFT, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
     area.draw(&Text::new(scale::title(&history.label, &history.unit, exponent), (8, (TOP + BOTTOM) / 2), title))?;
     let place = ((left + right) / 2, BOTTOM + 46);
-    area.draw(&Text::new("year".to_string(), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+    area.draw(&Text::new(say!(lang, "year").to_string(), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     Ok(())
 }

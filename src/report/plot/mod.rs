@@ -103,7 +103,13 @@ fn style<'a>(size: i32, colour: &RGBColor, horizontal: HPos, vertical: VPos) -> 
 
 /// Width that a text will have, near enough for margins and for leaving labels out.
 fn text_width(text: &str, size: i32) -> i32 {
-    (text.chars().count() as f64 * 0.46 * f64::from(size)).ceil() as i32
+    let letters: f64 = text.chars().map(letter_width).sum();
+    (letters * f64::from(size)).ceil() as i32
+}
+
+/// Width of a character for text of size 1; a Chinese one is as wide as the text is high.
+fn letter_width(c: char) -> f64 {
+    if c >= '\u{2e80}' { 0.81 } else { 0.46 }
 }
 
 /// A label that fits into so much room: cut with an ellipsis if need be, control characters gone.
@@ -112,8 +118,15 @@ fn fitted(text: &str, size: i32, room: i32) -> String {
     if text_width(&clean, size) <= room {
         return clean;
     }
-    let letters = (f64::from(room) / (0.46 * f64::from(size))).floor() as usize;
-    let mut cut: String = clean.chars().take(letters.saturating_sub(1)).collect();
+    let mut left = f64::from(room) / f64::from(size) - letter_width('\u{2026}');
+    let mut cut = String::new();
+    for c in clean.chars() {
+        left -= letter_width(c);
+        if left < 0.0 {
+            break;
+        }
+        cut.push(c);
+    }
     cut.push('\u{2026}');
     cut
 }
@@ -121,36 +134,46 @@ fn fitted(text: &str, size: i32, room: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::language::Language;
+
+    const L: Language = Language::English;
 
     #[test]
     fn charts_survive_hostile_numbers_and_names() {
         let wild = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MAX, -f64::MAX, f64::MIN_POSITIVE, 1.0, 1.0 + 1e-15];
         for a in wild {
             for b in wild {
-                let row = |value, bar| Interval { label: "<&\"\u{0}\u{ffff}\u{1b}x".into(), value, expanded: bar };
-                let text = values(&[row(a, b), row(b, a)], "angle, arcsec").unwrap();
+                let row = |value, bar| Interval {
+                    label: "<&\"\u{0}\u{ffff}\u{1b}x".into(),
+                    value,
+                    expanded: bar,
+                    at_bound: None,
+                };
+                let text = values(&[row(a, b), row(b, a)], "angle, arcsec", L).unwrap();
                 assert!(!text.contains("<&") && text.chars().all(xml::is_allowed));
-                assert!(values(&[row(a, a)], "angle").is_ok());
+                assert!(values(&[row(a, a)], "angle", L).is_ok());
                 let part = |size| Part { source: "readings".into(), type_b: false, size };
                 let bar = |size| Bar { label: "x".into(), parts: vec![part(size), part(a)] };
-                assert!(bars(&[bar(a), bar(b)], ("u", "arcsec"), WIDE).is_ok());
+                assert!(bars(&[bar(a), bar(b)], ("u", "arcsec"), WIDE, L).is_ok());
                 let point = |value, band| Residual { number: 1, group: "p".into(), value, band, far: false };
-                assert!(residuals(&[point(a, Some(b)), point(b, None)], "residual", "V").is_ok());
+                assert!(residuals(&[point(a, Some(b)), point(b, None)], "residual", "V", L).is_ok());
                 let pair = |after, band| GapPoint { group: "<".into(), before: a, after, band };
                 let points = vec![pair(Some(b), Some(a)), pair(None, None)];
                 assert!(gap(&[GapPanel { points, ..GapPanel::default() }], "x").is_ok());
-                assert!(normal(&[a, b, 1.0]).is_ok());
+                assert!(normal(&[a, b, 1.0], L).is_ok());
                 assert!(correlation(&["a", "b"], &[vec![Some(1.0), Some(a)], vec![Some(b), None]]).is_ok());
             }
         }
-        assert!(values(&[], "").is_ok() && bars(&[], ("", ""), HALF).is_ok() && residuals(&[], "", "").is_ok());
-        assert!(normal(&[]).is_ok() && correlation(&[], &[]).is_ok() && gap(&[], "").is_ok());
+        assert!(
+            values(&[], "", L).is_ok() && bars(&[], ("", ""), HALF, L).is_ok() && residuals(&[], "", "", L).is_ok()
+        );
+        assert!(normal(&[], L).is_ok() && correlation(&[], &[]).is_ok() && gap(&[], "").is_ok());
     }
 
     #[test]
     fn text_is_text() {
-        let row = Interval { label: "dtheta_y2".into(), value: -162.07, expanded: 1.23 };
-        let text = values(&[row], "angle, arcsec").unwrap();
+        let row = Interval { label: "dtheta_y2".into(), value: -162.07, expanded: 1.23, at_bound: None };
+        let text = values(&[row], "angle, arcsec", L).unwrap();
         assert!(text.contains("<text") && text.contains("dtheta_y2") && text.contains("angle, arcsec"));
     }
 }

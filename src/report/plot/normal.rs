@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, HALF, SKY, SMALL, SOFT, rules, scale, style, svg};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::uncertainty::quantiles::normal_quantile;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
@@ -14,7 +15,7 @@ const MOST: usize = 1000;
 
 /// Sorted residuals over the normal quantiles at Blom's positions `(i - 3/8)/(n + 1/4)`, the line of the standard normal and its pointwise
 /// 95 % band, `z +- 1.96 sqrt(p (1 - p)/n)/phi(z)`.
-pub fn normal(studentized: &[f64]) -> Result<String> {
+pub fn normal(studentized: &[f64], lang: Language) -> Result<String> {
     let mut sorted: Vec<f64> = studentized.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
@@ -30,7 +31,7 @@ pub fn normal(studentized: &[f64]) -> Result<String> {
             Some(Point { z, value: value.clamp(-1e6, 1e6), band: 1.96 * (p * (1.0 - p) / n).sqrt() / density })
         })
         .collect();
-    svg(HALF, (PLOT + 84) as u32, |area| draw(area, &points))
+    svg(HALF, (PLOT + 84) as u32, |area| draw(area, &points, lang))
 }
 
 struct Point {
@@ -39,7 +40,7 @@ struct Point {
     band: f64,
 }
 
-fn draw(area: &Area<'_>, points: &[Point]) -> Drawn {
+fn draw(area: &Area<'_>, points: &[Point], lang: Language) -> Drawn {
     let right = HALF as i32 - 24;
     let (left_z, right_z) = scale::range(points.iter().map(|p| p.z).chain([-1.0, 1.0]), 0.06);
     let ends = points.iter().flat_map(|p| [p.value, p.z - p.band, p.z + p.band]);
@@ -61,8 +62,8 @@ fn draw(area: &Area<'_>, points: &[Point]) -> Drawn {
         area.draw(&Circle::new((x(point.z), y(point.value)), 6, BLUE.filled()))?;
     }
     let small = style(SMALL, &SOFT, HPos::Center, VPos::Top);
-    area.draw(&Text::new("normal quantile", ((LEFT + right) / 2, PLOT + 46), small.clone()))?;
+    area.draw(&Text::new(say!(lang, "normal-quantile"), ((LEFT + right) / 2, PLOT + 46), small.clone()))?;
     let turned = small.transform(FontTransform::Rotate270);
-    area.draw(&Text::new("studentized residual", (8, PLOT / 2), turned))?;
+    area.draw(&Text::new(say!(lang, "studentized-residual"), (8, PLOT / 2), turned))?;
     Ok(())
 }

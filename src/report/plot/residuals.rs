@@ -4,6 +4,7 @@ use super::{
     Area, BLUE, Drawn, INK, SKY, SMALL, SOFT, TINT, VERMILLION, WIDE, fitted, rules, scale, style, svg, text_width,
 };
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -27,11 +28,11 @@ const LEFT: i32 = 150;
 const PLOT: i32 = 330;
 
 /// Residuals in order, each before its own band; `what` and `unit` title the axis.
-pub fn residuals(rows: &[Residual], what: &str, unit: &str) -> Result<String> {
-    svg(WIDE, (PLOT + 100) as u32, |area| draw(area, rows, what, unit))
+pub fn residuals(rows: &[Residual], what: &str, unit: &str, lang: Language) -> Result<String> {
+    svg(WIDE, (PLOT + 100) as u32, |area| draw(area, rows, what, unit, lang))
 }
 
-fn draw(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str) -> Drawn {
+fn draw(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, lang: Language) -> Drawn {
     let exponent = scale::exponent(rows.iter().flat_map(|r| [r.value, r.band.unwrap_or(0.0)]));
     let at = |v: f64| scale::scaled(v, exponent);
     let reach = rows.iter().flat_map(|r| [at(r.value).abs(), at(r.band.unwrap_or(0.0))]).fold(0.0, f64::max);
@@ -76,7 +77,7 @@ fn draw(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str) -> Drawn {
     }
     let title = style(SMALL, &SOFT, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
     area.draw(&Text::new(scale::title(what, unit, exponent), (8, PLOT / 2), title))?;
-    labels(area, rows, &groups, &x)
+    labels(area, rows, &groups, &x, lang)
 }
 
 /// Runs of neighbours with one label: first, one past the last, label.
@@ -92,7 +93,13 @@ fn groups(rows: &[Residual]) -> Vec<(usize, usize, &str)> {
 }
 
 /// Labels of positions where they fit, else numbers of readings.
-fn labels(area: &Area<'_>, rows: &[Residual], groups: &[(usize, usize, &str)], x: &dyn Fn(f64) -> i32) -> Drawn {
+fn labels(
+    area: &Area<'_>,
+    rows: &[Residual],
+    groups: &[(usize, usize, &str)],
+    x: &dyn Fn(f64) -> i32,
+    lang: Language,
+) -> Drawn {
     let named = groups.len() > 1 && groups.iter().all(|(_, _, label)| !label.is_empty());
     let room = |first: usize, end: usize| x(end as f64) - x(first as f64);
     let fits = named && groups.iter().all(|(first, end, label)| text_width(label, SMALL) <= room(*first, *end) - 4);
@@ -109,7 +116,7 @@ fn labels(area: &Area<'_>, rows: &[Residual], groups: &[(usize, usize, &str)], x
             area.draw(&Text::new(row.number.to_string(), place(k as f64 + 0.5), small.clone()))?;
         }
     }
-    let what = if fits { "position" } else { "reading" };
+    let what = if fits { say!(lang, "position") } else { say!(lang, "reading") };
     let middle = (LEFT + WIDE as i32 - 24) / 2;
     area.draw(&Text::new(what, (middle, PLOT + 50), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     Ok(())

@@ -1,7 +1,10 @@
 //! Values with error bars, one row each.
 
-use super::{Area, BLUE, Drawn, HALF, INK, SMALL, SOFT, TEXT, TINT, fitted, rules, scale, style, svg, text_width};
+use super::{
+    Area, BLUE, Drawn, HALF, INK, SMALL, SOFT, TEXT, TINT, VERMILLION, fitted, rules, scale, style, svg, text_width,
+};
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -14,6 +17,14 @@ pub struct Interval {
     pub value: f64,
     /// Expanded uncertainty.
     pub expanded: f64,
+    /// Is the value held by a bound? Then the ends of the interval that the bounds leave, and an upright line at the value.
+    pub at_bound: Option<[f64; 2]>,
+}
+
+impl Interval {
+    fn ends(&self) -> [f64; 2] {
+        self.at_bound.unwrap_or([self.value - self.expanded, self.value + self.expanded])
+    }
 }
 
 const ROW: i32 = 48;
@@ -22,19 +33,19 @@ const ROW: i32 = 48;
 ///
 /// ```
 /// use tumble::report::plot::{Interval, values};
-/// let svg = values(&[Interval { label: "tilt".into(), value: -3.0, expanded: 0.5 }], "arcsec")?;
+/// let svg = values(&[Interval { label: "tilt".into(), value: -3.0, expanded: 0.5, at_bound: None }], "arcsec", Default::default())?;
 /// assert!(svg.starts_with("<svg") && svg.contains(">\ntilt\n"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn values(rows: &[Interval], unit: &str) -> Result<String> {
+pub fn values(rows: &[Interval], unit: &str, lang: Language) -> Result<String> {
     let height = ROW * rows.len() as i32 + 96;
-    svg(HALF, height as u32, |area| draw(area, rows, unit, height))
+    svg(HALF, height as u32, |area| draw(area, rows, unit, height, lang))
 }
 
-fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32) -> Drawn {
+fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Language) -> Drawn {
     let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
     let at = |v: f64| scale::scaled(v, exponent);
-    let ends = rows.iter().flat_map(|r| [at(r.value) - at(r.expanded), at(r.value) + at(r.expanded)]);
+    let ends = rows.iter().flat_map(|r| r.ends().map(at).into_iter().chain([at(r.value)]));
     let (low, high) = scale::range(ends.chain([0.0]), 0.04);
     let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
     let (right, bottom) = (HALF as i32 - 24, height - 84);
@@ -46,16 +57,20 @@ fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32) -> Drawn {
     rules::upright(area, scale::ticks(low, high, 5), bottom, x)?;
     area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
     area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
-    let title = scale::title("estimate and expanded uncertainty", unit, exponent);
+    let title = scale::title(say!(lang, "estimate-and-expanded-uncertainty"), unit, exponent);
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     for (k, row) in rows.iter().enumerate() {
         let y = ROW * k as i32 + ROW / 2;
         let label = fitted(&row.label, TEXT, left - 20);
         area.draw(&Text::new(label, (left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
-        let (from, to) = (x(at(row.value) - at(row.expanded)), x(at(row.value) + at(row.expanded)));
+        let [from, to] = row.ends().map(|end| x(at(end)));
         area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
         for end in [from, to] {
             area.draw(&PathElement::new([(end, y - 14), (end, y + 14)], BLUE.stroke_width(3)))?;
+        }
+        if row.at_bound.is_some() {
+            let bound = x(at(row.value));
+            area.draw(&PathElement::new([(bound, y - 22), (bound, y + 22)], VERMILLION.stroke_width(5)))?;
         }
         area.draw(&Circle::new((x(at(row.value)), y), 6, BLUE.filled()))?;
     }

@@ -1,0 +1,185 @@
+//! The catalogues: Fluent files, read once.
+
+use super::{Language, Sentence};
+use fluent_bundle::concurrent::FluentBundle;
+use fluent_bundle::{FluentArgs, FluentResource, FluentValue};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::LazyLock;
+
+const ENGLISH: &str = include_str!("../../data/language/en.ftl");
+const CHINESE: &str = include_str!("../../data/language/zh.ftl");
+
+static READ_ENGLISH: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::English));
+static READ_CHINESE: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::Chinese));
+
+const NAMES: &str = include_str!("../../data/language/names.zh.json");
+
+static READ_NAMES: LazyLock<BTreeMap<String, String>> =
+    LazyLock::new(|| serde_json::from_str(NAMES).unwrap_or_default());
+
+/// Chinese for the texts of what is built in, by the English text.
+pub(super) fn built_in_names() -> &'static BTreeMap<String, String> {
+    &READ_NAMES
+}
+
+/// An argument of a message.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Argument {
+    /// Text, as it is.
+    Text(String),
+    /// How many: chooses the plural.
+    Count(usize),
+    /// A sentence within a sentence.
+    Sentence(Box<Sentence>),
+}
+
+impl Argument {
+    fn value(&self, language: Language) -> FluentValue<'_> {
+        match self {
+            Argument::Text(text) => FluentValue::from(text.as_str()),
+            Argument::Count(n) => FluentValue::from(*n),
+            Argument::Sentence(sentence) => FluentValue::from(sentence.say(language)),
+        }
+    }
+}
+
+/// What can stand as an argument.
+pub trait Value {
+    /// It as an argument.
+    fn argument(&self) -> Argument;
+}
+
+impl<T: Value + ?Sized> Value for &T {
+    fn argument(&self) -> Argument {
+        (**self).argument()
+    }
+}
+
+impl Value for str {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for String {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.clone())
+    }
+}
+
+impl Value for Cow<'_, str> {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for usize {
+    fn argument(&self) -> Argument {
+        Argument::Count(*self)
+    }
+}
+
+impl Value for u64 {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for f64 {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for Sentence {
+    fn argument(&self) -> Argument {
+        Argument::Sentence(Box::new(self.clone()))
+    }
+}
+
+/// The messages of one language.
+pub(super) struct Catalogue {
+    language: Language,
+    bundle: FluentBundle<FluentResource>,
+    /// Those without arguments.
+    pub(super) words: BTreeMap<String, String>,
+}
+
+impl Catalogue {
+    fn read(language: Language) -> Self {
+        let text = text_of(language);
+        let mut bundle = FluentBundle::new_concurrent(language.tag().parse().into_iter().collect());
+        // names and numbers stand as they are, without marks of direction
+        bundle.set_use_isolating(false);
+        // what cannot be read is left out; a test reads the files strictly
+        let resource = FluentResource::try_new(text.to_string()).unwrap_or_else(|(resource, _)| resource);
+        bundle.add_resource_overriding(resource);
+        let mut catalogue = Catalogue { language, bundle, words: BTreeMap::new() };
+        for (key, arguments) in messages(text) {
+            if arguments.is_empty()
+                && let Some(text) = catalogue.message(&key, &[])
+            {
+                catalogue.words.insert(key, text);
+            }
+        }
+        catalogue
+    }
+
+    pub(super) fn message(&self, key: &str, arguments: &[(&'static str, Argument)]) -> Option<String> {
+        let pattern = self.bundle.get_message(key)?.value()?;
+        let mut values = FluentArgs::with_capacity(arguments.len());
+        for (name, argument) in arguments {
+            values.set(*name, argument.value(self.language));
+        }
+        let mut faults = Vec::new();
+        Some(self.bundle.format_pattern(pattern, Some(&values), &mut faults).into_owned())
+    }
+}
+
+/// The catalogue of a language.
+pub(super) fn of(language: Language) -> &'static Catalogue {
+    match language {
+        Language::English => &READ_ENGLISH,
+        Language::Chinese => &READ_CHINESE,
+    }
+}
+
+fn text_of(language: Language) -> &'static str {
+    match language {
+        Language::English => ENGLISH,
+        Language::Chinese => CHINESE,
+    }
+}
+
+/// Every message of a file with the names of its arguments.
+fn messages(text: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let mut found = BTreeMap::new();
+    let mut current: Option<String> = None;
+    for line in text.lines() {
+        match line.split_once('=') {
+            Some((key, _)) if line.starts_with(|c: char| c.is_ascii_lowercase()) => {
+                current = Some(key.trim_end().to_string());
+            }
+            _ if line.starts_with([' ', '}']) => {}
+            _ => current = None,
+        }
+        if let Some(key) = &current {
+            let arguments: &mut BTreeSet<String> = found.entry(key.clone()).or_default();
+            for part in line.split('$').skip(1) {
+                arguments.insert(part.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect());
+            }
+        }
+    }
+    found
+}
+
+/// Every key of a language's catalogue with the names of its arguments, and whatever of the file is not valid Fluent.
+pub fn keys(language: Language) -> (BTreeMap<String, BTreeSet<String>>, Vec<String>) {
+    let text = text_of(language);
+    let faults = match FluentResource::try_new(text.to_string()) {
+        Ok(_) => Vec::new(),
+        Err((_, faults)) => faults.iter().map(ToString::to_string).collect(),
+    };
+    (messages(text), faults)
+}

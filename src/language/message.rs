@@ -1,0 +1,107 @@
+//! A message with its arguments, to be said later in any language.
+
+use super::{Argument, Language};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
+use std::fmt;
+
+/// A sentence of a report. Its JSON is the English text.
+///
+/// ```
+/// use tumble::language::{Argument, Language, Sentence};
+/// let sentence = Sentence::new("fit-table-known", vec![("known", Argument::from("g = 9.8"))]);
+/// assert_eq!(sentence.to_string(), "known: g = 9.8");
+/// assert_eq!(sentence.say(Language::Chinese), "已知量\u{ff1a}g = 9.8");
+/// assert_eq!(serde_json::to_string(&sentence).unwrap(), "\"known: g = 9.8\"");
+/// ```
+#[derive(Debug, Clone)]
+pub struct Sentence(Kind);
+
+#[derive(Debug, Clone)]
+enum Kind {
+    Message(&'static str, Vec<(&'static str, Argument)>),
+    /// Read back from JSON.
+    Text(String),
+    /// Clauses one after the other, as a list.
+    Clauses(Vec<Sentence>),
+}
+
+impl Sentence {
+    /// A message of the catalogues.
+    pub fn new(key: &'static str, arguments: Vec<(&'static str, Argument)>) -> Self {
+        Sentence(Kind::Message(key, arguments))
+    }
+
+    /// Text that is the same in every language.
+    pub fn text(text: impl Into<String>) -> Self {
+        Sentence(Kind::Text(text.into()))
+    }
+
+    /// Clauses parted by semicolons.
+    pub fn clauses(clauses: Vec<Sentence>) -> Self {
+        Sentence(Kind::Clauses(clauses))
+    }
+
+    /// The sentence in a language; what was read back from JSON stays as it was.
+    pub fn say(&self, language: Language) -> String {
+        match &self.0 {
+            Kind::Message(key, arguments) => language.message(key, arguments),
+            Kind::Text(text) => text.clone(),
+            Kind::Clauses(clauses) => {
+                let clauses: Vec<String> = clauses.iter().map(|clause| clause.say(language)).collect();
+                clauses.join(language.semicolon())
+            }
+        }
+    }
+}
+
+impl fmt::Display for Sentence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.say(Language::English))
+    }
+}
+
+impl PartialEq for Sentence {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
+}
+
+impl From<String> for Sentence {
+    fn from(text: String) -> Self {
+        Sentence::text(text)
+    }
+}
+
+impl From<&str> for Sentence {
+    fn from(text: &str) -> Self {
+        Sentence::text(text)
+    }
+}
+
+impl Serialize for Sentence {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.to_string())
+    }
+}
+
+impl<'de> Deserialize<'de> for Sentence {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(Sentence::text)
+    }
+}
+
+impl JsonSchema for Sentence {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "String".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        String::json_schema(generator)
+    }
+}

@@ -1,0 +1,221 @@
+//! The languages in which a result is shown: every fixed sentence and term stands in one catalogue per language.
+//!
+//! ```text
+//! result value -> shown in a Language: say!(language, "key", name = value) -> data/language/<code>.ftl -> text
+//! ```
+//!
+//! The catalogues are Fluent files (<https://projectfluent.org>) with the same keys and the same named arguments, which a test compares. Numbers,
+//! names and units are formatted before they enter a message. What is stored in a report as a sentence is a [`Sentence`]: its JSON is English
+//! whatever the language, since keys and vocabularies of JSON never change.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `catalogue.rs` | the files, read once |
+//! | `message.rs` | a message with its arguments, to be said later |
+//!
+//! Deliberately absent: a current language; the language is an argument of whatever shows a result. Formatting of numbers: it is the same in
+//! both languages (decimal point, SI symbols).
+
+mod catalogue;
+mod message;
+
+pub use catalogue::{Argument, Value, keys};
+pub use message::Sentence;
+
+use std::borrow::Cow;
+
+/// A language in which results are shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub enum Language {
+    /// English.
+    #[default]
+    English,
+    /// Chinese in simplified characters, with the terms of GB/T, GJB and JJF.
+    Chinese,
+}
+
+impl Language {
+    /// All of them.
+    pub const ALL: [Language; 2] = [Language::English, Language::Chinese];
+
+    /// Its ISO 639-1 code: `en`, `zh`.
+    pub fn code(self) -> &'static str {
+        match self {
+            Language::English => "en",
+            Language::Chinese => "zh",
+        }
+    }
+
+    /// Its BCP 47 tag, as pages carry it: `en`, `zh-CN`.
+    pub fn tag(self) -> &'static str {
+        match self {
+            Language::English => "en",
+            Language::Chinese => "zh-CN",
+        }
+    }
+
+    /// The language of a code.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::of("zh"), Some(Language::Chinese));
+    /// assert_eq!(Language::of("tlh"), None);
+    /// ```
+    pub fn of(code: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|language| language.code() == code)
+    }
+
+    /// A message without arguments; the key itself where there is none.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::English.word("degrees-of-freedom"), "degrees of freedom");
+    /// assert_eq!(Language::Chinese.word("degrees-of-freedom"), "自由度");
+    /// ```
+    pub fn word(self, key: &'static str) -> &'static str {
+        catalogue::of(self).words.get(key).map_or(key, String::as_str)
+    }
+
+    /// A message with arguments; the key itself where there is none.
+    pub fn message(self, key: &str, arguments: &[(&'static str, Argument)]) -> String {
+        catalogue::of(self).message(key, arguments).unwrap_or_else(|| key.to_string())
+    }
+
+    /// A word of a closed vocabulary of the reports (`free`, `at-bound`), as message `<group>-<word>`; the word itself where there is none.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::Chinese.term("state", "not-estimable"), "不可估计");
+    /// assert_eq!(Language::Chinese.term("state", "anything else"), "anything else");
+    /// ```
+    pub fn term(self, group: &str, word: &str) -> Cow<'static, str> {
+        match catalogue::of(self).words.get(format!("{group}-{}", word.replace(' ', "-")).as_str()) {
+            Some(text) => Cow::Borrowed(text.as_str()),
+            None => Cow::Owned(word.to_string()),
+        }
+    }
+
+    /// A text of a built-in bench, comparison or effect; a text that is not built in stays as it is.
+    pub fn name(self, text: &str) -> Cow<'_, str> {
+        match self {
+            Language::English => Cow::Borrowed(text),
+            Language::Chinese => {
+                catalogue::built_in_names().get(text).map_or(Cow::Borrowed(text), |name| Cow::Borrowed(name.as_str()))
+            }
+        }
+    }
+
+    /// So many of something: the message `count-<what>` with its plural.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::English.count(1, "reading"), "1 reading");
+    /// assert_eq!(Language::English.count(30, "reading"), "30 readings");
+    /// assert_eq!(Language::Chinese.count(30, "reading"), "30 个读数");
+    /// ```
+    pub fn count(self, n: usize, what: &str) -> String {
+        self.message(&format!("count-{what}"), &[("n", Argument::Count(n))])
+    }
+
+    /// A list as prose: `a, b and c`.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::English.list(&["a", "b", "c"]), "a, b and c");
+    /// assert_eq!(Language::Chinese.list(&["a", "b", "c"]), "a、b 和 c");
+    /// ```
+    pub fn list<T: AsRef<str>>(self, items: &[T]) -> String {
+        match items.split_last() {
+            None => String::new(),
+            Some((last, [])) => last.as_ref().to_string(),
+            Some((last, before)) => {
+                let before: Vec<&str> = before.iter().map(AsRef::as_ref).collect();
+                say!(self, "list-and", before = before.join(self.comma()), last = last.as_ref())
+            }
+        }
+    }
+
+    /// What stands between the items of a list.
+    pub fn comma(self) -> &'static str {
+        match self {
+            Language::English => ", ",
+            Language::Chinese => "\u{3001}",
+        }
+    }
+
+    /// What stands between the clauses of a sentence.
+    pub fn semicolon(self) -> &'static str {
+        match self {
+            Language::English => "; ",
+            Language::Chinese => "\u{ff1b}",
+        }
+    }
+
+    /// What stands between two parts of a clause.
+    pub fn clause(self) -> &'static str {
+        match self {
+            Language::English => ", ",
+            Language::Chinese => "\u{ff0c}",
+        }
+    }
+
+    /// What stands between two sentences of a paragraph.
+    pub fn space(self) -> &'static str {
+        match self {
+            Language::English => " ",
+            Language::Chinese => "",
+        }
+    }
+
+    /// A clause as a sentence: a capital letter where the language has them, and a full stop.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::English.sentence("it holds"), "It holds.");
+    /// assert_eq!(Language::Chinese.sentence("成立"), "成立。");
+    /// ```
+    pub fn sentence(self, clause: &str) -> String {
+        let mut letters = clause.chars();
+        let first = letters.next();
+        let begin: String = match (self, first) {
+            (Language::English, Some(c)) => c.to_uppercase().collect(),
+            (_, first) => first.into_iter().collect(),
+        };
+        let ended = clause.ends_with(['.', '!', '?', '\u{3002}', '\u{ff01}', '\u{ff1f}']);
+        let stop = match self {
+            _ if ended => "",
+            Language::English => ".",
+            Language::Chinese => "。",
+        };
+        format!("{begin}{}{stop}", letters.as_str())
+    }
+}
+
+/// A message in a language: `say!(language, "key")` is a `&'static str`, `say!(language, "key", name = value, ..)` a `String`.
+macro_rules! say {
+    ($language:expr, $key:literal $(,)?) => {
+        $language.word($key)
+    };
+    ($language:expr, $key:literal, $($name:ident $(= $value:expr)?),+ $(,)?) => {
+        $language.message($key, &[$((stringify!($name), $crate::language::argument!($name $(= $value)?))),+])
+    };
+}
+
+/// A message to be said later: `sentence!("key", name = value, ..)`.
+macro_rules! sentence {
+    ($key:literal $(, $name:ident $(= $value:expr)?)* $(,)?) => {
+        $crate::language::Sentence::new($key, vec![$((stringify!($name), $crate::language::argument!($name $(= $value)?))),*])
+    };
+}
+
+/// An argument, by its name alone or with a value.
+macro_rules! argument {
+    ($name:ident) => {
+        $crate::language::Value::argument(&$name)
+    };
+    ($name:ident = $value:expr) => {
+        $crate::language::Value::argument(&$value)
+    };
+}
+
+pub(crate) use {argument, say, sentence};

@@ -1,0 +1,66 @@
+//! Conformity with limits, beside the quantity that it is about.
+
+use super::{Xml, decimal, text, told, units, within};
+use crate::fit::Conformity;
+use crate::language::{Language, say};
+use crate::report::conformity::{ConformityReport, LimitedReport, percent};
+use std::io;
+
+/// The conformity of a quantity as its metadata; nothing where it has no limits.
+pub(super) fn of_quantity(
+    xml: &mut Xml,
+    conformity: Option<&ConformityReport>,
+    id: &str,
+    lang: Language,
+) -> io::Result<()> {
+    let found = conformity.and_then(|own| Some((own, own.quantities.iter().find(|q| q.id == id)?)));
+    let Some((conformity, limited)) = found else { return Ok(()) };
+    within(xml, "dcc:measurementMetaData", |xml| {
+        within(xml, "dcc:metaData", |xml| {
+            told(xml, "dcc:declaration", lang, |lang| declaration(conformity, limited, lang))?;
+            text(xml, "dcc:conformity", status(limited))?;
+            within(xml, "dcc:data", |xml| {
+                for (limit, lower) in [(limited.lower, true), (limited.upper, false)] {
+                    let Some(limit) = limit else { continue };
+                    within(xml, "dcc:quantity", |xml| {
+                        told(xml, "dcc:name", lang, |lang| {
+                            if lower { say!(lang, "lower-limit") } else { say!(lang, "upper-limit") }.into()
+                        })?;
+                        within(xml, "si:real", |xml| {
+                            text(xml, "si:value", &decimal(limit))?;
+                            text(xml, "si:unit", &units::d_si(&limited.unit))
+                        })
+                    })?;
+                }
+                Ok(())
+            })
+        })
+    })
+}
+
+/// The outcome in words, with the rule and the probability that it rests on.
+fn declaration(conformity: &ConformityReport, limited: &LimitedReport, lang: Language) -> String {
+    let mut said = match limited.outcome {
+        Conformity::Pass => say!(lang, "conformity-passes", rule = conformity.rule),
+        Conformity::Fail => say!(lang, "conformity-fails", rule = conformity.rule),
+        Conformity::Undecided => say!(lang, "conformity-is-undecided", rule = conformity.rule),
+    };
+    if let Some(probability) = limited.probability {
+        said.push_str(lang.space());
+        said.push_str(&say!(lang, "dcc-probability", probability = percent(probability)));
+    }
+    said
+}
+
+/// The schema's word: an undecided quantity is a conditional pass where its estimate is inside the limits, else a conditional fail.
+fn status(limited: &LimitedReport) -> &'static str {
+    let inside = limited.value.is_some_and(|value| {
+        limited.lower.is_none_or(|low| value >= low) && limited.upper.is_none_or(|high| value <= high)
+    });
+    match (limited.outcome, inside) {
+        (Conformity::Pass, _) => "pass",
+        (Conformity::Fail, _) => "fail",
+        (Conformity::Undecided, true) => "conditionalPass",
+        (Conformity::Undecided, false) => "conditionalFail",
+    }
+}

@@ -1,0 +1,311 @@
+//! Reports in Chinese: no key without its sentence, no English left, lines within the terminal, JSON as it is.
+
+use assert_cmd::Command;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use tumble::language::{Language, keys};
+use tumble::report::wrap::columns;
+
+/// Columns of the smallest terminal in use.
+const COLUMNS: usize = 80;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn both_catalogues_have_the_same_keys_with_the_same_arguments() {
+    let [(english, faults_en), (chinese, faults_zh)] = [keys(Language::English), keys(Language::Chinese)];
+    assert!(faults_en.is_empty() && faults_zh.is_empty(), "{faults_en:?} {faults_zh:?}");
+    assert!(english.len() > 300, "{}", english.len());
+    let names = |of: &BTreeMap<String, BTreeSet<String>>| of.keys().cloned().collect::<BTreeSet<String>>();
+    let (left, right) = (names(&english), names(&chinese));
+    assert_eq!(left.difference(&right).collect::<Vec<_>>(), Vec::<&String>::new(), "no Chinese");
+    assert_eq!(right.difference(&left).collect::<Vec<_>>(), Vec::<&String>::new(), "no English");
+    for (key, arguments) in &english {
+        // a count that only chooses an English plural may be missing
+        let without =
+            |of: &BTreeSet<String>| of.iter().filter(|name| *name != "n").cloned().collect::<BTreeSet<String>>();
+        assert_eq!(without(arguments), without(&chinese[key]), "{key}");
+    }
+}
+
+/// The files of a folder and below it with an ending.
+fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(files(&path, ending));
+        } else if path.to_string_lossy().ends_with(ending) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Messages that the sources say: key, and names of the arguments. `say!(lang, "key", a, b = c)`, `sentence!("key", a)`.
+fn said(source: &str) -> Vec<(String, BTreeSet<String>)> {
+    let code: String =
+        source.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let mut found = Vec::new();
+    for macro_name in ["say!(", "sentence!("] {
+        for (at, _) in code.match_indices(macro_name) {
+            let parts = arguments(&code[at + macro_name.len()..]);
+            let parts = if macro_name == "say!(" { parts.get(1..).unwrap_or_default() } else { &parts };
+            let Some(key) = parts.first().and_then(|first| first.strip_prefix('"')?.strip_suffix('"')) else {
+                continue;
+            };
+            let name = |part: &String| part.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            found.push((key.to_string(), parts[1..].iter().map(name).collect()));
+        }
+    }
+    found
+}
+
+/// The arguments of a call up to its closing parenthesis.
+fn arguments(text: &str) -> Vec<String> {
+    let (mut depth, mut quoted, mut escaped) = (0, false, false);
+    let mut parts = vec![String::new()];
+    for c in text.chars() {
+        let last = parts.last_mut().expect("one");
+        match c {
+            _ if escaped => escaped = false,
+            '\\' if quoted => escaped = true,
+            '"' => quoted = !quoted,
+            _ if quoted => {}
+            ')' if depth == 0 => break,
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        last.push(c);
+    }
+    parts.iter().map(|part| part.trim().to_string()).filter(|part| !part.is_empty()).collect()
+}
+
+#[test]
+fn every_message_that_the_sources_say_is_in_the_catalogues() {
+    let (english, _) = keys(Language::English);
+    let mut count = 0;
+    for path in files(&root().join("src"), ".rs") {
+        for (key, names) in said(&std::fs::read_to_string(&path).expect("a source")) {
+            let expected = english.get(&key).unwrap_or_else(|| panic!("{}: no message '{key}'", path.display()));
+            assert_eq!(&names, expected, "{}: {key}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 300, "{count}");
+}
+
+/// Standard output of `tumble ARGUMENTS --lang zh`, run in a folder.
+fn chinese(folder: &Path, arguments: &[&str]) -> String {
+    let mut command = Command::cargo_bin("tumble").expect("the program");
+    let output = command.current_dir(folder).args(arguments).args(["--lang", "zh"]).output().expect("a run");
+    assert_ne!(output.status.code(), Some(1), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// Words of three letters or more that are left in a text beside what a user or the field wrote: names in the files of the example, units,
+/// symbols, names of programs, standards and persons.
+fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
+    const FIELD: &[&str] = &[
+        "tumble",
+        "apply",
+        "export",
+        "diagnose",
+        "linear",
+        "JSON",
+        "SHA",
+        "IEEE",
+        "Std",
+        "JCGM",
+        "Shapiro",
+        "Francia",
+        "Sidak",
+        "Holm",
+        "Birge",
+        "huber",
+        "tukey",
+        "arcsec",
+        "deg",
+        "rad",
+        "mrad",
+        "urad",
+        "ppm",
+        "pulse",
+        "inf",
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "sqrt",
+        "abs",
+        "sign",
+        "site",
+        "gravity",
+        "latitude",
+        "altitude",
+        "WGS",
+        "Somigliana",
+        "IMU",
+        "ICRA",
+        "Tedaldi",
+        "Pretto",
+        "Menegatti",
+        "norm",
+        "Kenward",
+        "Roger",
+        "Wei",
+        "Ren",
+        "Shunqing",
+        "Zhao",
+        "Hongbo",
+        "delta",
+        "cXX",
+        "compX",
+    ];
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|word| {
+        let letters = word.chars().filter(char::is_ascii_alphabetic).count();
+        // what has an underscore is a symbol of a model line
+        letters >= 3 && !word.contains('_') && !FIELD.contains(word) && !own.contains(*word) && !is_hexadecimal(word)
+    });
+    words.map(String::from).collect::<BTreeSet<String>>().into_iter().collect()
+}
+
+fn is_hexadecimal(word: &str) -> bool {
+    word.len() > 20 && word.chars().all(|c| c.is_ascii_hexdigit())
+}
+
+/// Words of the files beside a campaign, of the built-in benches and of the published comparisons' symbols: the user's own.
+fn own_words(folder: &Path) -> BTreeSet<String> {
+    let mut words = BTreeSet::new();
+    let mut take = |text: &str| {
+        words.extend(text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).map(String::from));
+    };
+    for file in std::fs::read_dir(folder).expect("a folder").flatten().map(|file| file.path()) {
+        take(&file.file_name().unwrap_or_default().to_string_lossy());
+        let name = file.to_string_lossy().into_owned();
+        if name.ends_with(".json") || name.ends_with(".csv") {
+            take(&std::fs::read_to_string(&file).unwrap_or_default());
+        }
+    }
+    for bench in files(&root().join("data/benches"), ".json") {
+        let bench: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(bench).expect("a bench")).expect("JSON");
+        symbols(&bench, &mut take);
+    }
+    words
+}
+
+/// Every text of a bench but those that a person reads.
+fn symbols(value: &serde_json::Value, take: &mut dyn FnMut(&str)) {
+    match value {
+        serde_json::Value::Object(members) => {
+            for (key, member) in members {
+                take(key);
+                if !["title", "source", "is"].contains(&key.as_str()) {
+                    symbols(member, take);
+                }
+            }
+        }
+        serde_json::Value::Array(items) => items.iter().for_each(|item| symbols(item, take)),
+        serde_json::Value::String(text) => take(text),
+        _ => {}
+    }
+}
+
+/// The campaigns of the examples that are of one device and can be fitted.
+fn campaigns() -> Vec<PathBuf> {
+    let mut found = files(&root().join("examples"), ".campaign.json");
+    found.retain(|path| {
+        let mut command = Command::cargo_bin("tumble").expect("the program");
+        let one = !path.to_string_lossy().contains("production-line");
+        one && command.arg("fit").arg(path).output().expect("a run").status.code() != Some(1)
+    });
+    assert!(found.len() > 25, "{}", found.len());
+    found
+}
+
+fn check(text: &str, own: &BTreeSet<String>, what: &str) {
+    let left = foreign(text, own);
+    assert!(left.is_empty(), "{what}: {left:?} in\n{text}");
+    assert!(text.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c)), "{what}: no Chinese in\n{text}");
+}
+
+fn in_columns(text: &str, what: &str) {
+    for line in text.lines() {
+        assert!(
+            columns(line) <= COLUMNS || !line.trim_start().contains(' '),
+            "{what}: {} columns\n{line}",
+            columns(line)
+        );
+    }
+}
+
+/// The text of a page: what stands between its tags, without styles and code.
+fn page_text(html: &str) -> String {
+    let body = html.split_once("</style>").map_or(html, |(_, body)| body);
+    let mut text = String::new();
+    for part in body.split('<').skip(1) {
+        if let Some((tag, after)) = part.split_once('>') {
+            for name in ["aria-label=\"", "data-word=\""] {
+                text.push_str(tag.split_once(name).map_or("", |(_, rest)| rest.split('"').next().unwrap_or_default()));
+                text.push(' ');
+            }
+            text.push_str(after);
+        }
+        text.push(' ');
+    }
+    for (entity, c) in [("&amp;", "&"), ("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&#39;", "'")] {
+        text = text.replace(entity, c);
+    }
+    text
+}
+
+#[test]
+fn fits_are_told_in_chinese() {
+    for path in campaigns() {
+        let folder = path.parent().expect("a folder");
+        let own = own_words(folder);
+        let file = path.file_name().expect("a name").to_string_lossy().into_owned();
+        let text = chinese(folder, &["fit", &file, "--readings", "--budget", "--correction"]);
+        check(&text, &own, &file);
+        in_columns(&text, &file);
+        let html = chinese(folder, &["fit", &file, "--html", "-"]);
+        assert!(html.contains("<html lang=\"zh-CN\">"));
+        check(&page_text(&html), &own, &format!("{file} --html"));
+        check(&chinese(folder, &["fit", &file, "--md", "-"]), &own, &format!("{file} --md"));
+    }
+}
+
+#[test]
+fn json_is_the_same_in_every_language() {
+    let folder = root().join("examples/51-six-positions");
+    let file = files(&folder, ".campaign.json").remove(0);
+    let file = file.to_string_lossy();
+    let english =
+        Command::cargo_bin("tumble").expect("the program").args(["fit", &file, "--json", "-"]).output().expect("a run");
+    let json = chinese(&folder, &["fit", &file, "--json", "-"]);
+    assert_eq!(String::from_utf8_lossy(&english.stdout), json);
+    assert!(json.is_ascii() || !json.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c)));
+}
+
+#[test]
+fn a_command_without_chinese_says_which_have_it() {
+    let output = Command::cargo_bin("tumble")
+        .expect("the program")
+        .args(["bench", "list", "--lang", "zh"])
+        .output()
+        .expect("a run");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text.contains("--lang zh") && text.contains("fit"), "{text}");
+}
