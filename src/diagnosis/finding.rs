@@ -11,7 +11,7 @@ use super::sets::Rival;
 use super::settings::Settings;
 use super::support::Support;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Unexplained, Verdict};
-use super::{ambiguity, holdout, places, separate, serial, steps};
+use super::{ambiguity, holdout, places, separate, steps, vetted};
 use crate::campaign::{Campaign, Kind};
 use crate::error::Result;
 use crate::fit::{self, Fit};
@@ -156,11 +156,7 @@ pub(super) fn conclude(
         Some((_, after)) => gap(after, &weighted, &evidence, set),
         None => gap_before.clone(),
     };
-    let standardised: Vec<f64> = match &weighted.floor {
-        None => gap_after.residuals.iter().zip(&scale).map(|(v, u)| v / u).collect(),
-        Some(_) => weighted.whiten(&gap_after.residuals),
-    };
-    let pattern_in_time = serial::serial(campaign, &design, &standardised).filter(|own| own.p <= settings.serial());
+    let pattern_in_time = vetted::pattern(campaign, &design, &weighted, &gap_after.residuals, settings);
     let verdict = match &found {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         Found::Nothing if pattern_in_time.is_none() => Verdict::NothingMissing,
@@ -218,15 +214,7 @@ pub(super) fn conclude(
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
     let basis = weighted.estimate.factor.thin_q();
     let support = Support { weighted: &weighted, basis, columns: &columns, positions: &[] };
-    let question = Question {
-        settings,
-        handicap: &handicap,
-        support: &support,
-        is_pattern: &|_| false,
-        needs_all: &|_| false,
-        other_phase: &|_| None,
-        harmonics_of: &|_| Vec::new(),
-    };
+    let question = Question::without_families(settings, &handicap, &support);
     let rivals: Vec<Rival> = match &found {
         // places are those of the order in which the effects are reported
         Found::Set { set: own, rivals, .. } => rivals
@@ -412,8 +400,7 @@ impl Effects<'_> {
         let at_place = || self.rivals.iter().zip(shares).filter(|(rival, _)| rival.place == place);
         // probability of the class as far as its aliases are listed
         let listed = |j: usize| at_place().any(|(rival, _)| rival.candidate == j);
-        let further: f64 = posterior.of.iter().filter(|(j, _)| *j == *member || listed(*j)).map(|(_, p)| p).sum();
-        let probability = posterior.probability.max(further).min(1.0);
+        let probability = vetted::with_aliases(&posterior, *member, listed);
         let all = 1.0 + at_place().map(|(_, share)| share).sum::<f64>();
         let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
             .filter_map(|(rival, share)| {

@@ -26,6 +26,7 @@
 //! | `stepwise.rs` | one effect after another beside an unexplained rest |
 //! | `posterior.rs` | probabilities of effects and aliases |
 //! | `serial.rs` | patterns in the order of time |
+//! | `vetted.rs` | names that are not probable enough taken back |
 //! | `steps.rs` | the gap after each effect |
 //! | `finding.rs` | from a search to the answer |
 //! | `support.rs` | effects that hang on one position alone |
@@ -74,6 +75,7 @@ mod steps;
 mod stepwise;
 mod strata;
 mod support;
+mod vetted;
 
 pub use assumptions::Held;
 pub use candidates::Candidate;

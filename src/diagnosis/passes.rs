@@ -5,7 +5,7 @@ use super::noise::{NoiseFrom, Weighted};
 use super::pass::{Pass, Seen};
 use super::search::Found;
 use super::settings::Settings;
-use super::{Candidate, assumptions, fit_exactly, repair, search, stepwise};
+use super::{Candidate, assumptions, fit_exactly, repair, search, stepwise, vetted};
 use crate::campaign::Campaign;
 use crate::error::Result;
 use crate::fit::{self, Estimator, Fit};
@@ -32,6 +32,11 @@ pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);
 /// A gap moves the tilts. Where a schedule hardly determines them it moves them far: the rows are then no longer straight between the given
 /// model and the repaired one, and an effect that jumps with a small input (`sign(w_S)`) has another column.
 pub(super) fn run(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings) -> Result<Outcome> {
+    let outcome = searched(pass, campaign, settings)?;
+    vetted::vetted(pass, campaign, outcome, settings)
+}
+
+fn searched(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings) -> Result<Outcome> {
     let home = pass.stand();
     let first = settle(pass, campaign, settings)?;
     let is_tilt = |j: &usize| first.0.candidates.get(*j).is_some_and(|c| matches!(c.kind, Regressor::Tilt(_)));

@@ -40,7 +40,20 @@ pub(super) struct Question<'a> {
     pub harmonics_of: &'a dyn Fn(usize) -> Vec<usize>,
 }
 
-impl Question<'_> {
+impl<'a> Question<'a> {
+    /// For what has been found: probabilities ask for no families.
+    pub fn without_families(settings: &'a Settings, handicap: &'a [f64], support: &'a Support<'a>) -> Self {
+        Question {
+            settings,
+            handicap,
+            support,
+            is_pattern: &|_| false,
+            needs_all: &|_| false,
+            other_phase: &|_| None,
+            harmonics_of: &|_| Vec::new(),
+        }
+    }
+
     pub fn burden(&self, set: &[usize]) -> f64 {
         set.iter().map(|j| self.handicap.get(*j).copied().unwrap_or_default()).sum()
     }

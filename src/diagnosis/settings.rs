@@ -24,7 +24,7 @@ pub struct Settings {
     /// Smallest |t| of an effect against noise and remainder together where the rest is unexplained. Default 7.2: below, columns of the
     /// catalogue that merely resemble an unknown pattern reach it (largest cosine 0.55 on the gyro schedules, t = 7.2 at 120 degrees of freedom).
     pub above_remainder: f64,
-    /// Least posterior probability that an effect or one of its aliases is present, for it to be named beside an unexplained rest. Default 0.95.
+    /// Least posterior probability that an effect or one of its aliases is present, for it to be named. Default 0.95.
     pub probability: f64,
     /// Standard deviation of an effect before the readings are seen, in its own standard uncertainties. Default 30: a plain effect; the Occam
     /// factor of each further effect is its logarithm (D. MacKay, Neural Computation 4 (1992), 415).

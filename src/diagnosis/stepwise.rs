@@ -149,13 +149,14 @@ fn stands(evidence: &Evidence, set: &[usize], place: usize, complete: bool, ques
         return false;
     }
     let Some(standing) = evidence.standing(&others, member) else { return false };
-    if evidence.family_wise(standing.t, standing.dof, member) > settings.further * settings.names() {
-        return false;
-    }
     let score = given.score.get(member).map_or(0.0, |s| s.abs());
     let above = score / scale(evidence, evidence.rss_of(set), set.len()).sqrt();
     let needed = if complete { settings.each_of_many } else { settings.above_remainder };
     if above < needed {
+        return false;
+    }
+    let level = if set.len() > 1 { settings.further * settings.names() } else { settings.names() };
+    if evidence.family_wise(standing.t, standing.dof, member) > level {
         return false;
     }
     let posterior = posterior::of(evidence, &others, member, complete, question);
