@@ -73,8 +73,9 @@ fn installation_errors_hide_what_no_position_separates_and_it_is_named() {
     assert_eq!(fit.estimate.rank, fit.campaign.unknowns() - 4);
     // which table tilt hides in which installation error, two or three names at a time
     let report = tumble::report::fit_report(&fit);
-    let mut free: Vec<(&str, &str)> =
-        report.not_estimable.iter().map(|d| (d.text.as_str(), d.hides.as_deref().unwrap_or(""))).collect();
+    let hides = |own: &Option<tumble::language::Sentence>| own.as_ref().map_or(String::new(), ToString::to_string);
+    let free: Vec<(&str, String)> = report.not_estimable.iter().map(|d| (d.text.as_str(), hides(&d.hides))).collect();
+    let mut free: Vec<(&str, &str)> = free.iter().map(|(text, hides)| (*text, hides.as_str())).collect();
     free.sort_unstable();
     println!("{free:#?}");
     assert_eq!(
