@@ -202,6 +202,10 @@ fn own_words(folder: &Path) -> BTreeSet<String> {
             serde_json::from_str(&std::fs::read_to_string(bench).expect("a bench")).expect("JSON");
         symbols(&bench, &mut take);
     }
+    // what a published comparison cites is in its authors' words
+    for forms in files(&root().join("data/closed_forms"), ".json") {
+        take(&std::fs::read_to_string(forms).expect("published forms"));
+    }
     words
 }
 
