@@ -10,7 +10,7 @@ use std::fmt;
 ///
 /// ```
 /// use tumble::language::{Argument, Language, Sentence};
-/// let sentence = Sentence::new("fit-table-known", vec![("known", Argument::from("g = 9.8"))]);
+/// let sentence = Sentence::new("fit-table-known", vec![("known", Argument::Text("g = 9.8".into()))]);
 /// assert_eq!(sentence.to_string(), "known: g = 9.8");
 /// assert_eq!(sentence.say(Language::Chinese), "已知量\u{ff1a}g = 9.8");
 /// assert_eq!(serde_json::to_string(&sentence).unwrap(), "\"known: g = 9.8\"");
