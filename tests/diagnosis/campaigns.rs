@@ -202,6 +202,10 @@ fn names_that_once_were_wrong() {
         ("three", false, "A24", 6_400_073),
         ("tilts", true, "G16", 10_900_028),
         ("tilts", true, "A24", 10_900_034),
+        // two names that are not probable beside a pattern in time, and one that is where another effect may stand beside it
+        ("outside", false, "G16x45", 17_000_029),
+        ("outside", false, "G16x45", 17_000_073),
+        ("mixed", true, "A24", 16_500_024),
     ];
     for (mode, stated, schedule, seed) in campaigns {
         let own = trial(mode, stated, schedule, seed, &catalogue);
