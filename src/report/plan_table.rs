@@ -246,6 +246,21 @@ pub(super) fn proof(improved: &ImprovedReport) -> Option<String> {
     Some(format!("proven to be at least {share} as good as the best possible choice of these candidates{within}"))
 }
 
+/// What moving the angles between the candidates brought.
+pub(super) fn moved(improved: &ImprovedReport) -> Option<String> {
+    let refined = improved.refined.as_ref()?;
+    let resolution = significant(refined.resolution_deg, 3);
+    if refined.moved == 0 {
+        return Some(format!("no angle is worth moving off the candidates, in steps down to {resolution} deg"));
+    }
+    let mountings = if refined.moved == 1 { "1 mounting" } else { &format!("{} mountings", refined.moved) };
+    let gain = significant(100.0 * refined.gain, 2);
+    let end = if refined.finished { "" } else { " (not finished)" };
+    Some(format!(
+        "angles of {mountings} moved off the candidates, in steps down to {resolution} deg: {gain} % better than the choice{end}"
+    ))
+}
+
 /// Why the efficiency is below 0.99: the bound, or the few portions.
 pub(super) fn shortfall(improved: &ImprovedReport) -> Option<String> {
     let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
@@ -409,6 +424,9 @@ fn better(improved: &ImprovedReport, finds: &[FindReport]) -> String {
         if let Some(why) = shortfall(improved) {
             text.push_str(&format!("  {why}\n"));
         }
+    }
+    if let Some(moved) = moved(improved) {
+        text.push_str(&format!("  {moved}\n"));
     }
     if let Some(limit) = improved.cost_limit {
         text.push_str(&format!("  {}\n", cost_limit(improved, limit)));

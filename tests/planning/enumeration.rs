@@ -54,6 +54,7 @@ fn by_definition(blocks: &Blocks, objective: &Objective, chosen: &[usize]) -> f6
             let all = (0..rows.count()).flat_map(|j| (0..rows.rows()).map(move |r| (j, r)));
             all.map(|(j, r)| quadratic(&rows.row(j, r))).fold(0.0, f64::max)
         }
+        Objective::Eigenvalue(_) => unreachable!("compared with numpy in optima.rs"),
     }
 }
 

@@ -67,9 +67,13 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 600)]
     pub(super) most: usize,
     /// D (volume of the confidence ellipsoid), A (sum of the angles' variances), G (largest predicted reading), I (mean of the predicted
-    /// readings), or a quantity: dtheta_z2, gamma.
-    #[arg(long, value_name = "D|A|G|I|NAME", default_value = "D")]
+    /// readings), E (worst determined combination of the angles), or a quantity: dtheta_z2, gamma.
+    #[arg(long, value_name = "D|A|G|I|E|NAME", default_value = "D")]
     pub(super) criterion: String,
+    /// Then move the chosen angles between the candidates, in multiples of DEG, as long as that is better (with --choose, --add or
+    /// --budget).
+    #[arg(long, value_name = "DEG", requires = "searched", conflicts_with_all = ["goal", "find", "separate"])]
+    pub(super) refine: Option<f64>,
     /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
     #[arg(long, value_enum, default_value_t = UnitArgument::Reading)]
     pub(super) unit: UnitArgument,

@@ -8,8 +8,8 @@ use crate::report::Effort;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
 use crate::report::plan_table::{
-    apart, cost_limit, goal_notes, judged_at, lacking as lacking_value, mountings, not_told_apart, nowhere, proof,
-    reason, shortfall, through_tilts, work_of,
+    apart, cost_limit, goal_notes, judged_at, lacking as lacking_value, mountings, moved, not_told_apart, nowhere,
+    proof, reason, shortfall, through_tilts, work_of,
 };
 use crate::report::plot::{Spot, positions};
 use crate::report::table::{count, significant};
@@ -85,6 +85,9 @@ fn answer(improved: &ImprovedReport) -> Section {
         if let Some(why) = shortfall(improved) {
             section = section.prose(format!("The rest: {why}."));
         }
+    }
+    if let Some(moved) = moved(improved) {
+        section = section.prose(format!("{}.", capital(&moved)));
     }
     if let Some(limit) = improved.cost_limit {
         section = section.prose(format!("{}.", capital(&cost_limit(improved, limit))));
