@@ -8,15 +8,23 @@
 
 Questions are files, as for the program, or dicts of the same form; readings may be a pandas or polars DataFrame, a pyarrow table or a dict of
 numpy arrays. What a person wrote wrongly raises `MalformedError`, with the place, what was expected and what was found. What the
-readings say (a rank defect, a failed test) is a result: see `rejected`.
+readings say (a rank defect, a failed test) is a result, with `rejected` set and a `RejectedWarning`.
 """
 
-from ._commands import apply, bench, check, compare, diagnose, export, navigate, noise, plan, reduce, run, schema, simulate
-from ._fit import Fit, Parameter, fit
-from ._report import RejectedWarning, Report
+from . import reports
+from ._commands import (
+    Navigation, apply, bench, check, compare, diagnose, diagnose_devices, diagnose_mission, export, navigate, noise, plan, reduce, run, schema,
+    simulate,
+)
+from ._devices import Devices, Quantity, fit_devices
+from ._fit import Fit, Parameter, Readings, fit
+from ._question import Question
+from ._report import Figure, Node, NoteWarning, RejectedWarning, Report
+from ._tables import Table
 from ._tumble import MalformedError, __version__
 
 __all__ = [
-    "Fit", "MalformedError", "Parameter", "RejectedWarning", "Report", "__version__", "apply", "bench", "check", "compare", "diagnose",
-    "export", "fit", "navigate", "noise", "plan", "reduce", "run", "schema", "simulate",
+    "Devices", "Figure", "Fit", "MalformedError", "Navigation", "Node", "NoteWarning", "Parameter", "Quantity", "Question", "Readings",
+    "RejectedWarning", "Report", "Table", "__version__", "apply", "bench", "check", "compare", "diagnose", "diagnose_devices", "diagnose_mission", "export", "fit",
+    "fit_devices", "navigate", "noise", "plan", "reduce", "reports", "run", "schema", "simulate",
 ]

@@ -1,131 +1,215 @@
-"""`tumble.fit`."""
+"""`tumble.fit`: one device."""
 
 from __future__ import annotations
 
-import html
 import json
+import math
+import os
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, Optional, Union
 
-from . import _tumble
-from ._question import Question, text_of
-from ._report import RejectedWarning, Report
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _tumble, reports
+from ._question import Asked, Question, dumps
+from ._report import Figure, RejectedWarning, State, excerpt, figures
+from ._tables import Frames, Table
+
+Robust = Literal["huber", "tukey", "l1"]
+Remount = Union[Literal["estimate"], float]
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """An estimated parameter or a derived quantity, in `unit`; tilts are in arcsec here and in rad in the report's `value`."""
+    """An estimated parameter or a derived quantity, in `unit`: angles are in arcsec here, and in rad in `fit.report` and `fit.covariance`."""
 
     id: str
+    """Its name in the bench, or in the campaign's `derived`."""
+    kind: str
+    """`tilt`, `coefficient` or `derived`."""
+    unit: str
+    """Unit of `value`, `u` and `U`."""
     value: Optional[float]
+    """Estimate; None where it is not estimable."""
     u: Optional[float]
-    """Combined standard uncertainty."""
+    """Combined standard uncertainty; None where it cannot be known."""
     U: Optional[float]
     """Expanded uncertainty, `k u`, at the level of the fit."""
     dof: Optional[float]
     """Effective degrees of freedom; None where they are infinite."""
     k: Optional[float]
-    unit: str
-    state: str
-    """`free`, `at-bound`, `not-estimable`, `derived`."""
+    """Coverage factor."""
+    state: State
+    """`free`, `at-bound` or `not-estimable`; `derived` for a derived quantity."""
 
     def __str__(self) -> str:
         if self.value is None:
             return f"{self.id}: {self.state}"
-        spread = "" if self.U is None else f" +- {self.U:.3g} (k = {self.k:.2f})"
+        spread = "" if self.U is None or self.k is None else f" +- {self.U:.3g} (k = {self.k:.2f})"
         return f"{self.id} = {self.value:.6g}{spread} {self.unit}".rstrip()
 
 
-class Fit(Report):
-    """A fit. `fit["dtheta_y2"]` is a `Parameter`; the whole report is `fit.data`."""
+class Readings(Frames):
+    """The readings of a fit, a value each, as columns of one length."""
 
-    def __init__(self, data: dict[str, Any], rejected: bool, table: Any, page: Any) -> None:
-        super().__init__(data, rejected, table, page)
-        found = [_parameter(own) for own in data["parameters"]] + [_parameter(own, "derived") for own in data.get("derived", [])]
-        self.parameters: dict[str, Parameter] = {own.id: own for own in found}
-
-    def __getitem__(self, key: str) -> Any:
-        return self.parameters[key] if key in self.parameters else super().__getitem__(key)
-
-    def __iter__(self) -> Iterator[str]:
-        yield from self.parameters
-        yield from (key for key in self.data if key not in self.parameters)
+    def __init__(self, numbers: NDArray[np.float64], sensor: list[str], position: list[str]) -> None:
+        self.index: NDArray[np.int64] = numbers[:, 0].astype(np.int64)
+        """Number of the reading, from 1."""
+        self.sensor: list[str] = sensor
+        """Sensor that was read."""
+        self.position: list[str] = position
+        """Label of the position."""
+        self.value: NDArray[np.float64] = numbers[:, 1]
+        """What was read, in the sensor's unit."""
+        self.fitted: NDArray[np.float64] = numbers[:, 2]
+        """What the model says, in the sensor's unit."""
+        self.residual: NDArray[np.float64] = numbers[:, 3]
+        """Value minus fitted, in the sensor's unit."""
+        self.redundancy: NDArray[np.float64] = numbers[:, 4]
+        """Redundancy number, 0 to 1."""
+        self.studentized: NDArray[np.float64] = numbers[:, 5]
+        """Studentized residual; NaN where there is none."""
 
     def __len__(self) -> int:
-        return sum(1 for _ in self)
+        return len(self.sensor)
 
-    @property
+    def _columns(self) -> dict[str, Any]:
+        names = ("index", "position", "sensor", "value", "fitted", "residual", "redundancy", "studentized")
+        return {name: getattr(self, name) for name in names}
+
+
+class Fit(Mapping[str, Parameter], Frames):
+    """A fit. `fit["dtheta_y2"]` is a `Parameter`, the whole report is `fit.report`; `print(fit)` shows the program's table."""
+
+    def __init__(self, core: _tumble.Fit) -> None:
+        self._core = core
+        self.rejected: bool = core.rejected()
+        """Exit code 2 of the program: a rank defect, a failed global test, outside the limits."""
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """Estimated parameters and derived quantities by name, in the campaign's order."""
+        return {own[0]: Parameter(*own) for own in self._core.parameters()}
+
+    def __getitem__(self, key: str) -> Parameter:
+        try:
+            return self.parameters[key]
+        except KeyError:
+            raise KeyError(f"no estimated or derived quantity is called '{key}': expected one of {', '.join(self.parameters)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.parameters)
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    @cached_property
     def order(self) -> list[str]:
-        """Parameters in the order of the covariance's rows."""
-        return list(self.data["covariance"]["order"])
+        """Estimated parameters in the order of the covariance's rows."""
+        return list(self._core.order())
 
-    @property
-    def covariance(self) -> Any:
-        """Covariance of the estimated parameters as a numpy array; tilts in rad, NaN where not estimable."""
-        return self._matrix("covariance")
+    @cached_property
+    def covariance(self) -> NDArray[np.float64]:
+        """Covariance of the estimated parameters, shape (n, n) in the order of `order`; angles in rad, NaN where not estimable."""
+        flat = np.frombuffer(self._core.covariance(), dtype=np.float64)
+        n = math.isqrt(flat.size)
+        return flat.reshape(n, n)
 
-    @property
-    def correlation(self) -> Any:
-        """Correlation of the estimated parameters as a numpy array."""
-        return self._matrix("correlation")
+    @cached_property
+    def correlation(self) -> NDArray[np.float64]:
+        """Correlation of the estimated parameters, shape (n, n)."""
+        sd = np.sqrt(np.diag(self.covariance))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found: NDArray[np.float64] = self.covariance / np.outer(sd, sd)
+        return found
 
-    def _matrix(self, key: str) -> Any:
-        import numpy as np
+    @cached_property
+    def report(self) -> reports.FitReport:
+        """The report of `tumble fit --json`, with its keys as attributes."""
+        return reports.FitReport(json.loads(self._core.report()), self.rejected, lambda: str(self), self.page)
 
-        return np.array(self.data[key]["matrix"], dtype=float)
+    @cached_property
+    def readings(self) -> Readings:
+        """The readings with residuals, as columns."""
+        count, flat, sensor, position = self._core.readings()
+        return Readings(np.frombuffer(flat, dtype=np.float64).reshape(count, 6), sensor, position)
 
-    def to_pandas(self) -> Any:
-        """Parameters as a DataFrame, one row each."""
-        import pandas as pd
+    def table(self, readings: bool = False, lang: str = "en") -> str:
+        """The table of the terminal, with every reading if asked for; `lang`: `en` or `zh`."""
+        return self._core.table(readings, lang)
 
-        rows = [[p.value, p.u, p.U, p.dof, p.k, p.unit, p.state] for p in self.parameters.values()]
-        return pd.DataFrame(rows, index=list(self.parameters), columns=["value", "u", "U", "dof", "k", "unit", "state"])
+    def page(self, lang: str = "en") -> str:
+        """The HTML page, as `--html` writes it: one file that stands alone."""
+        return self._core.page(lang)
+
+    def figures(self) -> list[Figure]:
+        """The pictures of the page, as SVG; a notebook shows each."""
+        return figures(self.page())
+
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Write the report as JSON: a calibration, as `compare`, `apply` and `export` read it."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self._core.report() + "\n")
+
+    def _columns(self) -> dict[str, Any]:
+        rows = list(self.parameters.values())
+        texts = {name: [getattr(p, name) for p in rows] for name in ("id", "unit", "state")}
+        numbers = {name: np.array([getattr(p, name) for p in rows], dtype=float) for name in ("value", "u", "U", "dof", "k")}
+        return {"id": texts["id"], **numbers, "unit": texts["unit"], "state": texts["state"]}
+
+    def __str__(self) -> str:
+        return self.table()
+
+    def __repr__(self) -> str:
+        return f"<Fit of {len(self.order)} parameters{', rejected' if self.rejected else ''}>"
 
     def _repr_html_(self) -> str:
-        head = "".join(f"<th>{name}</th>" for name in ("parameter", "estimate", "u", "U", "k", "unit", "state"))
-        number = lambda value, form: "-" if value is None else format(value, form)  # noqa: E731
-        rows = "".join(
-            f"<tr><td>{html.escape(p.id)}</td><td>{number(p.value, '.7g')}</td><td>{number(p.u, '.2g')}</td>"
-            f"<td>{number(p.U, '.2g')}</td><td>{number(p.k, '.2f')}</td><td>{html.escape(p.unit)}</td><td>{p.state}</td></tr>"
-            for p in self.parameters.values()
-        )
-        verdict = "<p><b>rejected</b>: see <code>print(fit)</code></p>" if self.rejected else ""
-        return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{verdict}"
+        return excerpt(self.page())
 
 
-def _parameter(own: Mapping[str, Any], state: Optional[str] = None) -> Parameter:
-    shown = own.get("arcsec") or own
-    number = lambda key: shown.get(key)  # noqa: E731
-    return Parameter(
-        id=own["id"], value=number("value"), u=number("u"), U=number("U"), dof=own.get("dof"), k=own.get("k"),
-        unit="arcsec" if own.get("arcsec") else own.get("unit", ""), state=state or own.get("state", ""),
-    )
+def settings(linear: bool, relative: bool, level: float, robust: Optional[str], remount: Optional[Remount]) -> _tumble.Asked:
+    """How to fit, as the engine takes it."""
+    word = None if remount is None else str(remount)
+    return {"linear": linear, "relative": relative, "level": level, "robust": robust, "remount": word}
 
 
 def fit(
     campaign: Question,
-    readings: Any = None,
+    readings: Optional[Table] = None,
     *,
     linear: bool = False,
     relative: bool = False,
     level: float = 0.95,
-    robust: Optional[Literal["huber", "tukey", "l1"]] = None,
-    remount: Union[Literal["estimate"], float, None] = None,
+    robust: Optional[Robust] = None,
+    remount: Optional[Remount] = None,
+    monte_carlo: Optional[int] = None,
+    seed: int = 1,
 ) -> Fit:
     """Estimate every angle and coefficient of a campaign, each with its uncertainty.
 
-    `campaign` is a file or a dict of the same form, `readings` a table that takes the place of its readings. `linear` is one least-squares
-    step (the papers' estimator), `relative` takes stated uncertainties as weights only, `level` is the coverage probability of `U`.
+    `x = argmin sum ((reading - f(x)) / u)^2` on the exact model, to convergence.
+
+    campaign: a file, or a dict of the same form. readings: a table (see `Table`) or the path of one, in place of the campaign's.
+    linear: one least-squares step from the reference point, the papers' estimator. relative: stated uncertainties are weights only.
+    level: coverage probability of `U`. robust: bear bad readings. remount: readings that share a position share an offset, with this standard
+    uncertainty (in the sensor's unit), or one that is estimated. monte_carlo: so many trials beside the first order (GUM Supplements 1 and 2),
+    in `fit.report.monte_carlo`.
+
+    Raises `MalformedError`. Warns `RejectedWarning` where the answer is rejected.
+
+        >>> line = {"bench": {"id": "line", "sensors": {"y": {"model": "a + b*x"}}}, "estimate": {"a": {}, "b": {}}}
+        >>> found = fit(line, {"x": [0, 1, 2], "y": [1, 3, 4]})
+        >>> round(found["b"].value, 12), round(found["b"].u, 4)
+        (1.5, 0.2887)
     """
-    name, text, folder = text_of(campaign, readings)
-    word = None if remount is None else str(remount)
-
-    def made(form: str) -> tuple[str, bool]:
-        return _tumble.fit(name, text, folder, linear, relative, level, robust, word, form)
-
-    report, rejected = made("report")
-    if rejected:
+    asked = Asked(campaign, readings)
+    trials = None if monte_carlo is None else (monte_carlo, seed)
+    how = settings(linear, relative, level, robust, remount)
+    found = Fit(_tumble.fit(asked.content, asked.name, asked.folder, dumps, asked.table, how, trials))
+    if found.rejected:
         warnings.warn("the fit is rejected; print it to see why", RejectedWarning, stacklevel=2)
-    return Fit(json.loads(report), rejected, lambda: made("table")[0], lambda: made("page")[0])
+    return found
