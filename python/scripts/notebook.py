@@ -43,11 +43,11 @@ with warnings.catch_warnings():
 print(found.verdict, [effect.regressor for effect in found.effects])
 found"""),
     ("markdown", "A thousand devices through the same schedule: one array, a row for each device."),
-    ("code", """read = readings["V"].to_numpy()
-values = read + np.random.default_rng(1).normal(0, 1e-4, (1000, len(read)))
+    ("code", """sd = fit.report.fit.residual_sd  # V
+values = np.random.default_rng(1).normal(fit.readings.fitted, sd, (1000, len(readings)))
 devices = tumble.fit_devices({**campaign, "readings": readings.to_dict("records")}, values=values)
 angle = devices["dtheta_y2"]
-assert abs(angle.value.std() / angle.u.mean() - 1) < 0.5
+assert abs(angle.value.std() / angle.u.mean() - 1) < 0.1  # the devices scatter as their uncertainties say
 angle.value.mean(), angle.value.std(), angle.unit"""),
     ("code", """devices.to_polars().head(3)"""),
 ]

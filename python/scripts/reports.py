@@ -1,4 +1,4 @@
-"""Writes tumble/reports.py, the types of the reports, from ../schemas. A test checks that it is written."""
+"""Writes package/tumble/reports.py, the types of the reports, from ../schemas. A test checks that it is written."""
 
 import json
 import keyword
@@ -7,7 +7,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 SCHEMAS = HERE.parents[1] / "schemas"
-TARGET = HERE.parent / "tumble" / "reports.py"
+TARGET = HERE.parent / "package" / "tumble" / "reports.py"
 # names that a mapping or a report has already, and types
 TAKEN = {"data", "dict", "float", "get", "int", "items", "keys", "list", "str", "values"}
 OF_REPORTS = {"figures", "page", "rejected"}

@@ -128,15 +128,18 @@ impl Fit {
 
 impl Fit {
     fn made(&self) -> PyResult<Arc<FitReport>> {
+        self.reported().map_err(|error| PyValueError::new_err(error.to_string()))
+    }
+
+    /// The report, made once. Errors: a number of Monte Carlo trials that cannot be drawn.
+    fn reported(&self) -> Result<Arc<FitReport>, Malformed> {
         if let Some(report) = self.report.get() {
             return Ok(report.clone());
         }
         let mut report = report::fit_report(&self.fit);
         if let Some((trials, seed)) = self.monte_carlo {
-            let drawn = engine::draw(&self.fit, trials, seed, &|_| {})
-                .map_err(|error| PyValueError::new_err(error.to_string()))?;
-            let level = self.fit.settings.level;
-            report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, level));
+            let drawn = engine::draw(&self.fit, trials, seed, &|_| {})?;
+            report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(&drawn, self.fit.settings.level));
         }
         Ok(self.report.get_or_init(|| Arc::new(report)).clone())
     }
@@ -235,7 +238,7 @@ pub fn fit<'py>(
             let fit = made(engine::fit_owned(campaign, &settings)?, monte_carlo);
             if monte_carlo.is_some() {
                 // the trials are drawn here, where they can be stopped
-                fit.made().map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
+                fit.reported()?;
             }
             Ok(fit)
         })?,

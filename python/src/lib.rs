@@ -1,4 +1,4 @@
-//! What Python calls. `tumble/__init__.py` and its neighbours make a package of it.
+//! What Python calls. `package/tumble` makes a package of it.
 //!
 //! | file | subject |
 //! |---|---|

@@ -87,14 +87,16 @@ impl<'py> Question<'py> {
             return Ok((campaign, None));
         }
         let source = self.source()?;
-        let made = wire::read_campaign_beside(&source, &self.folder);
-        let made = made.and_then(|campaign| match &campaign.by {
+        let many = |file: CampaignFile| match file.by {
             Some(by) => Err(Malformed::new(Fault::Value, "the campaign is of many devices")
                 .expected("tumble.fit_devices, or a campaign without \"by\"")
                 .found(format!("\"by\": \"{by}\""))
                 .at_path("by")),
-            None => Ok(campaign),
-        });
+            None => Ok(()),
+        };
+        // looked at first, for the readings of many devices are no readings of one
+        let one = if source.text.contains("\"by\"") { wire::campaign_of(&source).and_then(many) } else { Ok(()) };
+        let made = one.and_then(|()| wire::read_campaign_beside(&source, &self.folder));
         match made {
             Ok(campaign) => Ok((campaign, Some(source))),
             Err(error) => Err(self.raised(py, error, Some(&source))),

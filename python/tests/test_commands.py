@@ -36,6 +36,7 @@ def test_plan() -> None:
     assert more.improved is not None and more.improved.judgement is not None
 
 
+@rejected
 def test_compare() -> None:
     published = tumble.compare(TABLE_1)
     assert published.report == "compare" and published.groups
@@ -43,7 +44,10 @@ def test_compare() -> None:
     before, after = tumble.fit(folder / "before.campaign.json"), tumble.fit(folder / "after.campaign.json")
     changes = tumble.compare(before, after)
     assert changes.report == "compare-calibrations"
-    assert changes.data["changes"] == tumble.compare(folder / "before.fit.json", folder / "after.fit.json").data["changes"]
+    # the kept reports are of another build, whose last digits may differ
+    kept = tumble.compare(folder / "before.fit.json", folder / "after.fit.json")
+    for own, other in zip(changes.changes, kept.changes, strict=True):
+        assert own.id == other.id and own.difference == pytest.approx(other.difference, rel=1e-9) and own.significant == other.significant
 
 
 @notes
@@ -61,12 +65,10 @@ def test_noise_of_a_table() -> None:
     table = {"time_s": np.arange(60000) / 100, "g (deg/s)": rates}
     reports = [tumble.noise(one) for one in (table, pd.DataFrame(table), pl.DataFrame(table))]
     assert reports[0].data["columns"] == reports[1].data["columns"]
-    white = reports[0].columns[0].coefficients[0]
-    assert white.value is not None
-    for other in reports[1:]:
-        assert other.columns[0].coefficients[0].value == pytest.approx(white.value, rel=1e-12)
-    root = np.sqrt(np.mean(np.diff(rates.reshape(-1, 100).mean(1)) ** 2) / 2)
-    assert white.value == pytest.approx(root, rel=0.1) or white.unit != "deg/s/sqrt(Hz)"
+    white = [next(own for own in one.columns[0].coefficients if own.id == "N") for one in reports]
+    # 0.1 deg/sqrt(s) = 6 deg/sqrt(h), from 60,000 samples
+    assert white[0].unit == "deg/sqrt(h)" and white[0].value == pytest.approx(6, rel=0.02)
+    assert [own.value for own in white] == pytest.approx([white[0].value] * 3, rel=1e-12)
 
 
 @notes

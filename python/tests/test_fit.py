@@ -2,6 +2,7 @@
 
 import json
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,6 +68,7 @@ def test_a_dict_that_comes_again() -> None:
     assert tumble.fit(LINE)["a"].value == pytest.approx(7 / 6, abs=1e-14)
 
 
+@pytest.mark.filterwarnings("ignore::tumble.RejectedWarning")
 def test_columns_that_come_and_go() -> None:
     # a kept question serves readings with other columns
     with_t = {**LINE, "readings": [{**row, "t": 1.0} for row in LINE["readings"]]}
@@ -79,7 +81,7 @@ def test_columns_that_come_and_go() -> None:
 
 
 def test_values_of_numpy_in_a_dict() -> None:
-    rows = [{"x": np.float64(x), "y": np.int64(y)} for x, y in [(0, 1), (1, 3), (2, 4)]]
+    rows: list[dict[str, Any]] = [{"x": np.float64(x), "y": np.int64(y)} for x, y in [(0, 1), (1, 3), (2, 4)]]
     assert tumble.fit({**LINE, "readings": rows})["b"].value == pytest.approx(1.5, abs=1e-14)
     rows.append({"x": np.float64(7), "y": float("nan")})
     assert tumble.fit({**LINE, "readings": rows})["b"].value == pytest.approx(1.5, abs=1e-14)
@@ -94,6 +96,8 @@ def test_options() -> None:
     assert wide.k == pytest.approx(math.tan(0.495 * math.pi), rel=1e-9)
     drawn = tumble.fit(TABLE_1, monte_carlo=20000, seed=3).report.monte_carlo
     assert drawn is not None and drawn.trials == 20000
+    with pytest.raises(tumble.MalformedError, match="cannot be drawn"):
+        tumble.fit(TABLE_1, monte_carlo=3)
 
 
 def test_a_rejected_fit_warns() -> None:
@@ -110,7 +114,7 @@ def test_the_report_has_the_keys_of_the_program() -> None:
     own = tumble.fit(TABLE_1).report
     assert {key for key in program if key != "inputs"} == set(own)
     assert program["parameters"] == own["parameters"]
-    assert own.parameters[0].id == program["parameters"][0]["id"] and own.parameters[0].arcsec is not None
+    assert own.parameters[0].id == program["parameters"][0]["id"] and own.parameters[1].arcsec is not None
     assert own.fit.dof == 24 and own.parameters[0].budget[0].type in ("A", "B")
     with pytest.raises(AttributeError, match="expected one of"):
         own.nothing

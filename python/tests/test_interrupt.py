@@ -12,7 +12,7 @@ from cases import EXAMPLES, TABLE_1
 
 PLAN = EXAMPLES / "30-plan-five-positions/published.campaign.json"
 LONG = {
-    "monte carlo": f"tumble.fit({str(TABLE_1)!r}, monte_carlo=50_000_000)",
+    "monte carlo": f"tumble.fit({str(TABLE_1)!r}, monte_carlo=20_000_000)",
     "plan": f"tumble.plan({str(PLAN)!r}, noise={{'V': 9e-4}}, choose=60, step=10, starts=100000)",
     "devices": "tumble.fit_devices(LINE, values=np.random.default_rng(1).normal(size=(3_000_000, 3)))",
 }

@@ -8,8 +8,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parents[1]
 
 
-def run(*arguments: str) -> None:
-    done = subprocess.run([sys.executable, "-m", *arguments], cwd=HERE, capture_output=True, text=True)
+def run(cwd: Path, *arguments: str) -> None:
+    done = subprocess.run([sys.executable, "-m", *arguments], cwd=cwd, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -22,8 +22,8 @@ def test_reports_are_written_from_the_schemas() -> None:
 
 
 def test_strict() -> None:
-    run("mypy")
+    run(HERE, "mypy")
 
 
-def test_stubs_are_true() -> None:
-    run("mypy.stubtest", "tumble._tumble")
+def test_stubs_are_true(tmp_path: Path) -> None:
+    run(tmp_path, "mypy.stubtest", "tumble._tumble", "--mypy-config-file", str(HERE / "pyproject.toml"))

@@ -1,10 +1,15 @@
 """The compiled part; `tumble` is the package."""
 
-from collections.abc import Callable, Sequence
-from os import PathLike
-from typing import Any, Literal, TypedDict, final
+from collections.abc import Sequence
+from typing import Any, final
 
 from tumble._report import State
+from tumble._types import Dumps, Folder, How
+
+__all__ = [
+    "Devices", "Fit", "MalformedError", "__version__", "batch_seconds", "engine_seconds", "fit", "fit_array", "fit_table", "run", "sensors",
+    "simulate", "write_csv",
+]
 
 __version__: str
 
@@ -18,16 +23,6 @@ class MalformedError(ValueError):
     path: str | None
     line: int | None
     column: int | None
-
-class Asked(TypedDict):
-    linear: bool
-    relative: bool
-    level: float
-    robust: str | None
-    remount: str | None
-
-Dumps = Callable[[Any], str]
-Folder = str | PathLike[str]
 
 @final
 class Fit:
@@ -56,17 +51,17 @@ class Devices:
     def page(self) -> str: ...
 
 def fit(
-    campaign: Any, name: str, folder: Folder, dumps: Dumps, table: Any, asked: Asked, monte_carlo: tuple[int, int] | None
+    campaign: Any, name: str, folder: Folder, dumps: Dumps, table: Any, asked: How, monte_carlo: tuple[int, int] | None
 ) -> Fit: ...
 def engine_seconds(campaign: Any, folder: Folder, dumps: Dumps, rounds: int) -> float: ...
 def sensors(campaign: Any, name: str, folder: Folder, dumps: Dumps) -> list[str]: ...
 def fit_array(
-    campaign: Any, name: str, folder: Folder, dumps: Dumps, values: Sequence[tuple[str, Any]], labels: Sequence[str] | None, asked: Asked
+    campaign: Any, name: str, folder: Folder, dumps: Dumps, values: Sequence[tuple[str, Any]], labels: Sequence[str] | None, asked: How
 ) -> Devices: ...
 def fit_table(
-    campaign: Any, name: str, folder: Folder, dumps: Dumps, table: Any, files: Sequence[Folder], by: str | None, asked: Asked
+    campaign: Any, name: str, folder: Folder, dumps: Dumps, table: Any, files: Sequence[Folder], by: str | None, asked: How
 ) -> Devices: ...
-def batch_seconds(campaign: Any, folder: Folder, dumps: Dumps, values: Sequence[tuple[str, Any]], asked: Asked) -> float: ...
+def batch_seconds(campaign: Any, folder: Folder, dumps: Dumps, values: Sequence[tuple[str, Any]], asked: How) -> float: ...
 def simulate(
     schedule: Any, name: str, folder: Folder, truth: Any, truth_name: str, seed: int, dumps: Dumps
 ) -> str: ...

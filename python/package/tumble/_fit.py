@@ -18,6 +18,7 @@ from . import _tumble, reports
 from ._question import Asked, Question, dumps
 from ._report import Figure, RejectedWarning, State, excerpt, figures
 from ._tables import Frames, Table
+from ._types import How
 
 Robust = Literal["huber", "tukey", "l1"]
 Remount = Union[Literal["estimate"], float]
@@ -171,7 +172,7 @@ class Fit(Mapping[str, Parameter], Frames):
         return excerpt(self.page())
 
 
-def settings(linear: bool, relative: bool, level: float, robust: Optional[str], remount: Optional[Remount]) -> _tumble.Asked:
+def settings(linear: bool, relative: bool, level: float, robust: Optional[str], remount: Optional[Remount]) -> How:
     """How to fit, as the engine takes it."""
     word = None if remount is None else str(remount)
     return {"linear": linear, "relative": relative, "level": level, "robust": robust, "remount": word}

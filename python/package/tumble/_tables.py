@@ -82,7 +82,9 @@ def read_like(table: Table, path: str) -> Any:
     if package == "pandas":
         import pandas
 
-        return pandas.read_csv(path, float_precision="round_trip")
+        if int(pandas.__version__.partition(".")[0]) < 3:
+            return pandas.read_csv(path, float_precision="round_trip")
+        return pandas.read_csv(path)
     if package == "polars":
         import polars
 
