@@ -64,10 +64,7 @@ pub fn write_csv(py: Python<'_>, table: Bound<'_, PyAny>, path: PathBuf) -> PyRe
         };
         let titles: Vec<String> = columns.iter().map(|(title, _)| quoted(title)).collect();
         let mut out = titles.join(",") + "\n";
-        let rows = columns.first().map_or(0, |(_, cells)| match cells {
-            Cells::Numbers(own) => own.len(),
-            Cells::Texts(own) => own.len(),
-        });
+        let rows = columns.first().map_or(0, |(_, cells)| crate::table::length(cells));
         for row in 0..rows {
             for (k, (_, cells)) in columns.iter().enumerate() {
                 if k > 0 {

@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _tumble(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", tumble::report::VERSION)?;
-    module.add("MalformedError", module.py().get_type::<work::MalformedError>())?;
+    module.add("MalformedError", work::malformed(module.py())?)?;
     module.add_class::<fit::Fit>()?;
     module.add_class::<devices::Devices>()?;
     module.add_function(wrap_pyfunction!(question::sensors, module)?)?;

@@ -3,7 +3,7 @@
 //! The quick way takes what it understands; whatever it does not, and every error, is left to the campaign's text, which can be quoted.
 
 use crate::table::{self, Columns};
-use crate::work::raised;
+use crate::work::{interruptible, raised};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use std::path::{Path, PathBuf};
@@ -16,6 +16,8 @@ use tumble::wire::{self, BenchRef, CampaignFile, Cell, Named, ReadingFile, Readi
 
 /// Questions that are kept.
 const KEPT: usize = 8;
+/// Rows of a table that are read at once.
+const FEW: usize = 2000;
 /// A question whose fingerprint is longer than this is not kept.
 const LONGEST: usize = 1 << 16;
 
@@ -78,7 +80,9 @@ impl<'py> Question<'py> {
         let py = self.content.py();
         if let Some(columns) = table {
             let (template, source) = self.template()?;
-            let made = of_columns(&template, columns).and_then(|readings| template.with(readings));
+            let few = columns.first().is_none_or(|(_, cells)| table::length(cells) < FEW);
+            let make = move || of_columns(&template, columns).and_then(|readings| template.with(readings));
+            let made = if few { make() } else { interruptible(py, make)? };
             return made.map(|campaign| (campaign, None)).map_err(|error| self.raised(py, error, source.as_ref()));
         }
         if let Ok(dict) = self.content.cast::<PyDict>()
@@ -94,9 +98,13 @@ impl<'py> Question<'py> {
                 .at_path("by")),
             None => Ok(()),
         };
-        // looked at first, for the readings of many devices are no readings of one
-        let one = if source.text.contains("\"by\"") { wire::campaign_of(&source).and_then(many) } else { Ok(()) };
-        let made = one.and_then(|()| wire::read_campaign_beside(&source, &self.folder));
+        let folder = self.folder.clone();
+        let (source, made) = interruptible(py, move || {
+            // looked at first, for the readings of many devices are no readings of one
+            let one = if source.text.contains("\"by\"") { wire::campaign_of(&source).and_then(many) } else { Ok(()) };
+            let made = one.and_then(|()| wire::read_campaign_beside(&source, &folder));
+            (source, made)
+        })?;
         match made {
             Ok(campaign) => Ok((campaign, Some(source))),
             Err(error) => Err(self.raised(py, error, Some(&source))),

@@ -33,6 +33,14 @@ pub fn columns(table: &Bound<'_, PyAny>) -> PyResult<Columns> {
     Ok(found)
 }
 
+/// How many cells.
+pub fn length(cells: &Cells) -> usize {
+    match cells {
+        Cells::Numbers(own) => own.len(),
+        Cells::Texts(own) => own.len(),
+    }
+}
+
 /// A table in memory as the library reads it.
 pub fn held(name: &str, columns: Columns) -> tumble::Result<Held> {
     Held::of(name, columns)

@@ -3,6 +3,7 @@
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use std::sync::Mutex;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
@@ -27,6 +28,16 @@ pub fn raised(py: Python<'_>, error: &Malformed, text: Option<&str>) -> PyErr {
         Ok(()) => told,
         Err(other) => other,
     }
+}
+
+/// The type of the exception; what an error does not say is None.
+pub fn malformed(py: Python<'_>) -> PyResult<Bound<'_, PyType>> {
+    let kind = py.get_type::<MalformedError>();
+    kind.setattr("what", "")?;
+    for part in ["expected", "found", "file", "path", "line", "column"] {
+        kind.setattr(part, py.None())?;
+    }
+    Ok(kind)
 }
 
 /// The parts of an error as attributes of its exception.

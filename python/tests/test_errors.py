@@ -57,10 +57,20 @@ def test_values_and_options() -> None:
         tumble.fit({**LINE, "readings": [{"x": 1, "y": 1}, {"x": 2, "y": True}]})
 
 
-def test_remarks_are_warnings() -> None:
-    table = {"x": [0.0, 1, 2] * 3, "y": [1.0, 3, 4] * 3, "unit": ["A"] * 3 + ["B"] * 3 + ["C"] * 3}
-    code, _, told = tumble.run("plan", EXAMPLES / "30-plan-five-positions/published.campaign.json", "--noise", "V=9e-4")
-    assert code == 0 and table
-    if told.strip():
-        with pytest.warns(tumble.NoteWarning):
-            tumble.plan(EXAMPLES / "30-plan-five-positions/published.campaign.json", noise={"V": 9e-4})
+def test_an_unknown_option_has_no_place() -> None:
+    with pytest.raises(tumble.MalformedError) as caught:
+        tumble.plan(LINE, nothing=1)
+    assert caught.value.path is None and caught.value.line is None and "--nothing" in str(caught.value)
+
+
+def test_warnings_are_about_the_line_that_asked() -> None:
+    with pytest.warns(tumble.RejectedWarning) as fitted:
+        tumble.fit({**LINE, "readings": [{"x": 1, "y": 1}, {"x": 1, "y": 3}]})
+    with pytest.warns(tumble.RejectedWarning) as diagnosed:
+        tumble.diagnose(EXAMPLES / "07-hidden-effect/measured.campaign.json")
+    folder = EXAMPLES / "25-xsens-from-the-log"
+    with pytest.warns(tumble.NoteWarning) as noted:
+        # samples in a campaign: how many readings they gave is a remark
+        tumble.diagnose(folder / "accelerometer.campaign.json")
+    for found in (fitted, diagnosed, noted):
+        assert found[0].filename == __file__, found[0]

@@ -48,7 +48,7 @@ def _flags(options: Mapping[str, Any]) -> list[str]:
     return flags
 
 
-def _ask(arguments: list[str], notes: bool = True, level: int = 4) -> tuple[bool, str]:
+def _ask(arguments: list[str], notes: bool = True, level: int = 3) -> tuple[bool, str]:
     code, out, err = _tumble.run(arguments, True)
     if code == 1:
         raise _tumble.MalformedError(err.strip())
@@ -60,12 +60,12 @@ def _ask(arguments: list[str], notes: bool = True, level: int = 4) -> tuple[bool
 def _report(kind: type[R], command: list[str], options: Mapping[str, Any], files: Files, more: Sequence[str] = ()) -> R:
     """The report of a command, its table and its page, all from one run."""
     report, page = (os.path.join(files.folder, name) for name in ("report.json", "page.html"))
-    rejected, table = _ask([*command, *_flags(options), *more, "--json", report, "--html", page], level=5)
+    rejected, table = _ask([*command, *_flags(options), *more, "--json", report, "--html", page], level=4)
     shown = Path(page).read_text(encoding="utf-8")
     found = kind(json.loads(Path(report).read_text(encoding="utf-8")), rejected, lambda: table, lambda: shown)
     if rejected:
         verdict = found.data.get("verdict", "rejected")
-        warnings.warn(f"tumble {command[0]}: {verdict}; print the report to see why", RejectedWarning, stacklevel=4)
+        warnings.warn(f"tumble {command[0]}: {verdict}; print the report to see why", RejectedWarning, stacklevel=3)
     return found
 
 
