@@ -294,9 +294,9 @@ pub struct ImprovedReport {
     pub efficiency: Option<f64>,
     /// How loose that bound may be, as a share; a larger shortfall means that so few portions cannot follow the best weights.
     pub bound_gap: Option<f64>,
-    /// What moving the angles between the candidates brought; null where that was not asked for. Efficiency and enumeration are those of the
+    /// What moving the angles between the candidates brought; absent where that was not asked for. Efficiency and enumeration are those of the
     /// choice among the candidates.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refined: Option<RefinedReport>,
     /// Starts of the exchange.
     pub starts: usize,
