@@ -1,5 +1,6 @@
 //! What this process has read and what it has begun to write: a signal can reach nothing but statics.
 
+use crate::language::Language;
 #[cfg(unix)]
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::{Path, PathBuf};
@@ -16,16 +17,33 @@ struct Session {
     force: bool,
     /// Is the program part of another process, to which signals belong?
     embedded: bool,
+    /// The language of notes and of the frame of an error.
+    language: Language,
 }
 
-static SESSION: Mutex<Session> =
-    Mutex::new(Session { inputs: Vec::new(), temporaries: Vec::new(), force: false, embedded: false });
+static SESSION: Mutex<Session> = Mutex::new(Session {
+    inputs: Vec::new(),
+    temporaries: Vec::new(),
+    force: false,
+    embedded: false,
+    language: Language::English,
+});
 /// Commands within another process take turns.
 static TURN: Mutex<()> = Mutex::new(());
 static SIGNALS: Once = Once::new();
 
 fn session() -> MutexGuard<'static, Session> {
     SESSION.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Tell notes in a language from now on.
+pub(super) fn speak(language: Language) {
+    session().language = language;
+}
+
+/// The language of notes.
+pub(super) fn language() -> Language {
+    session().language
 }
 
 /// Begin a command within another process: nothing read before counts as its input. It lasts as long as what is returned.
