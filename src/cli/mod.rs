@@ -33,6 +33,7 @@ mod show_error;
 mod simulate;
 
 pub use embedded::{Printed, run_embedded};
+pub use show_error::explain;
 
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;

@@ -22,7 +22,18 @@ pub(super) fn show(error: &Malformed) {
     super::note_as_it_is(&render(error, super::colours()));
 }
 
+/// An error as the program shows it, without colours: the sentence, the place with its line and a caret, what was expected and what was found.
+///
+/// `text` is what the error is about, where that is no file.
+pub fn explain(error: &Malformed, text: Option<&str>) -> String {
+    rendered(error, false, text)
+}
+
 fn render(error: &Malformed, colour: bool) -> String {
+    rendered(error, colour, None)
+}
+
+fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
     let (place, lang) = (error.place(), super::session::language());
     let mut help = String::new();
     if let Some(expected) = error.expectation() {
@@ -53,7 +64,10 @@ fn render(error: &Malformed, colour: bool) -> String {
     if !help.is_empty() {
         diagnostic = diagnostic.with_help(help);
     }
-    let excerpt = place.span.and_then(|(start, len)| Excerpt::around(&quoted(&place.file)?, &place.file, start, len));
+    let excerpt = place.span.and_then(|(start, len)| match text {
+        Some(text) => Excerpt::around(text, &place.file, start, len),
+        None => Excerpt::around(&quoted(&place.file)?, &place.file, start, len),
+    });
     let report = match excerpt {
         Some(excerpt) => {
             let diagnostic = diagnostic.with_label(LabeledSpan::underline(excerpt.span));
