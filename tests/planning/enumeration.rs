@@ -1,6 +1,7 @@
 //! The search against full enumeration: plain rows by every criterion, mountings of the published bench, budgets. Every expectation is computed
 //! here from definitions, by elimination and cofactors.
 
+use crate::draws::draws;
 use crate::plan_support::*;
 use tumble::campaign::Campaign;
 use tumble::plan::{self, Blocks, Costs, Criterion, Noise, Objective, Offer, Request, Unit};
@@ -140,7 +141,8 @@ fn efficiencies_and_why_they_fall_short() {
     ] {
         for criterion in &criteria {
             let offer = offer(&campaign, noise.clone(), step);
-            let request = Request { readings: 30, unit, criterion: criterion.clone(), ..Request::default() };
+            let starts = draws(40, 100);
+            let request = Request { readings: 30, unit, criterion: criterion.clone(), starts, ..Request::default() };
             let best = plan::improve(&campaign, &offer, &request).unwrap();
             let (efficiency, gap) = (best.efficiency.unwrap(), best.bound_gap.unwrap());
             let enumerated = if unit == Unit::Mounting && step >= 72.0 {

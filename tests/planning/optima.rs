@@ -155,7 +155,7 @@ fn budgets_are_spent_and_more_is_never_worse() {
     }
     let mut least = f64::INFINITY;
     for step in [45.0, 22.5] {
-        let request = Request { readings: 100, starts: 16, ..Request::default() };
+        let request = Request { readings: 100, starts: 8, ..Request::default() };
         let found =
             plan::reach(&campaign, &offer(&campaign, noise.clone(), step), &request, &angles(&campaign, 0.5), true)
                 .unwrap();
