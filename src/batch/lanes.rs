@@ -19,7 +19,7 @@ pub(super) struct Sums {
 impl Sums {
     /// Over the rows of the residuals; `weight` are the reciprocals of the rows' standard uncertainties, `gain` that of each reading. Signs are
     /// those of the readings.
-    pub fn of(residuals: &[Lane], weight: &[f64], gain: &[f64]) -> Sums {
+    pub(super) fn of(residuals: &[Lane], weight: &[f64], gain: &[f64]) -> Sums {
         let zero = [0.0; LANES];
         let mut sums = Sums { squares: zero, gain: zero, positive: zero, zero, changes: zero };
         for (v, w) in residuals.iter().zip(weight) {
