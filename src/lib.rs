@@ -46,6 +46,7 @@
 //! | [`navigate`] | what calibration errors do to a strapdown navigator over hours, and which explain measured ones |
 //! | [`wire`] | bench, campaign, mission, truth and CSV files in and out, their JSON Schemas; the same in code |
 //! | [`report`] | results as stable JSON and as tables |
+//! | [`stop`] | work that may be stopped while it runs |
 //! | [`theory`] | the equations with their sources, page by page, each with a number worked by hand |
 //! | [`cli`] | the program: the only room that reads files, writes files and prints |
 //!
@@ -110,6 +111,7 @@ pub mod record;
 pub mod reduce;
 pub mod report;
 pub mod simulate;
+pub mod stop;
 pub mod theory;
 pub mod uncertainty;
 pub mod units;

@@ -1,6 +1,7 @@
 //! The program inside another process: its arguments as text, what it prints as text.
 
 use super::{Cli, Outcome, run, session, show_error};
+use crate::error::Malformed;
 use clap::Parser;
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -14,6 +15,8 @@ pub struct Printed {
     pub stdout: Vec<u8>,
     /// What the program prints to stderr; progress bars excepted.
     pub stderr: String,
+    /// What is malformed, where the question is (a wrong option excepted).
+    pub error: Option<Malformed>,
 }
 
 thread_local! {
@@ -54,7 +57,8 @@ impl std::io::Write for Stdout {
 
 /// Run a command within this process: the arguments after the program's name, as in a shell.
 ///
-/// Nothing is printed, signals keep the handlers that they have. Commands take turns: files that one reads are its inputs, not those of the next.
+/// Nothing is printed, signals keep the handlers that they have; several may run at a time, each in a thread. To stop one, run it in
+/// [`Stop::run`](crate::stop::Stop::run).
 ///
 /// ```
 /// let printed = tumble::cli::run_embedded(["bench", "list"]);
@@ -62,15 +66,16 @@ impl std::io::Write for Stdout {
 /// assert!(String::from_utf8_lossy(&printed.stdout).contains("gyro-turntable"));
 /// ```
 pub fn run_embedded<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -> Printed {
-    let _turn = session::embed();
+    let _session = session::Embedded::begin();
     PRINTED.set(Some(Printed::default()));
     let line = std::iter::once(OsString::from("tumble")).chain(arguments.into_iter().map(Into::into));
+    let mut malformed = None;
     let exit_code = match Cli::try_parse_from(line) {
         Err(error) => {
             let text = error.render().to_string();
-            let malformed = error.use_stderr();
-            let _ = if malformed { notes(&text) } else { keeps(text.as_bytes()) };
-            u8::from(malformed)
+            let wrong = error.use_stderr();
+            let _ = if wrong { notes(&text) } else { keeps(text.as_bytes()) };
+            u8::from(wrong)
         }
         Ok(cli) => {
             if cli.force {
@@ -81,10 +86,11 @@ pub fn run_embedded<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -
                 Ok(Outcome::Rejected) => 2,
                 Err(error) => {
                     show_error::show(&error);
+                    malformed = Some(error);
                     1
                 }
             }
         }
     };
-    Printed { exit_code, ..PRINTED.take().unwrap_or_default() }
+    Printed { exit_code, error: malformed, ..PRINTED.take().unwrap_or_default() }
 }

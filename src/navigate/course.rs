@@ -154,6 +154,7 @@ impl Course {
     /// Inlined into its caller, so that it is compiled for the vector instructions that were found at run time.
     #[inline(always)]
     pub fn advance(&mut self, limit: u64, block: &mut Block) {
+        crate::stop::look();
         self.advance_smooth(limit, block);
         while block.steps % 2 == 1 && block.steps < MAX_STEPS && self.done < self.steps {
             let room = (MAX_STEPS - block.steps) as u64;
@@ -170,6 +171,7 @@ impl Course {
     /// The same without pairs: a block that ends where the motion is not smooth.
     #[inline(always)]
     pub fn advance_smooth(&mut self, limit: u64, block: &mut Block) {
+        crate::stop::look();
         let start = self.done as f64 * self.step;
         let mut steps = (self.longest as u64).min(limit.max(1)).min((self.steps - self.done).max(1));
         for stage in &self.schedule {

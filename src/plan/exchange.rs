@@ -97,6 +97,7 @@ pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Ve
 
 /// The objective's value for an information matrix of `n` unknowns; `None` where it is singular.
 pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
+    crate::stop::look();
     let (inverse, log_det) = invert(m, n)?;
     Some(match objective {
         Objective::Determinant => -log_det,
@@ -197,6 +198,7 @@ fn sweeps(state: &mut State<'_>, objective: &Objective) {
         // blocks that have no better partner as things stand
         let mut settled = vec![false; state.problem.blocks.count()];
         for at in 0..state.chosen.len() {
+            crate::stop::look();
             if settled[state.chosen[at]] {
                 continue;
             }

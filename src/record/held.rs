@@ -1,7 +1,8 @@
 //! A table that is held in memory, in blocks; and which of a file's tables is meant.
 
-use super::{As, Block, Column, Labels};
+use super::{As, Block, Column, Labels, UNREADABLE};
 use crate::error::{Fault, Malformed, Result};
+use std::sync::Arc;
 
 /// Rows of a block.
 const ROWS: usize = 1 << 16;
@@ -40,12 +41,21 @@ impl Sheet {
     }
 }
 
-/// A table of numbers in memory.
-#[derive(Debug)]
+/// The cells of a column in memory.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Numbers; NaN where a cell is empty.
+    Numbers(Vec<f64>),
+    /// Texts; an empty one where a cell is empty.
+    Texts(Vec<String>),
+}
+
+/// A table in memory; its clones share the cells.
+#[derive(Debug, Clone)]
 pub struct Held {
     name: String,
     columns: Vec<Column>,
-    values: Vec<Vec<f64>>,
+    values: Arc<[Cells]>,
     wanted: Vec<(usize, As)>,
     at: usize,
     labels: Labels,
@@ -58,12 +68,43 @@ impl Held {
     pub(super) fn choose(name: &str, what: &str, sheets: Vec<Sheet>, wanted: Option<&str>) -> Result<Held> {
         let place = choose(name, what, &sheets, wanted)?;
         let sheet = sheets.into_iter().nth(place).unwrap_or_default();
-        let (columns, values) = sheet.columns.into_iter().map(|own| (own.column, own.values)).unzip();
+        let columns = sheet.columns.into_iter().map(|own| (own.column, Cells::Numbers(own.values))).unzip();
+        Held::with(name, columns)
+    }
+
+    /// A table from its columns, each with its title; a unit may stand in the title's brackets.
+    ///
+    /// Errors: columns of different lengths, a title that stands twice.
+    ///
+    /// ```
+    /// use tumble::record::{As, Block, Cells, Held};
+    /// let table = vec![("unit".into(), Cells::Texts(vec!["A".into(), "A".into()])), ("V".into(), Cells::Numbers(vec![1.0, 2.0]))];
+    /// let mut table = Held::of("table", table)?;
+    /// table.select(&[(1, As::Number), (0, As::Label)]);
+    /// let mut block = Block::default();
+    /// assert!(table.next(&mut block)? && block.columns == [[1.0, 2.0], [0.0, 0.0]] && table.labels() == ["A"]);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn of(name: &str, columns: Vec<(String, Cells)>) -> Result<Held> {
+        Held::with(name, columns.into_iter().map(|(title, cells)| (Column::titled(&title), cells)).unzip())
+    }
+
+    fn with(name: &str, (columns, values): (Vec<Column>, Vec<Cells>)) -> Result<Held> {
+        let values = values.into();
         let held = Held { name: name.into(), columns, values, wanted: Vec::new(), at: 0, labels: Labels::default() };
         for (k, column) in held.columns.iter().enumerate() {
             if held.columns.iter().take(k).any(|other| other.title == column.title) {
                 return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", column.title))
                     .expected("each column once")
+                    .in_file(name));
+            }
+        }
+        let rows = held.rows();
+        for (column, cells) in held.columns.iter().zip(&*held.values) {
+            if cells.len() as u64 != rows {
+                return Err(Malformed::new(Fault::Value, format!("the column '{}' has another length", column.title))
+                    .expected(format!("{rows} cells, as the first column has"))
+                    .found(cells.len().to_string())
                     .in_file(name));
             }
         }
@@ -105,18 +146,58 @@ impl Held {
         }
         for ((column, kind), to) in self.wanted.iter().zip(&mut block.columns) {
             to.clear();
-            let own = self.values.get(*column).and_then(|own| own.get(self.at..end)).unwrap_or_default();
-            match kind {
-                As::Number | As::Cell => to.extend_from_slice(own),
-                As::Label => to.extend(own.iter().map(|value| match value.is_nan() {
-                    true => f64::NAN,
-                    false => self.labels.number(value.to_string().as_bytes()),
-                })),
+            match self.values.get(*column) {
+                Some(Cells::Numbers(own)) => {
+                    numbers(own.get(self.at..end).unwrap_or_default(), *kind, to, &mut self.labels)
+                }
+                Some(Cells::Texts(own)) => {
+                    let own = own.get(self.at..end).unwrap_or_default();
+                    texts(own, *kind, to, &mut self.labels).map_err(|text| {
+                        let title = self.columns.get(*column).map_or("", |column| column.title.as_str());
+                        Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
+                            .expected("a number")
+                            .found(format!("'{text}'"))
+                            .in_file(&self.name)
+                    })?;
+                }
+                None => {}
             }
         }
         self.at = end;
         Ok(true)
     }
+}
+
+impl Cells {
+    fn len(&self) -> usize {
+        match self {
+            Cells::Numbers(own) => own.len(),
+            Cells::Texts(own) => own.len(),
+        }
+    }
+}
+
+fn numbers(own: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
+    match kind {
+        As::Number | As::Cell => to.extend_from_slice(own),
+        As::Label => to.extend(own.iter().map(|value| match value.is_nan() {
+            true => f64::NAN,
+            false => labels.number(value.to_string().as_bytes()),
+        })),
+    }
+}
+
+/// Errors: the first text that is no number, where numbers are wanted.
+fn texts<'a>(own: &'a [String], kind: As, to: &mut Vec<f64>, labels: &mut Labels) -> std::result::Result<(), &'a str> {
+    for text in own {
+        to.push(match (text.trim(), kind) {
+            ("", _) => f64::NAN,
+            (_, As::Label) => labels.number(text.as_bytes()),
+            (cell, As::Cell) => cell.parse().unwrap_or(UNREADABLE),
+            (cell, As::Number) => cell.parse().map_err(|_| text.as_str())?,
+        });
+    }
+    Ok(())
 }
 
 fn choose(name: &str, what: &str, sheets: &[Sheet], wanted: Option<&str>) -> Result<usize> {

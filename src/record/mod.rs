@@ -46,7 +46,7 @@ pub use columnar::Columnar;
 pub use delimited::Delimited;
 pub use dialect::Dialect;
 pub use heading::title;
-pub use held::Held;
+pub use held::{Cells, Held};
 pub use text::table_text;
 
 use crate::error::{Fault, Malformed, Result};
@@ -248,6 +248,7 @@ impl Record {
     ///
     /// Errors: cells that are no numbers, rows of another length, a file that was cut off; with line and column.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
+        crate::stop::look();
         match self {
             Record::Delimited(table) => table.next(block),
             Record::Columnar(table) => table.next(block),
@@ -326,7 +327,7 @@ pub fn listed(columns: &[Column]) -> String {
 }
 
 /// Labels with their numbers.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Labels {
     texts: Vec<String>,
     numbers: std::collections::HashMap<String, usize>,

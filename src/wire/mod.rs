@@ -178,6 +178,13 @@ pub fn read_readings(bench: &Bench, table: Table, columns: &Named<String>) -> Re
     table_readings::read(bench, table, columns)
 }
 
+/// Readings of rows as a campaign file has them; lists of a schedule are expanded.
+///
+/// Errors: those of the readings of a campaign file, with the path from `readings[k]` on.
+pub fn read_rows(bench: &Bench, rows: Vec<ReadingFile>) -> Result<crate::campaign::Readings> {
+    readings_file::into_readings(bench, rows)
+}
+
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.
 pub fn parse<T: DeserializeOwned>(source: &Source) -> Result<T> {
     let mut json = serde_json::Deserializer::from_str(&source.text);

@@ -85,6 +85,7 @@ pub(super) fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec
 }
 
 /// What a key of a reading means on this bench.
+#[derive(Debug, Clone, Copy)]
 enum Meaning {
     Position,
     Samples,
@@ -120,15 +121,39 @@ fn meaning(bench: &Bench, key: &str) -> Meaning {
     Meaning::Column
 }
 
+/// Meanings of keys, looked up once where rows have the same keys in the same order.
+struct Meanings<'a> {
+    bench: &'a Bench,
+    seen: Vec<(String, Meaning)>,
+}
+
+impl Meanings<'_> {
+    /// The meaning of the key that stands at a place of its row.
+    fn of(&mut self, place: usize, key: &str) -> Meaning {
+        if let Some((own, meaning)) = self.seen.get(place)
+            && own == key
+        {
+            return *meaning;
+        }
+        let found = meaning(self.bench, key);
+        self.seen.truncate(place);
+        if self.seen.len() == place {
+            self.seen.push((key.to_string(), found));
+        }
+        found
+    }
+}
+
 /// Cells to readings, shared by JSON and CSV. `rows` pairs the place of each row (for messages) with its cells.
 pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Result<Readings> {
     let joints: Vec<&str> = bench.joints().collect();
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
+    let mut meanings = Meanings { bench, seen: Vec::new() };
     for (_, row) in &rows {
-        for (key, cell) in &row.0 {
+        for (at, (key, cell)) in row.0.iter().enumerate() {
             let input = matches!(
-                meaning(bench, key),
+                meanings.of(at, key),
                 Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_)
             );
             if input && matches!(cell, Cell::Number(_)) && !columns.contains(key) {
@@ -163,8 +188,10 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
             .at_path(format!("{place}.{column}")));
         }
     }
-    let rows: Vec<Reading> =
-        rows.into_iter().map(|(place, row)| reading(bench, &joints, &columns, place, row)).collect::<Result<_>>()?;
+    let rows: Vec<Reading> = rows
+        .into_iter()
+        .map(|(place, row)| reading(&mut meanings, &joints, &columns, place, row))
+        .collect::<Result<_>>()?;
     // in a schedule an uncertainty stands for a value still to be read; among values, the value is missing
     if rows.iter().any(|row| !row.observations.is_empty())
         && let Some((row, (k, _))) = rows.iter().find_map(|row| Some((row, row.planned_u.first()?)))
@@ -185,38 +212,43 @@ fn undeclared_axis<'a>(bench: &Bench, column: &'a str) -> Option<&'a str> {
     (has_axes && axis.chars().count() <= 2 && !used).then_some(axis)
 }
 
-fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, row: ReadingFile) -> Result<Reading> {
+fn reading(
+    meanings: &mut Meanings<'_>,
+    joints: &[&str],
+    columns: &[String],
+    place: String,
+    row: ReadingFile,
+) -> Result<Reading> {
     let mut position = String::new();
     let mut samples = 1.0;
     let mut remarks = Vec::new();
-    let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); bench.sensors.len()];
+    let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); meanings.bench.sensors.len()];
     let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
     let mut numbers: Vec<Option<f64>> = vec![None; columns.len()];
-    let keys: Vec<String> = row.0.iter().map(|(key, _)| key.clone()).take(30).collect();
-    for (key, cell) in row.0 {
-        let meaning = meaning(bench, &key);
+    for (at, (key, cell)) in row.0.iter().enumerate() {
+        let meaning = meanings.of(at, key);
         let number = match (cell, &meaning) {
             (Cell::Nothing(()), _) => continue,
             (Cell::Text(text), Meaning::Position) => {
-                position = text;
+                position.clone_from(text);
                 continue;
             }
             (Cell::Number(value), Meaning::Position) => {
                 position = value.to_string();
                 continue;
             }
-            (Cell::Text(text), Meaning::Column) if !columns.contains(&key) => {
-                remarks.push((key, text));
+            (Cell::Text(text), Meaning::Column) if !columns.contains(key) => {
+                remarks.push((key.clone(), text.clone()));
                 continue;
             }
-            (Cell::Text(text), _) => return Err(not_a_number(&place, &key, &format!("'{text}'"))),
-            (Cell::List(_), _) => return Err(not_a_number(&place, &key, "a list")),
+            (Cell::Text(text), _) => return Err(not_a_number(&place, key, &format!("'{text}'"))),
+            (Cell::List(_), _) => return Err(not_a_number(&place, key, "a list")),
             (Cell::Number(value), _) if !value.is_finite() => {
-                return Err(not_a_number(&place, &key, &value.to_string()));
+                return Err(not_a_number(&place, key, &value.to_string()));
             }
-            (Cell::Number(value), _) => value,
+            (Cell::Number(value), _) => *value,
         };
-        if let Some(slot) = columns.iter().position(|column| *column == key).and_then(|k| numbers.get_mut(k)) {
+        if let Some(slot) = columns.iter().position(|column| column == key).and_then(|k| numbers.get_mut(k)) {
             *slot = Some(number);
         }
         let path = || format!("{place}.{key}");
@@ -242,14 +274,15 @@ fn reading(bench: &Bench, joints: &[&str], columns: &[String], place: String, ro
             Meaning::Position | Meaning::Column => {}
         }
     }
+    let keys = || row.0.iter().map(|(key, _)| key.as_str()).take(30);
     let joint_states = joints
         .iter()
         .zip(&states)
         .map(|(joint, [deg, deg_s, turns])| {
             JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
                 let error = match error.finding() {
-                    Some("neither") if keys.iter().all(|key| is_plain(key)) => {
-                        error.found(format!("neither among {}", keys.join(", ")))
+                    Some("neither") if keys().all(is_plain) => {
+                        error.found(format!("neither among {}", keys().collect::<Vec<_>>().join(", ")))
                     }
                     _ => error,
                 };

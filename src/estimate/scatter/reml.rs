@@ -111,6 +111,7 @@ impl Problem<'_> {
         (*iterations, *converged) = (0, kept.is_empty());
         let mut before = f64::INFINITY;
         while !*converged && *iterations < limits.steps {
+            crate::stop::look();
             *iterations += 1;
             let floor = self.floors(theta);
             for g in kept.iter() {

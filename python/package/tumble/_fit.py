@@ -1,0 +1,216 @@
+"""`tumble.fit`: one device."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _tumble, reports
+from ._question import Asked, Question, dumps
+from ._report import Figure, RejectedWarning, State, excerpt, figures
+from ._tables import Frames, Table
+from ._types import How
+
+Robust = Literal["huber", "tukey", "l1"]
+Remount = Union[Literal["estimate"], float]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An estimated parameter or a derived quantity, in `unit`: angles are in arcsec here, and in rad in `fit.report` and `fit.covariance`."""
+
+    id: str
+    """Its name in the bench, or in the campaign's `derived`."""
+    kind: str
+    """`tilt`, `coefficient` or `derived`."""
+    unit: str
+    """Unit of `value`, `u` and `U`."""
+    value: Optional[float]
+    """Estimate; None where it is not estimable."""
+    u: Optional[float]
+    """Combined standard uncertainty; None where it cannot be known."""
+    U: Optional[float]
+    """Expanded uncertainty, `k u`, at the level of the fit."""
+    dof: Optional[float]
+    """Effective degrees of freedom; None where they are infinite."""
+    k: Optional[float]
+    """Coverage factor."""
+    state: State
+    """`free`, `at-bound` or `not-estimable`; `derived` for a derived quantity."""
+
+    def __str__(self) -> str:
+        if self.value is None:
+            return f"{self.id}: {self.state}"
+        spread = "" if self.U is None or self.k is None else f" +- {self.U:.3g} (k = {self.k:.2f})"
+        return f"{self.id} = {self.value:.6g}{spread} {self.unit}".rstrip()
+
+
+class Readings(Frames):
+    """The readings of a fit, a value each, as columns of one length."""
+
+    def __init__(self, numbers: NDArray[np.float64], sensor: list[str], position: list[str]) -> None:
+        self.index: NDArray[np.int64] = numbers[:, 0].astype(np.int64)
+        """Number of the reading, from 1."""
+        self.sensor: list[str] = sensor
+        """Sensor that was read."""
+        self.position: list[str] = position
+        """Label of the position."""
+        self.value: NDArray[np.float64] = numbers[:, 1]
+        """What was read, in the sensor's unit."""
+        self.fitted: NDArray[np.float64] = numbers[:, 2]
+        """What the model says, in the sensor's unit."""
+        self.residual: NDArray[np.float64] = numbers[:, 3]
+        """Value minus fitted, in the sensor's unit."""
+        self.redundancy: NDArray[np.float64] = numbers[:, 4]
+        """Redundancy number, 0 to 1."""
+        self.studentized: NDArray[np.float64] = numbers[:, 5]
+        """Studentized residual; NaN where there is none."""
+
+    def __len__(self) -> int:
+        return len(self.sensor)
+
+    def _columns(self) -> dict[str, Any]:
+        names = ("index", "position", "sensor", "value", "fitted", "residual", "redundancy", "studentized")
+        return {name: getattr(self, name) for name in names}
+
+
+class Fit(Mapping[str, Parameter], Frames):
+    """A fit. `fit["dtheta_y2"]` is a `Parameter`, the whole report is `fit.report`; `print(fit)` shows the program's table."""
+
+    def __init__(self, core: _tumble.Fit) -> None:
+        self._core = core
+        self.rejected: bool = core.rejected()
+        """Exit code 2 of the program: a rank defect, a failed global test, outside the limits."""
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """Estimated parameters and derived quantities by name, in the campaign's order."""
+        return {own[0]: Parameter(*own) for own in self._core.parameters()}
+
+    def __getitem__(self, key: str) -> Parameter:
+        try:
+            return self.parameters[key]
+        except KeyError:
+            raise KeyError(f"no estimated or derived quantity is called '{key}': expected one of {', '.join(self.parameters)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.parameters)
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    @cached_property
+    def order(self) -> list[str]:
+        """Estimated parameters in the order of the covariance's rows."""
+        return list(self._core.order())
+
+    @cached_property
+    def covariance(self) -> NDArray[np.float64]:
+        """Covariance of the estimated parameters, shape (n, n) in the order of `order`; angles in rad, NaN where not estimable."""
+        flat = np.frombuffer(self._core.covariance(), dtype=np.float64)
+        n = math.isqrt(flat.size)
+        return flat.reshape(n, n)
+
+    @cached_property
+    def correlation(self) -> NDArray[np.float64]:
+        """Correlation of the estimated parameters, shape (n, n)."""
+        sd = np.sqrt(np.diag(self.covariance))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found: NDArray[np.float64] = self.covariance / np.outer(sd, sd)
+        return found
+
+    @cached_property
+    def report(self) -> reports.FitReport:
+        """The report of `tumble fit --json`, with its keys as attributes."""
+        return reports.FitReport(json.loads(self._core.report()), self.rejected, lambda: str(self), self.page)
+
+    @cached_property
+    def readings(self) -> Readings:
+        """The readings with residuals, as columns."""
+        count, flat, sensor, position = self._core.readings()
+        return Readings(np.frombuffer(flat, dtype=np.float64).reshape(count, 6), sensor, position)
+
+    def table(self, readings: bool = False, lang: str = "en") -> str:
+        """The table of the terminal, with every reading if asked for; `lang`: `en` or `zh`."""
+        return self._core.table(readings, lang)
+
+    def page(self, lang: str = "en") -> str:
+        """The HTML page, as `--html` writes it: one file that stands alone."""
+        return self._core.page(lang)
+
+    def figures(self) -> list[Figure]:
+        """The pictures of the page, as SVG; a notebook shows each."""
+        return figures(self.page())
+
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Write the report as JSON: a calibration, as `compare`, `apply` and `export` read it."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self._core.report() + "\n")
+
+    def _columns(self) -> dict[str, Any]:
+        rows = list(self.parameters.values())
+        texts = {name: [getattr(p, name) for p in rows] for name in ("id", "unit", "state")}
+        numbers = {name: np.array([getattr(p, name) for p in rows], dtype=float) for name in ("value", "u", "U", "dof", "k")}
+        return {"id": texts["id"], **numbers, "unit": texts["unit"], "state": texts["state"]}
+
+    def __str__(self) -> str:
+        return self.table()
+
+    def __repr__(self) -> str:
+        return f"<Fit of {len(self.order)} parameters{', rejected' if self.rejected else ''}>"
+
+    def _repr_html_(self) -> str:
+        return excerpt(self.page())
+
+
+def settings(linear: bool, relative: bool, level: float, robust: Optional[str], remount: Optional[Remount]) -> How:
+    """How to fit, as the engine takes it."""
+    word = None if remount is None else str(remount)
+    return {"linear": linear, "relative": relative, "level": level, "robust": robust, "remount": word}
+
+
+def fit(
+    campaign: Question,
+    readings: Optional[Table] = None,
+    *,
+    linear: bool = False,
+    relative: bool = False,
+    level: float = 0.95,
+    robust: Optional[Robust] = None,
+    remount: Optional[Remount] = None,
+    monte_carlo: Optional[int] = None,
+    seed: int = 1,
+) -> Fit:
+    """Estimate every angle and coefficient of a campaign, each with its uncertainty.
+
+    `x = argmin sum ((reading - f(x)) / u)^2` on the exact model, to convergence.
+
+    campaign: a file, or a dict of the same form. readings: a table (see `Table`) or the path of one, in place of the campaign's.
+    linear: one least-squares step from the reference point, the papers' estimator. relative: stated uncertainties are weights only.
+    level: coverage probability of `U`. robust: bear bad readings. remount: readings that share a position share an offset, with this standard
+    uncertainty (in the sensor's unit), or one that is estimated. monte_carlo: so many trials beside the first order (GUM Supplements 1 and 2),
+    in `fit.report.monte_carlo`.
+
+    Raises `MalformedError`. Warns `RejectedWarning` where the answer is rejected.
+
+        >>> line = {"bench": {"id": "line", "sensors": {"y": {"model": "a + b*x"}}}, "estimate": {"a": {}, "b": {}}}
+        >>> found = fit(line, {"x": [0, 1, 2], "y": [1, 3, 4]})
+        >>> round(found["b"].value, 12), round(found["b"].u, 4)
+        (1.5, 0.2887)
+    """
+    asked = Asked(campaign, readings)
+    trials = None if monte_carlo is None else (monte_carlo, seed)
+    how = settings(linear, relative, level, robust, remount)
+    found = Fit(_tumble.fit(asked.content, asked.name, asked.folder, dumps, asked.table, how, trials))
+    if found.rejected:
+        warnings.warn("the fit is rejected; print it to see why", RejectedWarning, stacklevel=2)
+    return found

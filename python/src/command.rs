@@ -1,0 +1,87 @@
+//! Commands of the program, and simulated readings.
+
+use crate::question::Question;
+use crate::work::{interruptible, raised};
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use std::fmt::Write;
+use std::path::PathBuf;
+use tumble::cli;
+use tumble::record::Cells;
+use tumble::wire::{self, Source};
+
+/// A command as in a shell: exit code, stdout, stderr. With `raise_malformed` a malformed question is an exception.
+#[pyfunction]
+#[pyo3(signature = (arguments, raise_malformed=false))]
+pub fn run<'py>(
+    py: Python<'py>,
+    arguments: Vec<String>,
+    raise_malformed: bool,
+) -> PyResult<(u8, Bound<'py, PyBytes>, String)> {
+    let printed = interruptible(py, move || cli::run_embedded(arguments))?;
+    match printed.error {
+        Some(error) if raise_malformed => Err(raised(py, &error, None)),
+        _ => Ok((printed.exit_code, PyBytes::new(py, &printed.stdout), printed.stderr)),
+    }
+}
+
+/// The readings of a schedule from a truth, as the text of a campaign.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn simulate(
+    py: Python<'_>,
+    schedule: Bound<'_, PyAny>,
+    name: String,
+    folder: PathBuf,
+    truth: Bound<'_, PyAny>,
+    truth_name: String,
+    seed: u64,
+    dumps: Bound<'_, PyAny>,
+) -> PyResult<String> {
+    let question = Question::new(schedule, name, folder.clone(), dumps.clone());
+    let (schedule, source) = question.campaign(None)?;
+    let truth_source = Question::new(truth, truth_name, folder, dumps).source()?;
+    let truth = wire::read_truth(&truth_source, &schedule)
+        .map_err(|error| raised(py, &error, Some(truth_source.text.as_str())))?;
+    let found = interruptible(py, move || {
+        let found = tumble::simulate(&schedule, &truth, seed)?;
+        Ok(serde_json::to_string(&wire::campaign_file(&found, wire::bench_ref(&found))))
+    })?;
+    let source: Option<Source> = source;
+    let text = found.map_err(|error| question.raised(py, error, source.as_ref()))?;
+    text.map_err(|error| PyOSError::new_err(error.to_string()))
+}
+
+/// Write a table as CSV, every number with all its digits.
+#[pyfunction]
+pub fn write_csv(py: Python<'_>, table: Bound<'_, PyAny>, path: PathBuf) -> PyResult<()> {
+    let columns = crate::table::columns(&table)?;
+    py.detach(|| {
+        let quoted = |text: &str| match text.contains(['"', ',', '\n', '\r', ';']) {
+            true => format!("\"{}\"", text.replace('"', "\"\"")),
+            false => text.to_string(),
+        };
+        let titles: Vec<String> = columns.iter().map(|(title, _)| quoted(title)).collect();
+        let mut out = titles.join(",") + "\n";
+        let rows = columns.first().map_or(0, |(_, cells)| crate::table::length(cells));
+        for row in 0..rows {
+            for (k, (_, cells)) in columns.iter().enumerate() {
+                if k > 0 {
+                    out.push(',');
+                }
+                match cells {
+                    Cells::Numbers(own) => {
+                        if let Some(value) = own.get(row).filter(|value| !value.is_nan()) {
+                            let _ = write!(out, "{value}");
+                        }
+                    }
+                    Cells::Texts(own) => out.push_str(&quoted(own.get(row).map_or("", String::as_str))),
+                }
+            }
+            out.push('\n');
+        }
+        std::fs::write(&path, out)
+    })?;
+    Ok(())
+}

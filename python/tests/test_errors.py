@@ -1,0 +1,76 @@
+"""Errors say where, with a caret; remarks are warnings."""
+
+import json
+from pathlib import Path
+
+import pytest
+import tumble
+from cases import EXAMPLES, LINE
+
+
+def test_errors_say_where() -> None:
+    with pytest.raises(tumble.MalformedError) as caught:
+        tumble.fit({"bench": "gyro-turntable", "estimate": {"dtheta_y9": {}}, "readings": [{"V": 1, "alpha_deg": 0, "beta_deg": 0, "gamma_deg_s": 5}]})
+    error = caught.value
+    assert error.path is not None and "dtheta_y9" in error.path and error.expected
+    assert error.line is not None and error.line > 1
+    # the line of the dict's text, and a mark below it
+    quoted = str(error).split("\n")
+    at = next(k for k, line in enumerate(quoted) if '"dtheta_y9": {}' in line)
+    assert "─" in quoted[at + 1] and error.found == "'dtheta_y9'" and error.file == "campaign"
+    assert issubclass(tumble.MalformedError, ValueError)
+
+
+def test_a_model_line_has_a_caret() -> None:
+    with pytest.raises(tumble.MalformedError) as caught:
+        tumble.fit({**LINE, "bench": {"id": "line", "sensors": {"y": {"model": "a + * b*x"}}}})
+    assert "a + * b*x" in str(caught.value)
+
+
+def test_files(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="nothing.campaign.json"):
+        tumble.fit("nothing.campaign.json")
+    typo = EXAMPLES / "03-your-own-positions/typo.campaign.json"
+    with pytest.raises(tumble.MalformedError) as caught:
+        tumble.fit(typo)
+    code, _, told = tumble.run("fit", typo)
+    assert code == 1 and str(caught.value).split("\n")[0] == told.split("\n")[0]
+    assert caught.value.file is not None and caught.value.file.endswith("typo.campaign.json")
+    broken = tmp_path / "broken.campaign.json"
+    broken.write_text(json.dumps(LINE)[:-4])
+    with pytest.raises(tumble.MalformedError):
+        tumble.diagnose(broken)
+
+
+def test_values_and_options() -> None:
+    with pytest.raises(tumble.MalformedError, match="huber"):
+        tumble.fit(LINE, robust="hubert")  # type: ignore[arg-type]
+    with pytest.raises(tumble.MalformedError, match="level"):
+        tumble.fit(LINE, level=1.5)
+    with pytest.raises(ValueError, match="infinite"):
+        tumble.fit({**LINE, "readings": [{"x": 1, "y": float("inf")}]})
+    with pytest.raises(TypeError, match="has no place"):
+        tumble.fit({**LINE, "readings": [{"x": 1, "y": object()}]})
+    with pytest.raises(tumble.MalformedError, match="--nothing"):
+        tumble.plan(LINE, nothing=1)
+    with pytest.raises(tumble.MalformedError, match=r"readings\[1\]"):
+        tumble.fit({**LINE, "readings": [{"x": 1, "y": 1}, {"x": 2, "y": True}]})
+
+
+def test_an_unknown_option_has_no_place() -> None:
+    with pytest.raises(tumble.MalformedError) as caught:
+        tumble.plan(LINE, nothing=1)
+    assert caught.value.path is None and caught.value.line is None and "--nothing" in str(caught.value)
+
+
+def test_warnings_are_about_the_line_that_asked() -> None:
+    with pytest.warns(tumble.RejectedWarning) as fitted:
+        tumble.fit({**LINE, "readings": [{"x": 1, "y": 1}, {"x": 1, "y": 3}]})
+    with pytest.warns(tumble.RejectedWarning) as diagnosed:
+        tumble.diagnose(EXAMPLES / "07-hidden-effect/measured.campaign.json")
+    folder = EXAMPLES / "25-xsens-from-the-log"
+    with pytest.warns(tumble.NoteWarning) as noted:
+        # samples in a campaign: how many readings they gave is a remark
+        tumble.diagnose(folder / "accelerometer.campaign.json")
+    for found in (fitted, diagnosed, noted):
+        assert found[0].filename == __file__, found[0]
