@@ -12,8 +12,8 @@ fn zip(a: Lane, b: Lane, of: impl Fn(f64, f64) -> f64) -> Lane {
 
 /// `to += part` where the bar is not zero, as a single place skips a step there.
 fn add(to: &mut Lane, bar: Lane, part: Lane) {
-    for l in 0..to.len() {
-        to[l] += if bar[l] == 0.0 { 0.0 } else { part[l] };
+    for ((to, bar), part) in to.iter_mut().zip(bar).zip(part) {
+        *to += if bar == 0.0 { 0.0 } else { part };
     }
 }
 

@@ -23,14 +23,13 @@ impl Sums {
         let zero = [0.0; LANES];
         let mut sums = Sums { squares: zero, gain: zero, positive: zero, zero, changes: zero };
         for (v, w) in residuals.iter().zip(weight) {
-            for l in 0..LANES {
-                let z = v[l] * w;
-                sums.squares[l] += z * z;
+            for (sum, v) in sums.squares.iter_mut().zip(v) {
+                *sum += (v * w) * (v * w);
             }
         }
         let mut before = zero;
         for (k, (v, gain)) in residuals.iter().zip(gain).enumerate() {
-            for l in 0..LANES {
+            (0..LANES).for_each(|l| {
                 let own = v[l] * v[l] * gain;
                 sums.gain[l] = if own > sums.gain[l] { own } else { sums.gain[l] };
                 let positive = if v[l] > 0.0 { 1.0 } else { 0.0 };
@@ -39,7 +38,7 @@ impl Sums {
                 sums.zero[l] += if v[l] == 0.0 { 1.0 } else { 0.0 };
                 sums.changes[l] += if k > 0 { change.abs() } else { 0.0 };
                 before[l] = positive;
-            }
+            });
         }
         sums
     }
@@ -79,11 +78,11 @@ pub(super) fn normality(scores: &NormalScores, network: &[(usize, usize)], value
     }
     mean = mean.map(|sum| sum / count);
     for (m, x) in scores.scores().iter().zip(values.iter()) {
-        for l in 0..LANES {
+        (0..LANES).for_each(|l| {
             let own = x[l] - mean[l];
             product[l] += m * own;
             of_values[l] += own * own;
-        }
+        });
     }
     std::array::from_fn(|l| scores.of_moments(product[l], of_values[l]).map_or(f64::NAN, |test| test.p))
 }
@@ -117,13 +116,13 @@ mod tests {
         let scores = NormalScores::new(30).unwrap();
         let p = normality(&scores, &network(30), &mut lanes.clone());
         let sums = Sums::of(&lanes, &[2.0; 30], &[1.0; 30]);
-        for l in 0..LANES {
+        (0..LANES).for_each(|l| {
             let mut own: Vec<f64> = lanes.iter().map(|lane| lane[l]).collect();
             let runs = crate::quality::runs(&own).unwrap().runs;
             assert_eq!(sums.changes[l] + 1.0, runs as f64);
             assert_eq!(sums.positive[l], own.iter().filter(|v| **v > 0.0).count() as f64);
             assert!((sums.squares[l] - own.iter().map(|v| 4.0 * v * v).sum::<f64>()).abs() < 1e-12);
             assert_eq!(p[l], scores.test(&mut own).unwrap().p);
-        }
+        });
     }
 }

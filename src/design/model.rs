@@ -359,17 +359,17 @@ fn accumulate([sum, size]: &mut [Vector3<f64>; 2], direction: &Vector3<f64>, slo
 
 /// `sums += weights * parts`.
 fn plus(sums: &mut Lane, weights: &Lane, parts: &Lane) {
-    for l in 0..sums.len() {
-        sums[l] += weights[l] * parts[l];
+    for ((sum, weight), part) in sums.iter_mut().zip(weights).zip(parts) {
+        *sum += weight * part;
     }
 }
 
 /// [`accumulate`] at four instants.
 fn steepen([sum, size]: &mut [Vectors; 2], direction: &Vector3<f64>, slope: &Lane) {
     for (i, part) in direction.iter().enumerate() {
-        for l in 0..slope.len() {
-            sum[i][l] += part * slope[l];
-            size[i][l] += part.abs() * slope[l].abs();
+        for ((sum, size), slope) in sum[i].iter_mut().zip(&mut size[i]).zip(slope) {
+            *sum += part * slope;
+            *size += part.abs() * slope.abs();
         }
     }
 }

@@ -80,11 +80,11 @@ impl WithSimd for Dot<'_> {
         let (a_blocks, a_rest) = self.a.as_chunks::<LANES>();
         let (b_blocks, b_rest) = self.b.as_chunks::<LANES>();
         for (a, b) in a_blocks.iter().zip(b_blocks) {
-            for lane in 0..LANES {
-                let (product, product_error) = two_product::<S>(a[lane], b[lane]);
-                let (sum, sum_error) = two_sum(high[lane], product);
-                high[lane] = sum;
-                low[lane] += product_error + sum_error;
+            for ((high, low), (a, b)) in high.iter_mut().zip(&mut low).zip(a.iter().zip(b)) {
+                let (product, product_error) = two_product::<S>(*a, *b);
+                let (sum, sum_error) = two_sum(*high, product);
+                *high = sum;
+                *low += product_error + sum_error;
             }
         }
         for (&a, &b) in a_rest.iter().zip(b_rest) {
