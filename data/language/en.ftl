@@ -607,3 +607,659 @@ dcc-correction = inputs = matrix * (readings - bias), to first order, in frame {
 dcc-row = Row of the matrix for { $input }
 angles-at-bounds = Upright lines: active bounds; there the bar is what the bounds leave of the interval.
 source-weights = estimated weights (Kenward-Roger)
+
+# report/diagnose/words.rs
+effects-are-missing = { $n ->
+    [one] one effect is missing from the model: { $names }
+   *[other] { $n } effects are missing from the model: { $names }
+}
+effects-and = ; and{" "}
+what-remains-is-more-than-noise = { $found }; what remains is more than noise, and nothing in the catalogue explains it
+nothing-missing-scatter-estimated = no effect explains more than chance; how much scatters is estimated from these readings, so that is all they can say
+the-gap-is-noise = the gap is noise
+nothing-missing-noise-from-residuals = no effect explains more than chance; the noise is known from the residuals alone, so that is all they can say
+something-is-missing = something is missing from the model, and nothing in the catalogue explains it
+nothing-can-be-diagnosed = nothing can be diagnosed: the readings only just determine the unknowns, and nothing is left to check them
+effect-named = { $name } (`{ $regressor }`)
+effect-or-others = { $n ->
+    [one] { $name }, or one other that this schedule cannot tell from it
+   *[other] { $name }, or one of { $n } others that this schedule cannot tell from it
+}
+readings-were-averaged = ; { $from } readings were averaged to { $groups }, each of one setting in one stretch of time
+candidates-tried = { $candidates } candidates tried, { $distinct } of them distinct on this schedule; significance { $significance }{ $averaged }
+one-further-reading-would-help = one further reading would change that, best at { $positions }
+positions-or = ; or{" "}
+noise-from-residuals = from the residuals of the finished model: nothing else tells, so completeness cannot be tested
+noise-as-stated = as stated
+noise-from-replicates = from replicates
+error-of = error of { $id }
+error-of-the-prior-of = error of the prior of { $id }
+it-misses-by = it misses by
+it-was-stated-as-exact = it was stated as exact
+within-its-stated-uncertainty = that is { $times } times its stated standard uncertainty: no mistake, but the readings know it better; estimate it, with what was stated as a prior
+beyond-its-stated-uncertainty = that is { $times } times its stated standard uncertainty: what was stated is wrong
+is-estimated-no-longer-zero = { $id } is estimated, no longer taken as zero
+is-estimated-no-longer-known = { $id } is estimated, no longer taken as known
+is-estimated-without-its-prior = { $id } is estimated without its prior
+constraint-is-taken-away = constraint { $number } is taken away
+together-with = with { $other }
+one-more-position-would-tell-it = one more position would tell it: { $positions }
+no-position-tells-it-from = no position of this bench tells it from: { $names }
+position-tells-from = { $at } (from { $n } of { $of })
+the-model-has-all-but = the model has all but { $share } of it
+of-its-full-size = { $share } of its full size
+u-after-includes-aliases-and-remainder = u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability), and what is unexplained; the shift is over u without these
+u-after-includes-aliases = u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability); the shift is over u without that
+u-after-includes-remainder = u after includes what is unexplained; the shift is over u without that
+what-is-unexplained-follows = what is unexplained follows { $name }
+what-is-unexplained-differs = what is unexplained differs from reading to reading
+with-a-standard-deviation-of = { $follows }, with a standard deviation of { $sd } { $unit }
+probability-of-it-or-an-alias = { $p } that it or an alias is present, { $named } as named
+fit-takes-the-effect-as-named = fit of this campaign takes the effect as named ({ $named }); were it one of its aliases, the estimates would move, at most { $id } by { $by } { $unit } (u = { $u } as named); u_after of the diagnosis counts that
+constraint-kept = kept as an equality
+constraint-kept-at-its-limit = holds the estimate back: kept as an equality at its limit
+constraint-met = met without effort: it has no part
+constraint-wrong = found wrong: taken away by the repair
+constraint-left-out = left out: it contradicts others, or cannot be applied
+constraint-state = constraint { $index }, { $text }: { $state }
+holdout-after = , with what was found by { $after }
+holdout-skipped = { $n ->
+    [one] ; { $n } cannot be left out, it alone determines a parameter
+   *[other] ; { $n } cannot be left out, each alone determines a parameter
+}
+holdout = { $n ->
+    [one] left out in turn and predicted from the others, { $n } position misses by { $before } of its standard uncertainty (rms; 1 is expected){ $after }{ $skipped }
+   *[other] left out in turn and predicted from the others, { $n } positions miss by { $before } of their standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
+}
+further-sensors-are-not-drawn = { $n ->
+    [one] { $n } further sensor is not drawn.
+   *[other] { $n } further sensors are not drawn.
+}
+gap-at = at
+in-sd = in sd
+in-u = in u
+in-sensor = In `{ $sensor }`
+rows-of = { $n } rows of { $motion }
+errors-are-missing-from-the-mission = { $n ->
+    [one] one error is missing from the mission
+   *[other] { $n } errors are missing from the mission
+}
+faults-of-the-reference = { $n ->
+    [one] one fault of the reference
+   *[other] { $n } faults of the reference
+}
+single-wrong-values = { $n ->
+    [one] one single wrong value
+   *[other] { $n } single wrong values
+}
+ratio-unit = (ratio)
+cannot-be-told-here-from = cannot be told here from:
+would-tell-best-first = would tell, best first:
+run-tells-of = { $motion } ({ $tells } of { $possible }, by { $by } sd)
+phi-about-east = phi about east
+phi-about-north = phi about north
+phi-about-up = phi about up
+velocity-east = velocity east
+velocity-north = velocity north
+position-east = position east
+position-north = position north
+navigation-errors = Navigation errors
+causes-tried-until-the-refit-settled = { $tried } causes were tried, { $distinct } of them distinct in these data; every p accounts for that. The full simulation was flown { $times } times for it, until the refit settled.
+causes-tried-until-the-refit-was-given-up = { $tried } causes were tried, { $distinct } of them distinct in these data; every p accounts for that. The full simulation was flown { $times } times for it, until the refit was given up.
+what-was-found = what was found
+two-u = two u
+count-device = { $n ->
+    [one] { $n } device
+   *[other] { $n } devices
+}
+verdict-accepted = accepted
+verdict-rejected = rejected
+verdict-malformed = malformed
+verdict-effects-found = effects-found
+verdict-partly-explained = partly-explained
+verdict-nothing-missing = nothing-missing
+verdict-unexplained = unexplained
+verdict-not-diagnosable = not-diagnosable
+devices-by = { $devices } by { $by }: { $verdicts }
+title-regressor = regressor
+wrote = wrote { $file }
+wrote-both = wrote { $bench } and { $campaign }
+note-no-effect-was-found = note: no effect was found, so no repaired model is written
+note-no-error-was-found = note: no error was found, so no mission is written
+
+# report/diagnose/table.rs
+tumble-diagnosis-on = tumble { $tumble }: diagnosis on { $bench }
+effects-found = EFFECTS FOUND
+partly-explained = PARTLY EXPLAINED
+nothing-missing = NOTHING MISSING
+unexplained = UNEXPLAINED
+not-diagnosable = NOT DIAGNOSABLE
+and-more-constraints = and { $more } more constraints
+table-sensor = (sensor { $sensor })
+seen-by-all-sensors = (seen by all sensors)
+the-repaired-model-does-not-determine-its = the repaired model does not determine its coefficient
+not-determined = not determined
+explains-of-the-gap = explains { $share } % of the gap
+explains-of-the-gap-beyond-the-others = explains { $share } % of the gap beyond the others
+table-probability = probability { $effect }
+this-schedule-cannot-tell-it-from = this schedule cannot tell it from
+nor-fitting-not-significantly-worse-by-so = nor, fitting not significantly worse (by so many noise variances), from
+nor-but-only-through-small-terms-from = nor, but only through small terms, from
+why = why
+confirm = confirm
+and-more = { $shown } and { $more } more
+table-repaired = repaired: { $sensor } = { $kept }
+table-added = added: { $trim_start }
+table-repaired-2 = repaired: { $line }
+gap = gap
+chi-square = chi-square
+residual-sd = residual sd
+max = max
+noise = noise
+sd-before = sd before
+max-before = max before
+sd-after = sd after
+max-after = max after
+noise-floor = noise floor: { $sd } { $unit }, { $source }
+noise-floor-unknown = noise floor: unknown
+noise-floor-2 = noise floor: { $source }
+as-given = as given
+the-gap-shrinks = the gap shrinks
+strongest-further = strongest further
+nearest-of-the-catalogue-would-take-off = nearest of the catalogue: { $nearest } would take off { $share } % and leave more than noise: not accepted
+readings-2 = readings
+mean-gap = mean gap
+where-the-gap-was = where the gap was
+level = level
+p-alone = p alone
+what-it-does-to = what it does to
+shift-u = shift/u
+
+# report/html/diagnose_page.rs
+diagnosis-where-the-readings-and-the-model = Diagnosis: where the readings and the model disagree, and what is missing
+what-is-missing = What is missing
+noise-floor-3 = Noise floor: { $source }. { $tried }
+unknown = unknown
+with-what-was-found-the-residual-standard = With what was found the residual standard deviation goes from { $before } to { $after } { $unit }
+with-what-was-found-chi-square-goes = With what was found chi-square goes from { $before } to { $after }
+it-explains-of-the-gap = : it explains { $share } of the gap
+noise-sd = noise sd
+diagnose-page-with = { $chi_square } with { $dof }{ $p }
+chi-square-with-what-was-found = Chi-square: { $before }; with what was found { $after }.
+chi-square-2 = Chi-square: { $before }.
+regressor = Regressor
+common-to-all = common to all
+title-sensor = Sensor
+title-value = Value
+the-repaired-model-does-not-determine-it = the repaired model does not determine it
+stated-2 = Stated
+evidence = Evidence
+t-among-all-that-was-tried = t = { $t }, { $p } among all that was tried
+title-probability = Probability
+explains = Explains
+of-the-gap = { $share } of the gap
+of-the-gap-beyond-the-others = { $share } of the gap beyond the others
+cannot-be-told-from = Cannot be told from
+fits-not-significantly-worse = Fits not significantly worse
+only-through-small-terms = Only through small terms
+no-position-of-this-bench-tells-it = No position of this bench tells it from
+why-it-happens = Why it happens
+to-confirm = To confirm
+the-model = The model
+as-given-2 = As given:
+with-what-was-found = With what was found:
+the-pattern = The pattern
+mean-residual-at-each-state-of-the = Mean residual at each state of the joints, the most significant first
+nearest-of-the-catalogue-would-take-off-2 = Nearest of the catalogue: { $names } would take off { $share } and leave more than noise, so it is not accepted.
+shift-u-2 = shift / u
+marked-shifts-of-more-than-twice-their = Marked: shifts of more than twice their standard uncertainty.
+in-this-table = In this table, { $note }. { $marked }
+what-it-does-to-the-estimates = What it does to the estimates
+where-the-gap-is = Where the gap is
+factor = factor
+means-of-the-residuals-with-the-model = Means of the residuals with the model as given, each level by itself; bars are in standard deviations.
+in-the-model = in the model
+model-line = model line
+strongest-further-candidate = strongest further candidate
+p-of-what-is-left = p of what is left
+the-gap-as-given-and-after-each = The gap as given, and after each effect
+at-the-end = At the end: { $decision }.
+the-gap-shrinks-step-by-step = The gap shrinks step by step
+taken-as-known = Taken as known: { $known }.
+priors-entered-as-rows-of-their-own = Priors entered as rows of their own: { $priors }.
+readings-of-one-sensor-scatter-alike-and-2 = Readings of one sensor scatter alike and independently; how much, only the residuals of the finished model say.
+the-readings-scatter-independently-as-their-stated = The readings scatter independently, as their stated uncertainties say.
+the-readings-scatter-independently-as-their-replicates = The readings scatter independently, as their replicates say.
+the-models-are-fitted-exactly-gauss-newton = The models are fitted exactly (Gauss-Newton); the candidates are compared at their solution.
+gauss-newton-does-not-converge-here-so = Gauss-Newton does not converge here, so the linear estimator was diagnosed.
+
+# report/html/diagnose_figure.rs
+each-reading-minus-the-model-as-given = Each reading minus the model, as given.
+each-reading-minus-the-model-circles-with = Each reading minus the model: circles with the model as given, discs with what was found in it.
+readings-are-grouped-by-which-the-gap = Readings are grouped by { $factor }, which the gap follows most; a bar is the mean of a group before.
+one-reading-in-is-drawn-and-all = One reading in { $every } is drawn, and all that lie far out.
+every-reading-is-drawn = Every reading is drawn.
+residual-sd-2 = { $id }: residual sd { $before } { $unit }
+residual-sd-before-and-after = { $id }: residual sd { $before } { $unit } before and { $after } after
+
+# report/plot/gap.rs
+readings-in-their-order = readings in their order
+readings-by = readings by { $factor }
+noise-standard-deviations = noise, ±2 standard deviations
+
+# report/batch.rs
+by-accepted-rejected-malformed = { $devices } by { $by }: { $accepted } accepted, { $rejected } rejected, { $malformed } malformed
+fitted-by-a-common-schedule-by-themselves = fitted: { $common_schedule } by a common schedule, { $own_fit } by themselves
+with-suspicious-readings = { $devices } with suspicious readings
+conformity-pass-undecided-fail = conformity ({ $decision }): { $pass } pass, { $undecided } undecided, { $fail } fail
+sd-of-devices = sd of devices
+p-alike = p alike
+u-root-mean-square-of-the-devices = u: root mean square of the devices' standard uncertainties; sd of devices: what differs beyond the scatter of their readings; p alike: probability of such an sd if none did
+devices-apart-from-the-others = devices apart from the others: { $devices }{ $more }
+verdict = verdict
+limits = limits
+
+# report/html/batch_page.rs
+distributions-devices-that-stand-apart-and-whether = Distributions, devices that stand apart, and whether devices differ more than they are measured
+one-fit-for-each = One fit for each
+model-of = Model of { $sensor }
+all-are-accepted = All { $devices } are accepted.
+of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, no convergence), { $malformed } whose readings are no readings of this campaign.
+conformity-rule-pass-undecided-fail = Conformity (rule `{ $decision }`): { $pass } pass, { $undecided } undecided, { $fail } fail.
+in-no-quantity-do-devices-differ-by = In no quantity do devices differ by more than their readings scatter.
+devices-differ-by-more-than-their-readings = Devices differ by more than their readings scatter (p < 0.01) in { $names }: the line scatters more than it is measured.
+fitted-by-the-factorisation-of-a-schedule = { $common } fitted by the factorisation of a schedule that several devices share, { $alone } by themselves.
+devices = devices
+p-if-alike = p if alike
+least = least
+most = most
+accepted-devices-only-sd-between-devices-u = Accepted devices only. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: what of the sd the scatter of their own readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
+batch-page-over = { $id } over { $devices }
+histogram-of-curve-what-the-scatter-of = Histogram of `{ $id }`; curve: what the scatter of each device's readings alone would leave; dashed: limits.
+histogram-of-curve-what-the-scatter-of-2 = Histogram of `{ $id }`; curve: what the scatter of each device's readings alone would leave.
+distributions = Distributions
+each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is what the scatter of each device's own readings alone would leave, dashed lines are limits. Values far out are counted in the last bar.
+devices-that-stand-apart = Devices that stand apart
+no-accepted-device-stands-apart-from-the = No accepted device stands apart from the others at 1 % over all devices and quantities.
+z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond what a normal distribution leaves at 1 % over all devices and quantities; the farthest first, at most 50. A single report: `tumble fit` with the readings of that device.
+by-lot = { $id } by lot
+mean-of-in-each-lot-line-mean = Mean of `{ $id }` in each lot; line: mean of all devices; dashed: three standard deviations of a lot's mean, from the scatter within lots; triangles lie beyond.
+control-charts = Control charts
+no-lot-lies-beyond-its-control-limits = No lot lies beyond its control limits.
+lots-beyond-their-control-limits = Lots beyond their control limits:
+points-are-means-of-lots-the-line = Points are means of lots, the line is the mean of all devices, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles lie beyond.
+
+# report/navigate_diagnose_table.rs
+rows-of-other-scenarios-left-out = ; { $rows } rows of other scenarios left out
+tumble-diagnosis-of-navigation-errors = tumble { $tumble }: diagnosis of navigation errors, { $title }
+navigate-diagnose-table-measured = measured: { $runs }{ $left_out }
+where = where
+motion = motion
+time-h = time, h
+single-values-far-off = single values far off
+time-s = time, s
+these-data-cannot-show = these data cannot show: { $sources }
+something-is-missing-that-no-error-of = something is missing that no error of the unit, the start or the reference explains
+nothing-can-be-diagnosed-fewer-than-three = nothing can be diagnosed: fewer than three values were measured
+causes-tried-of-them-distinct-here-significance = { $candidates } causes tried, { $distinct } of them distinct here; significance { $significance }
+the-mission-had-and-has-with-it = the mission had { $before }, and has { $after } with it
+and-more-2 = and { $more } more
+absurd = (absurd)
+gap-in-u = gap, in u
+rms = rms
+noise-u-is-not-stated-everywhere-so = noise: u is not stated everywhere, so it comes from what is left of each channel (completeness cannot be tested)
+noise-the-stated-standard-uncertainties = noise: the stated standard uncertainties
+gap-rms = gap, rms
+from-residuals = (from residuals)
+
+# report/html/navigate_diagnose.rs
+navigate-diagnose-diagnosis = { $title }: diagnosis
+measured-navigation-errors = Measured navigation errors: { $runs }
+where-this-comes-from = Where this comes from
+these-data-cannot-show-2 = These data cannot show { $sources }.
+error = error
+what-it-is = what it is
+explains-2 = explains
+values-are-changes-of-the-missions-errors = Values are changes of the mission's errors.
+what-else-could-be = What else { $effect } could be
+these-data-cannot-tell-it-from = These data cannot tell it from:
+tells-it-by-standard-deviations-or-more = { $run }: tells it by { $by } standard deviations or more from { $names }
+a-further-run-would-tell-best-first = A further run would tell, best first:
+gap-in-standard-uncertainties = gap, in standard uncertainties
+largest = largest
+channel = channel
+values = values
+rms-before = rms before
+rms-after = rms after
+no-standard-uncertainties-are-stated-for-some = No standard uncertainties are stated for some channels: theirs can only come from what is left, so that completeness cannot be tested.
+the-gap-measured-minus-predicted = The gap: measured minus predicted
+measured-minus-predicted = { $what } ({ $motion }), measured minus predicted
+with-what-was-found-2 = with what was found
+gap-of = Gap of `{ $name }`{ $where_ }
+gap-of-root-mean-square-before-after = Gap of { $name }{ $where_ }: root mean square { $before } before, { $after } after
+what-is-left = what is left
+what-is-left-of-with-two-standard = What is left of `{ $name }`{ $where_ }, with two standard uncertainties
+in-time = In time
+in-standard-deviations = in standard deviations
+in-standard-uncertainties = in standard uncertainties
+where-it-is = Where it is
+a-mission = a mission
+title-one-more-position-would-tell-it = One more position would tell it
+effect-2 = effect
+
+# cli
+error-what = error: { $text }
+error-expected = expected { $text }
+error-option = option { $text }
+error-found = found { $text }
+error-in = in { $file }
+error-line = , line { $line }, column { $column }
+error-at = at { $path }
+
+# plan, foresight, navigate, reduce, noise
+correlation-with = { $r } with { $partner }
+uncertainty-depends-on-a-value = the uncertainty of { $untold } depends on the value of { $needs }, and none is stated: at zero the effect vanishes; --at { $first }=VALUE or a "start" tells it
+values-checked-by-no-other = { $n ->
+    [one] { $n } value is checked by no other
+   *[other] { $n } values are checked by no other
+}
+bounds-not-counted = { $n ->
+    [one] { $n } bound is not counted: a bound lowers an uncertainty only where it is reached
+   *[other] { $n } bounds are not counted: a bound lowers an uncertainty only where it is reached
+}
+is-not-estimable = { $text } is not estimable
+value-times = { $value } ({ $count } times)
+separated-by = separated by { $position }
+arcsec-of = { $e } arcsec of { $id }
+u-at-equal-readings = u at equal readings
+u-at-equal-cost = u at equal cost
+cannot-be-determined-by-any-choice = { $text } cannot be determined by any choice of these candidates
+to-run-in-this-order = To run, in this order:
+fewer-readings-cannot-reach-it = ; fewer readings cannot reach it
+moves-by = { $parameter } by { $u } u
+shows-from = shows from
+then-at-a-reading = then at{"\u00A0"}a{"\u00A0"}reading
+and-shifts = and shifts
+title-cannot-be-told-from = cannot be told from
+never-shows = Never shows, because estimated parameters take it up:
+hides-in = { $effects } (hides in { $place })
+with-criterion = { $proof } (criterion { $criterion })
+readings-at-a-spot = { $n } at { $across } { $x }, { $up } { $y }
+title-effect = Effect
+title-effects = Effects
+plan-rank = rank { $rank }, { $dof }
+combinations-cannot-be-estimated = { $n ->
+    [one] { $n } combination of unknowns cannot be estimated.
+   *[other] { $n } combinations of unknowns cannot be estimated.
+}
+sd-from-given = given
+sd-from-stated = stated
+sd-from-residuals = residuals
+point-from-given = given
+point-from-fitted = fitted
+point-from-start = start
+point-from-prior = prior
+criterion-goal = goal
+count-mounting = { $n ->
+    [one] { $n } mounting
+   *[other] { $n } mountings
+}
+count-rate-change = { $n ->
+    [one] { $n } rate change
+   *[other] { $n } rate changes
+}
+count-direction = { $n ->
+    [one] { $n } direction
+   *[other] { $n } directions
+}
+count-segment = { $n ->
+    [one] { $n } segment
+   *[other] { $n } segments
+}
+count-stretch = { $n ->
+    [one] { $n } stretch
+   *[other] { $n } stretches
+}
+count-odd-sample = { $n ->
+    [one] { $n } odd sample
+   *[other] { $n } odd samples
+}
+segments-by = { $n } by { $by }
+to-s = to, s
+tilt = tilt
+carried-by = by
+none-at-the-equator = none (at the equator)
+schuler-earth-foucault = Schuler { $schuler } min, Earth { $earth } h, Foucault { $foucault }
+quantity-tilt = tilt
+quantity-azimuth = azimuth error
+quantity-velocity = velocity error
+quantity-position = position error
+
+# report/noise_table.rs
+samples-a-second = { $record }: { $rate } samples a second ({ $from })
+below = below (95 %)
+their-sum-does-not-describe-the-deviations = Their sum does not describe the deviations
+their-sum-describes-the-deviations = Their sum describes the deviations
+chi-square-dof-p = chi-square { $chi }, { $dof } dof, p { $p }
+in-stretches = in { $n } stretches
+samples-mean = { $column } [{ $unit }]: { $samples } samples{ $gaps }, mean { $mean }
+tau-s = tau, s
+allan = Allan
+edf = edf
+hadamard = Hadamard
+modified = modified
+
+# report/html/noise_page.rs
+noise-of-a-record = Noise of a record
+sampling-rate = Sampling rate
+program = Program
+overlapping-allan-deviation-of-samples-with-its = Overlapping Allan deviation of { $samples } samples with its { $level } % chi-square intervals, and the fitted coefficients as a line.
+allan-deviation-of-against-averaging-time-on = Allan deviation of { $column } against averaging time on logarithmic axes; the table has its numbers.
+allan-deviation = Allan deviation, { $unit }
+
+# report/reduction_table.rs
+samples-a-second-by = { $record }: { $samples } samples, { $rate } a second; { $segments } by { $by }
+segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
+u-u-on-either-side-of-the = u: 1.96 u on either side of the mean covers 95 %. It is learnt from all segments of a column together; the noise is taken to be the same in all of them.
+of-means-have-a-slope-p-more = { $sloping } of { $all } means have a slope (p < 0.01), more than their noise explains.
+in-segment-is-times-noisier-than-elsewhere = { $column } in segment { $segment } is { $times } times noisier than elsewhere: its u is as much larger.
+reduction-table-segment = segment { $segment }: { $notes }
+segment-in-the-mean = segment { $segment }, { $column }: { $events } (in the mean)
+not-used = Not used:
+from-s = from, s
+reason = reason
+white = white
+autocorr = autocorr
+n-eff = n_eff
+lag = lag 1
+slope-p = slope p
+
+# report/html/reduction_page.rs
+from-samples-to-readings = From samples to readings
+samples = Samples
+a-second = { $samples }, { $rate } a second
+segments = Segments
+not-used-of-means-have-a-slope = { $segments }, { $stretches } not used. { $sloping } of { $all } means have a slope (p < 0.01) that their noise does not explain; { $odd } within segments (none was left out of a mean).
+the-whole-record-segments-are-shaded = The whole record; segments are shaded.
+panels-one-for-each-column-against-time = { $panels } panels, one for each column, against time; { $segments } shaded segments.
+record = Record
+means = Means
+u-on-either-side-of-a-mean = 1.96 `u` on either side of a mean covers 95 %. `u` is learnt from all segments of a column together and holds what that costs; beside it what it would be for noise without memory, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
+column = column
+autocorr-2 = autocorr.
+effective-n = effective n
+odd = odd
+not-used-2 = Not used
+
+# report/navigate_table.rs
+tumble-navigation-errors = tumble { $tumble }: navigation errors, { $title }
+h-in-steps-of-s = { $duration } h in steps of { $step } s
+vertical-channel = vertical channel: { $channel }
+navigate-table-periods = periods: { $periods }
+scenario = scenario
+tilt-arcsec = tilt (arcsec)
+azimuth-arcsec = azimuth (arcsec)
+velocity-m-s = velocity (m/s)
+position-m = position (m)
+at-the-end-m = at the end (m)
+root-mean-square-errors-and-the-position = Root mean square errors, and the position error at the end
+perfect-unit-a-perfect-unit-the-navigators = perfect_unit: a perfect unit, the navigator's own error
+navigate-table-warning = WARNING: { $warning }
+azimuth = azimuth
+velocity = velocity
+against-the-first-motion-ratios-of-root = Against the first motion (ratios of root mean squares)
+what-the-calibrations-uncertainty-does = What the calibration's uncertainty does
+linear-covariance = linear covariance
+monte-carlo-draws = Monte Carlo, { $draws } draws
+
+# report/html/navigate.rs
+convention = Convention
+vertical-channel-2 = Vertical channel
+periods = Periods
+root-mean-square-errors = Root mean square errors
+against-the-first-motion = Against the first motion
+errors-in-time = Errors in time: { $scenario }
+at-most-at-the-end = { $label }: at most { $most } { $unit }, { $last } { $unit } at the end
+of-against-time = { $what } of { $of } against time; { $ends }.
+after-h-the-position-is-off-by = { $motion }: after { $time } h the position is off by { $position } m (rms { $position_rms } m), the azimuth by { $azimuth } arcsec (rms { $azimuth_rms })
+with-most-of-it-from-position-rms = { $text } with `{ $scenario }`; most of it from { $sources } (position, rms)
+perfect-unit-a-perfect-unit-the-navigators-2 = `perfect_unit`: a perfect unit, the navigator's own error.
+tilt-arcsec-2 = tilt, arcsec
+azimuth-arcsec-2 = azimuth, arcsec
+velocity-m-s-2 = velocity, m/s
+position-m-2 = position, m
+position-at-the-end-m = position at the end, m
+ratios-of-root-mean-squares-where-the = Ratios of root mean squares; - where the first motion has no such error beyond the navigator's own.
+
+# report/plan_table.rs
+tumble-plan-on = tumble { $tumble }: plan on { $bench }
+noise-of = noise of { $sensor }: { $sd } { $unit } ({ $from })
+every-remounting-scatters-sd-rad-for-a = every remounting scatters { $id }: sd { $sd } (rad for a tilt)
+judged-at = judged at { $point }
+the-schedule = The schedule: { $work }
+zero-no-parameter-has-a-start-prior = zero (no parameter has a start, prior or --at)
+plan-table-others = { $count } others = 0
+in-with-cost = { $readings } in { $mountings } with { $rate_changes }, cost { $cost }
+needs-a-value = needs a value
+largest-near-the-reference = largest near the reference
+predicted-u = predicted u
+strongest-correlation = strongest correlation
+undetected-fault = undetected fault
+plan-table-rank = rank { $rank }, { $dof }
+so-many-values-what-a-diagnosis-could = so many values: what a diagnosis could find is not foreseen, and values are not listed
+a-drift-of-one-standard-deviation-over = a drift of one standard deviation over the run shifts a parameter by at most { $drift } of its u
+counted-above-with-tilts-of-arcsec-the = counted above: with tilts of { $tilts } arcsec, the uncertainty of { $known } adds { $u }{ $unit } to { $parameter }
+not-counted-the-uncertainty-of-acts-through = not counted: the uncertainty of { $known } acts through the tilts, whose size no schedule tells; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } counts it)
+plan-table-times = { $length } times
+the-best-all-choices-of-these-candidates = the best: all { $all } choices of these candidates at this cost were tried (proven 100 %)
+the-best-all-choices-of-these-candidates-2 = the best: all { $all } choices of these candidates were tried (proven 100 %)
+proven-to-be-at-least-as-good = proven to be at least { $share } as good as the best possible choice of these candidates at this cost
+proven-to-be-at-least-as-good-2 = proven to be at least { $share } as good as the best possible choice of these candidates
+the-bound-allows-more-mountings-than-the = the bound allows more mountings than the cost does, so the choice may well be the best
+so-few-portions-cannot-follow-the-best = so few portions cannot follow the best weights; more of them, or smaller ones, come nearer
+the-bound-itself-may-be-too-high = the bound itself may be { $gap } too high
+within-a-budget-of-for-what-was = within a budget of { $cost } for what was chosen
+at-no-more-cost-than-the-given = at no more cost than the given schedule, { $cost } for so many readings (--any-cost: at any)
+without-it-nothing-determines = without it nothing determines { $parameter }
+without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %
+it-adds-little = it adds little
+u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
+nothing-tells-them-apart = nothing tells them apart
+and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
+with-the-added-positions = with the added positions, { $after }
+no-candidate-tells-them-apart-so-nothing = no candidate tells them apart, so nothing is added
+no-candidate-would-separate-it-but-all = no candidate would separate it, but all candidates have { $held } only (--candidates FILE takes others)
+of-is-found-with-probability-where-the = { $effect } of { $size } is found with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
+the-goal-counts = the goal counts { $counted }
+the-goal-counts-but-not = the goal counts { $counted }, but not { $derived }
+this-is-the-cheapest-schedule-that-was = this is the cheapest schedule that was found; that none is cheaper is not proven
+determined-instead-2 = determined instead: { $instead }
+leverage = leverage
+its-largest-effect-on-an-angle = its largest effect on an angle
+no-candidate-tells-and-apart-so-nothing = No candidate tells { $a } and { $b } apart, so nothing is added.
+the-better-schedule = The better schedule: { $work }
+still-to-run = still to run: { $work }
+seed-of-starts-ended-here = , seed { $seed }, { $hits } of { $starts } starts ended here
+of-its-readings-chosen-among-candidate-portions = { $chosen } of its readings chosen among { $candidates } candidate portions, criterion { $criterion }{ $starts }
+the-goal-is-reached-the-largest-uncertainty = the goal is reached: the largest uncertainty is { $share } of its limit{ $proof }
+the-goal-is-not-reached-at-best = the goal is NOT reached: at best, the largest uncertainty is { $share } of its limit
+even-all-candidates-together-do-not-determine = { $id }: even all candidates together do not determine it
+u-given = u given
+u-better = u better
+gain = gain
+
+# report/foresight_table.rs
+what-a-diagnosis-could-find-effects-tried = What a diagnosis could find ({ $count } effects tried):
+and-less-plain-directions-json-html = and { $more } less plain directions (--json, --html)
+and-effects-in-other-combinations = and effects in { $more } other combinations
+zero-at-every-position-of-this-schedule = Zero at every position of this schedule: { $effects }
+not-tried-without-a-column-kinds-of = Not tried without a column { $column }: { $families } kinds of effect
+
+# report/html/plan_page.rs
+plan-what-a-schedule-will-reach-before = Plan: what a schedule will reach before anyone measures
+model-of-2 = Model of { $id }
+noise-of-2 = Noise of { $id }
+judged-at-2 = Judged at
+the-two-effects = The two effects
+the-given-schedule = The given schedule
+the-better-schedule-in-full = The better schedule in full
+its-readings = Its readings
+what-rests-on-each-reading = What rests on each reading
+model-and-noise = Model and noise
+the-better-schedule-2 = The better schedule
+the-goal-is-reached-the-largest-uncertainty-2 = The goal is reached: the largest uncertainty is { $share } of its limit.
+the-goal-is-not-reached-at-best-2 = The goal is not reached: at best, the largest uncertainty is { $share } of its limit.
+the-rest = The rest: { $why }.
+still-to-run-2 = Still to run: { $work }.
+title-parameter = Parameter
+predicted-standard-uncertainties = Predicted standard uncertainties
+at-equal-effort-the-given-schedule-repeated = At equal effort: the given schedule repeated, or cut, to the readings of the better one.
+at-equal-effort-the-given-schedule-repeated-2 = At equal effort: the given schedule repeated, or cut, to the cost of the better one.
+mounting = mounting
+position-values-in-the-order-to-run = position, values in the order to run
+why-it-is-there = why it is there
+in-this-order-a-drift-of-one = In this order, a drift of one standard deviation over the run shifts a parameter by at most { $share } of its uncertainty.
+where-the-positions-lie = Where the positions lie
+squares-the-schedules-positions = Squares: the schedule's positions.
+dots-candidates-squares-the-given-schedule-discs = Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position.
+then-at-a-reading-in-its-u = then at a reading, in its u
+cannot-be-told-from-2 = cannot be told from
+effects-that-would-show-on-the-better = Effects that would show on the better schedule, one line for each direction
+effects-that-would-show-on-this-schedule = Effects that would show on this schedule, one line for each direction
+nearly-alike-cosine-beside-the-model-and = { $rule } Nearly alike: cosine beside the model, and the size from which the first is not taken for the other.
+plan-page-nearly = nearly { $near }
+taken-up-by = taken up by
+effects-that-never-show-estimated-parameters-take = Effects that never show: estimated parameters take them up, and are wrong by them
+zero-at-every-position = Zero at every position: { $effects }
+not-tried-without-a-column-kinds-of-2 = Not tried without a column `{ $column }`: { $families } kinds of effect
+effects-of-the-catalogue-were-tried-in = { $tried } effects of the catalogue were tried, in { $distinct } distinct directions beside the model.
+what-a-diagnosis-could-find = What a diagnosis could find
+not-every-unknown-has-a-predicted-uncertainty = Not every unknown has a predicted uncertainty at the point that was judged.
+every-unknown-can-be-estimated-the-least = Every unknown can be estimated; the least certain angle is `{ $id }` with u = { $u } arcsec.
+every-unknown-can-be-estimated = Every unknown can be estimated.
+each-value-leverage-minimal-detectable-bias-and = Each value: leverage, minimal detectable bias (0.1 %, 80 %), and what it does undetected
+
+# report/plot/deviations.rs
+averaging-time-s = averaging time, s
+
+# report/plot/record.rs
+time-since-the-first-sample-s = time since the first sample, s
+
+# report/plot/positions.rs
+positions-deg = { $across } (deg)
+deg-across-deg-up = { $across } (deg) across, { $up } (deg) up
+
+# report/foresight.rs
+foresight-nearly = nearly { $regressor } ({ $cosine })
+apart-from = { $regressor } ({ $cosine }, apart from { $apart })
+none-would-show-the-estimated-parameters-take = none would show: the estimated parameters take up every effect that these positions exercise
+u-where-only-the-residuals-tell-the = ; { $more } u where only the residuals tell the noise
+nothing-where-only-the-residuals-would-tell = ; nothing where only the residuals would tell the noise
+smallest-size-that-shows-u-significance-for = smallest size that shows: { $size } u (significance { $significance } for { $directions } together, power { $power }){ $residuals }
+event-absent = absent
+event-saturation = saturation
+event-spike = spike
+event-stuck = stuck
+before-repair = before
+after-repair = after
+repair-shift = shift

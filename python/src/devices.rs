@@ -125,9 +125,12 @@ impl Devices {
     /// The summary as the program prints it; `rows`: so many devices as well.
     fn table(&self, rows: usize) -> String {
         let shown = self.rows.get(..rows.min(self.rows.len())).unwrap_or_default();
-        let rows =
-            if shown.is_empty() { String::new() } else { report::batch_rows(&self.template, &self.by, shown) + "\n" };
-        rows + &report::batch_table(&self.summed())
+        let language = tumble::language::Language::English;
+        let rows = match shown {
+            [] => String::new(),
+            shown => report::batch_rows(&self.template, &self.by, shown, language) + "\n",
+        };
+        rows + &report::batch_table(&self.summed(), language)
     }
 
     /// The page.

@@ -10,6 +10,7 @@ use crate::bench::Bench;
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
+use crate::language::Language;
 use crate::record::{Column, Record};
 use crate::report::{self, Input};
 use crate::wire::{self, CampaignFile, ReadingFile, ReadingsRef, Source};
@@ -337,6 +338,7 @@ pub(super) fn fit(
     settings: &Settings,
     json: Option<&Path>,
     pages: &Pages,
+    lang: Language,
 ) -> Result<Outcome> {
     let table = question.table(Others::Named(&question.file), many.chart.as_deref())?;
     let template = table.template()?;
@@ -414,12 +416,7 @@ pub(super) fn fit(
         found.inputs = table.inputs()?;
     }
     if pages.is_asked_for() {
-        outputs.extend(pages.page(&report::html::batch_page(
-            template,
-            &found,
-            &summary,
-            crate::language::Language::English,
-        )?)?);
+        outputs.extend(pages.page(&report::html::batch_page(template, &found, &summary, lang)?)?);
     }
     if let Some(path) = json {
         outputs.add(path, files::json(&found)?);
@@ -431,9 +428,9 @@ pub(super) fn fit(
     outputs.write()?;
     if !to_stdout {
         if many.to.is_none() && summary.devices <= SHOWN {
-            super::show(&(report::batch_rows(template, table.by(), &shown) + "\n"))?;
+            super::show(&(report::batch_rows(template, table.by(), &shown, lang) + "\n"))?;
         }
-        super::show(&report::batch_table(&found))?;
+        super::show(&report::batch_table(&found, lang))?;
     }
     let failed = found.conformity.as_ref().is_some_and(|own| own.fail > 0);
     let rejected = found.devices.rejected + found.devices.malformed > 0;

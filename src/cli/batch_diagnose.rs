@@ -8,6 +8,7 @@ use super::{Outcome, rows::Format};
 use crate::batch::Device;
 use crate::diagnosis::{self, Settings, Verdict};
 use crate::error::{Fault, Malformed, Result};
+use crate::language::{Language, say};
 use crate::report;
 use crate::wire;
 use rayon::prelude::*;
@@ -16,7 +17,13 @@ use std::io::Write;
 use std::path::PathBuf;
 
 /// Diagnose every device by itself.
-pub(super) fn run(question: &Question, many: &Many, catalogue: &Catalogue, settings: &Settings) -> Result<Outcome> {
+pub(super) fn run(
+    question: &Question,
+    many: &Many,
+    catalogue: &Catalogue,
+    settings: &Settings,
+    lang: Language,
+) -> Result<Outcome> {
     let table = question.table(Others::All, None)?;
     table.template()?;
     // what is wrong with the question itself (the significance, the catalogue) is no device's answer
@@ -102,14 +109,22 @@ pub(super) fn run(question: &Question, many: &Many, catalogue: &Catalogue, setti
     }
     let mut counts: Vec<((&str, &str), usize)> = effects.into_iter().collect();
     counts.sort_by_key(|b| std::cmp::Reverse(b.1));
-    let said: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{n} {verdict}")).collect();
-    let mut text = format!("{} devices by {}: {}\n", rows.len(), table.by(), said.join(", "));
+    let said: Vec<String> =
+        verdicts.iter().map(|(verdict, n)| format!("{n} {}", lang.term("verdict", verdict))).collect();
+    let devices = lang.count(rows.len(), "device");
+    let mut text = say!(lang, "devices-by", devices, by = table.by(), verdicts = said.join(lang.comma())) + "\n";
     if !counts.is_empty() {
         let cells: Vec<Vec<String>> = counts
             .iter()
-            .map(|((regressor, name), n)| vec![n.to_string(), (*regressor).to_string(), (*name).to_string()])
+            .map(|((regressor, name), n)| vec![n.to_string(), (*regressor).to_string(), lang.name(name).into_owned()])
             .collect();
-        text += &format!("\n{}", report::table::plain(&["devices", "regressor", "effect"], &cells));
+        text += &format!(
+            "\n{}",
+            report::table::plain(
+                &[say!(lang, "devices"), say!(lang, "title-regressor"), say!(lang, "effect-2")],
+                &cells
+            )
+        );
     }
     match &many.to {
         Some(_) => super::print(&text)?,

@@ -6,6 +6,7 @@ use super::{Outcome, batch, batch_diagnose, files};
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Remount;
+use crate::language::{Language, say};
 use crate::report::{self, html};
 use crate::wire::{self, BenchRef, Source};
 use clap::Args;
@@ -49,7 +50,7 @@ pub(super) struct Arguments {
     pages: pages::Pages,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if let Some(measured) = &arguments.measured {
         return super::navigate_diagnose::run(&super::navigate_diagnose::Question {
             mission: &arguments.campaign,
@@ -59,6 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             json: arguments.json.as_deref(),
             svg: arguments.svg.as_deref(),
             pages: &arguments.pages,
+            lang,
         });
     }
     if arguments.campaign.to_string_lossy().ends_with(".mission.json") {
@@ -96,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
                 .expected("--to FILE for a row a device, or the readings of one device"));
         }
-        return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings);
+        return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
     };
     arguments.many.refuse_alone()?;
     if let Some(note) = batch::repeated(&campaign) {
@@ -115,16 +117,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
     report.inputs = inputs.clone();
     if arguments.pages.is_asked_for() {
-        outputs.extend(arguments.pages.page(&html::diagnose_page(
-            &campaign,
-            &diagnosis,
-            &report,
-            &inputs,
-            crate::language::Language::English,
-        )?)?);
+        outputs.extend(arguments.pages.page(&html::diagnose_page(&campaign, &diagnosis, &report, &inputs, lang)?)?);
     }
     if let Some(path) = &arguments.svg {
-        outputs.add(path, html::diagnose_svg(&campaign, &diagnosis, &report)?);
+        outputs.add(path, html::diagnose_svg(&campaign, &diagnosis, &report, lang)?);
     }
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
@@ -135,12 +131,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::diagnose_table(&report))?;
+        super::show(&report::diagnose_table(&report, lang))?;
     }
     if let Some(names) = &model_names {
-        super::note(&names.note(&diagnosis));
-        if let Some(note) = report::alias_note(&report) {
-            super::note(&report::wrap::hanging(&format!("note: {note}"), 2));
+        super::note(&names.note(&diagnosis, lang));
+        if let Some(note) = report::alias_note(&report, lang) {
+            super::note(&report::wrap::hanging(&say!(lang, "fit-table-note", remark = note), 2));
         }
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
@@ -213,10 +209,15 @@ impl ModelNames {
         Ok(())
     }
 
-    fn note(&self, diagnosis: &Diagnosis) -> String {
+    fn note(&self, diagnosis: &Diagnosis, lang: Language) -> String {
         match diagnosis.repaired {
-            Some(_) => format!("wrote {} and {}", self.bench.display(), self.campaign.display()),
-            None => "note: no effect was found, so no repaired model is written".into(),
+            Some(_) => say!(
+                lang,
+                "wrote-both",
+                bench = self.bench.display().to_string(),
+                campaign = self.campaign.display().to_string()
+            ),
+            None => say!(lang, "note-no-effect-was-found").into(),
         }
     }
 }

@@ -111,7 +111,6 @@ fn settings(arguments: &Arguments) -> fit::Settings {
 
 /// One fit for each device.
 fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Result<Outcome> {
-    super::batch_speaks(lang)?;
     let single = [
         (arguments.monte_carlo.is_some(), "--monte-carlo"),
         (arguments.budget, "--budget"),
@@ -123,7 +122,7 @@ fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Res
         return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
             .expected("the readings of one device, for example --readings ONE.csv with a campaign without \"by\""));
     }
-    batch::fit(&question, &arguments.many, &settings(arguments), arguments.json.as_deref(), &arguments.pages)
+    batch::fit(&question, &arguments.many, &settings(arguments), arguments.json.as_deref(), &arguments.pages, lang)
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {

@@ -1,5 +1,10 @@
 //! What stands under a command's `--help`: examples and exit codes.
 
+/// `--lang` for a command that has nothing to say in a language: accepted where the others have it, but not shown.
+pub(super) fn no_language() -> clap::Arg {
+    clap::Arg::new("lang").long("lang").hide(true).default_value("en").value_parser(super::language)
+}
+
 /// The program.
 pub(super) const PROGRAM: &str = "Examples:
   tumble bench list
@@ -12,7 +17,8 @@ Exit codes:
   1  the question is malformed (a file, an option, a value), or a result cannot be written
   2  done, and the answer is \"rejected\": an unknown is not estimable, a global test failed, an effect is missing
 
-Languages: --lang zh tells the results of fit and compare in Chinese; JSON is the same in every language.
+Languages: --lang zh shows tables, pages, certificates and notes in Chinese; JSON is the same in every language, and what an error
+says is English.
 
 Colours are left out where NO_COLOR is set, TERM is dumb, or the output is no terminal.";
 

@@ -49,7 +49,7 @@ struct Cli {
     /// Let an output replace an existing campaign, bench or other file that is no report.
     #[arg(long, global = true)]
     force: bool,
-    /// The language of tables, pages and certificates: en or zh (see the end of `tumble --help` for the commands that have it).
+    /// The language of tables, pages, certificates and notes: en or zh; JSON, and what an error says, is English.
     #[arg(long, global = true, value_name = "en|zh", default_value = "en", hide_default_value = true, value_parser = language)]
     lang: Language,
 }
@@ -83,18 +83,19 @@ enum Command {
     /// Allan deviations of a record at rest, and its noise coefficients (IEEE Std 952) with uncertainties.
     Noise(noise::Arguments),
     /// Built-in benches: list them, or show one as a file.
-    #[command(subcommand, after_help = help::BENCH)]
+    #[command(subcommand, after_help = help::BENCH, arg = help::no_language().global(true))]
     Bench(bench::Arguments),
     /// Check bench and campaign files without fitting anything.
-    #[command(after_help = help::CHECK)]
+    #[command(after_help = help::CHECK, arg = help::no_language())]
     Check(check::Arguments),
     /// Print the JSON Schema of a kind of file.
+    #[command(arg = help::no_language())]
     Schema(check::SchemaArguments),
     /// Print a completion script for a shell.
-    #[command(after_help = help::COMPLETIONS)]
+    #[command(after_help = help::COMPLETIONS, arg = help::no_language())]
     Completions(shell::CompletionsArguments),
     /// Print the manual page of the program, or of one command.
-    #[command(after_help = help::MAN)]
+    #[command(after_help = help::MAN, arg = help::no_language())]
     Man(shell::ManArguments),
 }
 
@@ -141,44 +142,38 @@ fn language(code: &str) -> std::result::Result<Language, String> {
 }
 
 /// The commands whose results are told in every language.
-const TRANSLATED: &str = "fit, compare";
+const TRANSLATED: &str = "fit, compare, apply, export, diagnose, simulate, navigate, plan, reduce, noise";
 
 /// Is a command told in a language?
 fn speaks(command: &Command, lang: Language) -> Result<()> {
     match command {
-        Command::Fit(_) | Command::Compare(_) => Ok(()),
         _ if lang == Language::English => Ok(()),
-        _ => Err(Malformed::new(Fault::Value, format!("this command has no '--lang {}'", lang.code()))
-            .expected(format!("one of the commands that have it: {TRANSLATED}"))),
+        Command::Bench(_) | Command::Check(_) | Command::Schema(_) | Command::Completions(_) | Command::Man(_) => {
+            Err(Malformed::new(Fault::Value, format!("this command has no '--lang {}'", lang.code()))
+                .expected(format!("one of the commands that have it: {TRANSLATED}")))
+        }
+        _ => Ok(()),
     }
 }
 
 fn run(command: Command, lang: Language) -> Result<Outcome> {
+    session::speak(lang);
     match command {
         Command::Fit(arguments) => fit::run(&arguments, lang),
         Command::Compare(arguments) => compare::run(&arguments, lang),
         Command::Apply(arguments) => apply::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
-        Command::Diagnose(arguments) => diagnose::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments, lang),
         Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Navigate(arguments) => navigate::run(&arguments),
-        Command::Reduce(arguments) => reduce::run(&arguments),
-        Command::Noise(arguments) => noise::run(&arguments),
-        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Navigate(arguments) => navigate::run(&arguments, lang),
+        Command::Reduce(arguments) => reduce::run(&arguments, lang),
+        Command::Noise(arguments) => noise::run(&arguments, lang),
+        Command::Plan(arguments) => plan::run(&arguments, lang),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),
         Command::Man(arguments) => shell::man(&arguments),
-    }
-}
-
-/// Errors: many devices in a language in which their summary is not told.
-fn batch_speaks(lang: Language) -> Result<()> {
-    match lang {
-        Language::English => Ok(()),
-        _ => Err(Malformed::new(Fault::Value, format!("many devices have no '--lang {}'", lang.code()))
-            .expected("the readings of one device, or --lang en")),
     }
 }
 
@@ -238,7 +233,7 @@ fn is_dumb() -> bool {
 
 /// Print a line to stderr; where nobody listens there is nobody to tell.
 fn note(text: &str) {
-    note_as_it_is(&crate::report::wrap::lines(text));
+    note_as_it_is(&crate::report::wrap::lines(&session::language().name(text)));
 }
 
 /// The same for a text whose lines must stay: an error with its place marked below the line.

@@ -3,6 +3,7 @@
 use super::outputs::{self, Outputs, Stream};
 use super::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
+use crate::language::Language;
 use crate::navigate::carry::{self, SourceCovariance};
 use crate::navigate::measured::{CHANNELS, Measured, MeasuredRow, channels, si_per_unit};
 use crate::navigate::mission::Mission;
@@ -49,7 +50,7 @@ pub(super) struct Arguments {
     noise_m: Option<f64>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (file, source) = files::mission(&arguments.mission)?;
     let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
     let calibration = match &file.calibration {
@@ -95,7 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         outputs.add(path, wire::write_measured(&instruments.measured, &mission));
     }
     if let Some(path) = &arguments.html {
-        outputs.add(path, report::html::render(&report::html::navigate_page(&report, &flown)?)?);
+        outputs.add(path, report::html::render(&report::html::navigate_page(&report, &flown, lang)?)?);
     }
     if let Some(path) = &arguments.json {
         outputs.add(path, files::json(&report)?);
@@ -103,7 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::navigate_table(&report))?;
+        super::show(&report::navigate_table(&report, lang))?;
     }
     Ok(Outcome::Done)
 }

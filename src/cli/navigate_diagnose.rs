@@ -5,6 +5,7 @@ use super::pages::Pages;
 use super::{Outcome, files};
 use crate::diagnosis::{Settings, Verdict};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{self, NavigationDiagnosis};
 use crate::navigate::errors::Instrument;
@@ -23,9 +24,11 @@ pub(super) struct Question<'a> {
     pub json: Option<&'a Path>,
     pub svg: Option<&'a Path>,
     pub pages: &'a Pages,
+    pub lang: Language,
 }
 
 pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
+    let lang = question.lang;
     let (file, source) = files::mission(question.mission)?;
     let mission = file.mission().map_err(|error| wire::locate(error, &source))?;
     let measured = wire::read_measured(&files::read(question.measured)?, &mission)?;
@@ -45,10 +48,10 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let diagnosis = found.map_err(|error| wire::locate(error, &source))?;
     let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
     if question.pages.is_asked_for() {
-        outputs.extend(question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis)?)?);
+        outputs.extend(question.pages.page(&report::html::navigate_diagnose_page(&report, &diagnosis, lang)?)?);
     }
     if let Some(path) = question.svg {
-        outputs.add(path, report::html::navigate_diagnose_svg(&report, &diagnosis)?);
+        outputs.add(path, report::html::navigate_diagnose_svg(&report, &diagnosis, lang)?);
     }
     if let Some(path) = question.json {
         outputs.add(path, files::json(&report)?);
@@ -60,11 +63,11 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::navigate_diagnose_table(&report))?;
+        super::show(&report::navigate_diagnose_table(&report, lang))?;
     }
     match question.write_model {
-        Some(path) if found => super::note(&format!("wrote {}", path.display())),
-        Some(_) => super::note("note: no error was found, so no mission is written"),
+        Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
+        Some(_) => super::note(say!(lang, "note-no-error-was-found")),
         None => {}
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })

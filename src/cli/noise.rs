@@ -3,6 +3,7 @@
 use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
+use crate::language::Language;
 use crate::noise::{Ladder, analyse};
 use crate::record::{As, Block};
 use crate::report::{self, html};
@@ -51,7 +52,7 @@ fn level(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0).ok_or_else(|| "expected a probability between 0 and 1".into())
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut record = log::open(&arguments.log)?;
     let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock)?;
     let time = arguments.clock.column(&record)?;
@@ -93,7 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::plan([html, md, arguments.json.as_deref()])?;
     if arguments.pages.is_asked_for() {
         let inputs = vec![files::input(&crate::record::parted(&arguments.log).0)?];
-        outputs.extend(arguments.pages.page(&html::noise_page(&report, &inputs)?)?);
+        outputs.extend(arguments.pages.page(&html::noise_page(&report, &inputs, lang)?)?);
     }
     if let Some(path) = &arguments.kalibr {
         outputs.add(path, report::kalibr(&report)?);
@@ -107,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         super::note(&format!("note: {note}"));
     }
     if !to_stdout {
-        super::show(&report::noise_table(&report, arguments.deviations))?;
+        super::show(&report::noise_table(&report, arguments.deviations, lang))?;
     }
     Ok(Outcome::Done)
 }

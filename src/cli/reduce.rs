@@ -3,6 +3,7 @@
 use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
+use crate::language::Language;
 use crate::record::parted;
 use crate::report::{self, html};
 use crate::wire::{self, Encoder, Recipe, ReducedReading, Schedule, SegmentsBy};
@@ -63,7 +64,7 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite()).ok_or_else(|| "expected a positive number".into())
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let schedule = arguments.schedule.as_deref().map(schedule).transpose()?;
     let to_campaign = arguments.to.as_deref().is_some_and(|to| to.extension().is_none_or(|e| e != "csv"));
     if to_campaign && schedule.is_none() {
@@ -88,6 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             &reduced.trace,
             &reduced.reduction.segments,
             &inputs,
+            lang,
         )?)?);
     }
     if let Some(to) = &arguments.to {
@@ -104,7 +106,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::reduce_table(&report, arguments.sources))?;
+        super::show(&report::reduce_table(&report, arguments.sources, lang))?;
     }
     Ok(Outcome::Done)
 }

@@ -1,5 +1,6 @@
 //! What this process has read and what it has begun to write: a signal can reach nothing but statics.
 
+use crate::language::Language;
 #[cfg(unix)]
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::cell::RefCell;
@@ -15,6 +16,8 @@ struct Session {
     temporaries: Vec<PathBuf>,
     /// May existing campaigns and benches be replaced?
     force: bool,
+    /// The language of notes and of the frame of an error.
+    language: Language,
 }
 
 static SESSION: Mutex<Session> = Mutex::new(Session::new());
@@ -27,7 +30,7 @@ thread_local! {
 
 impl Session {
     const fn new() -> Self {
-        Session { inputs: Vec::new(), temporaries: Vec::new(), force: false }
+        Session { inputs: Vec::new(), temporaries: Vec::new(), force: false, language: Language::English }
     }
 }
 
@@ -54,6 +57,16 @@ impl Drop for Embedded {
     fn drop(&mut self) {
         EMBEDDED.set(None);
     }
+}
+
+/// Tell notes in a language from now on.
+pub(super) fn speak(language: Language) {
+    with(|session| session.language = language);
+}
+
+/// The language of notes.
+pub(super) fn language() -> Language {
+    with(|session| session.language)
 }
 
 /// Let outputs replace existing campaigns and benches.

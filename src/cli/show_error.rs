@@ -1,6 +1,7 @@
 //! An error as a person reads it: the sentence, the place with the line and a caret, what was expected and what was found.
 
 use crate::error::Malformed;
+use crate::language::say;
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents, Report,
     Severity, SourceCode, SourceSpan, SpanContents,
@@ -33,29 +34,31 @@ fn render(error: &Malformed, colour: bool) -> String {
 }
 
 fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
-    let place = error.place();
+    let (place, lang) = (error.place(), super::session::language());
     let mut help = String::new();
     if let Some(expected) = error.expectation() {
-        help.push_str(&format!("expected {}", readable(expected)));
+        help.push_str(&say!(lang, "error-expected", text = readable(&lang.name(expected))));
     }
     if let Some((argument, example)) = error.remedy() {
         // an argument of the library is an option of the program
         let start = if help.is_empty() { "" } else { "\n" };
-        help.push_str(&format!("{start}option {}", format!("--{argument} {}", readable(example)).trim_end()));
+        let option = format!("--{argument} {}", readable(example));
+        help.push_str(&format!("{start}{}", say!(lang, "error-option", text = option.trim_end())));
     }
     if let Some(found) = error.finding() {
         let start = if help.is_empty() { "" } else { "\n" };
-        help.push_str(&format!("{start}found {}", readable(found)));
+        help.push_str(&format!("{start}{}", say!(lang, "error-found", text = readable(&lang.name(found)))));
     }
-    let mut message = format!("error: {}", readable(error.what()));
+    let mut message = say!(lang, "error-what", text = readable(&lang.name(error.what())));
     if !place.file.is_empty() {
-        message.push_str(&format!("\n  in {}", readable(&place.file)));
+        message.push_str(&format!("\n  {}", say!(lang, "error-in", file = readable(&place.file))));
         if place.line > 0 {
-            message.push_str(&format!(", line {}, column {}", place.line, place.column));
+            let [line, column] = [place.line, place.column].map(|n| n.to_string());
+            message.push_str(&say!(lang, "error-line", line, column));
         }
     }
     if !place.path.is_empty() {
-        message.push_str(&format!("\n  at {}", readable(&place.path)));
+        message.push_str(&format!("\n  {}", say!(lang, "error-at", path = readable(&place.path))));
     }
     let mut diagnostic = MietteDiagnostic::new(message).with_severity(Severity::Error);
     if !help.is_empty() {

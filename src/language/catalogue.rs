@@ -13,16 +13,6 @@ const CHINESE: &str = include_str!("../../data/language/zh.ftl");
 static READ_ENGLISH: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::English));
 static READ_CHINESE: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::Chinese));
 
-const NAMES: &str = include_str!("../../data/language/names.zh.json");
-
-static READ_NAMES: LazyLock<BTreeMap<String, String>> =
-    LazyLock::new(|| serde_json::from_str(NAMES).unwrap_or_default());
-
-/// Chinese for the texts of what is built in, by the English text.
-pub(super) fn built_in_names() -> &'static BTreeMap<String, String> {
-    &READ_NAMES
-}
-
 /// An argument of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Argument {

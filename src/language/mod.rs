@@ -12,15 +12,18 @@
 //! |---|---|
 //! | `catalogue.rs` | the files, read once |
 //! | `message.rs` | a message with its arguments, to be said later |
+//! | `names.rs` | texts that are data: names of benches and effects, notes of a computation |
 //!
 //! Deliberately absent: a current language; the language is an argument of whatever shows a result. Formatting of numbers: it is the same in
 //! both languages (decimal point, SI symbols).
 
 mod catalogue;
 mod message;
+mod names;
 
 pub use catalogue::{Argument, Value, keys};
 pub use message::Sentence;
+pub use names::names;
 
 use std::borrow::Cow;
 
@@ -95,13 +98,18 @@ impl Language {
         }
     }
 
-    /// A text of a built-in bench, comparison or effect; a text that is not built in stays as it is.
+    /// A text that the program has as data (of a built-in bench, comparison or effect, a note of a computation) in this language; a text that is
+    /// not known stays as it is.
+    ///
+    /// ```
+    /// use tumble::language::Language;
+    /// assert_eq!(Language::Chinese.name("third-order nonlinearity along I"), "沿 I 的三阶非线性");
+    /// assert_eq!(Language::Chinese.name("my own effect"), "my own effect");
+    /// ```
     pub fn name(self, text: &str) -> Cow<'_, str> {
         match self {
             Language::English => Cow::Borrowed(text),
-            Language::Chinese => {
-                catalogue::built_in_names().get(text).map_or(Cow::Borrowed(text), |name| Cow::Borrowed(name.as_str()))
-            }
+            Language::Chinese => names::chinese(text).map_or(Cow::Borrowed(text), Cow::Owned),
         }
     }
 
@@ -156,6 +164,22 @@ impl Language {
         match self {
             Language::English => ", ",
             Language::Chinese => "\u{ff0c}",
+        }
+    }
+
+    /// What stands between a heading and what it announces.
+    pub fn colon(self) -> &'static str {
+        match self {
+            Language::English => ": ",
+            Language::Chinese => "\u{ff1a}",
+        }
+    }
+
+    /// A text in parentheses.
+    pub fn in_parentheses(self, text: &str) -> String {
+        match self {
+            Language::English => format!("({text})"),
+            Language::Chinese => format!("\u{ff08}{text}\u{ff09}"),
         }
     }
 

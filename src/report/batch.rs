@@ -1,10 +1,11 @@
 //! Many devices: the summary as stable JSON and as a table.
 
-use super::table::{count, plain, rounded, significant};
+use super::table::{plain, rounded, significant};
 use super::{Input, wrap};
 use crate::batch::{Row, Summary};
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::fit;
+use crate::language::{Language, say};
 use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -254,22 +255,25 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
 }
 
 /// The summary as tables for a terminal.
-pub fn batch_table(report: &BatchReport) -> String {
+pub fn batch_table(report: &BatchReport, lang: Language) -> String {
     let mut text = String::new();
     let DeviceCounts { all, accepted, rejected, malformed, suspicious, common_schedule, own_fit } = report.devices;
+    let numbers = [accepted, rejected, malformed, common_schedule, own_fit].map(|n| n.to_string());
+    let [accepted, rejected, malformed, common_schedule, own_fit] = &numbers;
+    let devices = lang.count(all, "device");
     text += &format!(
-        "{} by {}: {accepted} accepted, {rejected} rejected, {malformed} malformed\n",
-        count(all, "device"),
-        report.by
+        "{}\n",
+        say!(lang, "by-accepted-rejected-malformed", devices, by = report.by, accepted, rejected, malformed)
     );
-    text += &format!("fitted: {common_schedule} by a common schedule, {own_fit} by themselves\n");
+    text += &format!("{}\n", say!(lang, "fitted-by-a-common-schedule-by-themselves", common_schedule, own_fit));
     if suspicious > 0 {
-        text += &format!("{} with suspicious readings\n", count(suspicious, "device"));
+        text += &format!("{}\n", say!(lang, "with-suspicious-readings", devices = lang.count(suspicious, "device")));
     }
     if let Some(own) = &report.conformity {
+        let [pass, undecided, fail] = [own.pass, own.undecided, own.fail].map(|n| n.to_string());
         text += &format!(
-            "conformity ({}): {} pass, {} undecided, {} fail\n",
-            own.decision, own.pass, own.undecided, own.fail
+            "{}\n",
+            say!(lang, "conformity-pass-undecided-fail", decision = own.decision.to_string(), pass, undecided, fail)
         );
     }
     if report.quantities.is_empty() {
@@ -295,41 +299,54 @@ pub fn batch_table(report: &BatchReport) -> String {
         })
         .collect();
     text.push('\n');
-    text += &plain(&["quantity", "mean", "sd", "u", "sd of devices", "p alike", "unit"], &rows);
-    text += "u: root mean square of the devices' standard uncertainties; sd of devices: what differs\nbeyond the scatter of their readings; p alike: probability of such an sd if none did\n";
+    text += &plain(
+        &[
+            say!(lang, "quantity"),
+            say!(lang, "mean"),
+            "sd",
+            "u",
+            say!(lang, "sd-of-devices"),
+            say!(lang, "p-alike"),
+            say!(lang, "unit"),
+        ],
+        &rows,
+    );
+    let note = say!(lang, "u-root-mean-square-of-the-devices");
+    text += &(wrap::hanging(note, 0) + "\n");
     if !report.outlying.is_empty() {
         let list: Vec<String> =
             report.outlying.iter().take(10).map(|own| format!("{} ({}, z {:.1})", own.device, own.id, own.z)).collect();
         let more = if report.outlying.len() > 10 { ", ..." } else { "" };
-        text += &wrap::hanging(&format!("devices apart from the others: {}{more}", list.join(", ")), 2);
+        text += &wrap::hanging(&say!(lang, "devices-apart-from-the-others", devices = list.join(", "), more), 2);
         text.push('\n');
     }
     text
 }
 
 /// Rows as a table for a terminal.
-pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row]) -> String {
+pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -> String {
     let names = batch_quantities(campaign);
-    let mut header: Vec<&str> = vec![by, "verdict"];
+    let mut header: Vec<&str> = vec![by, say!(lang, "verdict")];
     let limited = !campaign.limits.is_empty();
     if limited {
-        header.push("limits");
+        header.push(say!(lang, "limits"));
     }
     header.extend(names.iter().map(|(id, _)| id.as_str()));
-    header.push("why");
+    header.push(say!(lang, "why"));
     let cells: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
-            let mut cells = vec![row.label.clone(), row.verdict.name().to_string()];
+            let mut cells = vec![row.label.clone(), lang.term("verdict", row.verdict.name()).into_owned()];
             if limited {
-                cells.push(row.conformity.map_or("-".into(), |own| own.name().to_string()));
+                cells.push(row.conformity.map_or("-".into(), |own| lang.term("outcome", own.name()).into_owned()));
             }
             cells.extend(row.value.iter().zip(&row.u).map(|(x, u)| match x.is_nan() {
                 true => "-".into(),
                 false => rounded(*x, Some(*u).filter(|u| u.is_finite())),
             }));
-            let mut why: String = row.why.chars().take(60).collect();
-            if row.why.chars().count() > 60 {
+            let told = lang.name(&row.why);
+            let mut why: String = told.chars().take(60).collect();
+            if told.chars().count() > 60 {
                 why += "...";
             }
             cells.push(why);

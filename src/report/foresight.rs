@@ -3,6 +3,7 @@
 use super::ARCSEC;
 use crate::campaign::Campaign;
 use crate::diagnosis::{Fate, Foresight, Prospect, is_angle};
+use crate::language::{Language, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -206,8 +207,16 @@ pub(super) struct GroupLine {
     pub nearest: Option<String>,
 }
 
+/// A regressor with its sensor, as reports have it (`a_S of gyro`), in a language.
+fn label(text: &str, lang: Language) -> String {
+    match (lang, text.split_once(" of ")) {
+        (Language::Chinese, Some((regressor, sensor))) => format!("{regressor}{}", lang.in_parentheses(sensor)),
+        _ => text.to_string(),
+    }
+}
+
 /// Groups as lines, in their order.
-pub(super) fn group_lines(report: &ForesightReport) -> Vec<GroupLine> {
+pub(super) fn group_lines(report: &ForesightReport, lang: Language) -> Vec<GroupLine> {
     let mut lines = Vec::with_capacity(report.groups.len());
     for group in &report.groups {
         let (Some(label), Some(own)) = (group.members.first(), report.effects.get(group.first)) else { continue };
@@ -217,23 +226,35 @@ pub(super) fn group_lines(report: &ForesightReport) -> Vec<GroupLine> {
         };
         let scale = if own.minimal_arcsec.is_some() { ARCSEC } else { 1.0 };
         lines.push(GroupLine {
-            effect: label.clone(),
-            name: own.name.clone(),
+            effect: self::label(label, lang),
+            name: lang.name(&own.name).into_owned(),
             minimal,
             unit,
             at_a_reading: own.at_a_reading_in_u.unwrap_or_default(),
-            moves: own
-                .moves
-                .as_ref()
-                .map_or(String::new(), |m| format!("{} by {} u", m.parameter, super::table::significant(m.in_u, 2))),
-            alike: group.members.iter().skip(1).cloned().collect(),
-            nearest: group.near.first().map(|n| format!("nearly {} ({:+.2})", n.regressor, n.cosine)),
+            moves: own.moves.as_ref().map_or(String::new(), |m| {
+                say!(lang, "moves-by", parameter = m.parameter, u = super::table::significant(m.in_u, 2))
+            }),
+            alike: group.members.iter().skip(1).map(|member| self::label(member, lang)).collect(),
+            nearest: group.near.first().map(|n| {
+                say!(
+                    lang,
+                    "foresight-nearly",
+                    regressor = self::label(&n.regressor, lang),
+                    cosine = format!("{:+.2}", n.cosine)
+                )
+            }),
             near: group
                 .near
                 .iter()
                 .map(|n| {
                     let apart = super::table::significant(n.apart_from * scale, 2);
-                    format!("{} ({:+.3}, apart from {apart})", n.regressor, n.cosine)
+                    say!(
+                        lang,
+                        "apart-from",
+                        regressor = self::label(&n.regressor, lang),
+                        cosine = format!("{:+.3}", n.cosine),
+                        apart
+                    )
                 })
                 .collect(),
         });
@@ -242,13 +263,13 @@ pub(super) fn group_lines(report: &ForesightReport) -> Vec<GroupLine> {
 }
 
 /// Absorbed effects by the parameters that hide them: `dtheta_y0 and V0` with the regressors.
-pub(super) fn hidden(report: &ForesightReport) -> Vec<(String, Vec<String>)> {
+pub(super) fn hidden(report: &ForesightReport, lang: Language) -> Vec<(String, Vec<String>)> {
     let mut places: Vec<(String, Vec<String>)> = Vec::new();
     for effect in report.effects.iter().filter(|e| e.fate == Fate::Absorbed) {
         let place = effect.hides_in.join(", ");
         let text = match &effect.sensor {
             Some(sensor) if report.effects.iter().any(|e| e.sensor.as_ref().is_some_and(|s| s != sensor)) => {
-                format!("{} of {sensor}", effect.regressor)
+                label(&format!("{} of {sensor}", effect.regressor), lang)
             }
             _ => effect.regressor.clone(),
         };
@@ -269,22 +290,24 @@ pub(super) fn not_exercised(report: &ForesightReport) -> Vec<String> {
 }
 
 /// What the rule says, in one sentence.
-pub(super) fn rule_text(report: &ForesightReport) -> String {
+pub(super) fn rule_text(report: &ForesightReport, lang: Language) -> String {
     let rule = &report.rule;
     if report.groups.is_empty() {
-        return "none would show: the estimated parameters take up every effect that these positions exercise".into();
+        return say!(lang, "none-would-show-the-estimated-parameters-take").into();
     }
     let number = |v: f64| super::table::significant(v, 3);
     let residuals = match rule.with_residuals {
-        Some(more) => format!("; {} u where only the residuals tell the noise", number(more)),
-        None => "; nothing where only the residuals would tell the noise".into(),
+        Some(more) => say!(lang, "u-where-only-the-residuals-tell-the", more = number(more)),
+        None => say!(lang, "nothing-where-only-the-residuals-would-tell").into(),
     };
-    format!(
-        "smallest size that shows: {} u (significance {} for {} together, power {}){residuals}",
-        number(rule.noncentrality),
-        rule.significance,
-        super::table::count(rule.tests, "direction"),
-        rule.power
+    say!(
+        lang,
+        "smallest-size-that-shows-u-significance-for",
+        size = number(rule.noncentrality),
+        significance = rule.significance.to_string(),
+        directions = lang.count(rule.tests, "direction"),
+        power = rule.power.to_string(),
+        residuals
     )
 }
 

@@ -4,6 +4,7 @@ use super::ForesightReport;
 use super::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use super::table::{plain, significant};
 use super::wrap::hanging;
+use crate::language::{Language, say};
 
 /// Groups that are listed; the rest are in the JSON and on the page.
 const LISTED: usize = 12;
@@ -11,26 +12,30 @@ const LISTED: usize = 12;
 const NAMED: usize = 8;
 
 /// The first names of a list, and how many more there are.
-pub(super) fn some_of(list: &[String], most: usize) -> String {
+pub(super) fn some_of(list: &[String], most: usize, lang: Language) -> String {
     let mut text = list.iter().take(most).cloned().collect::<Vec<_>>().join(", ");
     if list.len() > most {
-        text.push_str(&format!(" and {} more", list.len() - most));
+        let more = (list.len() - most).to_string();
+        text = say!(lang, "and-more", shown = text, more);
     }
     text
 }
 
 /// The table.
-pub(super) fn foresight_table(report: &ForesightReport) -> String {
-    let lines = group_lines(report);
-    let mut text = format!("\nWhat a diagnosis could find ({} effects tried):\n", report.effects.len());
-    text.push_str(&format!("{}\n\n", hanging(&format!("  {}", rule_text(report)), 4)));
+pub(super) fn foresight_table(report: &ForesightReport, lang: Language) -> String {
+    let lines = group_lines(report, lang);
+    let mut text = format!(
+        "\n{}\n",
+        say!(lang, "what-a-diagnosis-could-find-effects-tried", count = report.effects.len().to_string())
+    );
+    text.push_str(&format!("{}\n\n", hanging(&format!("  {}", rule_text(report, lang)), 4)));
     let rows: Vec<Vec<String>> = lines
         .iter()
         .take(LISTED)
         .map(|line| {
             let alike = match &line.nearest {
                 Some(nearest) if line.alike.is_empty() => nearest.clone(),
-                _ => some_of(&line.alike, 2),
+                _ => some_of(&line.alike, 2, lang),
             };
             vec![
                 line.effect.clone(),
@@ -43,30 +48,49 @@ pub(super) fn foresight_table(report: &ForesightReport) -> String {
         })
         .collect();
     if !rows.is_empty() {
-        let header =
-            ["effect", "shows from", "unit", "then at\u{a0}a\u{a0}reading", "and shifts", "cannot be told from"];
+        let then_at = say!(lang, "then-at-a-reading");
+        let header = [
+            say!(lang, "effect-2"),
+            say!(lang, "shows-from"),
+            say!(lang, "unit"),
+            then_at,
+            say!(lang, "and-shifts"),
+            say!(lang, "title-cannot-be-told-from"),
+        ];
         text.push_str(&plain(&header, &rows));
     }
     if lines.len() > LISTED {
-        text.push_str(&format!("and {} less plain directions (--json, --html)\n", lines.len() - LISTED));
+        text.push_str(&format!(
+            "{}\n",
+            say!(lang, "and-less-plain-directions-json-html", more = (lines.len() - LISTED).to_string())
+        ));
     }
-    let places = hidden(report);
+    let places = hidden(report, lang);
     if !places.is_empty() {
-        text.push_str("\nNever shows, because estimated parameters take it up:\n");
+        text.push_str(&format!("\n{}\n", say!(lang, "never-shows")));
         for (place, list) in places.iter().take(NAMED) {
-            text.push_str(&(hanging(&format!("  {} (hides in {place})", some_of(list, NAMED)), 4) + "\n"));
+            text.push_str(
+                &(hanging(&format!("  {}", say!(lang, "hides-in", effects = some_of(list, NAMED, lang), place)), 4)
+                    + "\n"),
+            );
         }
         if places.len() > NAMED {
-            text.push_str(&format!("  and effects in {} other combinations\n", places.len() - NAMED));
+            text.push_str(&format!(
+                "  {}\n",
+                say!(lang, "and-effects-in-other-combinations", more = (places.len() - NAMED).to_string())
+            ));
         }
     }
     let zero = not_exercised(report);
     if !zero.is_empty() {
-        let line = format!("Zero at every position of this schedule: {}", some_of(&zero, NAMED));
+        let line = say!(lang, "zero-at-every-position-of-this-schedule", effects = some_of(&zero, NAMED, lang));
         text.push_str(&(hanging(&line, 2) + "\n"));
     }
     for (column, families) in lacking(report) {
-        text.push_str(&format!("Not tried without a column {column}: {families} kinds of effect\n"));
+        text.push_str(&format!(
+            "{}\n",
+            say!(lang, "not-tried-without-a-column-kinds-of", column, families = families.to_string())
+        ));
     }
     text
 }

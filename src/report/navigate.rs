@@ -1,6 +1,7 @@
 //! The navigation report (`tumble navigate --json`).
 
 use super::{ARCSEC, VERSION, finite};
+use crate::language::{Language, say};
 use crate::navigate::carry::NavigationUncertainty;
 use crate::navigate::earth::EARTH_RATE;
 use crate::navigate::errors::{ImuErrors, Source};
@@ -63,9 +64,11 @@ pub struct PeriodsReport {
 
 impl PeriodsReport {
     /// In one line.
-    pub(super) fn in_words(&self) -> String {
-        let foucault = self.foucault_h.map_or("none (at the equator)".to_string(), |hours| format!("{hours:.2} h"));
-        format!("Schuler {:.2} min, Earth {:.3} h, Foucault {foucault}", self.schuler_min, self.earth_h)
+    pub(super) fn in_words(&self, lang: Language) -> String {
+        let foucault =
+            self.foucault_h.map_or(say!(lang, "none-at-the-equator").to_string(), |hours| format!("{hours:.2} h"));
+        let [schuler, earth] = [format!("{:.2}", self.schuler_min), format!("{:.3}", self.earth_h)];
+        say!(lang, "schuler-earth-foucault", schuler, earth, foucault)
     }
 }
 

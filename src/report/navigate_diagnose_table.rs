@@ -8,58 +8,88 @@ use super::navigate_diagnose::{
 use super::table::{plain, rounded, significant};
 use super::wrap::hanging;
 use crate::diagnosis::{NoiseFrom, Verdict};
+use crate::language::{Language, say};
 
 /// Most aliases and cells that are listed at a terminal; the JSON report has all.
 const LISTED: usize = 8;
 
 /// The whole diagnosis.
-pub fn navigate_diagnose_table(report: &NavigateDiagnoseReport) -> String {
-    let title = if report.mission.is_empty() { "a mission" } else { &report.mission };
-    let runs: Vec<String> = report.runs.iter().map(|run| format!("{} rows of {}", run.rows, run.motion)).collect();
+pub fn navigate_diagnose_table(report: &NavigateDiagnoseReport, lang: Language) -> String {
+    let title = if report.mission.is_empty() { say!(lang, "a-mission") } else { &report.mission };
     let left_out = match report.left_out {
         0 => String::new(),
-        rows => format!("; {rows} rows of other scenarios left out"),
+        rows => say!(lang, "rows-of-other-scenarios-left-out", rows = rows.to_string()),
     };
-    let mut text = format!("tumble {}: diagnosis of navigation errors, {title}\n", report.tumble);
-    text.push_str(&format!("  measured: {}{left_out}\n\n{}\n\n", runs.join(", "), verdict(report)));
+    let mut text = format!("{}\n", say!(lang, "tumble-diagnosis-of-navigation-errors", tumble = report.tumble, title));
+    let measured =
+        say!(lang, "navigate-diagnose-table-measured", runs = runs(report, lang).join(lang.comma()), left_out);
+    text.push_str(&format!("{}\n\n{}\n\n", hanging(&format!("  {measured}"), 4), verdict(report, lang)));
     for effect in &report.effects {
-        text.push_str(&found(effect, report.effects.len() == 1));
+        text.push_str(&found(effect, report.effects.len() == 1, lang));
     }
-    text.push_str(&gap(report));
-    text.push_str(&format!("\n{}", channels(report)));
+    text.push_str(&gap(report, lang));
+    text.push_str(&format!("\n{}", channels(report, lang)));
     if let Some(unexplained) = &report.unexplained {
-        text.push_str(&format!("\n{}\n", unexplained.pattern));
+        text.push_str(&format!("\n{}\n", lang.name(&unexplained.pattern)));
         if !unexplained.nearest.is_empty() {
             text.push_str(&format!(
-                "nearest of the catalogue: {} would take off {:.2} % and leave more than noise: not accepted\n",
-                unexplained.nearest.join(" + "),
-                100.0 * unexplained.nearest_explains
+                "{}\n",
+                say!(
+                    lang,
+                    "nearest-of-the-catalogue-would-take-off",
+                    nearest = unexplained.nearest.join(" + "),
+                    share = format!("{:.2}", 100.0 * unexplained.nearest_explains)
+                )
             ));
         }
         let rows = unexplained.cells.iter().take(LISTED).map(|cell| {
             vec![
                 cell.column.clone(),
                 cell.motion.clone(),
-                format!("{} to {}", significant(cell.from_h, 3), significant(cell.to_h, 3)),
+                say!(lang, "from-to", a = significant(cell.from_h, 3), b = significant(cell.to_h, 3)),
                 significant(cell.mean, 3),
                 format!("{:.1}", cell.z),
             ]
         });
         let rows: Vec<Vec<String>> = rows.collect();
-        text.push_str(&format!("\n{}", plain(&["where", "motion", "time, h", "mean gap", "in sd"], &rows)));
+        text.push_str(&format!(
+            "\n{}",
+            plain(
+                &[
+                    say!(lang, "where"),
+                    say!(lang, "motion"),
+                    say!(lang, "time-h"),
+                    say!(lang, "mean-gap"),
+                    say!(lang, "in-sd")
+                ],
+                &rows
+            )
+        ));
     }
     if !report.suspects.is_empty() {
         let row = |own: &NavigationSuspectReport| {
             vec![own.column.clone(), own.motion.clone(), own.time_s.to_string(), format!("{:+.1}", own.z)]
         };
         let rows: Vec<Vec<String>> = report.suspects.iter().take(LISTED).map(row).collect();
-        text.push_str(&format!("\n{}", plain(&["single values far off", "motion", "time, s", "in u"], &rows)));
+        text.push_str(&format!(
+            "\n{}",
+            plain(
+                &[say!(lang, "single-values-far-off"), say!(lang, "motion"), say!(lang, "time-s"), say!(lang, "in-u")],
+                &rows
+            )
+        ));
     }
     if !report.invisible.is_empty() {
-        let line = format!("these data cannot show: {}", grouped(&report.invisible).join(", "));
+        let line = say!(lang, "these-data-cannot-show", sources = grouped(&report.invisible).join(", "));
         text.push_str(&format!("\n{}\n", hanging(&line, 2)));
     }
     text
+}
+
+/// How many rows were measured of each motion.
+pub(super) fn runs(report: &NavigateDiagnoseReport, lang: Language) -> Vec<String> {
+    let one = |run: &super::navigate_diagnose::RunReport| say!(lang, "rows-of", n = run.rows, motion = run.motion);
+    report.runs.iter().map(one).collect()
 }
 
 /// Error sources by group: `gyro_bias (x, y)`.
@@ -75,111 +105,124 @@ pub(super) fn grouped(ids: &[String]) -> Vec<String> {
 }
 
 /// The verdict as a sentence, without a full stop.
-pub(super) fn sentence(report: &NavigateDiagnoseReport) -> String {
+pub(super) fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
     match (report.verdict, report.effects.len()) {
-        (Verdict::EffectsFound | Verdict::PartlyExplained, count) => found_in_words(report, count),
-        (Verdict::NothingMissing, _) => "the gap is noise".into(),
-        (Verdict::Unexplained, _) => {
-            "something is missing that no error of the unit, the start or the reference explains".into()
-        }
-        (Verdict::NotDiagnosable, _) => "nothing can be diagnosed: fewer than three values were measured".into(),
+        (Verdict::EffectsFound | Verdict::PartlyExplained, count) => found_in_words(report, count, lang),
+        (Verdict::NothingMissing, _) => say!(lang, "the-gap-is-noise").into(),
+        (Verdict::Unexplained, _) => say!(lang, "something-is-missing-that-no-error-of").into(),
+        (Verdict::NotDiagnosable, _) => say!(lang, "nothing-can-be-diagnosed-fewer-than-three").into(),
     }
 }
 
 /// How many errors of the mission, faults of the reference and single values were found.
-fn found_in_words(report: &NavigateDiagnoseReport, count: usize) -> String {
+fn found_in_words(report: &NavigateDiagnoseReport, count: usize, lang: Language) -> String {
     let begins = |start: &str| report.effects.iter().filter(|effect| effect.regressor.starts_with(start)).count();
     let (reference, readings) = (begins("reference:"), begins("reading:"));
     let mission = count - reference - readings;
-    let number = |count: usize, one: &str, many: &str| match count {
-        0 => None,
-        1 => Some(format!("one {one}")),
-        count => Some(format!("{count} {many}")),
-    };
-    let missing = number(mission, "error is missing from the mission", "errors are missing from the mission");
     let parts = [
-        missing,
-        number(reference, "fault of the reference", "faults of the reference"),
-        number(readings, "single wrong value", "single wrong values"),
+        (mission > 0).then(|| say!(lang, "errors-are-missing-from-the-mission", n = mission)),
+        (reference > 0).then(|| say!(lang, "faults-of-the-reference", n = reference)),
+        (readings > 0).then(|| say!(lang, "single-wrong-values", n = readings)),
     ];
-    parts.into_iter().flatten().collect::<Vec<String>>().join(", ")
+    parts.into_iter().flatten().collect::<Vec<String>>().join(lang.clause())
 }
 
-fn verdict(report: &NavigateDiagnoseReport) -> String {
+fn verdict(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let label = match report.verdict {
-        Verdict::EffectsFound => "EFFECTS FOUND",
-        Verdict::NothingMissing => "NOTHING MISSING",
-        Verdict::PartlyExplained => "PARTLY EXPLAINED",
-        Verdict::Unexplained => "UNEXPLAINED",
-        Verdict::NotDiagnosable => return format!("NOT DIAGNOSABLE: {}", sentence(report)),
+        Verdict::EffectsFound => say!(lang, "effects-found"),
+        Verdict::NothingMissing => say!(lang, "nothing-missing"),
+        Verdict::PartlyExplained => say!(lang, "partly-explained"),
+        Verdict::Unexplained => say!(lang, "unexplained"),
+        Verdict::NotDiagnosable => {
+            return format!("{}{}{}", say!(lang, "not-diagnosable"), lang.colon(), sentence(report, lang));
+        }
     };
-    format!("{label}: {}\n({})", sentence(report), tried(report))
+    format!("{label}{}{}\n{}", lang.colon(), sentence(report, lang), lang.in_parentheses(&tried(report, lang)))
 }
 
 /// How much was tried.
-pub(super) fn tried(report: &NavigateDiagnoseReport) -> String {
-    format!(
-        "{} causes tried, {} of them distinct here; significance {}",
-        report.candidates, report.distinct_candidates, report.significance
+pub(super) fn tried(report: &NavigateDiagnoseReport, lang: Language) -> String {
+    say!(
+        lang,
+        "causes-tried-of-them-distinct-here-significance",
+        candidates = report.candidates.to_string(),
+        distinct = report.distinct_candidates.to_string(),
+        significance = report.significance
     )
 }
 
-fn found(effect: &NavigationEffectReport, alone: bool) -> String {
-    let mut text = format!("{}  {}\n", effect.regressor, effect.name);
-    text.push_str(&format!("  = {} {}", rounded(effect.value, effect.u), unit(&effect.unit)));
+fn found(effect: &NavigationEffectReport, alone: bool, lang: Language) -> String {
+    let mut text = format!("{}  {}\n", effect.regressor, lang.name(&effect.name));
+    text.push_str(&format!("  = {} {}", rounded(effect.value, effect.u), unit(&effect.unit, lang)));
     if let Some(u) = effect.u {
         text.push_str(&format!(", u = {}", rounded(u, Some(u))));
     }
-    text.push_str(&format!("; t = {:.1}, {}", effect.t, words::p_is(effect.p)));
-    let beyond = if alone { "" } else { " beyond the others" };
-    text.push_str(&format!("; explains {:.1} % of the gap{beyond}\n", 100.0 * effect.explains));
+    text.push_str(&format!("{}t = {:.1}, {}", lang.semicolon(), effect.t, words::p_is(effect.p)));
+    let share = format!("{:.1}", 100.0 * effect.explains);
+    let explains = match alone {
+        true => say!(lang, "explains-of-the-gap", share),
+        false => say!(lang, "explains-of-the-gap-beyond-the-others", share),
+    };
+    text.push_str(&format!("{}{explains}\n", lang.semicolon()));
     if let (Some(before), Some(after)) = (effect.before.filter(|before| *before != 0.0), effect.after) {
         // without what a unit of radians costs in the last digits
         let before: f64 = format!("{before:.9e}").parse().unwrap_or(before);
-        text.push_str(&format!("  the mission had {before}, and has {} with it\n", rounded(after, effect.u)));
+        text.push_str(&format!(
+            "  {}\n",
+            say!(
+                lang,
+                "the-mission-had-and-has-with-it",
+                before = before.to_string(),
+                after = rounded(after, effect.u)
+            )
+        ));
     }
     if !effect.aliases.is_empty() {
-        let names: Vec<String> = effect.aliases.iter().take(LISTED).map(alias).collect();
+        let names: Vec<String> = effect.aliases.iter().take(LISTED).map(|own| alias(own, lang)).collect();
         let more = effect.aliases.len().saturating_sub(names.len());
-        let more = if more > 0 { format!("\n    and {more} more") } else { String::new() };
-        text.push_str(&format!("  cannot be told here from:\n    {}{more}\n", names.join("\n    ")));
+        let more = if more > 0 {
+            format!("\n    {}", say!(lang, "and-more-2", more = more.to_string()))
+        } else {
+            String::new()
+        };
+        text.push_str(&format!("  {}\n    {}{more}\n", say!(lang, "cannot-be-told-here-from"), names.join("\n    ")));
     }
     let possible = effect.aliases.iter().filter(|alias| !alias.absurd && alias.together_with.is_none()).count();
     for (k, separation) in effect.separate_by.iter().enumerate() {
-        let lead = if k == 0 { "would tell, best first:" } else { "                    or:" };
-        text.push_str(&format!(
-            "  {lead} {} ({} of {possible}, by {:.0} sd)\n",
-            separation.is,
-            separation.tells.len(),
-            separation.by
-        ));
+        if k == 0 {
+            text.push_str(&format!("  {}\n", say!(lang, "would-tell-best-first")));
+        }
+        let [tells, possible] = [separation.tells.len(), possible].map(|n| n.to_string());
+        let by = format!("{:.0}", separation.by);
+        let line = say!(lang, "run-tells-of", motion = lang.name(&separation.is), tells, possible, by);
+        text.push_str(&format!("{}\n", hanging(&format!("    {line}"), 6)));
     }
     text.push('\n');
     text
 }
 
-pub(super) fn unit(unit: &str) -> &str {
-    if unit == "1" { "(ratio)" } else { unit }
+pub(super) fn unit(unit: &str, lang: Language) -> &str {
+    if unit == "1" { say!(lang, "ratio-unit") } else { unit }
 }
 
-pub(super) fn alias(alias: &NavigationAliasReport) -> String {
+pub(super) fn alias(alias: &NavigationAliasReport, lang: Language) -> String {
     let mut text = alias.regressor.clone();
     if let Some(value) = alias.value {
-        text.push_str(&format!(" = {} {}", significant(value, 4), unit(&alias.unit)));
+        text.push_str(&format!(" = {} {}", significant(value, 4), unit(&alias.unit, lang)));
     }
     if alias.absurd {
-        text.push_str(" (absurd)");
+        text.push_str(&format!(" {}", say!(lang, "absurd")));
     }
     if !alias.exact {
         text.push_str(&format!(" (+{:.1})", alias.excess));
     }
     if let Some(other) = &alias.together_with {
-        text.push_str(&format!(" (with {other})"));
+        text.push_str(&format!(" ({})", say!(lang, "together-with", other)));
     }
     text
 }
 
-fn gap(report: &NavigateDiagnoseReport) -> String {
+fn gap(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let row = |name: &str, gap: &GapReport| {
         vec![
             name.to_string(),
@@ -190,28 +233,37 @@ fn gap(report: &NavigateDiagnoseReport) -> String {
             gap.p.map_or("-".into(), words::p),
         ]
     };
-    let mut rows = vec![row("before", &report.gap.before)];
+    let mut rows = vec![row(say!(lang, "before-repair"), &report.gap.before)];
     if !report.effects.is_empty() {
-        rows.push(row("after", &report.gap.after));
+        rows.push(row(say!(lang, "after-repair"), &report.gap.after));
     }
     format!(
-        "{}noise: {}\n",
-        plain(&["gap, in u", "rms", "max", "chi-square", "dof", "p"], &rows),
+        "{}{}\n",
+        plain(
+            &[
+                say!(lang, "gap-in-u"),
+                say!(lang, "rms"),
+                say!(lang, "max"),
+                say!(lang, "chi-square"),
+                say!(lang, "dof"),
+                "p"
+            ],
+            &rows
+        ),
         match report.gap.noise.from {
-            NoiseFrom::Residuals =>
-                "u is not stated everywhere, so it comes from what is left of each channel (completeness cannot be tested)",
-            _ => "the stated standard uncertainties",
+            NoiseFrom::Residuals => say!(lang, "noise-u-is-not-stated-everywhere-so"),
+            _ => say!(lang, "noise-the-stated-standard-uncertainties"),
         }
     )
 }
 
-fn channels(report: &NavigateDiagnoseReport) -> String {
+fn channels(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let several = report.runs.len() > 1;
     let found = !report.effects.is_empty();
-    let mut titles = vec!["gap, rms"];
-    titles.extend(several.then_some("motion"));
-    titles.push("before");
-    titles.extend(found.then_some("after"));
+    let mut titles = vec![say!(lang, "gap-rms")];
+    titles.extend(several.then_some(say!(lang, "motion")));
+    titles.push(say!(lang, "before-repair"));
+    titles.extend(found.then_some(say!(lang, "after-repair")));
     titles.push("u");
     let rows: Vec<Vec<String>> = report
         .channels
@@ -221,7 +273,10 @@ fn channels(report: &NavigateDiagnoseReport) -> String {
             row.extend(several.then(|| own.motion.clone()));
             row.push(significant(own.rms_before, 4));
             row.extend(found.then(|| significant(own.rms_after, 4)));
-            row.push(significant(own.u, 3) + if own.u_from == NoiseFrom::Stated { "" } else { " (from residuals)" });
+            row.push(match own.u_from {
+                NoiseFrom::Stated => significant(own.u, 3),
+                _ => format!("{} {}", significant(own.u, 3), say!(lang, "from-residuals")),
+            });
             row
         })
         .collect();

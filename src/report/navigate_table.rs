@@ -1,28 +1,40 @@
 //! Navigation errors as a person reads them at a terminal.
 
 use super::table::{plain, significant};
+use super::wrap::hanging;
 use super::{ErrorReport, NavigateReport, ResultReport};
+use crate::language::{Language, say};
 
 /// The results, the ratios, and what a calibration's uncertainty does.
-pub fn navigate_table(report: &NavigateReport) -> String {
-    let title = if report.title.is_empty() { "a mission" } else { &report.title };
+pub fn navigate_table(report: &NavigateReport, lang: Language) -> String {
+    let title = if report.title.is_empty() { say!(lang, "a-mission") } else { &report.title };
     let duration = significant(report.duration_h, 6);
-    let mut text = format!("tumble {}: navigation errors, {title}\n", report.tumble);
-    text.push_str(&format!("  {duration} h in steps of {} s\n  {}\n", report.step_s, report.convention));
-    text.push_str(&format!("  vertical channel: {}\n", report.vertical_channel));
+    let mut text = format!("{}\n", say!(lang, "tumble-navigation-errors", tumble = report.tumble, title));
+    let steps = say!(lang, "h-in-steps-of-s", duration, step = report.step_s.to_string());
+    text.push_str(&format!("  {steps}\n{}\n", hanging(&format!("  {}", lang.name(&report.convention)), 2)));
+    text.push_str(&format!("  {}\n", say!(lang, "vertical-channel", channel = lang.name(&report.vertical_channel))));
     if let Some(periods) = report.periods {
-        text.push_str(&format!("  periods: {}\n", periods.in_words()));
+        text.push_str(&format!("  {}\n", say!(lang, "navigate-table-periods", periods = periods.in_words(lang))));
     }
     let rows: Vec<Vec<String>> = report.results.iter().map(result).collect();
-    let header =
-        ["motion", "scenario", "tilt (arcsec)", "azimuth (arcsec)", "velocity (m/s)", "position (m)", "at the end (m)"];
-    text.push_str(&format!("\nRoot mean square errors, and the position error at the end\n{}", plain(&header, &rows)));
+    let header = [
+        say!(lang, "motion"),
+        say!(lang, "scenario"),
+        say!(lang, "tilt-arcsec"),
+        say!(lang, "azimuth-arcsec"),
+        say!(lang, "velocity-m-s"),
+        say!(lang, "position-m"),
+        say!(lang, "at-the-end-m"),
+    ];
+    let heading = say!(lang, "root-mean-square-errors-and-the-position");
+    text.push_str(&format!("\n{heading}\n{}", plain(&header, &rows)));
     let is_perfect = |r: &ResultReport| r.scenario == crate::navigate::study::PERFECT;
     if report.results.iter().any(is_perfect) {
-        text.push_str("perfect_unit: a perfect unit, the navigator's own error\n");
+        text.push_str(&format!("{}\n", say!(lang, "perfect-unit-a-perfect-unit-the-navigators")));
     }
     for warning in &report.warnings {
-        text.push_str(&format!("{}\n", super::wrap::hanging(&format!("WARNING: {warning}"), 2)));
+        let warning = say!(lang, "navigate-table-warning", warning = lang.name(warning));
+        text.push_str(&format!("{}\n", hanging(&warning, 2)));
     }
     let rows: Vec<Vec<String>> = report
         .ratios
@@ -33,13 +45,29 @@ pub fn navigate_table(report: &NavigateReport) -> String {
         })
         .collect();
     if !rows.is_empty() {
-        let header = ["scenario", "motion", "tilt", "azimuth", "velocity", "position"];
-        text.push_str(&format!("\nAgainst the first motion (ratios of root mean squares)\n{}", plain(&header, &rows)));
+        let header = [
+            say!(lang, "scenario"),
+            say!(lang, "motion"),
+            say!(lang, "tilt"),
+            say!(lang, "azimuth"),
+            say!(lang, "velocity"),
+            say!(lang, "per-position"),
+        ];
+        let heading = say!(lang, "against-the-first-motion-ratios-of-root");
+        text.push_str(&format!("\n{heading}\n{}", plain(&header, &rows)));
     }
-    let rows = carried(report);
+    let rows = carried(report, lang);
     if !rows.is_empty() {
-        let header = ["motion", "by", "tilt (arcsec)", "azimuth (arcsec)", "velocity (m/s)", "position (m)"];
-        text.push_str(&format!("\nWhat the calibration's uncertainty does\n{}", plain(&header, &rows)));
+        let header = [
+            say!(lang, "motion"),
+            say!(lang, "carried-by"),
+            say!(lang, "tilt-arcsec"),
+            say!(lang, "azimuth-arcsec"),
+            say!(lang, "velocity-m-s"),
+            say!(lang, "position-m"),
+        ];
+        let heading = say!(lang, "what-the-calibrations-uncertainty-does");
+        text.push_str(&format!("\n{heading}\n{}", plain(&header, &rows)));
     }
     text
 }
@@ -54,7 +82,7 @@ fn result(r: &ResultReport) -> Vec<String> {
 }
 
 /// Standard uncertainties at the end, by linear covariance and by Monte Carlo.
-fn carried(report: &NavigateReport) -> Vec<Vec<String>> {
+fn carried(report: &NavigateReport, lang: Language) -> Vec<Vec<String>> {
     let both = |parts: [Option<f64>; 2]| Some(parts[0]?.hypot(parts[1]?));
     let row = |motion: &str, by: String, u: &ErrorReport| {
         let [east, north, up] = u.phi_arcsec;
@@ -63,8 +91,8 @@ fn carried(report: &NavigateReport) -> Vec<Vec<String>> {
     };
     let mut rows = Vec::new();
     for own in &report.carried {
-        rows.extend(own.linear.as_ref().map(|u| row(&own.motion, "linear covariance".into(), u)));
-        let draws = format!("Monte Carlo, {} draws", own.draws);
+        rows.extend(own.linear.as_ref().map(|u| row(&own.motion, say!(lang, "linear-covariance").into(), u)));
+        let draws = say!(lang, "monte-carlo-draws", draws = own.draws.to_string());
         rows.extend(own.monte_carlo.as_ref().map(|u| row(&own.motion, draws, u)));
     }
     rows

@@ -1,52 +1,86 @@
 //! The noise of a record as tables for a terminal, and as the IMU file of kalibr.
 
-use super::noise_analysis::{CoefficientReport, NoiseAnalysisReport, NoiseColumnReport};
+use super::noise_analysis::{AgreementReport, CoefficientReport, NoiseAnalysisReport, NoiseColumnReport};
 use super::table::{optional, plain, rounded, significant};
 use crate::error::{Fault, Malformed, Result};
+use crate::language::{Language, say};
 use crate::noise::{Term, si_factor};
 
 /// All columns: their coefficients, then their deviations.
-pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool) -> String {
+pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool, lang: Language) -> String {
     let rate = significant(1.0 / report.interval_s, 6);
-    let mut text = format!("{}: {rate} samples a second ({})\n", report.record, report.interval_from);
+    let mut text = format!(
+        "{}\n",
+        say!(lang, "samples-a-second", record = report.record, rate, from = lang.name(&report.interval_from))
+    );
     for column in &report.columns {
         text.push('\n');
-        text.push_str(&head(column));
-        let rows: Vec<Vec<String>> = column.coefficients.iter().map(row).collect();
+        text.push_str(&head(column, lang));
+        let rows: Vec<Vec<String>> = column.coefficients.iter().map(|own| row(own, lang)).collect();
         if !rows.is_empty() {
             text.push('\n');
-            text.push_str(&plain(&["coefficient", "", "value", "u", "unit", "p", "below (95 %)"], &rows));
+            text.push_str(&plain(
+                &[
+                    say!(lang, "coefficient"),
+                    "",
+                    say!(lang, "value"),
+                    "u",
+                    say!(lang, "unit"),
+                    "p",
+                    say!(lang, "below"),
+                ],
+                &rows,
+            ));
         }
         if let Some(a) = &column.agreement {
-            let sentence = if a.describes == Some(false) {
-                "does not describe the deviations"
-            } else {
-                "describes the deviations"
-            };
-            let (chi, p) = (significant(a.chi_square, 3), significant(a.p, 2));
-            text.push_str(&format!("Their sum {sentence}: chi-square {chi}, {} dof, p {p}\n", a.dof));
+            text.push_str(&format!("{}{}{}\n", described(a, lang), lang.colon(), numbers(a, lang)));
         }
         if deviations {
             text.push('\n');
-            text.push_str(&points(column));
+            text.push_str(&points(column, lang));
         }
     }
     text
 }
 
-fn head(column: &NoiseColumnReport) -> String {
-    let gaps = match column.stretches {
-        0 | 1 => String::new(),
-        n => format!(" in {n} stretches"),
-    };
-    let mean = optional(column.mean, |m| significant(m, 6));
-    format!("{} [{}]: {} samples{gaps}, mean {mean}\n", column.column, column.unit, column.samples)
+/// Does the sum of the coefficients describe the deviations?
+pub(super) fn described(agreement: &AgreementReport, lang: Language) -> &'static str {
+    match agreement.describes {
+        Some(false) => say!(lang, "their-sum-does-not-describe-the-deviations"),
+        _ => say!(lang, "their-sum-describes-the-deviations"),
+    }
 }
 
-fn row(c: &CoefficientReport) -> Vec<String> {
+/// The test of that.
+pub(super) fn numbers(agreement: &AgreementReport, lang: Language) -> String {
+    let [chi, p] = [significant(agreement.chi_square, 3), significant(agreement.p, 2)];
+    say!(lang, "chi-square-dof-p", chi, dof = agreement.dof.to_string(), p)
+}
+
+fn head(column: &NoiseColumnReport, lang: Language) -> String {
+    let gaps = match column.stretches {
+        0 | 1 => String::new(),
+        n => format!(" {}", say!(lang, "in-stretches", n = n.to_string())),
+    };
+    let mean = optional(column.mean, |m| significant(m, 6));
+    format!(
+        "{}\n",
+        say!(
+            lang,
+            "samples-mean",
+            column = column.column,
+            unit = column.unit,
+            samples = column.samples.to_string(),
+            gaps,
+            mean
+        )
+    )
+}
+
+fn row(c: &CoefficientReport, lang: Language) -> Vec<String> {
     vec![
         c.id.to_string(),
-        c.name.clone(),
+        lang.name(&c.name).into_owned(),
         optional(c.value, |v| rounded(v, c.u)),
         optional(c.u, |u| significant(u, 2)),
         c.unit.clone(),
@@ -55,7 +89,7 @@ fn row(c: &CoefficientReport) -> Vec<String> {
     ]
 }
 
-fn points(column: &NoiseColumnReport) -> String {
+fn points(column: &NoiseColumnReport, lang: Language) -> String {
     let interval = |low: Option<f64>, high: Option<f64>| match (low, high) {
         (Some(low), Some(high)) => format!("{} .. {}", significant(low, 4), significant(high, 4)),
         _ => "-".into(),
@@ -76,7 +110,18 @@ fn points(column: &NoiseColumnReport) -> String {
         })
         .collect();
     let percent = format!("{} %", super::table::percent(column.level));
-    plain(&["tau, s", "Allan", &percent, "edf", "Hadamard", "modified", "fitted"], &rows)
+    plain(
+        &[
+            say!(lang, "tau-s"),
+            say!(lang, "allan"),
+            &percent,
+            say!(lang, "edf"),
+            say!(lang, "hadamard"),
+            say!(lang, "modified"),
+            say!(lang, "fitted"),
+        ],
+        &rows,
+    )
 }
 
 /// The IMU file of kalibr: densities in rad/s/sqrt(Hz), m/s^2/sqrt(Hz), random walks in rad/s^2/sqrt(Hz), m/s^3/sqrt(Hz); the largest of each kind of sensor.

@@ -1,11 +1,13 @@
 //! A plan as a person at a terminal reads it.
 
 use super::foresight_table::foresight_table;
-use super::table::{count, plain, significant};
+use super::table::{plain, significant};
+use super::wrap::hanging;
 use super::{
-    DiscriminationReport, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport, NotEstimableReport,
-    PlanReport, PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
+    DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport,
+    NotEstimableReport, PlanReport, PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
 };
+use crate::language::{Language, say};
 use crate::plan::PointSource;
 use std::collections::BTreeMap;
 
@@ -14,42 +16,47 @@ fn number(value: Option<f64>) -> String {
 }
 
 /// A plan report as text; `with_readings` lists every value with its leverage and minimal detectable bias.
-pub fn plan_table(report: &PlanReport, with_readings: bool) -> String {
-    let mut text = format!("tumble {}: plan on {}\n", report.tumble, report.bench);
+pub fn plan_table(report: &PlanReport, with_readings: bool, lang: Language) -> String {
+    let mut text = format!("{}\n", say!(lang, "tumble-plan-on", tumble = report.tumble, bench = report.bench));
     for (sensor, line) in &report.model {
         text.push_str(&format!("  {sensor} = {line}\n"));
     }
     for (sensor, noise) in &report.noise {
         let sd = significant(noise.sd, 4);
-        text.push_str(&format!("  noise of {sensor}: {sd} {} ({})\n", noise.unit, noise.from));
+        let from = lang.term("sd-from", &noise.from.to_string());
+        text.push_str(&format!("  {}\n", say!(lang, "noise-of", sensor, sd, unit = noise.unit, from)));
     }
     for (id, sd) in &report.remount {
-        text.push_str(&format!("  every remounting scatters {id}: sd {} (rad for a tilt)\n", significant(*sd, 3)));
+        text.push_str(&format!(
+            "  {}\n",
+            say!(lang, "every-remounting-scatters-sd-rad-for-a", id, sd = significant(*sd, 3))
+        ));
     }
-    text.push_str(&format!("  judged at {}\n", judged_at(&report.judged_at)));
-    text.push_str(&format!("\nThe schedule: {}\n\n", work(&report.schedule)));
-    text.push_str(&judgement(&report.schedule));
+    let at = say!(lang, "judged-at", point = judged_at(&report.judged_at, lang));
+    text.push_str(&format!("{}\n", hanging(&format!("  {at}"), 4)));
+    text.push_str(&format!("\n{}\n\n", say!(lang, "the-schedule", work = work(&report.schedule, lang))));
+    text.push_str(&judgement(&report.schedule, lang));
     if with_readings {
-        text.push_str(&readings(&report.schedule));
+        text.push_str(&readings(&report.schedule, lang));
     }
     if let (Some(effects), None) = (&report.schedule.effects, &report.improved) {
-        text.push_str(&foresight_table(effects));
+        text.push_str(&foresight_table(effects, lang));
     }
     if let Some(improved) = &report.improved {
-        text.push_str(&better(improved, &report.finds));
-        let effects = improved.judgement.effects.as_ref().filter(|_| not_told_apart(improved).is_none());
+        text.push_str(&better(improved, &report.finds, lang));
+        let effects = improved.judgement.effects.as_ref().filter(|_| not_told_apart(improved, lang).is_none());
         if let Some(effects) = effects {
-            text.push_str(&foresight_table(effects));
+            text.push_str(&foresight_table(effects, lang));
         }
-        if with_readings && not_told_apart(improved).is_none() {
-            text.push_str(&readings(&improved.judgement));
+        if with_readings && not_told_apart(improved, lang).is_none() {
+            text.push_str(&readings(&improved.judgement, lang));
         }
     }
     text
 }
 
 /// The point at which schedules are judged, in words: values with their source, then what stands at zero.
-pub(super) fn judged_at(point: &[PointReport]) -> String {
+pub(super) fn judged_at(point: &[PointReport], lang: Language) -> String {
     let mut parts: Vec<String> = Vec::new();
     let mut zero: Vec<&str> = Vec::new();
     for value in point {
@@ -59,43 +66,45 @@ pub(super) fn judged_at(point: &[PointReport]) -> String {
         };
         match value.from {
             PointSource::Zero => zero.push(&value.id),
-            from => parts.push(format!("{} = {} {unit} ({from})", value.id, significant(number, 4)).replace("  ", " ")),
+            from => {
+                let from = lang.term("point-from", &from.to_string());
+                parts.push(format!("{} = {} {unit} ({from})", value.id, significant(number, 4)).replace("  ", " "));
+            }
         }
     }
     match (zero.len(), parts.is_empty()) {
         (0, _) => {}
-        (_, true) => parts.push("zero (no parameter has a start, prior or --at)".into()),
+        (_, true) => parts.push(say!(lang, "zero-no-parameter-has-a-start-prior").into()),
         (1..=6, _) => parts.push(format!("{} = 0", zero.join(", "))),
-        (count, _) => parts.push(format!("{count} others = 0")),
+        (count, _) => parts.push(say!(lang, "plan-table-others", count = count.to_string())),
     }
     parts.join(", ")
 }
 
 /// What needs a value, in one sentence.
-pub(super) fn lacking(lacking: &LackingReport) -> String {
+pub(super) fn lacking(lacking: &LackingReport, lang: Language) -> String {
     let needs = lacking.needs.join(", ");
     let first = lacking.needs.first().map_or("", String::as_str);
-    format!(
-        "the uncertainty of {} depends on the value of {needs}, and none is stated: at zero the effect vanishes;\n  --at {first}=VALUE or a \"start\" tells it",
-        lacking.untold.join(", ")
+    let untold = lacking.untold.join(", ");
+    say!(lang, "uncertainty-depends-on-a-value", untold, needs, first)
+}
+
+fn work(judgement: &JudgementReport, lang: Language) -> String {
+    work_of(&judgement.work, lang)
+}
+
+pub(super) fn work_of(w: &WorkReport, lang: Language) -> String {
+    say!(
+        lang,
+        "in-with-cost",
+        readings = lang.count(w.readings, "reading"),
+        mountings = lang.count(w.mountings, "mounting"),
+        rate_changes = lang.count(w.rate_changes, "rate-change"),
+        cost = significant(w.cost, 4)
     )
 }
 
-fn work(judgement: &JudgementReport) -> String {
-    work_of(&judgement.work)
-}
-
-pub(super) fn work_of(w: &WorkReport) -> String {
-    format!(
-        "{} in {} with {}, cost {}",
-        count(w.readings, "reading"),
-        count(w.mountings, "mounting"),
-        count(w.rate_changes, "rate change"),
-        significant(w.cost, 4)
-    )
-}
-
-fn judgement(j: &JudgementReport) -> String {
+fn judgement(j: &JudgementReport, lang: Language) -> String {
     let mut rows = Vec::new();
     // the strongest partner says more than a matrix; the matrix is in the JSON
     let strongest = |i: usize| {
@@ -103,7 +112,7 @@ fn judgement(j: &JudgementReport) -> String {
         let others = row.iter().enumerate().filter(|(k, _)| *k != i).filter_map(|(k, r)| r.map(|r| (k, r)));
         let (k, r) = others.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
         let partner = j.correlation.order.get(k)?;
-        (r.abs() >= 0.005).then(|| format!("{r:+.2} with {partner}"))
+        (r.abs() >= 0.005).then(|| say!(lang, "correlation-with", r = format!("{r:+.2}"), partner))
     };
     let needs_value = |id: &String| j.lacking.as_ref().is_some_and(|l| l.untold.contains(id));
     for (i, p) in j.parameters.iter().enumerate() {
@@ -111,9 +120,9 @@ fn judgement(j: &JudgementReport) -> String {
         rows.push(vec![
             p.id.clone(),
             if needs_value(&p.id) {
-                "needs a value".into()
+                say!(lang, "needs-a-value").into()
             } else if p.u.is_none() {
-                "not estimable".into()
+                say!(lang, "not-estimable").into()
             } else {
                 number(if angle { p.u_arcsec } else { p.u })
             },
@@ -123,51 +132,58 @@ fn judgement(j: &JudgementReport) -> String {
         ]);
     }
     for d in &j.derived {
-        let note = if d.is_largest { "largest near the reference" } else { "" };
+        let note = if d.is_largest { say!(lang, "largest-near-the-reference") } else { "" };
         let unit = if d.u_arcsec.is_some() { "arcsec" } else { "" };
         rows.push(vec![d.id.clone(), number(d.u_arcsec.or(d.u)), unit.into(), note.into(), "".into()]);
     }
-    let mut text = plain(&["parameter", "predicted u", "unit", "strongest correlation", "undetected fault"], &rows);
-    text.push_str(&format!("\nrank {}, {} degrees of freedom", j.rank, j.dof));
+    let mut text = plain(
+        &[
+            say!(lang, "parameter"),
+            say!(lang, "predicted-u"),
+            say!(lang, "unit"),
+            say!(lang, "strongest-correlation"),
+            say!(lang, "undetected-fault"),
+        ],
+        &rows,
+    );
+    let mut rank = say!(lang, "plan-table-rank", rank = j.rank.to_string(), dof = lang.count(j.dof, "degree"));
     if let Some(condition) = j.condition {
-        text.push_str(&format!(", condition {}", significant(condition, 3)));
+        rank.push_str(&say!(lang, "fit-table-condition", condition = significant(condition, 3)));
     }
-    let unchecked = j.unchecked;
-    if unchecked > 0 {
-        text.push_str(&format!("; {unchecked} values are checked by no other"));
+    if j.unchecked > 0 {
+        rank.push_str(lang.semicolon());
+        rank.push_str(&say!(lang, "values-checked-by-no-other", n = j.unchecked));
     }
-    text.push('\n');
-    if let Some(drift) = j.drift {
-        text.push_str(&format!(
-            "a drift of one standard deviation over the run shifts a parameter by at most {} of its u\n",
-            significant(drift, 2)
-        ));
-    }
+    text.push_str(&format!("\n{}\n", hanging(&rank, 2)));
+    text.push_str(&drift(j, lang));
     if let Some(through) = &j.through_tilts {
-        text.push_str(&format!("{}\n", through_tilts(through)));
+        text.push_str(&format!("{}\n", hanging(&through_tilts(through, lang), 2)));
     }
     if j.effects.is_none() && j.work.readings > 0 {
-        text.push_str("so many values: what a diagnosis could find is not foreseen, and values are not listed\n");
+        let line = say!(lang, "so-many-values-what-a-diagnosis-could");
+        text.push_str(&format!("{}\n", hanging(line, 2)));
     }
     if let Some(own) = &j.lacking {
-        text.push_str(&format!("{}\n", lacking(own)));
+        text.push_str(&format!("{}\n", hanging(&lacking(own, lang), 2)));
     }
     if j.bounds_not_counted > 0 {
-        text.push_str(&format!(
-            "{} not counted: a bound lowers an uncertainty only where it is reached\n",
-            if j.bounds_not_counted == 1 {
-                "1 bound is".into()
-            } else {
-                format!("{} bounds are", j.bounds_not_counted)
-            }
-        ));
+        text.push_str(&format!("{}\n", say!(lang, "bounds-not-counted", n = j.bounds_not_counted)));
     }
-    text.push_str(&defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())));
+    let defect = |text: &str| say!(lang, "is-not-estimable", text);
+    text.push_str(&defects(&j.not_estimable, defect, &nowhere(&BTreeMap::new(), lang), lang));
     text
 }
 
+/// What a drift over the run does.
+fn drift(j: &JudgementReport, lang: Language) -> String {
+    j.drift.map_or(String::new(), |drift| {
+        let line = say!(lang, "a-drift-of-one-standard-deviation-over", drift = significant(drift, 2));
+        format!("{}\n", hanging(&line, 2))
+    })
+}
+
 /// What known inputs do through the tilts, in one sentence.
-pub(super) fn through_tilts(through: &ThroughTiltsReport) -> String {
+pub(super) fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> String {
     let (u, unit) = match through.u_arcsec {
         Some(arcsec) => (arcsec, " arcsec"),
         None => (through.u, ""),
@@ -175,17 +191,13 @@ pub(super) fn through_tilts(through: &ThroughTiltsReport) -> String {
     let ThroughTiltsReport { known, parameter, tilts_arcsec, .. } = through;
     let (u, tilts) = (significant(u, 2), significant(*tilts_arcsec, 3));
     match through.counted {
-        true => format!(
-            "counted above: with tilts of {tilts} arcsec, the uncertainty of {known} adds {u}{unit} to {parameter}"
-        ),
-        false => format!(
-            "not counted: the uncertainty of {known} acts through the tilts, whose size no schedule tells;\n  tilts of {tilts} arcsec would add {u}{unit} to {parameter} (--tilts {tilts} counts it)"
-        ),
+        true => say!(lang, "counted-above-with-tilts-of-arcsec-the", tilts, known, u, unit, parameter),
+        false => say!(lang, "not-counted-the-uncertainty-of-acts-through", known, tilts, u, unit, parameter),
     }
 }
 
 /// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
-pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
+pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> Vec<(String, String)> {
     let mut lines: Vec<(String, String)> = Vec::new();
     let mut rest = positions;
     while let Some(first) = rest.first() {
@@ -206,13 +218,13 @@ pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, Str
         let (run, left) = rest.split_at(length);
         let part = |(key, value): (&String, &f64)| match changing {
             Some(own) if own == key => {
-                format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key))))
+                format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key)), lang))
             }
             _ => format!("{key} = {value}"),
         };
         let mut parts: Vec<String> = first.at.iter().map(part).collect();
         if changing.is_none() && length > 1 {
-            parts.push(format!("{length} times"));
+            parts.push(say!(lang, "plan-table-times", length = length.to_string()));
         }
         lines.push((first.position.clone(), parts.join(", ")));
         rest = left;
@@ -221,7 +233,7 @@ pub(super) fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, Str
 }
 
 /// Values in order, four and more of one in a row as `40 (4 times)`.
-fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
+fn runs<'a>(values: impl Iterator<Item = &'a f64>, lang: Language) -> String {
     let mut runs: Vec<(f64, usize)> = Vec::new();
     for value in values {
         match runs.last_mut() {
@@ -231,79 +243,86 @@ fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
     }
     let text = |(value, count): (f64, usize)| match count {
         1..=3 => vec![value.to_string(); count].join(", "),
-        _ => format!("{value}\u{a0}({count}\u{a0}times)"),
+        _ => say!(lang, "value-times", value = value.to_string(), count = count.to_string()).replace(' ', "\u{a0}"),
     };
     runs.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// How good the choice is proven to be.
-pub(super) fn proof(improved: &ImprovedReport) -> Option<String> {
-    let within = if improved.cost_limit.is_some() { " at this cost" } else { "" };
+pub(super) fn proof(improved: &ImprovedReport, lang: Language) -> Option<String> {
+    let limited = improved.cost_limit.is_some();
     if let Some(all) = improved.enumerated {
-        return Some(format!("the best: all {all} choices of these candidates{within} were tried (proven 100 %)"));
+        let all = all.to_string();
+        return Some(match limited {
+            true => say!(lang, "the-best-all-choices-of-these-candidates", all),
+            false => say!(lang, "the-best-all-choices-of-these-candidates-2", all),
+        });
     }
     let share = percent(improved.efficiency?);
-    Some(format!("proven to be at least {share} as good as the best possible choice of these candidates{within}"))
+    Some(match limited {
+        true => say!(lang, "proven-to-be-at-least-as-good", share),
+        false => say!(lang, "proven-to-be-at-least-as-good-2", share),
+    })
 }
 
 /// Why the efficiency is below 0.99: the bound, or the few portions.
-pub(super) fn shortfall(improved: &ImprovedReport) -> Option<String> {
+pub(super) fn shortfall(improved: &ImprovedReport, lang: Language) -> Option<String> {
     let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
     let short = 1.0 - efficiency;
     (short > 0.01).then(|| match gap < 0.1 * short {
-        true if improved.cost_limit.is_some() => {
-            "the bound allows more mountings than the cost does, so the choice may well be the best".into()
-        }
-        true => "so few portions cannot follow the best weights; more of them, or smaller ones, come nearer".into(),
-        false => format!("the bound itself may be {} too high", significant(gap, 2)),
+        true if improved.cost_limit.is_some() => say!(lang, "the-bound-allows-more-mountings-than-the").into(),
+        true => say!(lang, "so-few-portions-cannot-follow-the-best").into(),
+        false => say!(lang, "the-bound-itself-may-be-too-high", gap = significant(gap, 2)),
     })
 }
 
 /// The limit of the cost, and where it comes from.
-pub(super) fn cost_limit(improved: &ImprovedReport, limit: f64) -> String {
+pub(super) fn cost_limit(improved: &ImprovedReport, limit: f64, lang: Language) -> String {
     let cost = significant(limit, 4);
     match improved.budget {
-        Some(_) => format!("within a budget of {cost} for what was chosen"),
-        None => format!("at no more cost than the given schedule, {cost} for so many readings (--any-cost: at any)"),
+        Some(_) => say!(lang, "within-a-budget-of-for-what-was", cost),
+        None => say!(lang, "at-no-more-cost-than-the-given", cost),
     }
 }
 
 /// Why a mounting is there, in words.
-pub(super) fn reason(improved: &ImprovedReport, label: &str) -> Option<String> {
+pub(super) fn reason(improved: &ImprovedReport, label: &str, lang: Language) -> Option<String> {
     let reason = improved.reasons.iter().find(|r| r.position == label)?;
     Some(match reason.grows {
-        None => format!("without it nothing determines {}", reason.parameter),
+        None => say!(lang, "without-it-nothing-determines", parameter = reason.parameter),
         Some(grows) if grows > 1.0005 => {
-            format!("without it u of {} grows by {} %", reason.parameter, significant(100.0 * (grows - 1.0), 2))
+            say!(
+                lang,
+                "without-it-u-of-grows-by",
+                parameter = reason.parameter,
+                share = significant(100.0 * (grows - 1.0), 2)
+            )
         }
-        Some(_) => "it adds little".into(),
+        Some(_) => say!(lang, "it-adds-little").into(),
     })
 }
 
 /// How well two effects are told apart, before and after.
-pub(super) fn apart(separation: &DiscriminationReport) -> Vec<String> {
+pub(super) fn apart(separation: &DiscriminationReport, lang: Language) -> Vec<String> {
     let [a, b] = &separation.effects;
     let known = |u: &[Option<f64>; 2]| match u {
-        [Some(p), Some(q)] => format!("u of their coefficients {} and {}", significant(*p, 3), significant(*q, 3)),
-        _ => "nothing tells them apart".into(),
+        [Some(p), Some(q)] => say!(lang, "u-of-their-coefficients-and", p = significant(*p, 3), q = significant(*q, 3)),
+        _ => say!(lang, "nothing-tells-them-apart").into(),
     };
-    let mut lines = vec![format!("{a} and {b}, both in the model: before, {}", known(&separation.before))];
+    let mut lines = vec![say!(lang, "and-both-in-the-model-before", a, b, before = known(&separation.before))];
     lines.push(match separation.after {
-        [Some(_), Some(_)] => format!("with the added positions, {}", known(&separation.after)),
-        _ => "no candidate tells them apart, so nothing is added".into(),
+        [Some(_), Some(_)] => say!(lang, "with-the-added-positions", after = known(&separation.after)),
+        _ => say!(lang, "no-candidate-tells-them-apart-so-nothing").into(),
     });
     lines
 }
 
 /// Why no position separates what is not estimable: none of the bench does, or the candidates hold a column at one value.
-pub(super) fn nowhere(frozen: &BTreeMap<String, f64>) -> String {
+pub(super) fn nowhere(frozen: &BTreeMap<String, f64>, lang: Language) -> String {
     let held: Vec<String> = frozen.iter().map(|(column, value)| format!("{column} = {value}")).collect();
     match held.is_empty() {
-        true => "no position of this bench would separate it".into(),
-        false => format!(
-            "no candidate would separate it, but all candidates have {} only (--candidates FILE takes others)",
-            held.join(", ")
-        ),
+        true => say!(lang, "no-position-of-this-bench-would-separate-2").into(),
+        false => say!(lang, "no-candidate-would-separate-it-but-all", held = held.join(", ")),
     }
 }
 
@@ -313,44 +332,46 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// What an effect that is to be found asks of the schedule.
-fn found_with(find: &FindReport) -> String {
-    format!(
-        "{} of {} is found with probability {} where the u of its coefficient {} is at most {}",
-        find.effect,
-        significant(find.size, 3),
-        find.power,
-        find.coefficient,
-        significant(find.u, 3)
+fn found_with(find: &FindReport, lang: Language) -> String {
+    say!(
+        lang,
+        "of-is-found-with-probability-where-the",
+        effect = find.effect,
+        size = significant(find.size, 3),
+        power = find.power.to_string(),
+        coefficient = find.coefficient,
+        u = significant(find.u, 3)
     )
 }
 
 /// What a goal counts, and what is known of its cost.
-pub(super) fn goal_notes(improved: &ImprovedReport, goal: &GoalReport) -> Vec<String> {
+pub(super) fn goal_notes(improved: &ImprovedReport, goal: &GoalReport, lang: Language) -> Vec<String> {
     let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
     let derived = improved.judgement.derived.iter().map(|d| d.id.as_str());
     let derived: Vec<&str> = derived.filter(|id| !goal.limits.contains_key(*id)).collect();
     let mut notes = vec![match derived.is_empty() {
-        true => format!("the goal counts {counted}"),
-        false => format!("the goal counts {counted}, but not {}", derived.join(", ")),
+        true => say!(lang, "the-goal-counts", counted),
+        false => say!(lang, "the-goal-counts-but-not", counted, derived = derived.join(", ")),
     }];
     if goal.is_cheapest_found && goal.reached {
-        notes.push("this is the cheapest schedule that was found; that none is cheaper is not proven".into());
+        notes.push(say!(lang, "this-is-the-cheapest-schedule-that-was").into());
     }
     notes
 }
 
-fn defects(list: &[NotEstimableReport], what: &str, nowhere: &str) -> String {
+fn defects(list: &[NotEstimableReport], what: impl Fn(&str) -> String, nowhere: &str, lang: Language) -> String {
     let mut text = String::new();
     for defect in list {
-        text.push_str(&format!("{} {what}", defect.text));
+        let mut clauses = vec![what(&defect.text)];
         let instead: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
         if !instead.is_empty() {
-            text.push_str(&format!("; determined instead: {}", instead.join(", ")));
+            clauses.push(say!(lang, "determined-instead-2", instead = instead.join(", ")));
         }
-        match &defect.separate_by {
-            Some(position) => text.push_str(&format!("; separated by {}\n", keys(position))),
-            None => text.push_str(&format!("; {nowhere}\n")),
-        }
+        clauses.push(match &defect.separate_by {
+            Some(position) => say!(lang, "separated-by", position = keys(position)),
+            None => nowhere.to_string(),
+        });
+        text.push_str(&format!("{}\n", hanging(&clauses.join(lang.semicolon()), 2)));
     }
     text
 }
@@ -359,7 +380,7 @@ fn keys(position: &PositionReport) -> String {
     position.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
-fn readings(j: &JudgementReport) -> String {
+fn readings(j: &JudgementReport, lang: Language) -> String {
     let rows: Vec<Vec<String>> = j
         .readings
         .iter()
@@ -372,67 +393,92 @@ fn readings(j: &JudgementReport) -> String {
                 r.sensor.clone(),
                 format!("{:.3}", r.leverage),
                 number(r.mdb),
-                worst.map_or(String::new(), |(id, e)| format!("{} arcsec of {id}", significant(*e, 3))),
+                worst.map_or(String::new(), |(id, e)| say!(lang, "arcsec-of", e = significant(*e, 3), id)),
             ]
         })
         .collect();
-    let header = ["#", "position", "at", "sensor", "leverage", "mdb", "its largest effect on an angle"];
+    let header = [
+        "#",
+        say!(lang, "per-position"),
+        say!(lang, "gap-at"),
+        say!(lang, "sensor"),
+        say!(lang, "leverage"),
+        say!(lang, "mdb"),
+        say!(lang, "its-largest-effect-on-an-angle"),
+    ];
     format!("\n{}", plain(&header, &rows))
 }
 
 /// Two effects that no candidate tells apart: there is no better schedule to show.
-pub(super) fn not_told_apart(improved: &ImprovedReport) -> Option<String> {
+pub(super) fn not_told_apart(improved: &ImprovedReport, lang: Language) -> Option<String> {
     let separation = improved.separation.as_ref()?;
     let [a, b] = &separation.effects;
     let none = separation.after.iter().any(Option::is_none);
-    none.then(|| format!("No candidate tells {a} and {b} apart, so nothing is added."))
+    none.then(|| say!(lang, "no-candidate-tells-and-apart-so-nothing", a, b))
 }
 
-fn better(improved: &ImprovedReport, finds: &[FindReport]) -> String {
-    if let Some(nothing) = not_told_apart(improved) {
+/// The given schedule with as many readings, or at the cost, of the better one.
+pub(super) fn equal_effort(effort: Effort, lang: Language) -> &'static str {
+    match effort {
+        Effort::Readings => say!(lang, "u-at-equal-readings"),
+        Effort::Cost => say!(lang, "u-at-equal-cost"),
+    }
+}
+
+fn better(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> String {
+    if let Some(nothing) = not_told_apart(improved, lang) {
         return format!("\n{nothing}\n");
     }
-    let mut text = format!("\nThe better schedule: {}\n", work(&improved.judgement));
+    let mut text = format!("\n{}\n", say!(lang, "the-better-schedule", work = work(&improved.judgement, lang)));
     if improved.to_run != improved.judgement.work {
-        text.push_str(&format!("  still to run: {}\n", work_of(&improved.to_run)));
+        text.push_str(&format!("  {}\n", say!(lang, "still-to-run", work = work_of(&improved.to_run, lang))));
     }
     let starts = match improved.enumerated {
         Some(_) => String::new(),
-        None => format!(", seed {}, {} of {} starts ended here", improved.seed, improved.hits, improved.starts),
+        None => {
+            let [hits, starts] = [improved.hits, improved.starts].map(|n| n.to_string());
+            say!(lang, "seed-of-starts-ended-here", seed = improved.seed.to_string(), hits, starts)
+        }
     };
-    text.push_str(&format!(
-        "  {} of its readings chosen among {} candidate portions, criterion {}{starts}\n",
-        improved.chosen, improved.candidates, improved.criterion
-    ));
-    if let Some(proof) = proof(improved) {
-        text.push_str(&format!("  {proof}\n"));
-        if let Some(why) = shortfall(improved) {
-            text.push_str(&format!("  {why}\n"));
+    let chosen = say!(
+        lang,
+        "of-its-readings-chosen-among-candidate-portions",
+        chosen = improved.chosen.to_string(),
+        candidates = improved.candidates.to_string(),
+        criterion = lang.term("criterion", &improved.criterion),
+        starts
+    );
+    text.push_str(&format!("{}\n", hanging(&format!("  {chosen}"), 4)));
+    if let Some(proof) = proof(improved, lang) {
+        text.push_str(&format!("{}\n", hanging(&format!("  {proof}"), 4)));
+        if let Some(why) = shortfall(improved, lang) {
+            text.push_str(&format!("{}\n", hanging(&format!("  {why}"), 4)));
         }
     }
     if let Some(limit) = improved.cost_limit {
-        text.push_str(&format!("  {}\n", cost_limit(improved, limit)));
+        text.push_str(&format!("{}\n", hanging(&format!("  {}", cost_limit(improved, limit, lang)), 4)));
     }
     if let Some(separation) = &improved.separation {
-        for line in apart(separation) {
-            text.push_str(&format!("  {line}\n"));
+        for line in apart(separation, lang) {
+            text.push_str(&format!("{}\n", hanging(&format!("  {line}"), 4)));
         }
     }
     for find in finds {
-        text.push_str(&format!("  {}\n", found_with(find)));
+        text.push_str(&format!("{}\n", hanging(&format!("  {}", found_with(find, lang)), 4)));
     }
     if let Some(goal) = &improved.goal {
-        let share = goal.largest_share.map_or("unknown".into(), |s| significant(s, 3));
-        let proof = if goal.is_fewest { "; fewer readings cannot reach it" } else { "" };
-        text.push_str(&match goal.reached {
-            true => format!("  the goal is reached: the largest uncertainty is {share} of its limit{proof}\n"),
-            false => format!("  the goal is NOT reached: at best, the largest uncertainty is {share} of its limit\n"),
-        });
-        for note in goal_notes(improved, goal) {
-            text.push_str(&format!("  {note}\n"));
+        let share = goal.largest_share.map_or(say!(lang, "unknown").into(), |s| significant(s, 3));
+        let proof = if goal.is_fewest { say!(lang, "fewer-readings-cannot-reach-it") } else { "" };
+        let reached = match goal.reached {
+            true => say!(lang, "the-goal-is-reached-the-largest-uncertainty", share, proof),
+            false => say!(lang, "the-goal-is-not-reached-at-best", share),
+        };
+        text.push_str(&format!("{}\n", hanging(&format!("  {reached}"), 4)));
+        for note in goal_notes(improved, goal, lang) {
+            text.push_str(&format!("{}\n", hanging(&format!("  {note}"), 4)));
         }
         for id in &goal.impossible {
-            text.push_str(&format!("  {id}: even all candidates together do not determine it\n"));
+            text.push_str(&format!("  {}\n", say!(lang, "even-all-candidates-together-do-not-determine", id)));
         }
     }
     text.push('\n');
@@ -444,26 +490,31 @@ fn better(improved: &ImprovedReport, finds: &[FindReport]) -> String {
             vec![c.id.clone(), number(c.given), number(c.equal_effort), number(c.better), gain, c.unit.clone()]
         })
         .collect();
-    let equal = format!("u at equal {}", improved.effort);
-    text.push_str(&plain(&["parameter", "u given", &equal, "u better", "gain", "unit"], &rows));
-    let what = "cannot be determined by any choice of these candidates";
-    text.push_str(&defects(&improved.unreachable, what, &nowhere(&improved.frozen)));
-    text.push_str("\nTo run, in this order:\n");
+    let equal = equal_effort(improved.effort, lang);
+    text.push_str(&plain(
+        &[
+            say!(lang, "parameter"),
+            say!(lang, "u-given"),
+            equal,
+            say!(lang, "u-better"),
+            say!(lang, "gain"),
+            say!(lang, "unit"),
+        ],
+        &rows,
+    ));
+    let what = |text: &str| say!(lang, "cannot-be-determined-by-any-choice", text);
+    text.push_str(&defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang));
+    text.push_str(&format!("\n{}\n", say!(lang, "to-run-in-this-order")));
     let mut told: Option<String> = None;
-    for (label, place) in mountings(&improved.positions) {
+    for (label, place) in mountings(&improved.positions, lang) {
         text.push_str(&format!("  {label:>4}  {place}\n"));
         if told.as_ref() != Some(&label)
-            && let Some(why) = reason(improved, &label)
+            && let Some(why) = reason(improved, &label, lang)
         {
             text.push_str(&format!("        {why}\n"));
         }
         told = Some(label);
     }
-    if let Some(drift) = improved.judgement.drift {
-        text.push_str(&format!(
-            "a drift of one standard deviation over the run shifts a parameter by at most {} of its u\n",
-            significant(drift, 2)
-        ));
-    }
+    text.push_str(&drift(&improved.judgement, lang));
     text
 }

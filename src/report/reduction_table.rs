@@ -1,74 +1,96 @@
 //! A reduction as tables for a terminal.
 
 use super::reduction::{ReduceReport, SegmentMeanReport};
-use super::table::{count, plain, rounded, significant};
+use super::table::{plain, rounded, significant};
+use super::wrap::hanging;
+use crate::language::{Language, say};
 
 /// Every segment with its means, then what was rejected and what was odd; `all` shows where each uncertainty comes from.
-pub fn reduce_table(report: &ReduceReport, all: bool) -> String {
+pub fn reduce_table(report: &ReduceReport, all: bool, lang: Language) -> String {
     let rate = significant(1.0 / report.interval_s, 6);
     let mut text = format!(
-        "{}: {} samples, {rate} a second; {} by {}\n",
-        report.record,
-        report.samples,
-        count(report.segments.len(), "segment"),
-        report.by
+        "{}\n",
+        say!(
+            lang,
+            "samples-a-second-by",
+            record = report.record,
+            samples = report.samples.to_string(),
+            rate,
+            segments = lang.count(report.segments.len(), "segment"),
+            by = lang.name(&report.by)
+        )
     );
     if report.block > 1 {
-        text.push_str(&format!("Segments begin and end with blocks of {} samples.\n", report.block));
+        text.push_str(&format!(
+            "{}\n",
+            say!(lang, "segments-begin-and-end-with-blocks-of", block = report.block.to_string())
+        ));
     }
     if all {
-        text.push_str(&sources(report));
+        text.push_str(&sources(report, lang));
     } else {
-        text.push_str(&means(report));
+        text.push_str(&means(report, lang));
     }
-    text.push_str(
-        "\nu: 1.96 u on either side of the mean covers 95 %. It is learnt from all segments of a column\ntogether; the noise is taken to be the same in all of them.\n",
-    );
+    let note = say!(lang, "u-u-on-either-side-of-the");
+    text.push_str(&format!("\n{}\n", hanging(note, 0)));
     let each = || report.segments.iter().flat_map(|s| s.means.iter().map(move |m| (s, m)));
     let sloping = each().filter(|(_, m)| m.sloping == Some(true)).count();
     if sloping > 0 {
-        text.push_str(&format!(
-            "{sloping} of {} means have a slope (p < 0.01), more than their noise explains.\n",
-            each().count()
-        ));
+        let [sloping, all] = [sloping, each().count()].map(|n| n.to_string());
+        text.push_str(&format!("{}\n", say!(lang, "of-means-have-a-slope-p-more", sloping, all)));
     }
     for (segment, m) in each().filter(|(_, m)| m.noisier > 1.0) {
         text.push_str(&format!(
-            "{} in segment {} is {} times noisier than elsewhere: its u is as much larger.\n",
-            m.column,
-            segment.position,
-            significant(m.noisier, 2)
+            "{}\n",
+            say!(
+                lang,
+                "in-segment-is-times-noisier-than-elsewhere",
+                column = m.column,
+                segment = segment.position,
+                times = significant(m.noisier, 2)
+            )
         ));
     }
     for segment in report.segments.iter().filter(|s| !s.notes.is_empty()) {
-        text.push_str(&format!("segment {}: {}\n", segment.position, segment.notes.join("; ")));
+        let notes: Vec<_> = segment.notes.iter().map(|note| lang.name(note)).collect();
+        text.push_str(&format!(
+            "{}\n",
+            say!(lang, "reduction-table-segment", segment = segment.position, notes = notes.join(lang.semicolon()))
+        ));
     }
     for (segment, m) in each().filter(|(_, m)| !m.events.is_empty()) {
-        text.push_str(&format!("segment {}, {}: {} (in the mean)\n", segment.position, m.column, events(m)));
+        text.push_str(&format!(
+            "{}\n",
+            say!(lang, "segment-in-the-mean", segment = segment.position, column = m.column, events = events(m, lang))
+        ));
     }
     if !report.rejected.is_empty() {
-        text.push_str("\nNot used:\n");
+        text.push_str(&format!("\n{}\n", say!(lang, "not-used")));
         let rows: Vec<Vec<String>> = report
             .rejected
             .iter()
-            .map(|r| vec![format!("{:.3}", r.start_s), format!("{:.3}", r.end_s), r.reason.clone()])
+            .map(|r| vec![format!("{:.3}", r.start_s), format!("{:.3}", r.end_s), lang.name(&r.reason).into_owned()])
             .collect();
-        text.push_str(&plain(&["from, s", "to, s", "reason"], &rows));
+        text.push_str(&plain(&[say!(lang, "from-s"), say!(lang, "to-s"), say!(lang, "reason")], &rows));
     }
     text
 }
 
-fn events(m: &SegmentMeanReport) -> String {
-    m.events.iter().map(|(kind, n)| format!("{kind} {n}")).collect::<Vec<_>>().join(", ")
+fn events(m: &SegmentMeanReport, lang: Language) -> String {
+    m.events
+        .iter()
+        .map(|(kind, n)| format!("{} {n}", lang.term("event", &kind.to_string())))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
-fn means(report: &ReduceReport) -> String {
+fn means(report: &ReduceReport, lang: Language) -> String {
     let columns: Vec<&str> =
         report.segments.first().map(|s| s.means.iter().map(|m| m.column.as_str()).collect()).unwrap_or_default();
     let mut text = String::new();
     // three columns stand beside each other on a terminal
     for (k, part) in columns.chunks(3).enumerate() {
-        let mut header = vec!["position", "from, s", "to, s"];
+        let mut header = vec![say!(lang, "per-position"), say!(lang, "from-s"), say!(lang, "to-s")];
         for column in part {
             header.extend([*column, "u"]);
         }
@@ -89,7 +111,7 @@ fn means(report: &ReduceReport) -> String {
     text
 }
 
-fn sources(report: &ReduceReport) -> String {
+fn sources(report: &ReduceReport, lang: Language) -> String {
     let mut text = String::new();
     let columns = report.segments.first().map_or(0, |s| s.means.len());
     for k in 0..columns {
@@ -117,7 +139,18 @@ fn sources(report: &ReduceReport) -> String {
             .collect();
         text.push_str(&format!("\n{name}\n"));
         text.push_str(&plain(
-            &["position", "n", "mean", "u", "white", "autocorr", "Allan", "n_eff", "lag 1", "slope p"],
+            &[
+                say!(lang, "per-position"),
+                "n",
+                say!(lang, "mean"),
+                "u",
+                say!(lang, "white"),
+                say!(lang, "autocorr"),
+                say!(lang, "allan"),
+                say!(lang, "n-eff"),
+                say!(lang, "lag"),
+                say!(lang, "slope-p"),
+            ],
             &rows,
         ));
     }

@@ -217,8 +217,3 @@ pub(super) fn degrees_of_freedom(dof: Option<f64>, known: bool) -> String {
         Some(dof) => format!("{dof:.1}"),
     }
 }
-
-/// `1 reading`, `30 readings`.
-pub(super) fn count(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
-}

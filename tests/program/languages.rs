@@ -171,6 +171,19 @@ fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
         "delta",
         "cXX",
         "compX",
+        "MAD",
+        // regressors, columns and options as a person writes them
+        "kPP",
+        "reading",
+        "approach",
+        "order",
+        "day",
+        "min",
+        "html",
+        "any",
+        "cost",
+        // the scenario of all errors together
+        "all",
     ];
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|word| {
         let letters = word.chars().filter(char::is_ascii_alphabetic).count();
@@ -300,6 +313,141 @@ fn json_is_the_same_in_every_language() {
     let json = chinese(&folder, &["fit", &file, "--json", "-"]);
     assert_eq!(String::from_utf8_lossy(&english.stdout), json);
     assert!(json.is_ascii() || !json.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c)));
+}
+
+/// Commands with the folder of the example that they are run in.
+fn commands() -> Vec<(&'static str, Vec<&'static str>)> {
+    let plan = |further: &[&'static str]| {
+        let mut arguments = vec!["plan", "published.campaign.json", "--noise", "V=9e-4"];
+        arguments.extend(further);
+        ("30-plan-five-positions", arguments)
+    };
+    vec![
+        ("05-table-1-diagnosed", vec!["diagnose", "table1.campaign.json"]),
+        ("06-table-2-diagnosed", vec!["diagnose", "table2.campaign.json"]),
+        ("07-hidden-effect", vec!["diagnose", "measured.campaign.json"]),
+        ("08-nothing-hidden", vec!["diagnose", "measured.campaign.json"]),
+        ("53-temperature", vec!["diagnose", "chamber.campaign.json"]),
+        ("31-navigation-errors", vec!["diagnose", "navigator.mission.json", "--measured", "both.csv"]),
+        ("31-navigation-errors", vec!["diagnose", "navigator.mission.json", "--measured", "static.csv"]),
+        ("31-navigation-errors", vec!["navigate", "navigator.mission.json"]),
+        plan(&["--readings"]),
+        plan(&["--goal", "1", "--readings"]),
+        plan(&["--goal", "1", "--cheapest"]),
+        plan(&["--separate", "a_S", "a_S^2"]),
+        plan(&["--choose", "30", "--unit", "mounting", "--step", "36"]),
+        plan(&["--remount", "dtheta_y2=0.5", "--find", "a_S=1e-3"]),
+        plan(&["--add", "4"]),
+        ("25-xsens-from-the-log", vec!["reduce", "xsens.csv.gz", "--for", "accelerometer.schedule.json"]),
+        ("25-xsens-from-the-log", vec!["reduce", "xsens.csv.gz", "--sources"]),
+        ("25-xsens-from-the-log", vec!["noise", "xsens.csv.gz", "--unit", "g", "--to", "20", "--deviations"]),
+        ("60-production-line", vec!["fit", "line.campaign.json"]),
+        ("60-production-line", vec!["diagnose", "line.campaign.json"]),
+        ("50-calibration-in-use", vec!["compare", "before.fit.json", "after.fit.json"]),
+    ]
+}
+
+/// The numbers of a text, sorted.
+fn numbers(text: &str) -> Vec<String> {
+    let is_part = |c: char| c.is_ascii_digit() || c == '.';
+    let parts = text.split(|c| !is_part(c)).map(|part| part.trim_matches('.')).filter(|part| !part.is_empty());
+    let mut found: Vec<String> = parts.map(str::to_string).collect();
+    found.sort();
+    found
+}
+
+/// Both streams of a run, for a person.
+fn told(folder: &Path, arguments: &[&str], code: &str) -> String {
+    let mut command = Command::cargo_bin("tumble").expect("the program");
+    let output = command.current_dir(folder).args(arguments).args(["--lang", code]).output().expect("a run");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_ne!(output.status.code(), Some(1), "{arguments:?}: {stderr}");
+    String::from_utf8(output.stdout).expect("UTF-8") + &stderr
+}
+
+#[test]
+fn every_command_is_told_in_chinese() {
+    let line = |folder: &str| folder == "60-production-line";
+    for (folder, arguments) in commands() {
+        let of = root().join("examples").join(folder);
+        let own = own_words(&of);
+        let what = format!("{folder}: {}", arguments.join(" "));
+        // rows of devices are data where they do not go to a terminal: what is told is the summary
+        let mut arguments = arguments;
+        let rows = std::env::temp_dir().join(format!("tumble-{}-{}.csv", std::process::id(), arguments[0]));
+        let rows = rows.to_string_lossy().into_owned();
+        if line(folder) {
+            arguments.extend(["--force", "--to", &rows]);
+        }
+        let text = told(&of, &arguments, "zh");
+        check(&text, &own, &what);
+        in_columns(&text, &what);
+        assert_eq!(numbers(&text), numbers(&told(&of, &arguments, "en")), "{what}\n{text}");
+        if line(folder) && arguments[0] == "diagnose" {
+            continue;
+        }
+        let page = |code: &str| page_text(&told(&of, &[&arguments[..], &["--html", "-"]].concat(), code));
+        let (chinese, english) = (page("zh"), page("en"));
+        check(&chinese, &own, &format!("{what} --html"));
+        assert_eq!(numbers(&chinese), numbers(&english), "{what} --html\n{chinese}");
+    }
+}
+
+#[test]
+fn texts_that_are_data_are_in_the_sources() {
+    let mut all = String::new();
+    for path in files(&root().join("src"), ".rs").into_iter().chain(files(&root().join("data"), ".json")) {
+        if !path.ends_with("names.zh.json") {
+            // a text goes on in the next line after a backslash
+            let text = std::fs::read_to_string(path).expect("a source").replace("\\\"", "\"");
+            all.extend(text.split("\\\n").map(str::trim_start));
+        }
+    }
+    for name in tumble::language::names() {
+        // a source makes some of them of parts (plurals, a sensor's name), so pairs of words are looked up, and few may be missing
+        for piece in name.split(['{', '}']).step_by(2) {
+            let words: Vec<&str> = piece.split_whitespace().collect();
+            let pairs: Vec<String> = words.windows(2).map(|pair| pair.join(" ")).collect();
+            let missing: Vec<&String> = pairs.iter().filter(|pair| !all.contains(pair.as_str())).collect();
+            assert!(missing.len() <= 2.max(pairs.len() / 4), "{missing:?} of '{name}' are nowhere");
+        }
+    }
+}
+
+#[test]
+fn every_text_of_the_effects_has_chinese() {
+    let effects = std::fs::read_to_string(root().join("data/effects.json")).expect("effects");
+    let effects: serde_json::Value = serde_json::from_str(&effects).expect("JSON");
+    for effect in effects["effects"].as_array().expect("effects") {
+        for key in ["name", "why", "confirm"] {
+            let mut text = effect[key].as_str().expect("a text").to_string();
+            for place in
+                ["{i}", "{j}", "{k}", "{joint}", "{turning}", "{tilt}", "{known}", "{reading}", "{other}", "{position}"]
+            {
+                text = text.replace(place, "7");
+            }
+            let said = Language::Chinese.name(&text);
+            assert!(said.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c)), "no Chinese for '{text}'");
+        }
+    }
+}
+
+#[test]
+fn a_command_without_a_language_does_not_offer_one() {
+    for (command, offers) in [
+        ("bench", false),
+        ("check", false),
+        ("schema", false),
+        ("completions", false),
+        ("man", false),
+        ("fit", true),
+        ("plan", true),
+    ] {
+        let output =
+            Command::cargo_bin("tumble").expect("the program").args([command, "--help"]).output().expect("a run");
+        let help = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(help.contains("--lang"), offers, "{command}\n{help}");
+    }
 }
 
 #[test]

@@ -64,6 +64,15 @@ def six_positions():
         expected[f"bias_{axis}"] = quotient(x, c, 0, 1, 1e6)
         for i in (2, 3):
             expected[f"misalignment_{names[sensor][i][1:]}"] = quotient(x, c, i, 1, ARCSEC)
+        # the two components in the order of a right-handed turn about the axis, from the next axis towards the one after it
+        first, second = {"x": (2, 3), "y": (3, 2), "z": (2, 3)}[axis]
+        g, h = x[first] / x[1], x[second] / x[1]
+        size = np.hypot(g, h)
+        d = np.zeros((2, len(x)))  # of g and h by the parameters
+        d[0, first], d[0, 1], d[1, second], d[1, 1] = 1 / x[1], -g / x[1], 1 / x[1], -h / x[1]
+        along, across = np.array([g, h]) / size @ d, np.array([-h, g]) / size**2 @ d
+        expected[f"misalignment_{axis}"] = [float(size * 1e6), float(np.sqrt(along @ c @ along) * 1e6)]
+        expected[f"azimuth_{axis}"] = [float(np.degrees(np.arctan2(h, g))), float(np.degrees(np.sqrt(across @ c @ across)))]
         direction = np.zeros(3)
         direction[others[sensor]] = x[1:]
         solved[axis] = direction / np.linalg.norm(direction)
@@ -127,6 +136,62 @@ def turn_on():
             "dof": [9.0, None]}
 
 
-found = {"51-six-positions": six_positions(), "52-rate-steps": rate_steps(), "53-temperature": temperature(), "54-turn-on": turn_on()}
+def triad_norm():
+    """A triad at rest in 40 attitudes: raw means, and the fit of the norm of gravity by Gauss-Newton with numerical derivatives."""
+    rng = np.random.default_rng(26)
+    g = 9.80665
+    truth = {"s_x": 2.41e-4, "s_y": 2.39e-4, "s_z": 2.43e-4, "b_x": 32900.0, "b_y": 33100.0, "b_z": 32650.0, "mis_yz": 2.1e-3, "mis_zy": -3.4e-3, "mis_zx": 1.3e-3}
+    names = list(truth)
+
+    def turned(p):  # raw to the orthogonal frame, equation (5) of the source
+        return np.array([[1, -p[6], p[7]], [0, 1, -p[8]], [0, 0, 1]]) * p[:3]
+
+    p = np.array([truth[name] for name in names])
+    forces = rng.standard_normal((40, 3))
+    forces *= g / np.linalg.norm(forces, axis=1)[:, None]
+    raw = np.round(forces @ np.linalg.inv(turned(p)).T + p[3:6] + 1.5 * rng.standard_normal((40, 3)), 2)
+
+    def norm(p):
+        return np.linalg.norm((raw - p[3:6]) @ turned(p).T, axis=1)
+
+    def jacobian(f, p):
+        steps = np.array([1e-9, 1e-9, 1e-9, 1e-2, 1e-2, 1e-2, 1e-5, 1e-5, 1e-5])
+        columns = []
+        for k, h in enumerate(steps):
+            e = np.zeros(9)
+            e[k] = h
+            columns.append((8 * (np.asarray(f(p + e)) - f(p - e)) - (np.asarray(f(p + 2 * e)) - f(p - 2 * e))) / (12 * h))
+        return np.array(columns).T
+
+    for _ in range(20):
+        a = jacobian(norm, p)
+        p = p + np.linalg.lstsq(a / np.linalg.norm(a, axis=0), g - norm(p), rcond=None)[0] / np.linalg.norm(a, axis=0)
+    v = g - norm(p)
+    scale = np.linalg.norm(jacobian(norm, p), axis=0)
+    a = jacobian(norm, p) / scale
+    c = v @ v / (len(v) - 9) * np.linalg.inv(a.T @ a) / np.outer(scale, scale)
+
+    def axes(p):  # input axes: rows of the inverse of the matrix that turns what they read into the frame
+        t = turned(p) / p[:3]
+        return np.linalg.inv(t)
+
+    def lines(p):
+        rows = axes(p)
+        rows = rows / np.linalg.norm(rows, axis=1)[:, None]
+        x = axes(p)[0]
+        return np.array([np.hypot(x[1], x[2]) * 1e6, np.degrees(np.arctan2(x[2], x[1])), *(np.arcsin(rows[i] @ rows[j]) * ARCSEC for i, j in ((0, 1), (0, 2), (1, 2)))])
+
+    d = jacobian(lines, p)
+    u = np.sqrt(np.diag(d @ c @ d.T))
+    expected = {name: [float(p[k]), float(np.sqrt(c[k, k]))] for k, name in enumerate(names[:6])}
+    expected |= {name: [float(value), float(own)] for name, value, own in zip(["misalignment_x", "azimuth_x", "nonorthogonality_xy", "nonorthogonality_xz", "nonorthogonality_yz"], lines(p), u)}
+    start = {"s_x": 2.4e-4, "s_y": 2.4e-4, "s_z": 2.4e-4, "b_x": 32768, "b_y": 32768, "b_z": 32768, "mis_yz": 0, "mis_zy": 0, "mis_zx": 0}
+    campaign = {"bench": "accelerometer-triad-norm", "estimate": {name: {"start": value} for name, value in start.items()},
+                "readings": [{"ax": float(r[0]), "ay": float(r[1]), "az": float(r[2]), "norm": g} for r in raw]}
+    (ROOT / "tests/data/ready/triad-norm.campaign.json").write_text(json.dumps(campaign, indent=1) + "\n")
+    return expected
+
+
+found = {"triad-norm": triad_norm(), "51-six-positions": six_positions(), "52-rate-steps": rate_steps(), "53-temperature": temperature(), "54-turn-on": turn_on()}
 (ROOT / "tests/data/ready").mkdir(exist_ok=True)
 (ROOT / "tests/data/ready/expected.json").write_text(json.dumps(found, indent=1) + "\n")

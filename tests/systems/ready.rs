@@ -61,6 +61,25 @@ fn temperature() {
     agrees("53-temperature", "chamber.campaign.json");
 }
 
+/// Input axes of a triad by the norm of gravity: misalignment with its azimuth, and the angles between the axes.
+#[test]
+fn triad_by_the_norm() {
+    let path = format!("{}/tests/data/ready/triad-norm.campaign.json", env!("CARGO_MANIFEST_DIR"));
+    let found = fit(&Campaign::from_path(path).expect("a campaign"), &Default::default()).expect("a fit");
+    let report = serde_json::to_value(tumble::report::fit_report(&found)).expect("JSON");
+    let expected = expected();
+    for (name, pair) in expected["triad-norm"].as_object().expect("names") {
+        let list = |key: &str| report[key].as_array().expect("a list").iter().find(|own| own["id"] == *name).cloned();
+        let own = list("parameters").or_else(|| list("derived")).unwrap_or_else(|| panic!("{name}"));
+        let of = |key: &str, arcsec: &str| own[arcsec].as_f64().or(own[key].as_f64()).expect(name);
+        let (value, u) = (of("value", "arcsec"), of("u", "u_arcsec"));
+        let [theirs, their_u] = [0, 1].map(|k| pair[k].as_f64().expect("a number"));
+        // numpy differentiates numerically: six digits
+        assert!((value - theirs).abs() < 1e-4 * their_u, "{name} {value} {theirs}");
+        assert!((u / their_u - 1.0).abs() < 1e-4, "u of {name} {u} {their_u}");
+    }
+}
+
 /// Balanced: the mean and its u by the analysis of variance, and the scatter between turn-ons.
 #[test]
 fn turn_on() {

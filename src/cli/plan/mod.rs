@@ -11,6 +11,7 @@ use crate::campaign::{Campaign, Reading, Readings};
 use crate::diagnosis;
 use crate::error::{Malformed, Result};
 use crate::fit;
+use crate::language::Language;
 use crate::plan::{self, Goal, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
@@ -20,7 +21,7 @@ use indicatif::ProgressBar;
 /// With more values than this, what a diagnosis could find is not foreseen.
 const MOST_FORESEEN: usize = 100_000;
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, source) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
     let (html, json) = (arguments.html.as_deref(), arguments.json.as_deref());
@@ -162,7 +163,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         outputs.add(path, files::json(&file)?);
     }
     if let Some(path) = &arguments.html {
-        let page = report::html::plan_page(&campaign, &report, candidates.as_ref())?;
+        let page = report::html::plan_page(&campaign, &report, candidates.as_ref(), lang)?;
         outputs.add(path, report::html::render(&page)?);
     }
     if let Some(path) = &arguments.json {
@@ -171,7 +172,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let to_stdout = outputs.to_stdout();
     outputs.write()?;
     if !to_stdout {
-        super::show(&report::plan_table(&report, arguments.readings))?;
+        super::show(&report::plan_table(&report, arguments.readings, lang))?;
     }
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),

@@ -5,77 +5,71 @@ use super::super::table::{rounded, significant};
 use super::super::{ARCSEC, PositionReport};
 use super::{AliasReport, ChangeReport, DiagnoseReport, EffectReport, LevelReport};
 use crate::diagnosis::{Held, NoiseFrom, Verdict};
+use crate::language::{Language, say};
 
 /// The verdict in one sentence, without a full stop.
-pub fn verdict(report: &DiagnoseReport) -> String {
+pub fn verdict(report: &DiagnoseReport, lang: Language) -> String {
     let known = report.gap.noise.from != NoiseFrom::Residuals;
     let line_estimated = report.scatter.iter().any(|s| s.estimated && !s.source.starts_with("readings of "));
-    match (report.verdict, report.effects.as_slice()) {
-        (Verdict::EffectsFound, [one]) => format!("one effect is missing from the model: {}", named(one)),
-        (Verdict::EffectsFound, several) => {
-            let names: Vec<String> = several.iter().map(named).collect();
-            format!("{} effects are missing from the model: {}", several.len(), names.join("; and "))
+    let n = report.effects.len();
+    let names = report.effects.iter().map(|effect| named(effect, lang)).collect::<Vec<_>>();
+    let names = names.join(say!(lang, "effects-and"));
+    match report.verdict {
+        Verdict::EffectsFound => say!(lang, "effects-are-missing", n, names),
+        Verdict::PartlyExplained => {
+            let found = say!(lang, "effects-are-missing", n, names);
+            say!(lang, "what-remains-is-more-than-noise", found)
         }
-        (Verdict::PartlyExplained, several) => {
-            let names: Vec<String> = several.iter().map(named).collect();
-            let count = if several.len() == 1 { "one effect is".into() } else { format!("{} effects are", several.len()) };
-            format!("{count} missing from the model: {}; what remains is more than noise, and nothing in the catalogue explains it", names.join("; and "))
-        }
-        (Verdict::NothingMissing, _) if line_estimated => {
-            "no effect explains more than chance; how much scatters is estimated from these readings, so that is all they can say".into()
-        }
-        (Verdict::NothingMissing, _) if known => "the gap is noise".into(),
-        (Verdict::NothingMissing, _) => {
-            "no effect explains more than chance; the noise is known from the residuals alone, so that is all they can say".into()
-        }
-        (Verdict::Unexplained, _) => "something is missing from the model, and nothing in the catalogue explains it".into(),
-        (Verdict::NotDiagnosable, _) => {
-            "nothing can be diagnosed: the readings only just determine the unknowns, and nothing is left to check them"
-                .into()
-        }
+        Verdict::NothingMissing if line_estimated => say!(lang, "nothing-missing-scatter-estimated").into(),
+        Verdict::NothingMissing if known => say!(lang, "the-gap-is-noise").into(),
+        Verdict::NothingMissing => say!(lang, "nothing-missing-noise-from-residuals").into(),
+        Verdict::Unexplained => say!(lang, "something-is-missing").into(),
+        Verdict::NotDiagnosable => say!(lang, "nothing-can-be-diagnosed").into(),
     }
 }
 
 /// An effect with how many others it could as well be.
-fn named(effect: &EffectReport) -> String {
-    let aliases = aliases(effect);
-    let name = format!("{} (`{}`)", effect.name, effect.regressor);
+fn named(effect: &EffectReport, lang: Language) -> String {
+    let aliases = aliases(effect, lang);
+    let name = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
     match aliases.same.len() + aliases.near.len() {
         0 => name,
-        1 => format!("{name}, or one other that this schedule cannot tell from it"),
-        n => format!("{name}, or one of {n} others that this schedule cannot tell from it"),
+        n => say!(lang, "effect-or-others", name, n),
     }
 }
 
 /// How much was tried.
-pub fn tried(report: &DiagnoseReport) -> String {
+pub fn tried(report: &DiagnoseReport, lang: Language) -> String {
     let averaged = report.averaged_from.map_or(String::new(), |from| {
         let groups = report.residuals.iter().map(|r| r.index).max().unwrap_or(0);
-        format!("; {from} readings were averaged to {groups}, each of one setting in one stretch of time")
+        say!(lang, "readings-were-averaged", from, groups)
     });
-    format!(
-        "{} candidates tried, {} of them distinct on this schedule; significance {}{averaged}",
-        report.candidates, report.distinct_candidates, report.significance
+    let significance = report.significance.to_string();
+    say!(
+        lang,
+        "candidates-tried",
+        candidates = report.candidates.to_string(),
+        distinct = report.distinct_candidates.to_string(),
+        significance,
+        averaged
     )
 }
 
 /// What would help where nothing can be diagnosed; empty where nothing is known to.
-pub fn would_help(report: &DiagnoseReport) -> String {
+pub fn would_help(report: &DiagnoseReport, lang: Language) -> String {
     let positions: Vec<String> = report.would_help.iter().map(position).collect();
     match positions.is_empty() {
         true => String::new(),
-        false => format!("one further reading would change that, best at {}", positions.join("; or ")),
+        false => say!(lang, "one-further-reading-would-help", positions = positions.join(say!(lang, "positions-or"))),
     }
 }
 
 /// Where the noise floor comes from.
-pub fn noise_source(from: NoiseFrom) -> &'static str {
+pub fn noise_source(from: NoiseFrom, lang: Language) -> &'static str {
     match from {
-        NoiseFrom::Residuals => {
-            "from the residuals of the finished model: nothing else tells, so completeness cannot be tested"
-        }
-        NoiseFrom::Stated => "as stated",
-        NoiseFrom::Replicates => "from replicates",
+        NoiseFrom::Residuals => say!(lang, "noise-from-residuals"),
+        NoiseFrom::Stated => say!(lang, "noise-as-stated"),
+        NoiseFrom::Replicates => say!(lang, "noise-from-replicates"),
     }
 }
 
@@ -90,38 +84,41 @@ pub fn value(effect: &EffectReport) -> Option<(String, Option<String>, Option<St
 }
 
 /// What the value is of: the coefficient, or the error of what was stated.
-pub fn of(effect: &EffectReport) -> String {
+pub fn of(effect: &EffectReport, lang: Language) -> String {
     match effect.regressor.split_once(':') {
-        Some(("known", id)) => format!("error of {id}"),
-        Some(("prior", id)) => format!("error of the prior of {id}"),
-        Some(("constraint", _)) => "it misses by".into(),
+        Some(("known", id)) => say!(lang, "error-of", id),
+        Some(("prior", id)) => say!(lang, "error-of-the-prior-of", id),
+        Some(("constraint", _)) => say!(lang, "it-misses-by").into(),
         _ => effect.coefficient.clone(),
     }
 }
 
+/// The same before a value: an equals sign, where it is no amount by which something misses.
+pub fn equals(effect: &EffectReport) -> &'static str {
+    if effect.regressor.starts_with("constraint:") { " " } else { " = " }
+}
+
 /// Whether the error of something stated is within what was stated; empty for anything else.
-pub fn against_stated(effect: &EffectReport) -> String {
+pub fn against_stated(effect: &EffectReport, lang: Language) -> String {
     let (Some(stated), Some(value)) = (effect.stated_u, effect.value) else { return String::new() };
     if !(stated > 0.0) {
-        return "it was stated as exact".into();
+        return say!(lang, "it-was-stated-as-exact").into();
     }
     let times = value.abs() / stated;
     if times <= 2.0 {
-        return format!(
-            "that is {times:.1} times its stated standard uncertainty: no mistake, but the readings know it better; estimate it, with what was stated as a prior"
-        );
+        return say!(lang, "within-its-stated-uncertainty", times = format!("{times:.1}"));
     }
-    format!("that is {} times its stated standard uncertainty: what was stated is wrong", significant(times, 2))
+    say!(lang, "beyond-its-stated-uncertainty", times = significant(times, 2))
 }
 
 /// What the repair does to the question besides a longer model line.
-pub fn repair(effect: &EffectReport) -> Option<String> {
+pub fn repair(effect: &EffectReport, lang: Language) -> Option<String> {
     let id = &effect.coefficient;
     Some(match effect.regressor.split_once(':') {
-        Some(("tilt", _)) => format!("{id} is estimated, no longer taken as zero"),
-        Some(("known", _)) => format!("{id} is estimated, no longer taken as known"),
-        Some(("prior", parameter)) => format!("{parameter} is estimated without its prior"),
-        Some(("constraint", number)) => format!("constraint {number} is taken away"),
+        Some(("tilt", _)) => say!(lang, "is-estimated-no-longer-zero", id),
+        Some(("known", _)) => say!(lang, "is-estimated-no-longer-known", id),
+        Some(("prior", parameter)) => say!(lang, "is-estimated-without-its-prior", id = parameter),
+        Some(("constraint", number)) => say!(lang, "constraint-is-taken-away", number),
         _ => return None,
     })
 }
@@ -146,13 +143,14 @@ pub struct Aliases {
 }
 
 /// The aliases of an effect.
-pub fn aliases(effect: &EffectReport) -> Aliases {
+pub fn aliases(effect: &EffectReport, lang: Language) -> Aliases {
     let mut sorted = Aliases::default();
     for alias in &effect.aliases {
-        let with = alias.together_with.as_ref().map_or(String::new(), |other| format!(" (with {other})"));
+        let with = alias.together_with.as_ref();
+        let with = with.map_or(String::new(), |other| format!(" ({})", say!(lang, "together-with", other)));
         let name = format!("{}{with}", alias.regressor);
         if alias.only_small_terms {
-            sorted.small.push(format!("{name} ({})", seen(alias)));
+            sorted.small.push(format!("{name} ({})", seen(alias, lang)));
         } else if alias.exact {
             sorted.same.push(name);
         } else {
@@ -163,26 +161,34 @@ pub fn aliases(effect: &EffectReport) -> Aliases {
 }
 
 /// What one more position would tell, and what none would.
-pub fn separation(effect: &EffectReport) -> Vec<String> {
+pub fn separation(effect: &EffectReport, lang: Language) -> Vec<String> {
     let mut lines = Vec::new();
-    let told = effect.separate_by.iter().zip(&effect.separate_tells);
-    let positions: Vec<String> =
-        told.map(|(own, n)| format!("{} (from {n} of {})", position(own), effect.separate_of)).collect();
+    let positions = separating(effect, lang, |at| at);
     if !positions.is_empty() {
-        lines.push(format!("one more position would tell it: {}", positions.join("; ")));
+        lines.push(say!(lang, "one-more-position-would-tell-it", positions));
     }
     if !effect.separate_never.is_empty() {
-        lines.push(format!("no position of this bench tells it from: {}", effect.separate_never.join(", ")));
+        lines.push(say!(lang, "no-position-tells-it-from", names = effect.separate_never.join(", ")));
     }
     lines
 }
 
+/// The positions that would tell an effect from its aliases, each with how many of them; empty for none.
+pub fn separating(effect: &EffectReport, lang: Language, show: impl Fn(String) -> String) -> String {
+    let told = effect.separate_by.iter().zip(&effect.separate_tells);
+    let one = |(own, n): (&PositionReport, &usize)| {
+        let [n, of] = [*n, effect.separate_of].map(|count| count.to_string());
+        say!(lang, "position-tells-from", at = show(position(own)), n, of)
+    };
+    told.map(one).collect::<Vec<String>>().join(lang.semicolon())
+}
+
 /// What an alias with small terms only is seen by.
-fn seen(alias: &AliasReport) -> String {
+fn seen(alias: &AliasReport, lang: Language) -> String {
     if alias.visible < alias.size {
-        format!("the model has all but {} of it", share(alias.visible))
+        say!(lang, "the-model-has-all-but", share = share(alias.visible))
     } else {
-        format!("{} of its full size", share(alias.size))
+        say!(lang, "of-its-full-size", share = share(alias.size))
     }
 }
 
@@ -226,91 +232,84 @@ pub fn shift(shift: Option<f64>, u: Option<f64>) -> String {
 }
 
 /// What the standard uncertainties after are of; empty where they are those of the fit.
-pub fn after_u(report: &DiagnoseReport) -> &'static str {
+pub fn after_u(report: &DiagnoseReport, lang: Language) -> &'static str {
     let aliases = report.parameters.iter().any(|p| p.alias_u > 0.0);
     let rest = report.parameters.iter().any(|p| p.remainder_u > 0.0);
     match (aliases, rest) {
-        (true, true) => {
-            "u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability), and what is unexplained; the shift is over u without these"
-        }
-        (true, false) => {
-            "u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability); the shift is over u without that"
-        }
-        (false, true) => "u after includes what is unexplained; the shift is over u without that",
+        (true, true) => say!(lang, "u-after-includes-aliases-and-remainder"),
+        (true, false) => say!(lang, "u-after-includes-aliases"),
+        (false, true) => say!(lang, "u-after-includes-remainder"),
         (false, false) => "",
     }
 }
 
 /// What is unexplained in one sentence: what it follows and how large it is.
-pub fn remainder(report: &DiagnoseReport) -> String {
+pub fn remainder(report: &DiagnoseReport, lang: Language) -> String {
     let Some(own) = &report.unexplained else { return String::new() };
     let follows = match &own.follows {
-        Some(name) => format!("what is unexplained follows {name}"),
-        None => "what is unexplained differs from reading to reading".into(),
+        Some(name) => say!(lang, "what-is-unexplained-follows", name = lang.name(name)),
+        None => say!(lang, "what-is-unexplained-differs").into(),
     };
     let unit = report.gap.sensors.values().next().map_or("", |s| s.unit.as_str());
     match own.sd.filter(|sd| *sd > 0.0) {
         Some(sd) if report.gap.sensors.len() == 1 => {
-            format!("{follows}, with a standard deviation of {} {unit}", significant(sd, 2))
+            say!(lang, "with-a-standard-deviation-of", follows, sd = significant(sd, 2), unit)
         }
         _ => follows,
     }
 }
 
 /// The probability of an effect; empty where there is none to speak of.
-pub fn probability(effect: &EffectReport) -> String {
+pub fn probability(effect: &EffectReport, lang: Language) -> String {
     let percent = |p: f64| if p > 0.999 { "> 99.9 %".to_string() } else { format!("{:.1} %", 100.0 * p) };
+    let p = percent(effect.probability);
     if effect.aliases.is_empty() {
-        return format!("probability {}", percent(effect.probability));
+        return p;
     }
-    format!(
-        "probability {} that it or an alias is present, {} as named",
-        percent(effect.probability),
-        percent(effect.probability_as_named)
-    )
+    say!(lang, "probability-of-it-or-an-alias", p, named = percent(effect.probability_as_named))
 }
 
 /// What a fit of the repaired model leaves out: that the effect could be one of its aliases; `None` where that moves nothing.
-pub fn alias_note(report: &DiagnoseReport) -> Option<String> {
+pub fn alias_note(report: &DiagnoseReport, lang: Language) -> Option<String> {
     let times = |p: &ChangeReport| p.u_after_as_named.filter(|u| *u > 0.0).map(|u| p.alias_half_width / u);
     let moved = report.parameters.iter().filter(|p| p.alias_half_width > 0.0);
     let most = moved.max_by(|a, b| times(a).unwrap_or(0.0).total_cmp(&times(b).unwrap_or(0.0)))?;
     let named: Vec<&str> =
         report.effects.iter().filter(|e| !e.aliases.is_empty()).map(|e| e.regressor.as_str()).collect();
-    Some(format!(
-        "fit of this campaign takes the effect as named ({}); were it one of its aliases, the estimates would move, at most {} by {} {} (u = {} as named); u_after of the diagnosis counts that",
-        named.join(", "),
-        most.id,
-        significant(most.alias_half_width, 2),
-        most.unit,
-        most.u_after_as_named.map_or("-".into(), |u| significant(u, 2))
+    Some(say!(
+        lang,
+        "fit-takes-the-effect-as-named",
+        named = named.join(", "),
+        id = most.id,
+        by = significant(most.alias_half_width, 2),
+        unit = most.unit,
+        u = most.u_after_as_named.map_or("-".into(), |u| significant(u, 2))
     ))
 }
 
 /// What was done with the constraints, one sentence each.
-pub fn constraints(report: &DiagnoseReport) -> Vec<String> {
+pub fn constraints(report: &DiagnoseReport, lang: Language) -> Vec<String> {
     let words = |state: Held| match state {
-        Held::Equality => "kept as an equality",
-        Held::AtLimit => "holds the estimate back: kept as an equality at its limit",
-        Held::Inactive => "met without effort: it has no part",
-        Held::Wrong => "found wrong: taken away by the repair",
-        Held::LeftOut => "left out: it contradicts others, or cannot be applied",
+        Held::Equality => say!(lang, "constraint-kept"),
+        Held::AtLimit => say!(lang, "constraint-kept-at-its-limit"),
+        Held::Inactive => say!(lang, "constraint-met"),
+        Held::Wrong => say!(lang, "constraint-wrong"),
+        Held::LeftOut => say!(lang, "constraint-left-out"),
     };
-    report.constraints.iter().map(|c| format!("constraint {}, {}: {}", c.index, c.text, words(c.state))).collect()
+    let line = |c: &super::AssertedReport| {
+        say!(lang, "constraint-state", index = c.index.to_string(), text = c.text, state = words(c.state))
+    };
+    report.constraints.iter().map(line).collect()
 }
 
 /// The holdout in one sentence; empty where there is none.
-pub fn holdout(report: &DiagnoseReport) -> String {
+pub fn holdout(report: &DiagnoseReport, lang: Language) -> String {
     let Some(own) = &report.holdout else { return String::new() };
-    let after = own.after.map_or(String::new(), |after| format!(", with what was found by {after:.2}"));
+    let after = own.after.map(|after| format!("{after:.2}"));
+    let after = after.map_or(String::new(), |after| say!(lang, "holdout-after", after));
     let skipped = match own.skipped {
         0 => String::new(),
-        1 => "; 1 cannot be left out, it alone determines a parameter".into(),
-        n => format!("; {n} cannot be left out, each alone determines a parameter"),
+        n => say!(lang, "holdout-skipped", n),
     };
-    let positions = if own.positions == 1 { "1 position".into() } else { format!("{} positions", own.positions) };
-    format!(
-        "left out in turn and predicted from the others, {positions} miss by {:.2} of their standard uncertainties (rms; 1 is expected){after}{skipped}",
-        own.before
-    )
+    say!(lang, "holdout", n = own.positions, before = format!("{:.2}", own.before), after, skipped)
 }

@@ -5,9 +5,9 @@ use super::{Align, Figure, Page, Section, Table, Tone, cells};
 use crate::batch::Summary;
 use crate::campaign::Campaign;
 use crate::error::Result;
-use crate::language::Language;
+use crate::language::{Language, say};
 use crate::report::plot::{self, Control, Distribution};
-use crate::report::table::{count, rounded, significant};
+use crate::report::table::{rounded, significant};
 use crate::report::{BatchReport, DistributionReport, LotReport};
 
 /// Quantities whose charts are drawn.
@@ -15,35 +15,43 @@ const DRAWN: usize = 40;
 
 /// The page of many devices.
 pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary, lang: Language) -> Result<Page> {
-    let mut page = Page::new(format!("{} by {}", count(report.devices.all, "device"), report.by));
-    page.subtitle =
-        "Distributions, devices that stand apart, and whether devices differ more than they are measured".into();
+    let devices = lang.count(report.devices.all, "device");
+    let mut page = Page::new(format!("{devices} by {by}", by = report.by));
+    page.language = lang;
+    page.subtitle = say!(lang, "distributions-devices-that-stand-apart-and-whether").into();
     page.facts = vec![
-        ("Bench".into(), format!("`{}`", report.bench)),
-        ("One fit for each".into(), format!("`{}`", report.by)),
-        ("Estimator".into(), report.estimator.to_string()),
+        (say!(lang, "bench").into(), format!("`{}`", report.bench)),
+        (say!(lang, "one-fit-for-each").into(), format!("`{}`", report.by)),
+        (say!(lang, "estimator").into(), lang.term("estimator", &report.estimator.to_string()).into_owned()),
     ];
-    page.facts.extend(report.model.iter().map(|(sensor, line)| (format!("Model of {sensor}"), format!("`{line}`"))));
+    page.facts.extend(report.model.iter().map(|(sensor, line)| (say!(lang, "model-of", sensor), format!("`{line}`"))));
     page.facts.extend(campaign.identity.facts(lang));
     page.colophon = colophon(&report.inputs, lang);
-    page = page.section(answer(report, lang)).section(distributions(campaign, report, summary)?).section(apart(report));
+    page = page
+        .section(answer(report, lang))
+        .section(distributions(campaign, report, summary, lang)?)
+        .section(apart(report, lang));
     if report.lots.len() > 1 {
-        page = page.section(lots(report)?);
+        page = page.section(lots(report, lang)?);
     }
     Ok(page)
 }
 
 fn answer(report: &BatchReport, lang: Language) -> Section {
     let own = &report.devices;
-    let mut section = Section::new("The answer");
+    let mut section = Section::new(say!(lang, "the-answer"));
     let bad = own.rejected + own.malformed;
     section = match bad {
-        0 => section.verdict(Tone::Good, format!("All {} are accepted.", count(own.all, "device"))),
+        0 => section.verdict(Tone::Good, say!(lang, "all-are-accepted", devices = lang.count(own.all, "device"))),
         _ => section.verdict(
             Tone::Bad,
-            format!(
-                "{} of {} are not accepted: {} rejected (a rank defect, a failed global test, no convergence), {} whose readings are no readings of this campaign.",
-                bad, count(own.all, "device"), own.rejected, own.malformed
+            say!(
+                lang,
+                "of-are-not-accepted-rejected-a-rank",
+                bad = bad.to_string(),
+                devices = lang.count(own.all, "device"),
+                rejected = own.rejected.to_string(),
+                malformed = own.malformed.to_string()
             ),
         ),
     };
@@ -55,15 +63,21 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
         };
         section = section.verdict(
             tone,
-            format!(
-                "Conformity (rule `{}`): {} pass, {} undecided, {} fail.",
-                limits.decision, limits.pass, limits.undecided, limits.fail
+            say!(
+                lang,
+                "conformity-rule-pass-undecided-fail",
+                decision = limits.decision.to_string(),
+                pass = limits.pass.to_string(),
+                undecided = limits.undecided.to_string(),
+                fail = limits.fail.to_string()
             ),
         );
     }
     if own.suspicious > 0 {
-        section =
-            section.verdict(Tone::Caution, format!("{} with suspicious readings.", count(own.suspicious, "device")));
+        section = section.verdict(
+            Tone::Caution,
+            lang.sentence(&say!(lang, "with-suspicious-readings", devices = lang.count(own.suspicious, "device"))),
+        );
     }
     let differ: Vec<&str> = report
         .quantities
@@ -72,32 +86,32 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
         .map(|q| q.id.as_str())
         .collect();
     section = match differ.as_slice() {
-        [] => section.prose("In no quantity do devices differ by more than their readings scatter."),
-        ids => section.prose(format!(
-            "Devices differ by more than their readings scatter (p < 0.01) in {}: the line scatters more than it is measured.",
-            cells::names(ids, lang)
-        )),
+        [] => section.prose(say!(lang, "in-no-quantity-do-devices-differ-by")),
+        ids => section.prose(say!(lang, "devices-differ-by-more-than-their-readings", names = cells::names(ids, lang))),
     };
-    section.prose(format!(
-        "{} fitted by the factorisation of a schedule that several devices share, {} by themselves.",
-        own.common_schedule, own.own_fit
+    section.prose(say!(
+        lang,
+        "fitted-by-the-factorisation-of-a-schedule",
+        common = own.common_schedule.to_string(),
+        alone = own.own_fit.to_string()
     ))
 }
 
-fn distributions(campaign: &Campaign, report: &BatchReport, summary: &Summary) -> Result<Section> {
+fn distributions(campaign: &Campaign, report: &BatchReport, summary: &Summary, lang: Language) -> Result<Section> {
     let mut table = Table::new(&[
-        ("quantity", Align::Left),
-        ("devices", Align::Right),
-        ("mean", Align::Decimal),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "devices"), Align::Right),
+        (say!(lang, "mean"), Align::Decimal),
         ("sd", Align::Decimal),
         ("u", Align::Decimal),
-        ("sd of devices", Align::Decimal),
-        ("p if alike", Align::Decimal),
-        ("least", Align::Decimal),
-        ("most", Align::Decimal),
-        ("limits", Align::Left),
-        ("unit", Align::Left),
+        (say!(lang, "sd-of-devices"), Align::Decimal),
+        (say!(lang, "p-if-alike"), Align::Decimal),
+        (say!(lang, "least"), Align::Decimal),
+        (say!(lang, "most"), Align::Decimal),
+        (say!(lang, "limits"), Align::Left),
+        (say!(lang, "unit"), Align::Left),
     ]);
+    table.small = true;
     for q in &report.quantities {
         let (excess, p) = q.scattering.as_ref().map_or((cells::dash(), cells::dash()), |s| {
             (significant(s.sd_of_devices, 3), if s.p < 1e-4 { "<0.0001".into() } else { significant(s.p, 2) })
@@ -116,53 +130,51 @@ fn distributions(campaign: &Campaign, report: &BatchReport, summary: &Summary) -
             q.unit.clone(),
         ]);
     }
-    table.note = "Accepted devices only. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: what of the sd the scatter of their own readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).".into();
+    table.note = say!(lang, "accepted-devices-only-sd-between-devices-u").into();
     let (mut figures, ids) = (Vec::new(), crate::report::batch_quantities(campaign));
     for q in report.quantities.iter().take(DRAWN) {
         let Some(k) = ids.iter().position(|(id, _)| *id == q.id) else { continue };
         let limits = q.limits.map(|[low, high]| [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)]);
         let alone = q.scattering.as_ref().map(|s| [q.median, s.u]);
-        let svg = plot::distribution(&Distribution {
-            label: q.id.clone(),
-            unit: q.unit.clone(),
-            values: summary.values(k),
-            limits,
-            alone,
-        })?;
+        let svg = plot::distribution(
+            &Distribution { label: q.id.clone(), unit: q.unit.clone(), values: summary.values(k), limits, alone },
+            lang,
+        )?;
         figures.push(Figure {
             svg,
-            caption: format!("{} over {}", q.id, count(q.devices, "device")),
-            description: format!(
-                "Histogram of `{}`; curve: what the scatter of each device's readings alone would leave{}.",
-                q.id,
-                if q.limits.is_some() { "; dashed: limits" } else { "" }
-            ),
+            caption: say!(lang, "batch-page-over", id = q.id, devices = lang.count(q.devices, "device")),
+            description: match q.limits {
+                Some(_) => say!(lang, "histogram-of-curve-what-the-scatter-of", id = q.id),
+                None => say!(lang, "histogram-of-curve-what-the-scatter-of-2", id = q.id),
+            },
             ..Figure::default()
         });
     }
-    Ok(Section::new("Distributions").table(table).prose("Each histogram shows the accepted devices; the curve is what the scatter of each device's own readings alone would leave, dashed lines are limits. Values far out are counted in the last bar.").figures(figures))
+    Ok(Section::new(say!(lang, "distributions"))
+        .table(table)
+        .prose(say!(lang, "each-histogram-shows-the-accepted-devices-the"))
+        .figures(figures))
 }
 
 fn limits_text(q: &DistributionReport) -> String {
     let bound = |bound: Option<f64>| bound.map_or(String::new(), |x| significant(x, 4));
     match q.limits {
         None => cells::dash(),
-        Some([low, high]) => format!("{} .. {}", bound(low), bound(high)),
+        Some([low, high]) => format!("{}\u{a0}..\u{a0}{}", bound(low), bound(high)),
     }
 }
 
-fn apart(report: &BatchReport) -> Section {
-    let section = Section::new("Devices that stand apart");
+fn apart(report: &BatchReport, lang: Language) -> Section {
+    let section = Section::new(say!(lang, "devices-that-stand-apart"));
     if report.outlying.is_empty() {
-        return section
-            .prose("No accepted device stands apart from the others at 1 % over all devices and quantities.");
+        return section.prose(say!(lang, "no-accepted-device-stands-apart-from-the"));
     }
     let mut table = Table::new(&[
         (report.by.as_str(), Align::Left),
-        ("quantity", Align::Left),
-        ("value", Align::Decimal),
+        (say!(lang, "quantity"), Align::Left),
+        (say!(lang, "value"), Align::Decimal),
         ("z", Align::Decimal),
-        ("unit", Align::Left),
+        (say!(lang, "unit"), Align::Left),
     ]);
     for own in &report.outlying {
         let q = report.quantities.iter().find(|q| q.id == own.id);
@@ -174,11 +186,11 @@ fn apart(report: &BatchReport) -> Section {
             q.map_or(String::new(), |q| q.unit.clone()),
         ]);
     }
-    table.note = "z = (value - median) / (1.4826 MAD), beyond what a normal distribution leaves at 1 % over all devices and quantities; the farthest first, at most 50. A single report: `tumble fit` with the readings of that device.".into();
+    table.note = say!(lang, "z-value-median-mad-beyond-what-a").into();
     section.table(table)
 }
 
-fn lots(report: &BatchReport) -> Result<Section> {
+fn lots(report: &BatchReport, lang: Language) -> Result<Section> {
     let mut figures = Vec::new();
     let mut beyond: Vec<String> = Vec::new();
     for q in report.quantities.iter().take(DRAWN) {
@@ -200,19 +212,17 @@ fn lots(report: &BatchReport) -> Result<Section> {
         let chart = Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean };
         figures.push(Figure {
             svg: plot::control(&chart)?,
-            caption: format!("{} by lot", q.id),
-            description: format!("Mean of `{}` in each lot; line: mean of all devices; dashed: three standard deviations of a lot's mean, from the scatter within lots; triangles lie beyond.", q.id),
+            caption: say!(lang, "by-lot", id = q.id),
+            description: say!(lang, "mean-of-in-each-lot-line-mean", id = q.id),
             ..Figure::default()
         });
     }
-    let mut section = Section::new("Control charts");
+    let mut section = Section::new(say!(lang, "control-charts"));
     section = match beyond.is_empty() {
-        true => section.verdict(Tone::Good, "No lot lies beyond its control limits."),
-        false => section.verdict(Tone::Caution, "Lots beyond their control limits:").list(beyond),
+        true => section.verdict(Tone::Good, say!(lang, "no-lot-lies-beyond-its-control-limits")),
+        false => section.verdict(Tone::Caution, say!(lang, "lots-beyond-their-control-limits")).list(beyond),
     };
-    Ok(section
-        .prose("Points are means of lots, the line is the mean of all devices, dashed lines are three standard deviations of a lot's mean from the scatter within lots; triangles lie beyond.")
-        .figures(figures))
+    Ok(section.prose(say!(lang, "points-are-means-of-lots-the-line")).figures(figures))
 }
 
 /// Standard deviation within lots, pooled; for lots of single devices from the moving range (W. A. Shewhart).

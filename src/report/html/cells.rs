@@ -50,5 +50,3 @@ pub(super) fn names<T: AsRef<str>>(names: &[T], lang: Language) -> String {
     let code: Vec<String> = names.iter().map(|n| format!("`{}`", n.as_ref())).collect();
     lang.list(&code)
 }
-
-pub(super) use crate::report::table::count;

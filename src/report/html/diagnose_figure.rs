@@ -1,9 +1,11 @@
 //! The picture of a diagnosis: residuals before and after, grouped by the factor that the gap follows.
 
-use super::{Figure, cells};
+use super::Figure;
+use super::diagnose_page::factor as named;
 use crate::campaign::Campaign;
 use crate::diagnosis::{Diagnosis, Grouping, Level};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::report::DiagnoseReport;
 use crate::report::diagnose::words;
 use crate::report::plot::{self, GapPanel, GapPoint};
@@ -17,52 +19,63 @@ const POINTS: usize = 2400;
 /// The picture alone.
 ///
 /// Errors: none that a diagnosis can cause.
-pub fn diagnose_svg(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<String> {
-    let svg = figure(campaign, diagnosis, report)?.svg;
+pub fn diagnose_svg(
+    campaign: &Campaign,
+    diagnosis: &Diagnosis,
+    report: &DiagnoseReport,
+    lang: Language,
+) -> Result<String> {
+    let svg = figure(campaign, diagnosis, report, lang)?.svg;
     // alone it needs paper of its own
     Ok(svg.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
 }
 
-pub(super) fn figure(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<Figure> {
+pub(super) fn figure(
+    campaign: &Campaign,
+    diagnosis: &Diagnosis,
+    report: &DiagnoseReport,
+    lang: Language,
+) -> Result<Figure> {
     let sensors = shown(campaign, diagnosis, report);
     let total: usize = sensors.iter().filter_map(|k| gap_of(campaign, report, *k)).map(|own| own.readings).sum();
     let every = total.div_ceil(POINTS).max(1);
     let panels: Vec<GapPanel> =
-        sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()))).collect();
+        sensors.iter().map(|k| panel(campaign, diagnosis, report, *k, (every, sensors.len()), lang)).collect();
     let factor = diagnosis.grouping.as_ref().map_or("", |g| g.factor.as_str());
-    let svg = plot::gap(&panels, factor)?;
+    let svg = plot::gap(&panels, factor, lang)?;
     let many = panels.iter().any(|panel| panel.points.len() > 60);
-    let mut caption = String::from("Each reading minus the model");
-    caption.push_str(if report.effects.is_empty() {
-        ", as given."
-    } else {
-        ": circles with the model as given, discs with what was found in it."
-    });
+    let mut caption = vec![match report.effects.is_empty() {
+        true => say!(lang, "each-reading-minus-the-model-as-given").to_string(),
+        false => say!(lang, "each-reading-minus-the-model-circles-with").to_string(),
+    }];
     if !factor.is_empty() {
-        caption.push_str(&format!(" Readings are grouped by `{factor}`, which the gap follows most; "));
-        caption.push_str("a bar is the mean of a group before.");
+        caption.push(say!(lang, "readings-are-grouped-by-which-the-gap", factor = named(factor, lang)));
     }
     if every > 1 {
-        caption.push_str(&format!(" One reading in {every} is drawn, and all that lie far out."));
+        let every = every.to_string();
+        caption.push(say!(lang, "one-reading-in-is-drawn-and-all", every));
     } else if many {
-        caption.push_str(" Every reading is drawn.");
+        caption.push(say!(lang, "every-reading-is-drawn").to_string());
     }
     let left = campaign.bench.sensors.len() - sensors.len();
     if left > 0 {
-        caption.push_str(&format!(" {} are not drawn.", cells::count(left, "further sensor")));
+        caption.push(say!(lang, "further-sensors-are-not-drawn", n = left));
     }
-    Ok(Figure { caption, description: description(report), svg, wide: true })
+    let caption = caption.join(lang.space());
+    Ok(Figure { caption, description: description(report, lang), svg, wide: true })
 }
 
 /// The same in words.
-fn description(report: &DiagnoseReport) -> String {
+fn description(report: &DiagnoseReport, lang: Language) -> String {
     let sensors = report.gap.sensors.iter().map(|(id, own)| {
-        let rms = |v: Option<f64>| v.map_or("unknown".into(), |v| significant(v, 3));
-        let after =
-            if report.effects.is_empty() { String::new() } else { format!(" before and {} after", rms(own.rms_after)) };
-        format!("{id}: residual sd {} {}{after}", rms(own.rms_before), own.unit)
+        let rms = |v: Option<f64>| v.map_or_else(|| say!(lang, "unknown").to_string(), |v| significant(v, 3));
+        let (before, unit) = (rms(own.rms_before), &own.unit);
+        match report.effects.is_empty() {
+            true => say!(lang, "residual-sd-2", id, before, unit),
+            false => say!(lang, "residual-sd-before-and-after", id, before, unit, after = rms(own.rms_after)),
+        }
     });
-    sensors.collect::<Vec<_>>().join("; ") + "."
+    lang.sentence(&sensors.collect::<Vec<_>>().join(lang.semicolon()))
 }
 
 fn gap_of<'a>(
@@ -94,6 +107,7 @@ fn panel(
     report: &DiagnoseReport,
     sensor: usize,
     (every, panels): (usize, usize),
+    lang: Language,
 ) -> GapPanel {
     let (id, unit) = campaign.bench.sensors.get(sensor).map_or(("", ""), |s| (s.id.as_str(), s.unit.as_str()));
     let repaired = diagnosis.after.is_some();
@@ -113,7 +127,7 @@ fn panel(
     }
     rows.sort_by_key(|(place, _)| *place);
     // the title of a low panel has little room
-    let title = if panels > 2 { id.to_string() } else { format!("{id} residual") };
+    let title = if panels > 2 { id.to_string() } else { say!(lang, "fit-figures-residual", id) };
     GapPanel { title, unit: unit.into(), points: rows.into_iter().map(|(_, p)| p).collect() }
 }
 

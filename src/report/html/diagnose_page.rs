@@ -8,7 +8,7 @@ use crate::campaign::{Campaign, Role};
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::error::Result;
-use crate::language::Language;
+use crate::language::{Language, say};
 use crate::report::diagnose::words;
 use crate::report::table::significant;
 use crate::report::{DiagnoseReport, EffectReport, Input};
@@ -25,28 +25,30 @@ pub fn diagnose_page(
     lang: Language,
 ) -> Result<Page> {
     let bench = &campaign.bench;
-    let mut page = Page::new(if bench.title.is_empty() { bench.id.clone() } else { bench.title.clone() });
-    page.subtitle = "Diagnosis: where the readings and the model disagree, and what is missing".into();
-    page.facts = vec![("Bench".to_string(), format!("`{}`", bench.id))];
+    let title = if bench.title.is_empty() { &bench.id } else { &bench.title };
+    let mut page = Page::new(lang.name(title).into_owned());
+    page.language = lang;
+    page.subtitle = say!(lang, "diagnosis-where-the-readings-and-the-model").into();
+    page.facts = vec![(say!(lang, "bench").to_string(), format!("`{}`", bench.id))];
     if !bench.source.is_empty() {
-        page.facts.push(("Source".into(), bench.source.clone()));
+        page.facts.push((say!(lang, "source").into(), lang.name(&bench.source).into_owned()));
     }
-    page.facts.extend(inputs.first().map(|input| ("Campaign".to_string(), input.name.clone())));
+    page.facts.extend(inputs.first().map(|input| (say!(lang, "campaign").to_string(), input.name.clone())));
     page.facts.extend(campaign.identity.facts(lang));
     page.colophon = colophon(inputs, lang);
-    page = page.section(answer(campaign, diagnosis, report)?);
-    let mut missing = Section::new("What is missing");
+    page = page.section(answer(campaign, diagnosis, report, lang)?);
+    let mut missing = Section::new(say!(lang, "what-is-missing"));
     for effect in &report.effects {
         missing = missing.block(card(report, effect, lang));
     }
     Ok(page
         .section(missing)
-        .section(model(report))
+        .section(model(report, lang))
         .section(scatter_page::scatter(&report.scatter, lang))
         .section(unexplained(report, lang))
-        .section(changes(report))
-        .section(places(report))
-        .section(search(report))
+        .section(changes(report, lang))
+        .section(places(report, lang))
+        .section(search(report, lang))
         .section(assumptions(campaign, diagnosis, report, lang)))
 }
 
@@ -59,72 +61,64 @@ pub(super) fn tone(verdict: Verdict) -> Tone {
     }
 }
 
-/// A text with a capital and a full stop; it must not begin with a symbol.
-pub(super) fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first: String = letters.next().map(|c| c.to_uppercase().collect()).unwrap_or_default();
-    format!("{first}{}.", letters.as_str())
-}
-
 /// True minus signs before numbers (an exponent keeps its own).
 fn minus(text: &str) -> String {
     let text = text.replace(" -", " \u{2212}").replace("= -", "= \u{2212}");
     text.strip_prefix('-').map_or(text.clone(), |size| format!("\u{2212}{size}"))
 }
 
-fn answer(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport) -> Result<Section> {
-    let section = Section::new("Result").verdict(tone(report.verdict), sentence(&words::verdict(report)));
+fn answer(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, lang: Language) -> Result<Section> {
+    let section =
+        Section::new(say!(lang, "result")).verdict(tone(report.verdict), lang.sentence(&words::verdict(report, lang)));
     if report.verdict == Verdict::NotDiagnosable {
-        let help = words::would_help(report);
-        return Ok(if help.is_empty() { section } else { section.prose(sentence(&help)) });
+        let help = words::would_help(report, lang);
+        return Ok(if help.is_empty() { section } else { section.prose(lang.sentence(&help)) });
     }
-    let source = words::noise_source(report.gap.noise.from);
+    let source = words::noise_source(report.gap.noise.from, lang);
     Ok(section
-        .prose(summary(report))
-        .figures(vec![figure(campaign, diagnosis, report)?])
-        .table(gap(report))
-        .prose(format!("Noise floor: {source}. {}.", words::tried(report))))
+        .prose(summary(report, lang))
+        .figures(vec![figure(campaign, diagnosis, report, lang)?])
+        .table(gap(report, lang))
+        .prose(say!(lang, "noise-floor-3", source, tried = lang.sentence(&words::tried(report, lang)))))
 }
 
 /// The gap before and after, in one sentence; empty where nothing was found.
-fn summary(report: &DiagnoseReport) -> String {
+fn summary(report: &DiagnoseReport, lang: Language) -> String {
     if report.effects.is_empty() {
         return String::new();
     }
     let explained: f64 = report.effects.iter().map(|e| e.explains).sum();
-    let with = if report.effects.len() == 1 { "With it" } else { "With them" };
     let gap = match report.gap.sensors.values().next() {
         Some(own) if report.gap.sensors.len() == 1 => {
-            let rms = |v: Option<f64>| v.map_or("unknown".into(), |v| significant(v, 3));
-            format!(
-                "the residual standard deviation goes from {} to {} {}",
-                rms(own.rms_before),
-                rms(own.rms_after),
-                own.unit
-            )
+            let rms = |v: Option<f64>| v.map_or(say!(lang, "unknown").into(), |v| significant(v, 3));
+            let [before, after] = [rms(own.rms_before), rms(own.rms_after)];
+            say!(lang, "with-what-was-found-the-residual-standard", before, after, unit = own.unit)
         }
-        _ => format!(
-            "chi-square goes from {} to {}",
-            significant(report.gap.before.chi_square, 4),
-            significant(report.gap.after.chi_square, 4)
-        ),
+        _ => {
+            let [before, after] = [&report.gap.before, &report.gap.after].map(|gap| significant(gap.chi_square, 4));
+            say!(lang, "with-what-was-found-chi-square-goes", before, after)
+        }
     };
-    let share = if report.effects.len() == 1 {
-        format!(": it explains {} of the gap", cells::percent(explained))
-    } else {
-        String::new()
+    let share = cells::percent(explained);
+    let share = match report.effects.len() {
+        1 => say!(lang, "it-explains-of-the-gap", share),
+        _ => String::new(),
     };
-    format!("{with} {gap}{share}.")
+    lang.sentence(&format!("{gap}{share}"))
 }
 
 /// Each sensor's gap, and the whole.
-fn gap(report: &DiagnoseReport) -> Table {
+fn gap(report: &DiagnoseReport, lang: Language) -> Table {
     let found = !report.effects.is_empty();
-    let mut columns = vec![("sensor", Align::Left), ("unit", Align::Left), ("noise sd", Align::Decimal)];
-    columns.extend([(if found { "sd before" } else { "residual sd" }, Align::Decimal)]);
-    columns.extend([(if found { "max before" } else { "max" }, Align::Decimal)]);
+    let mut columns = vec![
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "unit"), Align::Left),
+        (say!(lang, "noise-sd"), Align::Decimal),
+    ];
+    columns.extend([(if found { say!(lang, "sd-before") } else { say!(lang, "residual-sd") }, Align::Decimal)]);
+    columns.extend([(if found { say!(lang, "max-before") } else { say!(lang, "max") }, Align::Decimal)]);
     if found {
-        columns.extend([("sd after", Align::Decimal), ("max after", Align::Decimal)]);
+        columns.extend([(say!(lang, "sd-after"), Align::Decimal), (say!(lang, "max-after"), Align::Decimal)]);
     }
     let mut table = Table::new(&columns);
     for (id, own) in &report.gap.sensors {
@@ -137,27 +131,28 @@ fn gap(report: &DiagnoseReport) -> Table {
     }
     let of = |gap: &crate::report::GapReport| {
         let p = gap.p.map_or(String::new(), |p| format!(", {}", words::p_is(p)));
-        format!("{} with {} of freedom{p}", significant(gap.chi_square, 4), cells::count(gap.dof, "degree"))
+        let (chi_square, dof) = (significant(gap.chi_square, 4), lang.count(gap.dof, "degree"));
+        say!(lang, "diagnose-page-with", chi_square, dof, p)
     };
-    table.note = format!("Chi-square: {}", of(&report.gap.before));
-    if found {
-        table.note.push_str(&format!("; with what was found {}", of(&report.gap.after)));
-    }
-    table.note.push('.');
+    let before = of(&report.gap.before);
+    table.note = match found {
+        true => say!(lang, "chi-square-with-what-was-found", before, after = of(&report.gap.after)),
+        false => say!(lang, "chi-square-2", before),
+    };
     table
 }
 
 fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block {
     let mut facts: Vec<(String, String)> = Vec::new();
-    let mut say = |name: &str, text: String| {
+    let mut fact = |name: &str, text: String| {
         if !text.is_empty() {
             facts.push((name.to_string(), text));
         }
     };
-    say("Regressor", format!("`{}`", effect.regressor));
+    fact(say!(lang, "regressor"), format!("`{}`", effect.regressor));
     if report.model_before.len() > 1 {
-        let all = if effect.regressor.starts_with("tilt:") { "common to all" } else { "" };
-        say("Sensor", effect.sensor.as_ref().map_or(all.to_string(), |s| format!("`{s}`")));
+        let all = if effect.regressor.starts_with("tilt:") { say!(lang, "common-to-all") } else { "" };
+        fact(say!(lang, "title-sensor"), effect.sensor.as_ref().map_or(all.to_string(), |s| format!("`{s}`")));
     }
     match words::value(effect) {
         Some((value, u, expanded, unit)) => {
@@ -166,36 +161,56 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block
                 _ => String::new(),
             };
             let name = if effect.coefficient.is_empty() {
-                sentence(&words::of(effect)).replace('.', "")
+                begun(&words::of(effect, lang), lang)
             } else {
-                format!("`{}`", words::of(effect))
+                format!("`{}`", words::of(effect, lang))
             };
-            say(&name, minus(&format!("{value} {unit}{uncertainty}")).replace(" ,", ","));
+            fact(&name, minus(&format!("{value} {unit}{uncertainty}")).replace(" ,", ","));
         }
-        None => say("Value", "the repaired model does not determine it".into()),
+        None => fact(say!(lang, "title-value"), say!(lang, "the-repaired-model-does-not-determine-it").into()),
     }
     for own in &effect.in_sensors {
-        let value = own.value.map_or("not determined".into(), |v| crate::report::table::rounded(v, own.u));
+        let value = own.value.map_or(say!(lang, "not-determined").into(), |v| crate::report::table::rounded(v, own.u));
         let u = own.u.map_or(String::new(), |u| format!(", u = {}", significant(u, 2)));
-        say(&format!("In `{}`", own.sensor), minus(&format!("{value} {}{u}, t = {:.1}", own.unit, own.t)));
+        fact(
+            &say!(lang, "in-sensor", sensor = own.sensor),
+            minus(&format!("{value} {}{u}, t = {:.1}", own.unit, own.t)),
+        );
     }
-    say("Stated", words::against_stated(effect));
-    say("Evidence", minus(&format!("t = {:.1}, {} among all that was tried", effect.t, words::p_is(effect.p))));
-    say("Probability", words::probability(effect).replacen("probability ", "", 1));
-    let beyond = if report.effects.len() == 1 { "" } else { " beyond the others" };
-    say("Explains", format!("{} of the gap{beyond}", cells::percent(effect.explains)));
-    let aliases = words::aliases(effect);
-    say("Cannot be told from", cells::names(&aliases.same, lang));
-    say("Fits not significantly worse", listed(&aliases.near));
-    say("Only through small terms", listed(&aliases.small));
-    let told = effect.separate_by.iter().zip(&effect.separate_tells);
-    let positions: Vec<String> =
-        told.map(|(at, n)| format!("`{}` (from {n} of {})", words::position(at), effect.separate_of)).collect();
-    say("One more position would tell it", positions.join("; "));
-    say("No position of this bench tells it from", cells::names(&effect.separate_never, lang));
-    say("Why it happens", effect.why.clone());
-    say("To confirm", effect.confirm.clone());
-    Block::Card { heading: sentence(&effect.name).trim_end_matches('.').to_string(), tone: Tone::Bad, facts }
+    fact(say!(lang, "stated-2"), words::against_stated(effect, lang));
+    let (t, p) = (format!("{:.1}", effect.t), words::p_is(effect.p));
+    fact(say!(lang, "evidence"), minus(&say!(lang, "t-among-all-that-was-tried", t, p)));
+    fact(say!(lang, "title-probability"), words::probability(effect, lang));
+    let share = cells::percent(effect.explains);
+    fact(
+        say!(lang, "explains"),
+        match report.effects.len() {
+            1 => say!(lang, "of-the-gap", share),
+            _ => say!(lang, "of-the-gap-beyond-the-others", share),
+        },
+    );
+    let aliases = words::aliases(effect, lang);
+    fact(say!(lang, "cannot-be-told-from"), cells::names(&aliases.same, lang));
+    fact(say!(lang, "fits-not-significantly-worse"), listed(&aliases.near));
+    fact(say!(lang, "only-through-small-terms"), listed(&aliases.small));
+    fact(say!(lang, "title-one-more-position-would-tell-it"), words::separating(effect, lang, |at| format!("`{at}`")));
+    fact(say!(lang, "no-position-of-this-bench-tells-it"), cells::names(&effect.separate_never, lang));
+    fact(say!(lang, "why-it-happens"), lang.name(&effect.why).into_owned());
+    fact(say!(lang, "to-confirm"), lang.name(&effect.confirm).into_owned());
+    Block::Card { heading: begun(&lang.name(&effect.name), lang), tone: Tone::Bad, facts }
+}
+
+/// A factor: a column of the campaign in code type, anything else in words.
+pub(super) fn factor(name: &str, lang: Language) -> String {
+    match lang.name(name) {
+        std::borrow::Cow::Borrowed(name) => format!("`{name}`"),
+        std::borrow::Cow::Owned(name) => name,
+    }
+}
+
+/// A heading: a capital letter where the language has them, no full stop.
+fn begun(text: &str, lang: Language) -> String {
+    lang.sentence(text).trim_end_matches(['.', '\u{3002}']).to_string()
 }
 
 /// Names in code type, what stands in parentheses after them as it is.
@@ -208,11 +223,11 @@ fn listed(names: &[String]) -> String {
 }
 
 /// Model lines, with what was appended marked, and what else the repair does.
-fn model(report: &DiagnoseReport) -> Section {
-    let mut section = Section::new("The model");
+fn model(report: &DiagnoseReport, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "the-model"));
     let line = |id: &str, kept: &str, added: &str| MarkedLine { kept: format!("{id} = {kept}"), added: added.into() };
     let before = report.model_before.iter().map(|(id, own)| line(id, own, ""));
-    section = section.prose("As given:").block(Block::Marked(before.collect()));
+    section = section.prose(say!(lang, "as-given-2")).block(Block::Marked(before.collect()));
     let changed: Vec<MarkedLine> = report
         .model_after
         .iter()
@@ -222,28 +237,28 @@ fn model(report: &DiagnoseReport) -> Section {
         })
         .collect();
     if !changed.is_empty() {
-        section = section.prose("With what was found:").block(Block::Marked(changed));
+        section = section.prose(say!(lang, "with-what-was-found")).block(Block::Marked(changed));
     }
-    let mut repairs: Vec<String> = report.effects.iter().filter_map(words::repair).collect();
+    let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| words::repair(effect, lang)).collect();
     if report.model_before == report.model_after {
         let own = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
-        repairs.extend(own.map(|e| format!("`{}` is estimated, no longer taken as zero", e.coefficient)));
+        repairs.extend(own.map(|e| say!(lang, "is-estimated-no-longer-zero", id = format!("`{}`", e.coefficient))));
     }
-    section.list(repairs.iter().map(|text| sentence(text)).collect())
+    section.list(repairs.iter().map(|text| lang.sentence(text)).collect())
 }
 
 fn unexplained(report: &DiagnoseReport, lang: Language) -> Section {
-    let section = Section::new("The pattern");
+    let section = Section::new(say!(lang, "the-pattern"));
     let Some(own) = &report.unexplained else { return section };
     let mut table = Table::new(&[
-        ("at", Align::Left),
-        ("sensor", Align::Left),
-        ("readings", Align::Right),
-        ("mean gap", Align::Decimal),
+        (say!(lang, "gap-at"), Align::Left),
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "readings-2"), Align::Right),
+        (say!(lang, "mean-gap"), Align::Decimal),
         ("", Align::Bar),
-        ("in sd", Align::Decimal),
+        (say!(lang, "in-sd"), Align::Decimal),
     ]);
-    table.caption = "Mean residual at each state of the joints, the most significant first".into();
+    table.caption = say!(lang, "mean-residual-at-each-state-of-the").into();
     table.small = own.cells.len() > 12;
     let largest = own.cells.iter().take(LISTED).fold(0.0_f64, |m, cell| m.max(cell.z.abs()));
     for cell in own.cells.iter().take(LISTED) {
@@ -259,25 +274,26 @@ fn unexplained(report: &DiagnoseReport, lang: Language) -> Section {
     let nearest = if own.nearest.is_empty() {
         String::new()
     } else {
-        format!(
-            "Nearest of the catalogue: {} would take off {} and leave more than noise, so it is not accepted.",
-            cells::names(&own.nearest, lang),
-            cells::percent(own.nearest_explains)
+        say!(
+            lang,
+            "nearest-of-the-catalogue-would-take-off-2",
+            names = cells::names(&own.nearest, lang),
+            share = cells::percent(own.nearest_explains)
         )
     };
-    section.prose(sentence(&own.pattern)).prose(nearest).table(table)
+    section.prose(lang.sentence(&lang.name(&own.pattern))).prose(nearest).table(table)
 }
 
-fn changes(report: &DiagnoseReport) -> Section {
+fn changes(report: &DiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
         ("", Align::Left),
-        ("before", Align::Decimal),
+        (say!(lang, "before-repair"), Align::Decimal),
         ("u", Align::Decimal),
-        ("after", Align::Decimal),
+        (say!(lang, "after-repair"), Align::Decimal),
         ("u", Align::Decimal),
-        ("shift", Align::Decimal),
-        ("shift / u", Align::Decimal),
-        ("unit", Align::Left),
+        (say!(lang, "repair-shift"), Align::Decimal),
+        (say!(lang, "shift-u-2"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
     ]);
     for p in &report.parameters {
         table.row(vec![
@@ -294,32 +310,35 @@ fn changes(report: &DiagnoseReport) -> Section {
             row.tone = Tone::Caution;
         }
     }
-    let note = words::after_u(report);
+    let note = words::after_u(report, lang);
+    let marked = say!(lang, "marked-shifts-of-more-than-twice-their");
     // a sentence that begins with u would turn it into U, the expanded uncertainty
-    table.note = if note.is_empty() { String::new() } else { format!("In this table, {note}. ") };
-    table.note.push_str("Marked: shifts of more than twice their standard uncertainty.");
-    Section::new("What it does to the estimates").table(table)
+    table.note = match note.is_empty() {
+        true => marked.to_string(),
+        false => say!(lang, "in-this-table", note, marked),
+    };
+    Section::new(say!(lang, "what-it-does-to-the-estimates")).table(table)
 }
 
-fn places(report: &DiagnoseReport) -> Section {
+fn places(report: &DiagnoseReport, lang: Language) -> Section {
     if report.verdict == Verdict::NothingMissing {
-        return Section::new("Where the gap is");
+        return Section::new(say!(lang, "where-the-gap-is"));
     }
     let mut table = Table::new(&[
-        ("factor", Align::Left),
-        ("level", Align::Left),
-        ("sensor", Align::Left),
-        ("readings", Align::Right),
-        ("mean gap", Align::Decimal),
+        (say!(lang, "factor"), Align::Left),
+        (say!(lang, "level"), Align::Left),
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "readings-2"), Align::Right),
+        (say!(lang, "mean-gap"), Align::Decimal),
         ("", Align::Bar),
-        ("in sd", Align::Decimal),
-        ("p alone", Align::Right),
+        (say!(lang, "in-sd"), Align::Decimal),
+        (say!(lang, "p-alone"), Align::Right),
     ]);
     let shown: Vec<_> = report.places.iter().filter(|place| place.significant == Some(true)).take(LISTED).collect();
     let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
     for place in &shown {
         table.row(vec![
-            format!("`{}`", place.factor),
+            factor(&place.factor, lang),
             words::level(&place.level),
             format!("`{}`", place.sensor),
             place.readings.to_string(),
@@ -330,26 +349,25 @@ fn places(report: &DiagnoseReport) -> Section {
         ]);
     }
     table.small = shown.len() > 12;
-    table.note =
-        "Means of the residuals with the model as given, each level by itself; bars are in standard deviations.".into();
-    Section::new("Where the gap is").table(table)
+    table.note = say!(lang, "means-of-the-residuals-with-the-model").into();
+    Section::new(say!(lang, "where-the-gap-is")).table(table)
 }
 
-fn search(report: &DiagnoseReport) -> Section {
+fn search(report: &DiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        ("in the model", Align::Left),
-        ("model line", Align::Left),
-        ("residual sd", Align::Decimal),
-        ("chi-square", Align::Decimal),
-        ("dof", Align::Right),
-        ("strongest further candidate", Align::Left),
+        (say!(lang, "in-the-model"), Align::Left),
+        (say!(lang, "model-line"), Align::Left),
+        (say!(lang, "residual-sd"), Align::Decimal),
+        (say!(lang, "chi-square"), Align::Decimal),
+        (say!(lang, "dof"), Align::Right),
+        (say!(lang, "strongest-further-candidate"), Align::Left),
         ("t", Align::Decimal),
         ("p", Align::Right),
-        ("p of what is left", Align::Right),
+        (say!(lang, "p-of-what-is-left"), Align::Right),
     ]);
     let several = report.gap.sensors.len() > 1;
     for step in report.steps.iter().take(LISTED) {
-        let with = step.with.last().map_or("as given".into(), |last| format!("+ `{last}`"));
+        let with = step.with.last().map_or(say!(lang, "as-given").into(), |last| format!("+ `{last}`"));
         let lines: Vec<String> = step
             .model
             .iter()
@@ -369,18 +387,24 @@ fn search(report: &DiagnoseReport) -> Section {
             step.global_p.map_or_else(cells::dash, words::p),
         ]);
     }
-    table.caption = "The gap as given, and after each effect".into();
-    table.note = report.steps.last().map_or(String::new(), |step| format!("At the end: {}.", step.decision));
-    let section = Section::new("The gap shrinks step by step").table(table);
-    let holdout = words::holdout(report);
-    if holdout.is_empty() { section } else { section.prose(sentence(&holdout)) }
+    table.caption = say!(lang, "the-gap-as-given-and-after-each").into();
+    table.note = report
+        .steps
+        .last()
+        .map_or(String::new(), |step| say!(lang, "at-the-end", decision = lang.name(&step.decision)));
+    let section = Section::new(say!(lang, "the-gap-shrinks-step-by-step")).table(table);
+    let holdout = words::holdout(report, lang);
+    if holdout.is_empty() { section } else { section.prose(lang.sentence(&holdout)) }
 }
 
 fn assumptions(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseReport, lang: Language) -> Section {
     let mut points = Vec::new();
     if !report.assumed_zero.is_empty() {
-        points
-            .push(format!("Taken as zero, neither known nor estimated: {}.", cells::names(&report.assumed_zero, lang)));
+        points.push(say!(
+            lang,
+            "taken-as-zero-neither-known-nor-estimated",
+            assumed_zero = cells::names(&report.assumed_zero, lang)
+        ));
     }
     let known = campaign.parameters.iter().filter_map(|p| match &p.role {
         Role::Known(known) => {
@@ -391,23 +415,26 @@ fn assumptions(campaign: &Campaign, diagnosis: &Diagnosis, report: &DiagnoseRepo
     });
     let known: Vec<String> = known.collect();
     if !known.is_empty() {
-        points.push(format!("Taken as known: {}.", known.join("; ")));
+        points.push(say!(lang, "taken-as-known", known = known.join("; ")));
     }
     let prior = |p: &&crate::campaign::Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
     let priors: Vec<&str> = campaign.estimated().iter().filter(prior).map(|p| p.id.as_str()).collect();
     if !priors.is_empty() {
-        points.push(format!("Priors entered as rows of their own: {}.", cells::names(&priors, lang)));
+        points.push(say!(lang, "priors-entered-as-rows-of-their-own", priors = cells::names(&priors, lang)));
     }
-    points.extend(words::constraints(report).iter().map(|text| sentence(text)));
-    points.push(match report.gap.noise.from {
-        NoiseFrom::Residuals => "Readings of one sensor scatter alike and independently; how much, only the residuals of the finished model say.",
-        NoiseFrom::Stated => "The readings scatter independently, as their stated uncertainties say.",
-        NoiseFrom::Replicates => "The readings scatter independently, as their replicates say.",
-    }.to_string());
+    points.extend(words::constraints(report, lang).iter().map(|text| lang.sentence(text)));
+    points.push(
+        match report.gap.noise.from {
+            NoiseFrom::Residuals => say!(lang, "readings-of-one-sensor-scatter-alike-and-2"),
+            NoiseFrom::Stated => say!(lang, "the-readings-scatter-independently-as-their-stated"),
+            NoiseFrom::Replicates => say!(lang, "the-readings-scatter-independently-as-their-replicates"),
+        }
+        .to_string(),
+    );
     points.push(if diagnosis.before.convergence.is_some() {
-        "The models are fitted exactly (Gauss-Newton); the candidates are compared at their solution.".into()
+        say!(lang, "the-models-are-fitted-exactly-gauss-newton").into()
     } else {
-        "Gauss-Newton does not converge here, so the linear estimator was diagnosed.".to_string()
+        say!(lang, "gauss-newton-does-not-converge-here-so").to_string()
     });
-    Section::new("What was assumed").list(points)
+    Section::new(say!(lang, "what-was-assumed")).list(points)
 }

@@ -1,123 +1,129 @@
 //! The page of a diagnosis of navigation errors: what is missing, the gap shrinking, what else it could be.
 
-use super::diagnose_page::{sentence, tone};
+use super::diagnose_page::tone;
 use super::{Align, Figure, Page, Section, Table};
 use crate::diagnosis::NoiseFrom;
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
 use crate::navigate::remainder::Course;
 use crate::report::diagnose::words::p;
-use crate::report::navigate_diagnose_table::{alias, grouped, sentence as words, tried, unit};
+use crate::report::navigate_diagnose_table::{alias, grouped, runs, sentence as words, tried, unit};
 use crate::report::plot::{Curve, curves};
 use crate::report::table::{rounded, significant};
 use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
 
-/// Titles and units of the channels' figures.
+/// Titles of the channels' figures, as keys of the catalogue, and units.
 const TITLES: [(&str, &str); 7] = [
-    ("phi about east", "arcsec"),
-    ("phi about north", "arcsec"),
-    ("phi about up", "arcsec"),
-    ("velocity east", "m/s"),
-    ("velocity north", "m/s"),
-    ("position east", "m"),
-    ("position north", "m"),
+    ("phi-about-east", "arcsec"),
+    ("phi-about-north", "arcsec"),
+    ("phi-about-up", "arcsec"),
+    ("velocity-east", "m/s"),
+    ("velocity-north", "m/s"),
+    ("position-east", "m"),
+    ("position-north", "m"),
 ];
 
 /// The page of a report, with figures of the diagnosis that it tells of.
-pub fn navigate_diagnose_page(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> Result<Page> {
-    let title = if report.mission.is_empty() { "Navigation errors" } else { &report.mission };
-    let mut page = Page::new(format!("{title}: diagnosis"));
-    let runs: Vec<String> = report.runs.iter().map(|run| format!("{} rows of {}", run.rows, run.motion)).collect();
-    page.subtitle = format!("Measured navigation errors: {}", runs.join(", "));
+pub fn navigate_diagnose_page(
+    report: &NavigateDiagnoseReport,
+    diagnosis: &NavigationDiagnosis,
+    lang: Language,
+) -> Result<Page> {
+    let title = if report.mission.is_empty() { say!(lang, "navigation-errors") } else { &report.mission };
+    let mut page = Page::new(say!(lang, "navigate-diagnose-diagnosis", title));
+    page.language = lang;
+    page.subtitle = say!(lang, "measured-navigation-errors", runs = runs(report, lang).join(lang.comma()));
     page.colophon.push(("tumble".into(), report.tumble.clone()));
-    let mut result = Section::new("Result")
-        .verdict(tone(report.verdict), sentence(&words(report)))
-        .prose(format!("{}.", tried(report)))
-        .table(effects(report));
+    let mut result = Section::new(say!(lang, "result"))
+        .verdict(tone(report.verdict), lang.sentence(&words(report, lang)))
+        .prose(lang.sentence(&tried(report, lang)))
+        .table(effects(report, lang));
     if let Some(unexplained) = &report.unexplained {
-        result = result.prose(unexplained.pattern.clone());
+        result = result.prose(lang.name(&unexplained.pattern));
         if !unexplained.nearest.is_empty() {
             let nearest: Vec<String> = unexplained.nearest.iter().map(|id| format!("`{id}`")).collect();
-            result = result.prose(format!(
-                "Nearest of the catalogue: {} would take off {:.2} % and leave more than noise, so nothing was accepted.",
-                nearest.join(" + "),
-                100.0 * unexplained.nearest_explains
+            result = result.prose(say!(
+                lang,
+                "nearest-of-the-catalogue-would-take-off-2",
+                names = nearest.join(" + "),
+                share = format!("{:.2} %", 100.0 * unexplained.nearest_explains)
             ));
         }
     }
     page = page.section(result);
     for effect in &report.effects {
-        page = page.section(rivals(effect));
+        page = page.section(rivals(effect, lang));
     }
-    page = page.section(gap(report)).section(figures(report, diagnosis)?).section(cells(report));
-    let mut rest = Section::new("Where this comes from");
-    rest = rest.prose(format!(
-        "{} causes were tried, {} of them distinct in these data; every p accounts for that. The full simulation was flown {} times for it, \
-         until the refit {}.",
-        report.candidates,
-        report.distinct_candidates,
-        report.refits,
-        if report.settled { "settled" } else { "was given up" }
-    ));
+    page = page.section(gap(report, lang)).section(figures(report, diagnosis, lang)?).section(cells(report, lang));
+    let mut rest = Section::new(say!(lang, "where-this-comes-from"));
+    let [tried, distinct, times] =
+        [report.candidates, report.distinct_candidates, report.refits].map(|n| n.to_string());
+    rest = rest.prose(match report.settled {
+        true => say!(lang, "causes-tried-until-the-refit-settled", tried, distinct, times),
+        false => say!(lang, "causes-tried-until-the-refit-was-given-up", tried, distinct, times),
+    });
     if !report.invisible.is_empty() {
-        rest = rest.prose(format!("These data cannot show {}.", grouped(&report.invisible).join(", ")));
+        rest = rest.prose(say!(lang, "these-data-cannot-show-2", sources = grouped(&report.invisible).join(", ")));
     }
     Ok(page.section(rest))
 }
 
-fn effects(report: &NavigateDiagnoseReport) -> Table {
+fn effects(report: &NavigateDiagnoseReport, lang: Language) -> Table {
     let mut table = Table::new(&[
-        ("error", Align::default()),
-        ("what it is", Align::default()),
-        ("value", Align::Right),
+        (say!(lang, "error"), Align::default()),
+        (say!(lang, "what-it-is"), Align::default()),
+        (say!(lang, "value"), Align::Right),
         ("u", Align::Right),
-        ("unit", Align::default()),
+        (say!(lang, "unit"), Align::default()),
         ("t", Align::Decimal),
         ("p", Align::Right),
-        ("explains", Align::Right),
+        (say!(lang, "explains-2"), Align::Right),
     ]);
     for effect in &report.effects {
         table.row(vec![
             format!("`{}`", effect.regressor),
-            effect.name.clone(),
+            lang.name(&effect.name).into_owned(),
             rounded(effect.value, effect.u),
             effect.u.map_or("-".into(), |u| rounded(u, Some(u))),
-            unit(&effect.unit).into(),
+            unit(&effect.unit, lang).into(),
             format!("{:.1}", effect.t),
             p(effect.p),
             format!("{:.1} %", 100.0 * effect.explains),
         ]);
     }
-    table.note = "Values are changes of the mission's errors.".into();
+    table.note = say!(lang, "values-are-changes-of-the-missions-errors").into();
     table
 }
 
-fn rivals(effect: &NavigationEffectReport) -> Section {
-    let mut section = Section::new(format!("What else {} could be", effect.regressor));
+fn rivals(effect: &NavigationEffectReport, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "what-else-could-be", effect = effect.regressor));
     if effect.aliases.is_empty() {
         return section;
     }
-    section = section.prose("These data cannot tell it from:");
-    section = section.list(effect.aliases.iter().map(|own| format!("`{}`, {}", alias(own), own.name)).collect());
+    section = section.prose(say!(lang, "these-data-cannot-tell-it-from"));
+    section = section
+        .list(effect.aliases.iter().map(|own| format!("`{}`, {}", alias(own, lang), lang.name(&own.name))).collect());
     let tells = effect.separate_by.iter().map(|own| {
         let names: Vec<String> = own.tells.iter().map(|id| format!("`{id}`")).collect();
-        format!("{}: tells it by {:.0} standard deviations or more from {}", own.is, own.by, names.join(", "))
+        let by = format!("{:.0}", own.by);
+        say!(lang, "tells-it-by-standard-deviations-or-more", run = lang.name(&own.is), by, names = names.join(", "))
     });
     let tells: Vec<String> = tells.collect();
     if !tells.is_empty() {
-        section = section.prose("A further run would tell, best first:").list(tells);
+        section = section.prose(say!(lang, "a-further-run-would-tell-best-first")).list(tells);
     }
     section
 }
 
-fn gap(report: &NavigateDiagnoseReport) -> Section {
+fn gap(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        ("gap, in standard uncertainties", Align::default()),
-        ("rms", Align::Decimal),
-        ("largest", Align::Decimal),
-        ("chi-square", Align::Decimal),
-        ("dof", Align::Right),
+        (say!(lang, "gap-in-standard-uncertainties"), Align::default()),
+        (say!(lang, "rms"), Align::Decimal),
+        (say!(lang, "largest"), Align::Decimal),
+        (say!(lang, "chi-square"), Align::Decimal),
+        (say!(lang, "dof"), Align::Right),
         ("p", Align::Right),
     ]);
     let row = |name: &str, gap: &GapReport| {
@@ -125,16 +131,16 @@ fn gap(report: &NavigateDiagnoseReport) -> Section {
         let rms = gap.rms.map_or("-".into(), |v| significant(v, 4));
         vec![name.into(), rms, significant(gap.max, 4), significant(gap.chi_square, 4), gap.dof.to_string(), p]
     };
-    table.row(row("before", &report.gap.before));
+    table.row(row(say!(lang, "before-repair"), &report.gap.before));
     if !report.effects.is_empty() {
-        table.row(row("after", &report.gap.after));
+        table.row(row(say!(lang, "after-repair"), &report.gap.after));
     }
     let mut channels = Table::new(&[
-        ("channel", Align::default()),
-        ("motion", Align::default()),
-        ("values", Align::Right),
-        ("rms before", Align::Decimal),
-        ("rms after", Align::Decimal),
+        (say!(lang, "channel"), Align::default()),
+        (say!(lang, "motion"), Align::default()),
+        (say!(lang, "values"), Align::Right),
+        (say!(lang, "rms-before"), Align::Decimal),
+        (say!(lang, "rms-after"), Align::Decimal),
         ("u", Align::Decimal),
     ]);
     for own in &report.channels {
@@ -148,58 +154,64 @@ fn gap(report: &NavigateDiagnoseReport) -> Section {
         ]);
     }
     if report.gap.noise.from == NoiseFrom::Residuals {
-        channels.note =
-            "No standard uncertainties are stated for some channels: theirs can only come from what is left, so that \
-                         completeness cannot be tested."
-                .into();
+        channels.note = say!(lang, "no-standard-uncertainties-are-stated-for-some").into();
     }
-    Section::new("The gap: measured minus predicted").table(table).table(channels)
+    Section::new(say!(lang, "the-gap-measured-minus-predicted")).table(table).table(channels)
 }
 
 /// The gap in time, before and with what was found, in the channel where it is largest against its standard uncertainty.
-pub fn navigate_diagnose_svg(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> Result<String> {
+pub fn navigate_diagnose_svg(
+    report: &NavigateDiagnoseReport,
+    diagnosis: &NavigationDiagnosis,
+    lang: Language,
+) -> Result<String> {
     let found = !report.effects.is_empty();
     let pairs = diagnosis.courses.iter().zip(&diagnosis.channels);
     let size = |channel: &crate::navigate::remainder::ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
     let worst = pairs.max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
-    let Some((course, _)) = worst else { return curves(&[], "gap", "", "time, h") };
+    let Some((course, _)) = worst else { return curves(&[], say!(lang, "gap"), "", say!(lang, "time-h")) };
     let (what, unit) = TITLES.get(course.channel).copied().unwrap_or_default();
-    let title = format!("{what} ({}), measured minus predicted", course.motion);
-    curves(&lines(course, found), &title, unit, "time, h")
+    let what = lang.word(what);
+    let title = say!(lang, "measured-minus-predicted", what, motion = course.motion);
+    curves(&lines(course, found, lang), &title, unit, say!(lang, "time-h"))
 }
 
 /// The gap in one channel, before and with what was found.
-fn lines(course: &Course, found: bool) -> Vec<Curve> {
+fn lines(course: &Course, found: bool, lang: Language) -> Vec<Curve> {
     let scale = 1.0 / si_per_unit(course.channel);
     let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
         label: label.into(),
         points: course.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
         dashed: false,
     };
-    let mut lines = vec![line("before", &|point| point.1)];
+    let mut lines = vec![line(say!(lang, "before-repair"), &|point| point.1)];
     if found {
-        lines.push(line("with what was found", &|point| point.2));
+        lines.push(line(say!(lang, "with-what-was-found-2"), &|point| point.2));
     }
     lines
 }
 
-fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> Result<Section> {
+fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis, lang: Language) -> Result<Section> {
     let found = !report.effects.is_empty();
     let several = report.runs.len() > 1;
     let mut figures = Vec::new();
     for (course, channel) in diagnosis.courses.iter().zip(&diagnosis.channels) {
         let (what, unit) = TITLES.get(course.channel).copied().unwrap_or_default();
+        let what = lang.word(what);
         let name = CHANNEL_NAMES.get(course.channel).copied().unwrap_or_default();
         let scale = 1.0 / si_per_unit(course.channel);
         let where_ = if several { format!(" ({})", course.motion) } else { String::new() };
         figures.push(Figure {
-            caption: format!("Gap of `{name}`{where_}"),
-            description: format!(
-                "Gap of {name}{where_}: root mean square {} before, {} after",
-                significant(scale * channel.before.0, 3),
-                significant(scale * channel.after.0, 3)
+            caption: say!(lang, "gap-of", name, where_),
+            description: say!(
+                lang,
+                "gap-of-root-mean-square-before-after",
+                name,
+                where_,
+                before = significant(scale * channel.before.0, 3),
+                after = significant(scale * channel.after.0, 3)
             ),
-            svg: curves(&lines(course, found), what, unit, "time, h")?,
+            svg: curves(&lines(course, found, lang), what, unit, say!(lang, "time-h"))?,
             wide: false,
         });
         if found {
@@ -209,47 +221,47 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis) -> 
             let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
             let left = course.points.iter().map(|point| (point.0 / 3600.0, scale * point.2)).collect();
             let lines = [
-                Curve { label: "two u".into(), points: band, dashed: true },
-                Curve { label: "what is left".into(), points: left, dashed: false },
+                Curve { label: say!(lang, "two-u").into(), points: band, dashed: true },
+                Curve { label: say!(lang, "what-is-left").into(), points: left, dashed: false },
             ];
             figures.push(Figure {
-                caption: format!("What is left of `{name}`{where_}, with two standard uncertainties"),
-                description: super::navigate::in_words(&lines, what, unit, "what was found"),
-                svg: curves(&lines, what, unit, "time, h")?,
+                caption: say!(lang, "what-is-left-of-with-two-standard", name, where_),
+                description: super::navigate::in_words(&lines, what, unit, say!(lang, "what-was-found"), lang),
+                svg: curves(&lines, what, unit, say!(lang, "time-h"))?,
                 wide: false,
             });
         }
     }
-    Ok(Section::new("In time").figures(figures))
+    Ok(Section::new(say!(lang, "in-time")).figures(figures))
 }
 
-fn cells(report: &NavigateDiagnoseReport) -> Section {
+fn cells(report: &NavigateDiagnoseReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        ("channel", Align::default()),
-        ("motion", Align::default()),
-        ("time, h", Align::default()),
-        ("values", Align::Right),
-        ("mean gap", Align::Decimal),
-        ("in standard deviations", Align::Decimal),
+        (say!(lang, "channel"), Align::default()),
+        (say!(lang, "motion"), Align::default()),
+        (say!(lang, "time-h"), Align::default()),
+        (say!(lang, "values"), Align::Right),
+        (say!(lang, "mean-gap"), Align::Decimal),
+        (say!(lang, "in-standard-deviations"), Align::Decimal),
     ]);
     for cell in report.unexplained.iter().flat_map(|own| &own.cells) {
         table.row(vec![
             format!("`{}`", cell.column),
             cell.motion.clone(),
-            format!("{} to {}", significant(cell.from_h, 3), significant(cell.to_h, 3)),
+            say!(lang, "from-to", a = significant(cell.from_h, 3), b = significant(cell.to_h, 3)),
             cell.values.to_string(),
             significant(cell.mean, 3),
             format!("{:.1}", cell.z),
         ]);
     }
     let mut far = Table::new(&[
-        ("single values far off", Align::default()),
-        ("motion", Align::default()),
-        ("time, s", Align::Decimal),
-        ("in standard uncertainties", Align::Decimal),
+        (say!(lang, "single-values-far-off"), Align::default()),
+        (say!(lang, "motion"), Align::default()),
+        (say!(lang, "time-s"), Align::Decimal),
+        (say!(lang, "in-standard-uncertainties"), Align::Decimal),
     ]);
     for own in &report.suspects {
         far.row(vec![format!("`{}`", own.column), own.motion.clone(), own.time_s.to_string(), format!("{:.1}", own.z)]);
     }
-    Section::new("Where it is").table(table).table(far)
+    Section::new(say!(lang, "where-it-is")).table(table).table(far)
 }

@@ -2,7 +2,9 @@
 
 use super::{Align, Figure, Page, Section, Table, Tone};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::report::noise_analysis::{NoiseAnalysisReport, NoiseColumnReport};
+use crate::report::noise_table::{described, numbers};
 use crate::report::plot::{DeviationPoint, deviations};
 use crate::report::table::{optional, percent, rounded, significant};
 use crate::report::{Input, VERSION};
@@ -10,50 +12,52 @@ use crate::report::{Input, VERSION};
 /// The page of a record's noise.
 ///
 /// Errors: a chart that cannot be drawn.
-pub fn noise_page(report: &NoiseAnalysisReport, inputs: &[Input]) -> Result<Page> {
-    let mut page = Page::new("Noise of a record");
+pub fn noise_page(report: &NoiseAnalysisReport, inputs: &[Input], lang: Language) -> Result<Page> {
+    let mut page = Page::new(say!(lang, "noise-of-a-record"));
+    page.language = lang;
     page.subtitle = report.record.clone();
     page.facts = vec![(
-        "Sampling rate".into(),
-        format!("{} Hz ({})", significant(1.0 / report.interval_s, 6), report.interval_from),
+        say!(lang, "sampling-rate").into(),
+        format!(
+            "{} Hz {}",
+            significant(1.0 / report.interval_s, 6),
+            lang.in_parentheses(&lang.name(&report.interval_from))
+        ),
     )];
-    page.colophon = vec![("Program".into(), format!("tumble {VERSION}"))];
+    page.colophon = vec![(say!(lang, "program").into(), format!("tumble {VERSION}"))];
     page.colophon.extend(inputs.iter().map(|input| (input.name.clone(), format!("SHA-256 {}", input.sha256))));
     for column in &report.columns {
-        page = page.section(section(column)?);
+        page = page.section(section(column, lang)?);
     }
     Ok(page)
 }
 
-fn section(column: &NoiseColumnReport) -> Result<Section> {
+fn section(column: &NoiseColumnReport, lang: Language) -> Result<Section> {
     let mut section = Section::new(column.column.clone());
     if let Some(a) = &column.agreement {
         let found: Vec<String> = column
             .coefficients
             .iter()
-            .filter_map(|c| Some(format!("{} {} {}", c.name, rounded(c.value?, c.u), c.unit)))
+            .filter_map(|c| Some(format!("{} {} {}", lang.name(&c.name), rounded(c.value?, c.u), c.unit)))
             .collect();
-        let (tone, fits) = if a.describes == Some(false) {
-            (Tone::Caution, "Their sum does not describe the deviations")
-        } else {
-            (Tone::Good, "Their sum describes the deviations")
-        };
-        let numbers = format!("chi-square {}, {} dof, p {}", significant(a.chi_square, 3), a.dof, significant(a.p, 2));
-        section = section.verdict(tone, format!("{}. {fits} ({numbers}).", found.join("; ")));
+        let tone = if a.describes == Some(false) { Tone::Caution } else { Tone::Good };
+        let fits = format!("{} {}", described(a, lang), lang.in_parentheses(&numbers(a, lang)));
+        let text = [found.join(lang.semicolon()), fits].map(|text| lang.sentence(&text)).join(lang.space());
+        section = section.verdict(tone, text);
     }
     let mut table = Table::new(&[
-        ("coefficient", Align::Left),
+        (say!(lang, "coefficient"), Align::Left),
         ("", Align::Left),
-        ("value", Align::Decimal),
+        (say!(lang, "value"), Align::Decimal),
         ("u", Align::Decimal),
-        ("unit", Align::Left),
+        (say!(lang, "unit"), Align::Left),
         ("p", Align::Decimal),
-        ("below (95 %)", Align::Decimal),
+        (say!(lang, "below"), Align::Decimal),
     ]);
     for c in &column.coefficients {
         table.row(vec![
             c.id.to_string(),
-            c.name.clone(),
+            lang.name(&c.name).into_owned(),
             optional(c.value, |v| rounded(v, c.u)),
             optional(c.u, |u| significant(u, 2)),
             c.unit.clone(),
@@ -73,26 +77,25 @@ fn section(column: &NoiseColumnReport) -> Result<Section> {
         .collect();
     let level = percent(column.level);
     let figure = Figure {
-        caption: format!(
-            "Overlapping Allan deviation of {} samples with its {level} % chi-square intervals, and the fitted coefficients as a line.",
-            column.samples
+        caption: say!(
+            lang,
+            "overlapping-allan-deviation-of-samples-with-its",
+            samples = column.samples.to_string(),
+            level
         ),
-        description: format!(
-            "Allan deviation of {} against averaging time on logarithmic axes; the table has its numbers.",
-            column.column
-        ),
-        svg: deviations(&points, &format!("Allan deviation, {}", column.unit))?,
+        description: say!(lang, "allan-deviation-of-against-averaging-time-on", column = column.column),
+        svg: deviations(&points, &say!(lang, "allan-deviation", unit = column.unit), lang)?,
         wide: true,
     };
     let mut numbers = Table::new(&[
-        ("tau, s", Align::Decimal),
-        ("Allan", Align::Decimal),
-        ("low", Align::Decimal),
-        ("high", Align::Decimal),
-        ("edf", Align::Decimal),
-        ("Hadamard", Align::Decimal),
-        ("modified", Align::Decimal),
-        ("fitted", Align::Decimal),
+        (say!(lang, "tau-s"), Align::Decimal),
+        (say!(lang, "allan"), Align::Decimal),
+        (say!(lang, "low"), Align::Decimal),
+        (say!(lang, "high"), Align::Decimal),
+        (say!(lang, "edf"), Align::Decimal),
+        (say!(lang, "hadamard"), Align::Decimal),
+        (say!(lang, "modified"), Align::Decimal),
+        (say!(lang, "fitted"), Align::Decimal),
     ]);
     numbers.small = true;
     let number = |v: Option<f64>| optional(v, |v| significant(v, 5));

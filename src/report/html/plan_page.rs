@@ -4,53 +4,72 @@ use super::{Align, Block, Figure, Page, Section, Table, Tone};
 use crate::campaign::Kind;
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::report::Effort;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
 use crate::report::plan_table::{
-    apart, cost_limit, goal_notes, judged_at, lacking as lacking_value, mountings, not_told_apart, nowhere, proof,
-    reason, shortfall, through_tilts, work_of,
+    apart, cost_limit, equal_effort, goal_notes, judged_at, lacking as lacking_value, mountings, not_told_apart,
+    nowhere, proof, reason, shortfall, through_tilts, work_of,
 };
 use crate::report::plot::{Spot, positions};
-use crate::report::table::{count, significant};
+use crate::report::table::significant;
 use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
 use std::collections::BTreeMap;
 
 /// The page of a plan; `candidates` are drawn as dots.
-pub fn plan_page(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>) -> Result<Page> {
+pub fn plan_page(
+    campaign: &Campaign,
+    report: &PlanReport,
+    candidates: Option<&Readings>,
+    lang: Language,
+) -> Result<Page> {
     let bench = &campaign.bench;
-    let mut page = Page::new(if bench.title.is_empty() { bench.id.clone() } else { bench.title.clone() });
-    page.subtitle = "Plan: what a schedule will reach before anyone measures".into();
-    page.facts = vec![("Bench".into(), format!("`{}`", bench.id))];
+    let title = if bench.title.is_empty() { &bench.id } else { &bench.title };
+    let mut page = Page::new(lang.name(title).into_owned());
+    page.language = lang;
+    page.subtitle = say!(lang, "plan-what-a-schedule-will-reach-before").into();
+    page.facts = vec![(say!(lang, "bench").into(), format!("`{}`", bench.id))];
     let mut facts: Vec<(String, String)> = Vec::new();
-    facts.extend(report.model.iter().map(|(id, line)| (format!("Model of {id}"), format!("`{id} = {line}`"))));
+    facts.extend(report.model.iter().map(|(id, line)| (say!(lang, "model-of-2", id), format!("`{id} = {line}`"))));
     facts.extend(report.noise.iter().map(|(id, noise)| {
-        (format!("Noise of {id}"), format!("{} {} ({})", significant(noise.sd, 4), noise.unit, noise.from))
+        let from = lang.in_parentheses(&lang.term("sd-from", &noise.from.to_string()));
+        (say!(lang, "noise-of-2", id), format!("{} {} {from}", significant(noise.sd, 4), noise.unit))
     }));
-    page.facts.push(("Judged at".into(), judged_at(&report.judged_at)));
-    page.colophon = vec![("made by".into(), format!("tumble {}; the same inputs give the same bytes", report.tumble))];
-    if let Some(nothing) = report.improved.as_ref().and_then(not_told_apart) {
-        page = page.section(Section::new("The two effects").verdict(Tone::Bad, nothing));
+    page.facts.push((say!(lang, "judged-at-2").into(), judged_at(&report.judged_at, lang)));
+    page.colophon = vec![(
+        say!(lang, "made-by").into(),
+        say!(lang, "tumble-the-same-inputs-give-the-same", version = report.tumble),
+    )];
+    if let Some(nothing) = report.improved.as_ref().and_then(|own| not_told_apart(own, lang)) {
+        page = page.section(Section::new(say!(lang, "the-two-effects")).verdict(Tone::Bad, nothing));
     }
-    let improved = report.improved.as_ref().filter(|improved| not_told_apart(improved).is_none());
+    let improved = report.improved.as_ref().filter(|improved| not_told_apart(improved, lang).is_none());
     if let Some(improved) = improved {
-        page = page.section(answer(improved)).section(order(improved));
+        page = page.section(answer(improved, lang)).section(order(improved, lang));
     }
-    let given = judged("The given schedule", &report.schedule);
-    let map = map(campaign, report, candidates)?;
+    let given = judged(say!(lang, "the-given-schedule"), &report.schedule, lang);
+    let map = map(campaign, report, candidates, lang)?;
     page = match improved {
         Some(improved) => {
-            let full = judged("The better schedule in full", &improved.judgement);
-            page.section(map).section(given).section(full).section(readings("Its readings", &improved.judgement))
+            let full = judged(say!(lang, "the-better-schedule-in-full"), &improved.judgement, lang);
+            page.section(map).section(given).section(full).section(readings(
+                say!(lang, "its-readings"),
+                &improved.judgement,
+                lang,
+            ))
         }
-        None => page.section(given).section(map).section(readings("What rests on each reading", &report.schedule)),
+        None => page.section(given).section(map).section(readings(
+            say!(lang, "what-rests-on-each-reading"),
+            &report.schedule,
+            lang,
+        )),
     };
     let last = improved.map_or(&report.schedule, |improved| &improved.judgement);
     if let Some(effects) = &last.effects {
-        let of = if improved.is_some() { "the better schedule" } else { "this schedule" };
-        page = page.section(effects_section(effects, of));
+        page = page.section(effects_section(effects, improved.is_some(), lang));
     }
-    Ok(page.section(Section::new("Model and noise").block(Block::Facts(facts))))
+    Ok(page.section(Section::new(say!(lang, "model-and-noise")).block(Block::Facts(facts))))
 }
 
 fn cell(value: Option<f64>) -> String {
@@ -61,52 +80,52 @@ fn keys(position: &PositionReport) -> String {
     position.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
-fn answer(improved: &ImprovedReport) -> Section {
-    let mut section = Section::new("The better schedule");
+fn answer(improved: &ImprovedReport, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "the-better-schedule-2"));
     if let Some(goal) = &improved.goal {
-        let share = goal.largest_share.map_or("unknown".into(), |s| significant(s, 3));
+        let share = goal.largest_share.map_or(say!(lang, "unknown").into(), |s| significant(s, 3));
         section = match goal.reached {
-            true => section
-                .verdict(Tone::Good, format!("The goal is reached: the largest uncertainty is {share} of its limit.")),
-            false => section.verdict(
-                Tone::Bad,
-                format!("The goal is not reached: at best, the largest uncertainty is {share} of its limit."),
-            ),
+            true => section.verdict(Tone::Good, say!(lang, "the-goal-is-reached-the-largest-uncertainty-2", share)),
+            false => section.verdict(Tone::Bad, say!(lang, "the-goal-is-not-reached-at-best-2", share)),
         };
     }
     if let Some(goal) = &improved.goal {
-        section = goal_notes(improved, goal)
+        section = goal_notes(improved, goal, lang)
             .into_iter()
-            .fold(section, |section, note| section.prose(format!("{}.", capital(&note))));
+            .fold(section, |section, note| section.prose(lang.sentence(&note)));
     }
-    if let (Some(efficiency), Some(proof)) = (improved.efficiency, proof(improved)) {
-        let text = format!("{} (criterion {}).", capital(&proof), improved.criterion);
+    if let (Some(efficiency), Some(proof)) = (improved.efficiency, proof(improved, lang)) {
+        let criterion = lang.term("criterion", &improved.criterion);
+        let text = lang.sentence(&say!(lang, "with-criterion", proof, criterion));
         section = section.verdict(if efficiency >= 0.99 { Tone::Good } else { Tone::Plain }, text);
-        if let Some(why) = shortfall(improved) {
-            section = section.prose(format!("The rest: {why}."));
+        if let Some(why) = shortfall(improved, lang) {
+            section = section.prose(say!(lang, "the-rest", why));
         }
     }
     if let Some(limit) = improved.cost_limit {
-        section = section.prose(format!("{}.", capital(&cost_limit(improved, limit))));
+        section = section.prose(lang.sentence(&cost_limit(improved, limit, lang)));
     }
     if improved.to_run != improved.judgement.work {
-        section = section.prose(format!("Still to run: {}.", work_of(&improved.to_run)));
+        section = section.prose(say!(lang, "still-to-run-2", work = work_of(&improved.to_run, lang)));
     }
     if let Some(separation) = &improved.separation {
         let tone = if separation.after.iter().all(Option::is_some) { Tone::Good } else { Tone::Bad };
-        section = apart(separation).into_iter().fold(section, |section, line| section.verdict(tone, line));
+        section = apart(separation, lang).into_iter().fold(section, |section, line| section.verdict(tone, line));
     }
     let mut table = Table::new(&[
-        ("Parameter", Align::Left),
-        ("u given", Align::Decimal),
-        (if improved.effort == Effort::Cost { "u at equal cost" } else { "u at equal effort" }, Align::Decimal),
-        ("u better", Align::Decimal),
-        ("gain", Align::Decimal),
-        ("unit", Align::Left),
+        (say!(lang, "title-parameter"), Align::Left),
+        (say!(lang, "u-given"), Align::Decimal),
+        (equal_effort(improved.effort, lang), Align::Decimal),
+        (say!(lang, "u-better"), Align::Decimal),
+        (say!(lang, "gain"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
     ]);
-    table.caption = "Predicted standard uncertainties".into();
-    table.note =
-        format!("At equal effort: the given schedule repeated, or cut, to the {} of the better one.", improved.effort);
+    table.caption = say!(lang, "predicted-standard-uncertainties").into();
+    table.note = match improved.effort {
+        Effort::Readings => say!(lang, "at-equal-effort-the-given-schedule-repeated"),
+        Effort::Cost => say!(lang, "at-equal-effort-the-given-schedule-repeated-2"),
+    }
+    .into();
     for c in &improved.comparison {
         let gain = c.gain.map_or("-".into(), |g| format!("{g:.2}"));
         table.row(vec![
@@ -118,38 +137,39 @@ fn answer(improved: &ImprovedReport) -> Section {
             c.unit.clone(),
         ]);
     }
-    let what = "cannot be determined by any choice of these candidates";
-    section.table(table).list(defects(&improved.unreachable, what, &nowhere(&improved.frozen)))
+    let what = |text: String| say!(lang, "cannot-be-determined-by-any-choice", text);
+    section.table(table).list(defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang))
 }
 
-fn defects(list: &[NotEstimableReport], what: &str, nowhere: &str) -> Vec<String> {
+fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere: &str, lang: Language) -> Vec<String> {
     let separated = |d: &NotEstimableReport| match &d.separate_by {
-        Some(position) => format!("separated by {}", keys(position)),
+        Some(position) => say!(lang, "separated-by", position = keys(position)),
         None => nowhere.to_string(),
     };
-    list.iter().map(|d| format!("`{}` {what}; {}", d.text, separated(d))).collect()
+    list.iter().map(|d| [what(format!("`{}`", d.text)), separated(d)].join(lang.semicolon())).collect()
 }
 
-fn order(improved: &ImprovedReport) -> Section {
+fn order(improved: &ImprovedReport, lang: Language) -> Section {
     let mut table = Table::new(&[
-        ("mounting", Align::Left),
-        ("position, values in the order to run", Align::Left),
-        ("why it is there", Align::Left),
+        (say!(lang, "mounting"), Align::Left),
+        (say!(lang, "position-values-in-the-order-to-run"), Align::Left),
+        (say!(lang, "why-it-is-there"), Align::Left),
     ]);
     table.small = true;
-    for (label, place) in mountings(&improved.positions) {
-        let why = reason(improved, &label).unwrap_or_default();
+    for (label, place) in mountings(&improved.positions, lang) {
+        let why = reason(improved, &label, lang).unwrap_or_default();
         table.row(vec![label, place, why]);
     }
-    let drift = improved.judgement.drift.map_or(String::new(), |d| {
-        format!("In this order, a drift of one standard deviation over the run shifts a parameter by at most {} of its uncertainty.", significant(d, 2))
-    });
-    Section::new("To run, in this order").prose(drift).table(table)
+    let drift = improved
+        .judgement
+        .drift
+        .map_or(String::new(), |d| say!(lang, "in-this-order-a-drift-of-one", share = significant(d, 2)));
+    Section::new(say!(lang, "to-run-in-this-order")).prose(drift).table(table)
 }
 
 /// Where the positions lie, over the first two joints that stand still.
-fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>) -> Result<Section> {
-    let section = Section::new("Where the positions lie");
+fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, lang: Language) -> Result<Section> {
+    let section = Section::new(say!(lang, "where-the-positions-lie"));
     let joints: Vec<&str> = campaign.bench.joints().collect();
     let at = |position: &PositionReport, joint: &str| position.get(&format!("{joint}_deg")).copied();
     let swept: Vec<&str> = joints
@@ -174,86 +194,96 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>) 
     let rows = candidates.map(|c| c.rows.as_slice()).unwrap_or_default();
     let dots = spots(&mut rows.iter().map(|r| crate::report::position_keys(campaign, &r.joints)));
     let drawn = if dots.len() > 5000 { Vec::new() } else { dots };
-    let svg = positions(&drawn, &given, &better, [across, up])?;
+    let svg = positions(&drawn, &given, &better, [across, up], lang)?;
     let caption = if better.is_empty() {
-        "Squares: the schedule's positions."
+        say!(lang, "squares-the-schedules-positions")
     } else {
-        "Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position."
+        say!(lang, "dots-candidates-squares-the-given-schedule-discs")
     };
-    let places: Vec<String> =
-        better.iter().map(|s| format!("{} readings at {across} {}, {up} {}", s.readings, s.x, s.y)).collect();
-    let description = if places.is_empty() { caption.to_string() } else { places.join("; ") };
+    let places: Vec<String> = better
+        .iter()
+        .map(|s| {
+            say!(
+                lang,
+                "readings-at-a-spot",
+                n = lang.count(s.readings, "reading"),
+                across,
+                x = s.x.to_string(),
+                up,
+                y = s.y.to_string()
+            )
+        })
+        .collect();
+    let description = if places.is_empty() { caption.to_string() } else { places.join(lang.semicolon()) };
     Ok(section.figures(vec![Figure { caption: caption.into(), description, svg, wide: false }]))
 }
 
 /// What a diagnosis could find.
-fn effects_section(effects: &ForesightReport, of: &str) -> Section {
+fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> Section {
     let mut table = Table::new(&[
-        ("Effect", Align::Left),
-        ("shows from", Align::Decimal),
-        ("unit", Align::Left),
-        ("then at a reading, in its u", Align::Decimal),
-        ("and shifts", Align::Left),
-        ("cannot be told from", Align::Left),
+        (say!(lang, "title-effect"), Align::Left),
+        (say!(lang, "shows-from"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
+        (say!(lang, "then-at-a-reading-in-its-u"), Align::Decimal),
+        (say!(lang, "and-shifts"), Align::Left),
+        (say!(lang, "cannot-be-told-from-2"), Align::Left),
     ]);
     table.small = true;
-    table.caption = format!("Effects that would show on {of}, one line for each direction");
-    table.note = format!(
-        "{}. Nearly alike: cosine beside the model, and the size from which the first is not taken for the other.",
-        capital(&rule_text(effects))
-    );
-    for line in group_lines(effects) {
+    table.caption = match better {
+        true => say!(lang, "effects-that-would-show-on-the-better").into(),
+        false => say!(lang, "effects-that-would-show-on-this-schedule").into(),
+    };
+    table.note =
+        say!(lang, "nearly-alike-cosine-beside-the-model-and", rule = lang.sentence(&rule_text(effects, lang)));
+    for line in group_lines(effects, lang) {
         let mut alike: Vec<String> = line.alike.iter().map(|name| format!("`{name}`")).collect();
-        alike.extend(line.near.iter().map(|near| format!("nearly {near}")));
+        alike.extend(line.near.iter().map(|near| say!(lang, "plan-page-nearly", near)));
         table.row(vec![
             format!("`{}` {}", line.effect, line.name),
             significant(line.minimal, 3),
             line.unit,
             significant(line.at_a_reading, 2),
             line.moves,
-            some_of(&alike, 4),
+            some_of(&alike, 4, lang),
         ]);
     }
-    let mut never = Table::new(&[("Effects", Align::Left), ("taken up by", Align::Left)]);
+    let mut never = Table::new(&[(say!(lang, "title-effects"), Align::Left), (say!(lang, "taken-up-by"), Align::Left)]);
     never.small = true;
-    never.caption = "Effects that never show: estimated parameters take them up, and are wrong by them".into();
-    let places = hidden(effects);
+    never.caption = say!(lang, "effects-that-never-show-estimated-parameters-take").into();
+    let places = hidden(effects, lang);
     for (place, list) in &places {
         never.row(vec![list.iter().map(|r| format!("`{r}`")).collect::<Vec<_>>().join(", "), place.clone()]);
     }
     let mut notes = Vec::new();
     let zero = not_exercised(effects);
     if !zero.is_empty() {
-        notes.push(format!(
-            "Zero at every position: {}",
-            zero.iter().map(|r| format!("`{r}`")).collect::<Vec<_>>().join(", ")
+        notes.push(say!(
+            lang,
+            "zero-at-every-position",
+            effects = zero.iter().map(|r| format!("`{r}`")).collect::<Vec<_>>().join(", ")
         ));
     }
     for (column, families) in lacking(effects) {
-        notes.push(format!("Not tried without a column `{column}`: {families} kinds of effect"));
+        notes.push(say!(lang, "not-tried-without-a-column-kinds-of-2", column, families = families.to_string()));
     }
-    let tried = format!(
-        "{} effects of the catalogue were tried on {of}, in {} distinct directions beside the model.",
-        effects.effects.len(),
-        effects.rule.tests
-    );
-    let section = Section::new("What a diagnosis could find").prose(tried).table(table);
+    let [tried, distinct] = [effects.effects.len(), effects.rule.tests].map(|n| n.to_string());
+    let tried = say!(lang, "effects-of-the-catalogue-were-tried-in", tried, distinct);
+    let section = Section::new(say!(lang, "what-a-diagnosis-could-find")).prose(tried).table(table);
     let section = if places.is_empty() { section } else { section.table(never) };
     section.list(notes)
 }
 
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
-}
-
-fn judged(heading: &str, j: &JudgementReport) -> Section {
-    let mut table = Table::new(&[("Parameter", Align::Left), ("predicted u", Align::Decimal), ("unit", Align::Left)]);
+fn judged(heading: &str, j: &JudgementReport, lang: Language) -> Section {
+    let mut table = Table::new(&[
+        (say!(lang, "title-parameter"), Align::Left),
+        (say!(lang, "predicted-u"), Align::Decimal),
+        (say!(lang, "unit"), Align::Left),
+    ]);
     for p in &j.parameters {
         let u = p.u_arcsec.or(p.u);
         let unit = if p.kind == Kind::Tilt { "arcsec".to_string() } else { p.unit.clone() };
         let needs_value = j.lacking.as_ref().is_some_and(|own| own.untold.contains(&p.id));
-        let instead = if needs_value { "needs a value" } else { "not estimable" };
+        let instead = if needs_value { say!(lang, "needs-a-value") } else { say!(lang, "not-estimable") };
         table.row(vec![format!("`{}`", p.id), u.map_or(instead.into(), |u| significant(u, 3)), unit]);
     }
     for d in &j.derived {
@@ -261,56 +291,50 @@ fn judged(heading: &str, j: &JudgementReport) -> Section {
         table.row(vec![format!("`{}`", d.id), cell(d.u_arcsec.or(d.u)), unit.to_string()]);
     }
     let w = &j.work;
-    let work = format!(
-        "{} in {} with {}, cost {}; rank {}, {} degrees of freedom.",
-        count(w.readings, "reading"),
-        count(w.mountings, "mounting"),
-        count(w.rate_changes, "rate change"),
-        significant(w.cost, 4),
-        j.rank,
-        j.dof
-    );
-    let through = j.through_tilts.as_ref().map(|t| capital(&through_tilts(t))).unwrap_or_default();
+    let rank = say!(lang, "plan-rank", rank = j.rank.to_string(), dof = lang.count(j.dof, "degree"));
+    let work = lang.sentence(&[work_of(w, lang), rank].join(lang.semicolon()));
+    let through = j.through_tilts.as_ref().map(|t| lang.sentence(&through_tilts(t, lang))).unwrap_or_default();
     let angles = j.parameters.iter().filter_map(|p| Some((p.id.as_str(), p.u_arcsec?)));
     let (tone, verdict) = match (j.not_estimable.len(), angles.max_by(|a, b| a.1.total_cmp(&b.1))) {
         (0, _) if j.lacking.is_some() => {
-            (Tone::Caution, "Not every unknown has a predicted uncertainty at the point that was judged.".into())
+            (Tone::Caution, say!(lang, "not-every-unknown-has-a-predicted-uncertainty").into())
         }
-        (0, Some((id, u))) => (
-            Tone::Good,
-            format!(
-                "Every unknown can be estimated; the least certain angle is `{id}` with u = {} arcsec.",
-                significant(u, 3)
-            ),
-        ),
-        (0, None) => (Tone::Good, "Every unknown can be estimated.".into()),
-        (n, _) => (Tone::Bad, format!("{} cannot be estimated.", count(n, "combination of unknowns"))),
+        (0, Some((id, u))) => {
+            (Tone::Good, say!(lang, "every-unknown-can-be-estimated-the-least", id, u = significant(u, 3)))
+        }
+        (0, None) => (Tone::Good, say!(lang, "every-unknown-can-be-estimated").into()),
+        (n, _) => (Tone::Bad, say!(lang, "combinations-cannot-be-estimated", n)),
     };
     Section::new(heading)
         .verdict(tone, verdict)
         .prose(work)
         .prose(through)
-        .prose(j.lacking.as_ref().map(|own| format!("{}.", capital(&lacking_value(own)))).unwrap_or_default())
-        .list(defects(&j.not_estimable, "is not estimable", &nowhere(&BTreeMap::new())))
+        .prose(j.lacking.as_ref().map(|own| lang.sentence(&lacking_value(own, lang))).unwrap_or_default())
+        .list(defects(
+            &j.not_estimable,
+            |text| say!(lang, "is-not-estimable", text),
+            &nowhere(&BTreeMap::new(), lang),
+            lang,
+        ))
         .table(table)
 }
 
 /// What rests on each reading.
-fn readings(heading: &str, j: &JudgementReport) -> Section {
+fn readings(heading: &str, j: &JudgementReport, lang: Language) -> Section {
     let mut readings = Table::new(&[
         ("#", Align::Right),
-        ("position", Align::Left),
-        ("sensor", Align::Left),
-        ("leverage", Align::Decimal),
-        ("mdb", Align::Decimal),
-        ("its largest effect on an angle", Align::Left),
+        (say!(lang, "per-position"), Align::Left),
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "leverage"), Align::Decimal),
+        (say!(lang, "mdb"), Align::Decimal),
+        (say!(lang, "its-largest-effect-on-an-angle"), Align::Left),
     ]);
-    readings.caption =
-        "Each value: leverage, minimal detectable bias (0.1 %, 80 %), and what it does undetected".into();
+    readings.caption = say!(lang, "each-value-leverage-minimal-detectable-bias-and").into();
     readings.small = true;
     for r in &j.readings {
         let worst = r.effect_arcsec.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        let effect = worst.map_or(String::new(), |(id, e)| format!("{} arcsec of `{id}`", significant(*e, 3)));
+        let effect = worst
+            .map_or(String::new(), |(id, e)| say!(lang, "arcsec-of", e = significant(*e, 3), id = format!("`{id}`")));
         let leverage = format!("{:.3}", r.leverage);
         readings.row(vec![r.index.to_string(), keys(&r.at), r.sensor.clone(), leverage, cell(r.mdb), effect]);
     }

@@ -2,22 +2,41 @@
 
 use super::{Align, Figure, Page, Section, Table, Tone};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::reduce::{Segment, Trace};
 use crate::report::reduction::ReduceReport;
-use crate::report::table::{count, rounded, significant};
+use crate::report::table::{rounded, significant};
 use crate::report::{Input, VERSION, plot};
 
 /// The page of a reduction.
 ///
 /// Errors: a chart that cannot be drawn.
-pub fn reduce_page(report: &ReduceReport, trace: &Trace, segments: &[Segment], inputs: &[Input]) -> Result<Page> {
-    let mut page = Page::new("From samples to readings");
+pub fn reduce_page(
+    report: &ReduceReport,
+    trace: &Trace,
+    segments: &[Segment],
+    inputs: &[Input],
+    lang: Language,
+) -> Result<Page> {
+    let mut page = Page::new(say!(lang, "from-samples-to-readings"));
+    page.language = lang;
     page.subtitle = report.record.clone();
     page.facts = vec![
-        ("Samples".into(), format!("{}, {} a second", report.samples, significant(1.0 / report.interval_s, 6))),
-        ("Segments".into(), format!("{} by {}", report.segments.len(), report.by)),
+        (
+            say!(lang, "samples").into(),
+            say!(
+                lang,
+                "a-second",
+                samples = report.samples.to_string(),
+                rate = significant(1.0 / report.interval_s, 6)
+            ),
+        ),
+        (
+            say!(lang, "segments").into(),
+            say!(lang, "segments-by", n = report.segments.len().to_string(), by = lang.name(&report.by)),
+        ),
     ];
-    page.colophon = vec![("Program".into(), format!("tumble {VERSION}"))];
+    page.colophon = vec![(say!(lang, "program").into(), format!("tumble {VERSION}"))];
     page.colophon.extend(inputs.iter().map(|input| (input.name.clone(), format!("SHA-256 {}", input.sha256))));
     let each = || report.segments.iter().flat_map(|s| &s.means);
     let sloping = each().filter(|m| m.sloping == Some(true)).count();
@@ -29,47 +48,54 @@ pub fn reduce_page(report: &ReduceReport, trace: &Trace, segments: &[Segment], i
     } else {
         Tone::Good
     };
-    let sentence = format!(
-        "{}, {} not used. {sloping} of {} means have a slope (p < 0.01) that their noise does not explain; {} within segments (none was left out of a mean).",
-        count(report.segments.len(), "segment"),
-        count(report.rejected.len(), "stretch").replace("stretchs", "stretches"),
-        each().count(),
-        count(odd as usize, "odd sample"),
+    let [sloping, all] = [sloping, each().count()].map(|n| n.to_string());
+    let sentence = say!(
+        lang,
+        "not-used-of-means-have-a-slope",
+        segments = lang.count(report.segments.len(), "segment"),
+        stretches = lang.count(report.rejected.len(), "stretch"),
+        sloping,
+        all,
+        odd = lang.count(odd as usize, "odd-sample")
     );
     let figure = Figure {
-        caption: "The whole record; segments are shaded.".into(),
-        description: format!(
-            "{} panels, one for each column, against time; {} shaded segments.",
-            trace.channels.len(),
-            report.segments.len()
+        caption: say!(lang, "the-whole-record-segments-are-shaded").into(),
+        description: say!(
+            lang,
+            "panels-one-for-each-column-against-time",
+            panels = trace.channels.len().to_string(),
+            segments = report.segments.len().to_string()
         ),
-        svg: plot::record(trace, segments)?,
+        svg: plot::record(trace, segments, lang)?,
         wide: true,
     };
-    page = page.section(Section::new("Record").verdict(tone, sentence).figures(vec![figure]));
-    let mut section = Section::new("Means").prose(
-        "1.96 `u` on either side of a mean covers 95 %. `u` is learnt from all segments of a column together and holds what that costs; beside it what it would be for noise without memory, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.",
-    );
+    page = page.section(Section::new(say!(lang, "record")).verdict(tone, sentence).figures(vec![figure]));
+    let mut section = Section::new(say!(lang, "means")).prose(say!(lang, "u-on-either-side-of-a-mean"));
     let mut table = Table::new(&[
-        ("position", Align::Left),
-        ("from, s", Align::Decimal),
-        ("to, s", Align::Decimal),
-        ("column", Align::Left),
-        ("mean", Align::Decimal),
+        (say!(lang, "per-position"), Align::Left),
+        (say!(lang, "from-s"), Align::Decimal),
+        (say!(lang, "to-s"), Align::Decimal),
+        (say!(lang, "column"), Align::Left),
+        (say!(lang, "mean"), Align::Decimal),
         ("u", Align::Decimal),
-        ("white", Align::Decimal),
-        ("autocorr.", Align::Decimal),
-        ("Allan", Align::Decimal),
+        (say!(lang, "white"), Align::Decimal),
+        (say!(lang, "autocorr-2"), Align::Decimal),
+        (say!(lang, "allan"), Align::Decimal),
         ("n", Align::Right),
-        ("effective n", Align::Decimal),
-        ("slope p", Align::Decimal),
-        ("odd", Align::Left),
+        (say!(lang, "effective-n"), Align::Decimal),
+        (say!(lang, "slope-p"), Align::Decimal),
+        (say!(lang, "odd"), Align::Left),
     ]);
     table.small = true;
     for s in &report.segments {
         for (k, m) in s.means.iter().enumerate() {
             let first = k == 0;
-            let odd = m.events.iter().map(|(kind, n)| format!("{kind} {n}")).collect::<Vec<_>>().join(", ");
+            let odd = m
+                .events
+                .iter()
+                .map(|(kind, n)| format!("{} {n}", lang.term("event", &kind.to_string())))
+                .collect::<Vec<_>>()
+                .join(", ");
             table.row(vec![
                 if first { s.position.clone() } else { String::new() },
                 if first { format!("{:.2}", s.start_s) } else { String::new() },
@@ -90,9 +116,13 @@ pub fn reduce_page(report: &ReduceReport, trace: &Trace, segments: &[Segment], i
     }
     section = section.table(table);
     page = page.section(section);
-    let mut rejected = Table::new(&[("from, s", Align::Decimal), ("to, s", Align::Decimal), ("reason", Align::Left)]);
+    let mut rejected = Table::new(&[
+        (say!(lang, "from-s"), Align::Decimal),
+        (say!(lang, "to-s"), Align::Decimal),
+        (say!(lang, "reason"), Align::Left),
+    ]);
     for r in &report.rejected {
-        rejected.row(vec![format!("{:.3}", r.start_s), format!("{:.3}", r.end_s), r.reason.clone()]);
+        rejected.row(vec![format!("{:.3}", r.start_s), format!("{:.3}", r.end_s), lang.name(&r.reason).into_owned()]);
     }
-    Ok(page.section(Section::new("Not used").table(rejected)))
+    Ok(page.section(Section::new(say!(lang, "not-used-2")).table(rejected)))
 }

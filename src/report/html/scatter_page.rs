@@ -13,6 +13,7 @@ pub(super) fn scatter(sources: &[ScatterReport], lang: Language) -> Section {
     let aligned = [Align::Left, Align::Right, Align::Right, Align::Left, Align::Right, Align::Left];
     let heads: Vec<(&str, Align)> = heads(lang).into_iter().zip(aligned).collect();
     let mut table = Table::new(&heads);
+    table.small = true;
     for source in sources {
         table.row(cells(source, lang));
     }

@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, INK, RULE, SMALL, SOFT, VERMILLION, WIDE, style, svg};
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -28,10 +29,10 @@ const BOTTOM: i32 = 640;
 /// ```
 /// use tumble::report::plot::{DeviationPoint, deviations};
 /// let point = |tau: f64| DeviationPoint { tau, value: 1.0 / tau.sqrt(), interval: None, fitted: None };
-/// assert!(deviations(&[point(1.0), point(100.0)], "Allan deviation, deg/h").unwrap().contains("Allan"));
+/// assert!(deviations(&[point(1.0), point(100.0)], "Allan deviation, deg/h", Default::default()).unwrap().contains("Allan"));
 /// ```
-pub fn deviations(points: &[DeviationPoint], title: &str) -> Result<String> {
-    svg(WIDE, (BOTTOM + 90) as u32, |area| draw(area, points, title))
+pub fn deviations(points: &[DeviationPoint], title: &str, lang: Language) -> Result<String> {
+    svg(WIDE, (BOTTOM + 90) as u32, |area| draw(area, points, title, lang))
 }
 
 /// Whole powers of ten that hold all values.
@@ -51,7 +52,7 @@ fn power(exponent: i32) -> String {
     }
 }
 
-fn draw(area: &Area<'_>, points: &[DeviationPoint], title: &str) -> Drawn {
+fn draw(area: &Area<'_>, points: &[DeviationPoint], title: &str, lang: Language) -> Drawn {
     let (left, right) = (LEFT, WIDE as i32 - 30);
     let (first, last) = decades(points.iter().map(|p| p.tau));
     let (low, high) = decades(points.iter().flat_map(|p| [Some(p.value), p.fitted].into_iter().flatten()));
@@ -87,6 +88,6 @@ fn draw(area: &Area<'_>, points: &[DeviationPoint], title: &str) -> Drawn {
     let clean: String = title.chars().filter(|c| !c.is_control()).collect();
     area.draw(&Text::new(clean, (8, (TOP + BOTTOM) / 2), turned))?;
     let place = ((left + right) / 2, BOTTOM + 52);
-    area.draw(&Text::new("averaging time, s", place, style(SMALL, &INK, HPos::Center, VPos::Top)))?;
+    area.draw(&Text::new(say!(lang, "averaging-time-s"), place, style(SMALL, &INK, HPos::Center, VPos::Top)))?;
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, HALF, INK, RULE, SKY, SMALL, SOFT, VERMILLION, scale, style, svg};
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -31,15 +32,15 @@ const FAR: f64 = 3.0;
 /// ```
 /// use tumble::report::plot::{Distribution, distribution};
 /// let values = (0..100).map(|k| (k as f64 * 0.37).sin()).collect();
-/// let svg = distribution(&Distribution { label: "V0".into(), unit: "V".into(), values, ..Distribution::default() })?;
+/// let svg = distribution(&Distribution { label: "V0".into(), unit: "V".into(), values, ..Distribution::default() }, Default::default())?;
 /// assert!(svg.contains("V0, V") && svg.contains("devices"));
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn distribution(distribution: &Distribution) -> Result<String> {
-    svg(HALF, (BOTTOM + 80) as u32, |area| draw(area, distribution))
+pub fn distribution(distribution: &Distribution, lang: Language) -> Result<String> {
+    svg(HALF, (BOTTOM + 80) as u32, |area| draw(area, distribution, lang))
 }
 
-fn draw(area: &Area<'_>, own: &Distribution) -> Drawn {
+fn draw(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
     let mut sorted: Vec<f64> = own.values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| sorted.get((share * (sorted.len().max(1) - 1) as f64).round() as usize).copied();
@@ -105,7 +106,11 @@ fn draw(area: &Area<'_>, own: &Distribution) -> Drawn {
         let line = vec![(x(*limit), TOP), (x(*limit), BOTTOM)];
         area.draw(&plotters::element::DashedPathElement::new(line, 12, 8, VERMILLION.stroke_width(3)))?;
     }
-    area.draw(&Text::new("devices".to_string(), (left + 6, TOP), style(SMALL, &SOFT, HPos::Left, VPos::Top)))?;
+    area.draw(&Text::new(
+        say!(lang, "devices").to_string(),
+        (left + 6, TOP),
+        style(SMALL, &SOFT, HPos::Left, VPos::Top),
+    ))?;
     let place = ((left + right) / 2, BOTTOM + 46);
     let title = scale::title(&own.label, &own.unit, exponent);
     area.draw(&Text::new(title, place, style(SMALL, &INK, HPos::Center, VPos::Top)))?;

@@ -5,6 +5,7 @@ use super::{
     text_width,
 };
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -45,19 +46,23 @@ const LINKED: usize = 150;
 /// use tumble::report::plot::{GapPanel, GapPoint, gap};
 /// let point = |before| GapPoint { group: "0".into(), before, after: Some(0.1), band: Some(0.2) };
 /// let panel = GapPanel { title: "V residual".into(), unit: "V".into(), points: vec![point(1.0), point(-1.0)] };
-/// let svg = gap(&[panel], "alpha_deg")?;
+/// let svg = gap(&[panel], "alpha_deg", Default::default())?;
 /// assert!(svg.contains("before") && svg.matches("<circle").count() == 2 * 2 + 2);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn gap(panels: &[GapPanel], factor: &str) -> Result<String> {
+pub fn gap(panels: &[GapPanel], factor: &str, lang: Language) -> Result<String> {
     let height = panel_height(panels.len());
     let total = LEGEND + panels.len() as i32 * (height + LABELS) + 40;
     svg(WIDE, total as u32, |area| {
-        legend(area, panels)?;
+        legend(area, panels, lang)?;
         for (k, panel) in panels.iter().enumerate() {
             draw(area, panel, LEGEND + k as i32 * (height + LABELS), height)?;
         }
-        let title = if factor.is_empty() { "readings in their order".into() } else { format!("readings by {factor}") };
+        let title = if factor.is_empty() {
+            say!(lang, "readings-in-their-order").into()
+        } else {
+            say!(lang, "readings-by", factor = lang.name(factor))
+        };
         let place = ((LEFT + right()) / 2, total - 44);
         area.draw(&Text::new(title, place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
         Ok(())
@@ -77,7 +82,7 @@ fn panel_height(panels: usize) -> i32 {
     }
 }
 
-fn legend(area: &Area<'_>, panels: &[GapPanel]) -> Drawn {
+fn legend(area: &Area<'_>, panels: &[GapPanel], lang: Language) -> Drawn {
     let points = || panels.iter().flat_map(|panel| &panel.points);
     let repaired = points().any(|p| p.after.is_some());
     let mut x = LEFT;
@@ -87,14 +92,14 @@ fn legend(area: &Area<'_>, panels: &[GapPanel]) -> Drawn {
         x += 90 + text_width(label, TEXT);
         Ok(())
     };
-    let (first, after) = if repaired { ("before", true) } else { ("residual", false) };
+    let (first, after) = if repaired { (say!(lang, "before-repair"), true) } else { (say!(lang, "residual"), false) };
     entry(first, &|x| Ok(area.draw(&Circle::new((x, 14), 7, VERMILLION.stroke_width(3)))?))?;
     if after {
-        entry("after", &|x| Ok(area.draw(&Circle::new((x, 14), 7, BLUE.filled()))?))?;
+        entry(say!(lang, "after-repair"), &|x| Ok(area.draw(&Circle::new((x, 14), 7, BLUE.filled()))?))?;
     }
     if points().any(|p| p.band.is_some()) {
         let block = |x: i32| Rectangle::new([(x - 14, 2), (x + 16, 26)], SKY.mix(0.30).filled());
-        entry("noise, \u{b1}2 standard deviations", &|x| Ok(area.draw(&block(x))?))?;
+        entry(say!(lang, "noise-standard-deviations"), &|x| Ok(area.draw(&block(x))?))?;
     }
     Ok(())
 }

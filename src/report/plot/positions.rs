@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, HALF, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
 use crate::error::Result;
+use crate::language::{Language, say};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -21,17 +22,30 @@ pub struct Spot {
 /// ```
 /// use tumble::report::plot::{Spot, positions};
 /// let spot = |x, readings| Spot { x, y: 0.0, readings };
-/// let svg = positions(&[spot(0.0, 1), spot(90.0, 1)], &[spot(0.0, 2)], &[spot(90.0, 4)], ["alpha", "beta"])?;
+/// let svg = positions(&[spot(0.0, 1), spot(90.0, 1)], &[spot(0.0, 2)], &[spot(90.0, 4)], ["alpha", "beta"], Default::default())?;
 /// assert!(svg.starts_with("<svg") && svg.matches("<circle").count() == 3);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-pub fn positions(candidates: &[Spot], given: &[Spot], better: &[Spot], axes: [&str; 2]) -> Result<String> {
-    svg(HALF, HEIGHT as u32, |area| draw(area, candidates, given, better, axes))
+pub fn positions(
+    candidates: &[Spot],
+    given: &[Spot],
+    better: &[Spot],
+    axes: [&str; 2],
+    lang: Language,
+) -> Result<String> {
+    svg(HALF, HEIGHT as u32, |area| draw(area, candidates, given, better, axes, lang))
 }
 
 const HEIGHT: i32 = 760;
 
-fn draw(area: &Area<'_>, candidates: &[Spot], given: &[Spot], better: &[Spot], axes: [&str; 2]) -> Drawn {
+fn draw(
+    area: &Area<'_>,
+    candidates: &[Spot],
+    given: &[Spot],
+    better: &[Spot],
+    axes: [&str; 2],
+    lang: Language,
+) -> Drawn {
     let all = || candidates.iter().chain(given).chain(better);
     let (x_low, x_high) = scale::range(all().map(|s| s.x), 0.08);
     let (y_low, y_high) = scale::range(all().map(|s| s.y), 0.08);
@@ -53,8 +67,8 @@ fn draw(area: &Area<'_>, candidates: &[Spot], given: &[Spot], better: &[Spot], a
         area.draw(&Text::new(format!("{tick:.0}"), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
     }
     let title = match axes {
-        [across, ""] => format!("{across} (deg)"),
-        [across, up] => format!("{across} (deg) across, {up} (deg) up"),
+        [across, ""] => say!(lang, "positions-deg", across),
+        [across, up] => say!(lang, "deg-across-deg-up", across, up),
     };
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 50), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     for spot in candidates {

@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, INK, RULE, SMALL, SOFT, TINT, WIDE, scale, style, svg};
 use crate::error::Result;
+use crate::language::{Language, say};
 use crate::reduce::{Segment, Trace};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -11,12 +12,12 @@ const PANEL: i32 = 190;
 const BOTTOM: i32 = 80;
 
 /// All channels of a trace against time, segments shaded.
-pub fn record(trace: &Trace, segments: &[Segment]) -> Result<String> {
+pub fn record(trace: &Trace, segments: &[Segment], lang: Language) -> Result<String> {
     let height = PANEL * trace.channels.len().max(1) as i32 + BOTTOM;
-    svg(WIDE, height as u32, |area| draw(area, trace, segments))
+    svg(WIDE, height as u32, |area| draw(area, trace, segments, lang))
 }
 
-fn draw(area: &Area<'_>, trace: &Trace, segments: &[Segment]) -> Drawn {
+fn draw(area: &Area<'_>, trace: &Trace, segments: &[Segment], lang: Language) -> Drawn {
     let (left, right) = (LEFT, WIDE as i32 - 20);
     let end = trace.time(trace.samples.saturating_sub(1)).max(trace.interval);
     let x = |t: f64| left + (t / end * f64::from(right - left)).round() as i32;
@@ -64,6 +65,10 @@ fn draw(area: &Area<'_>, trace: &Trace, segments: &[Segment]) -> Drawn {
         area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     }
     let place = ((left + right) / 2, bottom + 38);
-    area.draw(&Text::new("time since the first sample, s", place, style(SMALL, &INK, HPos::Center, VPos::Top)))?;
+    area.draw(&Text::new(
+        say!(lang, "time-since-the-first-sample-s"),
+        place,
+        style(SMALL, &INK, HPos::Center, VPos::Top),
+    ))?;
     Ok(())
 }

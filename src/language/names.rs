@@ -1,0 +1,103 @@
+//! Texts that the program has as data (benches, effects, notes of a computation) in another language, by their English text.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+const CHINESE: &str = include_str!("../../data/language/names.zh.json");
+
+static READ: LazyLock<Names> = LazyLock::new(|| Names::read(CHINESE));
+
+/// Texts by their English form; `{name}` stands for any part, which is looked up in its turn.
+struct Names {
+    whole: BTreeMap<String, String>,
+    /// Those with parts, the most text first.
+    patterns: Vec<Pattern>,
+}
+
+struct Pattern {
+    /// What stands before, between and after the parts.
+    pieces: Vec<String>,
+    parts: Vec<String>,
+    translation: String,
+}
+
+/// Chinese for a text, if it is known.
+pub(super) fn chinese(text: &str) -> Option<String> {
+    READ.say(text)
+}
+
+/// The English texts that have a translation, as the file has them.
+pub fn names() -> impl Iterator<Item = String> {
+    let names: BTreeMap<String, String> = serde_json::from_str(CHINESE).unwrap_or_default();
+    names.into_keys()
+}
+
+impl Names {
+    fn read(text: &str) -> Self {
+        let all: BTreeMap<String, String> = serde_json::from_str(text).unwrap_or_default();
+        let (patterns, whole): (Vec<_>, Vec<_>) = all.into_iter().partition(|(english, _)| english.contains('{'));
+        let mut patterns: Vec<Pattern> =
+            patterns.into_iter().map(|(english, translation)| Pattern::new(&english, translation)).collect();
+        patterns.sort_by_key(|pattern| std::cmp::Reverse(pattern.pieces.iter().map(String::len).sum::<usize>()));
+        Names { whole: whole.into_iter().collect(), patterns }
+    }
+
+    fn say(&self, text: &str) -> Option<String> {
+        if let Some(known) = self.whole.get(text) {
+            return Some(known.clone());
+        }
+        self.patterns.iter().find_map(|pattern| {
+            let parts = pattern.parts_of(text)?;
+            let own = pattern.parts.iter().zip(parts);
+            Some(own.fold(pattern.translation.clone(), |said, (name, part)| {
+                let part = self.say(part).unwrap_or_else(|| part.to_string());
+                said.replace(&format!("{{{name}}}"), &part)
+            }))
+        })
+    }
+}
+
+impl Pattern {
+    fn new(english: &str, translation: String) -> Self {
+        let (mut pieces, mut parts) = (Vec::new(), Vec::new());
+        let mut rest = english;
+        while let Some((piece, after)) = rest.split_once('{') {
+            let (name, after) = after.split_once('}').unwrap_or((after, ""));
+            pieces.push(piece.to_string());
+            parts.push(name.to_string());
+            rest = after;
+        }
+        pieces.push(rest.to_string());
+        Pattern { pieces, parts, translation }
+    }
+
+    /// What stands in the places of the parts; `None` where the text is another one.
+    fn parts_of<'a>(&self, text: &'a str) -> Option<Vec<&'a str>> {
+        let (first, rest) = self.pieces.split_first()?;
+        let (last, between) = rest.split_last()?;
+        let mut text = text.strip_prefix(first.as_str())?.strip_suffix(last.as_str())?;
+        let mut parts = Vec::with_capacity(self.parts.len());
+        for piece in between {
+            let (part, after) = text.split_once(piece.as_str())?;
+            parts.push(part);
+            text = after;
+        }
+        parts.push(text);
+        parts.iter().all(|part| !part.is_empty()).then_some(parts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_found_and_looked_up_in_their_turn() {
+        let names = Names::read(r#"{"a {x} of {y}": "{y}的{x}", "big": "大", "a {x} of one": "唯一的{x}"}"#);
+        assert_eq!(names.say("a big of V"), Some("V的大".into()));
+        // the pattern with more text of its own comes first
+        assert_eq!(names.say("a big of one"), Some("唯一的大".into()));
+        assert_eq!(names.say("a of V"), None);
+        assert_eq!(names.say("a  of V"), None);
+    }
+}
