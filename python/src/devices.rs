@@ -1,6 +1,6 @@
 //! Many devices: arrays or tables in, arrays out.
 
-use crate::fit::{Asked, numbers};
+use crate::fit::{Asked, language, numbers};
 use crate::question::Question;
 use crate::table::{self, Columns};
 use crate::work::{interruptible, raised};
@@ -123,21 +123,19 @@ impl Devices {
     }
 
     /// The summary as the program prints it; `rows`: so many devices as well.
-    fn table(&self, rows: usize) -> String {
+    fn table(&self, rows: usize, lang: &str) -> PyResult<String> {
+        let lang = language(lang)?;
         let shown = self.rows.get(..rows.min(self.rows.len())).unwrap_or_default();
-        let language = tumble::language::Language::English;
         let rows = match shown {
             [] => String::new(),
-            shown => report::batch_rows(&self.template, &self.by, shown, language) + "\n",
+            shown => report::batch_rows(&self.template, &self.by, shown, lang) + "\n",
         };
-        rows + &report::batch_table(&self.summed(), language)
+        Ok(rows + &report::batch_table(&self.summed(), lang))
     }
 
     /// The page.
-    fn page(&self, py: Python<'_>) -> PyResult<String> {
-        let summary = self.summary();
-        let language = tumble::language::Language::English;
-        let page = report::html::batch_page(&self.template, &self.summed(), &summary, language);
+    fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
+        let page = report::html::batch_page(&self.template, &self.summed(), &self.summary(), language(lang)?);
         page.and_then(|page| report::html::render(&page)).map_err(|error| raised(py, &error, None))
     }
 }
