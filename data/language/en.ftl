@@ -1263,3 +1263,4 @@ event-stuck = stuck
 before-repair = before
 after-repair = after
 repair-shift = shift
+title-devices-by = { $devices } by { $by }
