@@ -7,9 +7,10 @@
 //! Multiplicative weights (S. D. Silvey, D. M. Titterington, B. Torsney, Comm. Statist. A 7 (1978) 1379). The bound that is returned is not
 //! the value that the iteration has reached but the tangent's: the objectives are convex in `w`, so it holds however early one stops. The
 //! largest prediction is at least any weighted mean of predictions, `max_i d_i >= sum m_i d_i = tr(W_m M^-1)`, so it is bounded by the
-//! trace for weights `m` of the predicted rows that grow where `d_i` is large.
+//! trace for weights `m` of the predicted rows that grow where `d_i` is large; the largest eigenvalue by `tr(Z C)` in the same way.
 
 use super::blocks::{Blocks, add_outer, dot, invert};
+use super::eigenvalue::Mixture;
 use super::exchange::Objective;
 
 /// What weights instead of repeats could reach.
@@ -44,6 +45,10 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
     let mut active: Vec<usize> = (0..count).collect();
     let mut rows = blocks.clone();
     let mut weights = vec![1.0 / count as f64; count];
+    let mut mixture = match objective {
+        Objective::Eigenvalue(combinations) => Some(Mixture::new(combinations)),
+        _ => None,
+    };
     let mut predicted = match objective {
         Objective::Largest(rows) => Some(Predicted::new(rows)),
         _ => None,
@@ -66,6 +71,11 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
         };
         // value of the smooth objective at these weights, and the matrix whose quadratic forms are its slopes
         let (slopes, value, here) = match (objective, &mut predicted) {
+            (Objective::Eigenvalue(combinations), _) => {
+                let largest = mixture.as_mut().map_or(f64::NAN, |own| own.follow(combinations, &inverse));
+                let w = mixture.as_ref().map_or_else(Vec::new, |own| own.weight_matrix(combinations));
+                (sandwich(&inverse, &w, n), dot(&w, &inverse), largest)
+            }
             (Objective::Trace(w), _) => {
                 let value = dot(w, &inverse);
                 (sandwich(&inverse, w, n), value, value)

@@ -19,13 +19,15 @@ const ROUNDS: usize = 60;
 
 /// One start: a random number of mountings, then the search. `None` where nothing regular was found.
 ///
-/// The largest of very many variances is dear to compare: mountings are found by the determinant, and exchanges lower what is largest then.
+/// The largest of very many variances is dear to compare, and so is an eigenvalue: mountings are found by the smooth criterion that is nearest (the
+/// determinant, the sum of the variances), and exchanges lower what is largest then.
 pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Option<Design> {
-    let many = matches!(problem.objective, Objective::Largest(rows) if rows.count() * rows.rows() > FEW);
-    if !many {
-        return searched(problem, prices, rng);
-    }
-    let smooth = searched(&Problem { objective: &Objective::Determinant, ..problem.clone() }, prices, rng)?;
+    let nearest = match problem.objective {
+        Objective::Largest(rows) if rows.count() * rows.rows() > FEW => Objective::Determinant,
+        Objective::Eigenvalue(combinations) => Objective::Trace(combinations.sum()),
+        _ => return searched(problem, prices, rng),
+    };
+    let smooth = searched(&Problem { objective: &nearest, ..problem.clone() }, prices, rng)?;
     let mut state = State::of(problem, smooth.chosen)?;
     improve_state(&mut state);
     let (mut chosen, effort) = (state.chosen, smooth.effort + state.effort);

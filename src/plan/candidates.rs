@@ -194,34 +194,34 @@ pub fn without(campaign: &Campaign, candidates: Readings, zones: &[Zone]) -> Res
         }
     }
     let before = candidates.rows.len();
-    let value = |reading: &Reading, key: &str| {
-        let states = campaign.bench.joints().zip(&reading.joints);
-        states
-            .filter_map(|(joint, state)| {
-                let (deg, deg_s, _) = state.keys();
-                let suffix = key.strip_prefix(joint)?;
-                if suffix == "_deg" { deg } else { deg_s.filter(|_| suffix == "_deg_s") }
-            })
-            .next()
-    };
-    let inside = |reading: &Reading, (key, low, high): &(String, f64, f64)| {
-        value(reading, key).is_some_and(|v| {
-            // 300:60 is the interval from 300 through 360 to 60
-            let width = if high < low { (high - low).rem_euclid(360.0) } else { high - low };
-            if key.ends_with("_deg") { (v - low).rem_euclid(360.0) <= width } else { (*low..=*high).contains(&v) }
-        })
-    };
-    let forbidden = |reading: &Reading| {
-        zones.iter().any(|zone| !zone.limits.is_empty() && zone.limits.iter().all(|limit| inside(reading, limit)))
-    };
+    let joints: Vec<&str> = campaign.bench.joints().collect();
     let Readings { columns, rows } = candidates;
-    let rows: Vec<Reading> = rows.into_iter().filter(|reading| !forbidden(reading)).collect();
+    let rows: Vec<Reading> = rows.into_iter().filter(|reading| !is_forbidden(&joints, zones, reading)).collect();
     if rows.is_empty() && before > 0 {
         return Err(Malformed::new(Fault::Missing, "the forbidden zones leave no candidate")
             .expected("zones that leave some positions")
             .found(format!("all {before} candidates are forbidden")));
     }
     Ok(Readings { columns, rows })
+}
+
+/// Does a reading lie in one of the zones?
+pub(super) fn is_forbidden(joints: &[&str], zones: &[Zone], reading: &Reading) -> bool {
+    let value = |key: &str| {
+        joints.iter().zip(&reading.joints).find_map(|(joint, state)| {
+            let (deg, deg_s, _) = state.keys();
+            let suffix = key.strip_prefix(joint)?;
+            if suffix == "_deg" { deg } else { deg_s.filter(|_| suffix == "_deg_s") }
+        })
+    };
+    let inside = |(key, low, high): &(String, f64, f64)| {
+        value(key).is_some_and(|v| {
+            // 300:60 is the interval from 300 through 360 to 60
+            let width = if high < low { (high - low).rem_euclid(360.0) } else { high - low };
+            if key.ends_with("_deg") { (v - low).rem_euclid(360.0) <= width } else { (*low..=*high).contains(&v) }
+        })
+    };
+    zones.iter().any(|zone| !zone.limits.is_empty() && zone.limits.iter().all(inside))
 }
 
 /// Candidates in the portions in which they are chosen; all portions have the same number of readings.

@@ -10,7 +10,7 @@ use super::search::{EFFORT, Found, Limits, Progress, search};
 pub struct Choice {
     /// Candidates, sorted, with repeats.
     pub chosen: Vec<usize>,
-    /// The objective, by a fresh factorisation: `-log det M`, `tr(W M^-1)`, or the largest `x' M^-1 x`.
+    /// The objective, by a fresh factorisation: `-log det M`, `tr(W M^-1)`, the largest `x' M^-1 x`, or the largest eigenvalue.
     pub value: f64,
     /// Starts that ended there.
     pub hits: usize,
@@ -47,6 +47,7 @@ pub fn choose(
         Objective::Determinant => true,
         Objective::Trace(w) => w.len() == n * n,
         Objective::Largest(rows) => rows.unknowns() == n,
+        Objective::Eigenvalue(combinations) => combinations.fits(n),
     };
     if !fits {
         return None;

@@ -2,6 +2,7 @@
 
 use super::blocks::Blocks;
 use super::derived::gradients;
+use super::eigenvalue::Combinations;
 use super::exchange::Objective;
 use super::pool::Pool;
 use crate::campaign::{Campaign, Kind};
@@ -19,6 +20,9 @@ pub enum Criterion {
     G,
     /// Smallest mean of the squared uncertainties of all predicted readings.
     I,
+    /// Smallest uncertainty of the worst determined combination of angles, with squared coefficients that sum to one (of all parameters, each
+    /// in units of what all candidates give, where none is an angle).
+    E,
     /// Smallest uncertainty of one parameter or derived quantity.
     C(String),
 }
@@ -30,18 +34,10 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
     match criterion {
         Criterion::D => Ok(Objective::Determinant),
         Criterion::G => Ok(Objective::Largest(pool.rows.clone())),
-        Criterion::A => {
-            let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
-            let some_tilt = (0..n).any(|k| is_tilt(&k));
-            let terms = (0..n)
-                .filter(|k| !some_tilt || is_tilt(k))
-                .filter_map(|k| pool.coordinates(&unit(k)))
-                .map(|c| (if some_tilt { 1.0 } else { 1.0 / c.iter().map(|c| c * c).sum::<f64>() }, c));
-            let terms: Vec<(f64, Vec<f64>)> = terms.collect();
-            if terms.is_empty() {
-                return Err(not_determined("an angle"));
-            }
-            Ok(Objective::Trace(weight_matrix(&terms, pool.blocks.unknowns())))
+        Criterion::A => Ok(Objective::Trace(weight_matrix(&asked(campaign, pool)?, pool.blocks.unknowns()))),
+        Criterion::E => {
+            let scaled = |(weight, c): (f64, Vec<f64>)| c.into_iter().map(|c| weight.sqrt() * c).collect();
+            Ok(Objective::Eigenvalue(Combinations::new(asked(campaign, pool)?.into_iter().map(scaled).collect())))
         }
         Criterion::I => {
             // each predicted reading with the same weight
@@ -66,6 +62,20 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
     }
 }
 
+/// The angles with weight one; where none is an angle all parameters, each with the reciprocal of its variance from all candidates.
+fn asked(campaign: &Campaign, pool: &Pool) -> Result<Vec<(f64, Vec<f64>)>> {
+    let n = campaign.unknowns();
+    let unit = |k: usize| (0..n).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
+    let is_tilt = |k: &usize| campaign.parameters.get(*k).is_some_and(|p| p.kind == Kind::Tilt);
+    let some_tilt = (0..n).any(|k| is_tilt(&k));
+    let terms = (0..n)
+        .filter(|k| !some_tilt || is_tilt(k))
+        .filter_map(|k| pool.coordinates(&unit(k)))
+        .map(|c| (if some_tilt { 1.0 } else { 1.0 / c.iter().map(|c| c * c).sum::<f64>() }, c));
+    let terms: Vec<(f64, Vec<f64>)> = terms.collect();
+    if terms.is_empty() { Err(not_determined("an angle")) } else { Ok(terms) }
+}
+
 fn not_determined(what: &str) -> Malformed {
     Malformed::new(Fault::Value, format!("even all candidates together do not determine {what}"))
         .expected("candidates that separate it from the other parameters, or a prior")
@@ -80,7 +90,7 @@ fn gradients_of(campaign: &Campaign, id: &str) -> Result<Vec<Vec<f64>>> {
             Fault::UnknownName,
             format!("the best set for '{id}' cannot be found: it is not estimated here"),
         )
-        .expected(format!("D, A, G, I, or one of {}", names.join(", ")))
+        .expected(format!("D, A, G, I, E, or one of {}", names.join(", ")))
         .found(format!("'{id}'")));
     };
     let gradients = gradients(campaign, quantity)?;

@@ -132,6 +132,7 @@ pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: 
             kept: stays,
             reasons: Vec::new(),
             limit: None,
+            refined: None,
             efficiency: None,
             bound_gap: None,
             enumerated: None,

@@ -13,6 +13,8 @@
 
 use super::blocks::{Blocks, add_outer, dot, invert};
 use super::bound::Bound;
+use super::eigenvalue::Combinations;
+use super::largest::{Worst, lower};
 use super::prices::Prices;
 use super::state::State;
 use rand_pcg::Pcg64Mcg;
@@ -27,6 +29,8 @@ pub enum Objective {
     Trace(Vec<f64>),
     /// The largest `x' M^-1 x` over all rows of these blocks: G.
     Largest(Blocks),
+    /// The largest eigenvalue of `T M^-1 T'`: E.
+    Eigenvalue(Combinations),
 }
 
 /// The exchange problem.
@@ -102,7 +106,8 @@ pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
     Some(match objective {
         Objective::Determinant => -log_det,
         Objective::Trace(w) => dot(w, &inverse),
-        Objective::Largest(predicted) => predicted.largest_quadratic(&inverse),
+        Objective::Largest(predicted) => predicted.of(&inverse),
+        Objective::Eigenvalue(combinations) => combinations.of(&inverse),
     })
 }
 
@@ -167,22 +172,32 @@ pub(super) fn finished(problem: &Problem<'_>, mut chosen: Vec<usize>) -> Option<
 pub(super) fn improve_state(state: &mut State<'_>) {
     match state.problem.objective {
         Objective::Largest(predicted) => {
-            // from where the start is, and from the best of a smooth objective: the first alone is slow to get near, the second is the same from
-            // any start
-            let other = State::of(state.problem, state.chosen.clone());
             let few = predicted.count() * predicted.rows() <= FEW;
-            sweeps(state, &if few { Objective::Trace(predicted.sum()) } else { Objective::Determinant });
-            super::largest::lower(state, predicted);
-            if let Some(mut other) = other {
-                super::largest::lower(&mut other, predicted);
-                let effort = state.effort + other.effort;
-                if predicted.largest_quadratic(&other.inverse) < predicted.largest_quadratic(&state.inverse) {
-                    *state = other;
-                }
-                state.effort = effort;
-            }
+            improve_worst(
+                state,
+                predicted,
+                &if few { Objective::Trace(predicted.sum()) } else { Objective::Determinant },
+            );
+        }
+        Objective::Eigenvalue(combinations) => {
+            improve_worst(state, combinations, &Objective::Trace(combinations.sum()));
         }
         objective => sweeps(state, objective),
+    }
+}
+
+/// From where the start is, and from the best of a smooth objective: the first alone is slow to get near, the second is the same from any start.
+fn improve_worst(state: &mut State<'_>, worst: &impl Worst, smooth: &Objective) {
+    let other = State::of(state.problem, state.chosen.clone());
+    sweeps(state, smooth);
+    lower(state, worst);
+    if let Some(mut other) = other {
+        lower(&mut other, worst);
+        let effort = state.effort + other.effort;
+        if worst.of(&other.inverse) < worst.of(&state.inverse) {
+            *state = other;
+        }
+        state.effort = effort;
     }
 }
 

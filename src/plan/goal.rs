@@ -16,7 +16,7 @@ use super::point::check_point;
 use super::pool::Pool;
 use super::prices::Prices;
 use super::reasons::reasons;
-use super::scheduled::scheduled;
+use super::scheduled::{schedule_rows, scheduled};
 use super::search::{EFFORT, Limits, search};
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
@@ -95,7 +95,8 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
-    let schedule = scheduled(campaign, kept, &pool, &found.chosen, offer, request)?;
+    let rows = schedule_rows(kept, &pool, &found.chosen, !noise.remount.is_empty());
+    let schedule = scheduled(campaign, kept, rows, offer, request)?;
     let judgement = judge(&schedule, noise, costs)?;
     let largest_share = largest_share(&judgement, goals);
     Ok(Reached {
@@ -111,6 +112,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             kept: kept.rows.len(),
             reasons: reasons(&schedule, noise, kept.rows.len())?,
             limit: None,
+            refined: None,
             efficiency: None,
             bound_gap: None,
             enumerated: None,

@@ -14,7 +14,8 @@ use super::point::check_point;
 use super::pool::Pool;
 use super::prices::Prices;
 use super::reasons::{Reason, reasons};
-use super::scheduled::{check, scheduled};
+use super::refine::{Refined, Refinement, refined as refine};
+use super::scheduled::{check, schedule_rows, scheduled};
 use super::search::{Found, Limits, Progress, search};
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
@@ -51,6 +52,8 @@ pub struct Request {
     pub starts: usize,
     /// Seed of starts and random orders.
     pub seed: u64,
+    /// Are angles moved between the candidates after the choice?
+    pub refine: Option<Refinement>,
     /// Order of the result.
     pub order: Order,
     /// Who is told how far the search is.
@@ -69,6 +72,7 @@ impl Default for Request {
             most_repeats: usize::MAX,
             starts: 100,
             seed: 1,
+            refine: None,
             order: Order::Abba,
             progress: Progress::default(),
         }
@@ -103,7 +107,9 @@ pub struct Improvement {
     pub hits: usize,
     /// Starts that were made.
     pub starts: usize,
-    /// Criterion by a fresh QR of the final schedule against the one that the exchange had, as a relative difference.
+    /// What moving the angles between the candidates brought; efficiency and enumeration speak of the choice among the candidates before it.
+    pub refined: Option<Refined>,
+    /// Criterion by a fresh QR of the final schedule against the one that the exchange had, as a relative difference; not where angles moved.
     pub check: Option<f64>,
     /// What even all candidates together do not determine.
     pub unreachable: Vec<Separation>,
@@ -150,10 +156,24 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
     else {
         return Err(too_few(&question.pool(candidates)?, request));
     };
-    let schedule = scheduled(campaign, kept, &pool, &design.chosen, offer, request)?;
+    let mut rows = schedule_rows(kept, &pool, &design.chosen, question.apart());
+    let mut refined = None;
+    if let Some(wanted) = &request.refine {
+        let around = (&pool, &objective);
+        let fixed = kept.rows.len();
+        if let Some((moved, what)) = refine(campaign, rows.clone(), fixed, around, (noise, wanted, &request.progress))?
+        {
+            (rows, refined) = (moved, Some(what));
+        }
+    }
+    let schedule = scheduled(campaign, kept, rows, offer, request)?;
     let judgement = judge(&schedule, noise, costs)?;
     Ok(Improvement {
-        check: check(&schedule, noise, &pool, &objective, &design)?,
+        check: match refined {
+            None => check(&schedule, noise, &pool, &objective, &design)?,
+            Some(_) => None,
+        },
+        refined,
         judgement,
         candidates: pool.portions.len(),
         chosen: design.chosen.len() * pool.portion_size(),

@@ -15,10 +15,28 @@ const PARTNERS: usize = 60;
 /// Products of predicted rows, candidates and unknowns beyond which only the most informative partners are weighed.
 const ALL: usize = 20_000_000;
 
-/// Exchanges that lower the largest `x' M^-1 x` over the predicted rows.
-pub(super) fn lower(state: &mut State<'_>, predicted: &Blocks) {
+/// The worst of several variances: what the design makes small where it is not smooth.
+pub(super) trait Worst {
+    /// Its value for `M^-1`, row by row.
+    fn of(&self, inverse: &[f64]) -> f64;
+    /// The partner that leaves the smallest value below `now`, and that value; `inverse` is that without the block at `at`.
+    fn partner(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)>;
+}
+
+impl Worst for Blocks {
+    fn of(&self, inverse: &[f64]) -> f64 {
+        self.largest_quadratic(inverse)
+    }
+
+    fn partner(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)> {
+        best_partner(state, at, self, inverse, now)
+    }
+}
+
+/// Exchanges that lower the worst.
+pub(super) fn lower(state: &mut State<'_>, worst: &impl Worst) {
     let blocks = state.problem.blocks;
-    let mut now = predicted.largest_quadratic(&state.inverse);
+    let mut now = worst.of(&state.inverse);
     for _ in 0..SWEEPS {
         let mut improved = false;
         let mut settled = vec![false; blocks.count()];
@@ -31,13 +49,13 @@ pub(super) fn lower(state: &mut State<'_>, predicted: &Blocks) {
                 add_outer(&mut without, -1.0, &blocks.row(state.chosen[at], r));
             }
             let best = match invert(&without, blocks.unknowns()) {
-                Some((inverse, _)) => best_partner(state, at, predicted, &inverse, now),
-                None => one_by_one(state, at, predicted, &without, now),
+                Some((inverse, _)) => worst.partner(state, at, &inverse, now),
+                None => one_by_one(state, at, worst, &without, now),
             };
             match best.filter(|(_, value)| *value < now * (1.0 - WORTH)) {
                 Some((j, _)) => {
                     state.exchange(at, j);
-                    let after = predicted.largest_quadratic(&state.inverse);
+                    let after = worst.of(&state.inverse);
                     improved |= after < now * (1.0 - 0.5 * WORTH);
                     now = after;
                     settled.fill(false);
@@ -61,10 +79,6 @@ fn best_partner(
 ) -> Option<(usize, f64)> {
     let (blocks, n, k) = (state.problem.blocks, state.problem.blocks.unknowns(), state.problem.blocks.rows());
     let rows = predicted.count() * predicted.rows();
-    let allowed: Vec<usize> = match state.problem.neighbours.get(state.chosen[at]) {
-        Some(list) => list.iter().copied().filter(|j| state.allowed(at, *j)).collect(),
-        None => (0..blocks.count()).filter(|j| state.allowed(at, *j)).collect(),
-    };
     // T of every candidate, then those that are weighed
     let mut work = vec![0.0; blocks.count()];
     let mut t = vec![vec![0.0; blocks.count()]; k * (k + 1) / 2];
@@ -73,7 +87,7 @@ fn best_partner(
             blocks.quadratic(r, s, inverse, &mut t[packed(r, s)], &mut work);
         }
     }
-    let mut partners = allowed;
+    let mut partners = state.partners(at);
     let most = ALL / (rows * n * k).max(1);
     if partners.len() > most.max(PARTNERS) {
         let told = |j: usize| (0..k).map(|r| t[packed(r, r)][j]).sum::<f64>();
@@ -115,7 +129,7 @@ fn best_partner(
 }
 
 /// `L^-1` of `I + G`, `L L' = I + G`; element (r, s), s <= r, at `packed(s, r)`.
-fn inverse_root(k: usize, g: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+pub(super) fn inverse_root(k: usize, g: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     let mut l = vec![0.0; k * (k + 1) / 2];
     for r in 0..k {
         for c in 0..=r {
@@ -135,7 +149,7 @@ fn inverse_root(k: usize, g: impl Fn(usize, usize) -> f64) -> Vec<f64> {
 }
 
 /// The same where the block cannot be taken out: the most informative partners, each with a factorisation of its own.
-fn one_by_one(state: &mut State<'_>, at: usize, predicted: &Blocks, without: &[f64], now: f64) -> Option<(usize, f64)> {
+fn one_by_one(state: &mut State<'_>, at: usize, worst: &impl Worst, without: &[f64], now: f64) -> Option<(usize, f64)> {
     let (blocks, n) = (state.problem.blocks, state.problem.blocks.unknowns());
     let told = |j: usize| (0..blocks.rows()).map(|r| state.spread[packed(r, r)][j]).sum::<f64>();
     let mut partners: Vec<usize> = (0..blocks.count()).filter(|j| state.allowed(at, *j)).collect();
@@ -147,11 +161,11 @@ fn one_by_one(state: &mut State<'_>, at: usize, predicted: &Blocks, without: &[f
             add_outer(&mut m, 1.0, &blocks.row(j, r));
         }
         let Some((inverse, _)) = invert(&m, n) else { continue };
-        let value = predicted.largest_quadratic(&inverse);
+        let value = worst.of(&inverse);
         if value < now && best.is_none_or(|(_, before)| value < before) {
             best = Some((j, value));
         }
     }
-    state.effort += (PARTNERS * predicted.count() * n * n) as f64;
+    state.effort += (PARTNERS * n * n * n) as f64;
     best
 }

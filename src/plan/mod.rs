@@ -3,6 +3,7 @@
 //! ```text
 //! cov x = M^-1,   M = sum over mountings of A' V^-1 A,   V = diag(u^2) + scatter of the mounting      (rows need no readings)
 //! D: det M largest   A: sum of u^2 smallest   G: largest predicted u smallest   C: u of one quantity smallest
+//! I: mean predicted u^2 smallest   E: u of the worst combination of angles smallest
 //! ```
 //!
 //! | file | subject |
@@ -17,7 +18,7 @@
 //! | `whitened.rs` | rows made independent of each other, mounting by mounting |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
-//! | `criterion.rs` | D, A, G and c in the coordinates of the pool |
+//! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool |
 //! | `search.rs` | all designs where there are few, else many starts |
 //! | `enumerate.rs` | all designs |
 //! | `levels.rs` | coarser sweeps within a finer one |
@@ -25,12 +26,14 @@
 //! | `state.rs` | one start: what is chosen, and the sums that follow it by rank-one updates |
 //! | `partners.rs` | every candidate weighed as the partner of one chosen portion |
 //! | `largest.rs` | exchanges for the largest of several variances |
+//! | `eigenvalue.rs` | exchanges for the worst determined combination |
 //! | `prices.rs` | what chosen portions cost together |
 //! | `budget.rs` | exchanges within a budget: how many mountings, how many readings |
 //! | `bound.rs` | the approximate design: what no schedule can beat |
 //! | `choose.rs` | a choice among plain rows |
 //! | `improve.rs` | the best positions, chosen or added |
 //! | `scheduled.rs` | from chosen portions to a schedule |
+//! | `refine.rs` | angles between the candidates |
 //! | `reasons.rs` | why each mounting is in it |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that tell two effects apart |
@@ -50,6 +53,7 @@ mod criterion;
 mod derived;
 mod discriminate;
 mod effort;
+mod eigenvalue;
 mod enumerate;
 mod exchange;
 mod extended;
@@ -66,6 +70,7 @@ mod point;
 mod pool;
 mod prices;
 mod reasons;
+mod refine;
 mod scheduled;
 mod search;
 mod state;
@@ -79,6 +84,7 @@ pub use criterion::Criterion;
 pub use derived::is_angle;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
+pub use eigenvalue::Combinations;
 pub use exchange::Objective;
 pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
@@ -89,6 +95,7 @@ pub use known::ThroughTilts;
 pub use order::{Order, ordered};
 pub use point::{Judged, Lacking, PointSource, judged_at};
 pub use reasons::Reason;
+pub use refine::{Refined, Refinement};
 pub use search::Progress;
 pub use telling::{Telling, telling};
 pub use whitened::Term;

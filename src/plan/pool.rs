@@ -101,11 +101,6 @@ impl Pool {
         )
     }
 
-    /// `log det` of an information matrix in the unknowns' own units, from its value in these coordinates.
-    pub fn log_det_in_units(&self, log_det: f64) -> f64 {
-        log_det + log_det_of(&self.estimate)
-    }
-
     /// Candidates that differ from each in the state of one joint (for coordinate exchange).
     pub fn neighbours(&self) -> Vec<Vec<usize>> {
         let mut groups: std::collections::HashMap<(usize, String), Vec<usize>> = std::collections::HashMap::new();

@@ -3,6 +3,7 @@
 use super::effort::{Noise, Offer, mounting, planned};
 use super::exchange::{Design, Objective};
 use super::improve::Request;
+use super::largest::Worst;
 use super::order::ordered;
 use super::pool::{Pool, log_det_of};
 use super::whitened::{adjusted, with_priors};
@@ -10,17 +11,15 @@ use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::Result;
 use crate::estimate::Estimate;
 
-/// What is kept as it is, then what was chosen, in the order to run.
+/// Rows of a schedule (what is kept, then what was chosen) in the order to run.
 pub(super) fn scheduled(
     campaign: &Campaign,
     kept: &Readings,
-    pool: &Pool,
-    chosen: &[usize],
+    rows: Vec<Reading>,
     offer: &Offer,
     request: &Request,
 ) -> Result<Campaign> {
     let Offer { noise, costs, .. } = offer;
-    let rows = schedule_rows(kept, pool, chosen, !noise.remount.is_empty());
     let all = planned(campaign, &Readings { columns: kept.columns.clone(), rows });
     let run = ordered(&campaign.with_readings(all), noise, costs, request.order, request.seed, kept.rows.len())?;
     Ok(campaign.with_readings(relabelled(kept, run)))
@@ -69,19 +68,33 @@ pub(super) fn check(
     objective: &Objective,
     design: &Design,
 ) -> Result<Option<f64>> {
+    let n = schedule.unknowns() as f64;
+    Ok(criterion_of(schedule, noise, pool, objective)?.map(|found| match objective {
+        // per unknown, as a relative change of the determinant
+        Objective::Determinant => (found - design.value).abs() / n,
+        _ => (found / design.value - 1.0).abs(),
+    }))
+}
+
+/// The criterion of a schedule from a fresh QR; `None` where it does not determine the unknowns that the pool does.
+pub(super) fn criterion_of(
+    schedule: &Campaign,
+    noise: &Noise,
+    pool: &Pool,
+    objective: &Objective,
+) -> Result<Option<f64>> {
     let n = schedule.unknowns();
     let fresh = adjusted(schedule, &with_priors(schedule, &schedule.readings, noise, &[])?, n)?;
     let basis = pool.estimate.factor.basis();
     if fresh.rank != pool.blocks.unknowns() || fresh.factor.basis().iter().any(|j| !basis.contains(j)) {
         return Ok(None);
     }
-    let relative = |found: f64| (found / design.value - 1.0).abs();
     Ok(match objective {
-        // per unknown, as a relative change of the determinant
-        Objective::Determinant => Some((log_det_of(&fresh) - pool.log_det_in_units(-design.value)).abs() / n as f64),
+        Objective::Determinant => Some(log_det_of(&pool.estimate) - log_det_of(&fresh)),
         _ if fresh.rank < n => None,
-        Objective::Trace(w) => Some(relative(super::blocks::dot(w, &in_coordinates(pool, &fresh)))),
-        Objective::Largest(rows) => Some(relative(rows.largest_quadratic(&in_coordinates(pool, &fresh)))),
+        Objective::Trace(w) => Some(super::blocks::dot(w, &in_coordinates(pool, &fresh))),
+        Objective::Largest(rows) => Some(rows.of(&in_coordinates(pool, &fresh))),
+        Objective::Eigenvalue(combinations) => Some(combinations.of(&in_coordinates(pool, &fresh))),
     })
 }
 

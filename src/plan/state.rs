@@ -258,6 +258,15 @@ impl<'a> State<'a> {
         self.effect.clear();
     }
 
+    /// Candidates that may come in for the block at `at`: all, or its neighbours.
+    pub fn partners(&self, at: usize) -> Vec<usize> {
+        let own = self.chosen.get(at).and_then(|i| self.problem.neighbours.get(*i));
+        match own {
+            Some(list) => list.iter().copied().filter(|j| self.allowed(at, *j)).collect(),
+            None => (0..self.problem.blocks.count()).filter(|j| self.allowed(at, *j)).collect(),
+        }
+    }
+
     /// May `j` come in for the block at `at`?
     pub fn allowed(&self, at: usize, j: usize) -> bool {
         (self.times_chosen[j] as usize) < self.problem.most_repeats

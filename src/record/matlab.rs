@@ -11,6 +11,9 @@ const HEAD: usize = 128;
 /// Structs inside each other.
 const DEEPEST: usize = 16;
 
+/// Longest element that is unpacked: 2^32 bytes are 5e8 numbers.
+const LONGEST: u64 = 1 << 32;
+
 /// Types of elements.
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
@@ -42,8 +45,13 @@ pub(super) fn open(name: &str, bytes: &[u8], table: Option<&str>) -> Result<Held
             MATRIX => matrix(&mut Reader { bytes: data, big }, None, "", 0, &mut arrays).ok_or_else(broken)?,
             COMPRESSED => {
                 let mut plain = Vec::new();
-                let unpacked = flate2::read::ZlibDecoder::new(data).read_to_end(&mut plain);
-                unpacked.map_err(|error| broken().found(format!("{error}, at byte {at}")))?;
+                let unpacked = flate2::read::ZlibDecoder::new(data).take(LONGEST).read_to_end(&mut plain);
+                let length = unpacked.map_err(|error| broken().found(format!("{error}, at byte {at}")))?;
+                if length as u64 == LONGEST {
+                    return Err(
+                        cut().found(format!("an element at byte {at} that unpacks to more than {LONGEST} bytes"))
+                    );
+                }
                 let mut inner = Reader { bytes: &plain, big };
                 let (kind, data) = inner.element(true).ok_or_else(broken)?;
                 if kind == MATRIX {

@@ -252,6 +252,20 @@ vocabulary! {
     }
 }
 
+/// Angles moved between the candidates.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct RefinedReport {
+    /// Angles were moved in multiples of this, in degrees.
+    pub resolution_deg: f64,
+    /// Mountings with an angle that no candidate has.
+    pub moved: usize,
+    /// By what share the criterion is better: the determinant for each unknown (D), a variance (else).
+    pub gain: f64,
+    /// Did it end because no move was worth it? Else because of the effort.
+    pub finished: bool,
+}
+
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -280,6 +294,10 @@ pub struct ImprovedReport {
     pub efficiency: Option<f64>,
     /// How loose that bound may be, as a share; a larger shortfall means that so few portions cannot follow the best weights.
     pub bound_gap: Option<f64>,
+    /// What moving the angles between the candidates brought; absent where that was not asked for. Efficiency and enumeration are those of the
+    /// choice among the candidates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refined: Option<RefinedReport>,
     /// Starts of the exchange.
     pub starts: usize,
     /// Starts that ended at this schedule's value.

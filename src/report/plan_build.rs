@@ -64,6 +64,12 @@ pub fn plan_report(
             enumerated: improvement.enumerated,
             efficiency: improvement.efficiency,
             bound_gap: improvement.bound_gap,
+            refined: improvement.refined.zip(request.refine.as_ref()).map(|(refined, wanted)| RefinedReport {
+                resolution_deg: wanted.resolution_deg,
+                moved: refined.moved,
+                gain: refined.gain,
+                finished: refined.finished,
+            }),
             starts: improvement.starts,
             hits: improvement.hits,
             seed: request.seed,

@@ -265,6 +265,20 @@ pub(super) fn proof(improved: &ImprovedReport, lang: Language) -> Option<String>
     })
 }
 
+/// What moving the angles between the candidates brought.
+pub(super) fn moved(improved: &ImprovedReport, lang: Language) -> Option<String> {
+    let refined = improved.refined.as_ref()?;
+    let resolution = significant(refined.resolution_deg, 3);
+    if refined.moved == 0 {
+        return Some(say!(lang, "no-angle-is-worth-moving", resolution));
+    }
+    let (mountings, gain) = (lang.count(refined.moved, "mounting"), significant(100.0 * refined.gain, 2));
+    Some(match refined.finished {
+        true => say!(lang, "angles-moved-off-the-candidates", mountings, resolution, gain),
+        false => say!(lang, "angles-moved-as-far-as-the-effort-went", mountings, resolution, gain),
+    })
+}
+
 /// Why the efficiency is below 0.99: the bound, or the few portions.
 pub(super) fn shortfall(improved: &ImprovedReport, lang: Language) -> Option<String> {
     let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
@@ -454,6 +468,9 @@ fn better(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> St
         if let Some(why) = shortfall(improved, lang) {
             text.push_str(&format!("{}\n", hanging(&format!("  {why}"), 4)));
         }
+    }
+    if let Some(moved) = moved(improved, lang) {
+        text.push_str(&format!("{}\n", hanging(&format!("  {moved}"), 4)));
     }
     if let Some(limit) = improved.cost_limit {
         text.push_str(&format!("{}\n", hanging(&format!("  {}", cost_limit(improved, limit, lang)), 4)));

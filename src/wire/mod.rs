@@ -8,6 +8,7 @@ mod build_bench;
 mod build_campaign;
 mod campaign_file;
 mod columns;
+mod constraint_file;
 mod correction_file;
 mod csv_readings;
 mod derived_file;
@@ -43,7 +44,8 @@ mod write;
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile};
 pub use build_bench::{BenchBuilder, SensorBuilder};
 pub use build_campaign::{CampaignBuilder, ReadingBuilder};
-pub use campaign_file::{BenchRef, CampaignFile, ConstraintFile, EstimateFile, KnownFile, ReadingsRef};
+pub use campaign_file::{BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef};
+pub use constraint_file::ConstraintFile;
 pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };

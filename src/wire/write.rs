@@ -1,7 +1,8 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
 use super::bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile, derived_of};
-use super::campaign_file::{BenchRef, CampaignFile, ConstraintFile, EstimateFile, KnownFile, ReadingsRef};
+use super::campaign_file::{BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef};
+use super::constraint_file::ConstraintFile;
 use super::limits_file::limits_file;
 use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, ScatterFile, SiteFile};
 use crate::bench::{Bench, Link, Sensor};

@@ -1,5 +1,5 @@
 //! Seeded campaigns, with stated noise and without: effects of the catalogue (one, two, three, none), one beside a pattern from outside, a
-//! pattern alone, an effect that acts through tilts beside a hidden tilt. 42 by default, 1400 with `TUMBLE_LONG=1`; `TUMBLE_CAMPAIGNS=2000` and `TUMBLE_SEED=7` give
+//! pattern alone, an effect that acts through tilts beside a hidden tilt. 28 by default, 1400 with `TUMBLE_LONG=1`; `TUMBLE_CAMPAIGNS=2000` and `TUMBLE_SEED=7` give
 //! more and others, `TUMBLE_MODE=two` one row of it. Strength is the |t| of an effect in the complete model (the others hidden included), from 10
 //! to 40.
 //!
@@ -202,6 +202,10 @@ fn names_that_once_were_wrong() {
         ("three", false, "A24", 6_400_073),
         ("tilts", true, "G16", 10_900_028),
         ("tilts", true, "A24", 10_900_034),
+        // two names that are not probable beside a pattern in time, and one that is where another effect may stand beside it
+        ("outside", false, "G16x45", 17_000_029),
+        ("outside", false, "G16x45", 17_000_073),
+        ("mixed", true, "A24", 16_500_024),
     ];
     for (mode, stated, schedule, seed) in campaigns {
         let own = trial(mode, stated, schedule, seed, &catalogue);
@@ -247,7 +251,7 @@ fn is_right(trial: &Trial) -> bool {
 fn seeded_campaigns() {
     let catalogue = wire::built_in_effects().unwrap();
     let number = |key: &str, otherwise: u64| std::env::var(key).ok().and_then(|n| n.parse().ok()).unwrap_or(otherwise);
-    let (count, seed) = (number("TUMBLE_CAMPAIGNS", draws(42, 1400) as u64) as usize, number("TUMBLE_SEED", 0));
+    let (count, seed) = (number("TUMBLE_CAMPAIGNS", draws(28, 1400) as u64) as usize, number("TUMBLE_SEED", 0));
     let wanted = std::env::var("TUMBLE_MODE").ok();
     let each = count.div_ceil(if wanted.is_some() { 2 } else { 2 * MODES.len() });
     let jobs: Vec<(usize, bool, usize)> = (0..MODES.len())

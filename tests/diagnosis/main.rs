@@ -11,6 +11,7 @@ mod markup;
 mod questions;
 mod scatter;
 mod schedules;
+mod serial;
 mod steps;
 #[path = "../support/mod.rs"]
 mod support;

@@ -159,7 +159,7 @@ fn count(few: usize, full: usize) -> usize {
 /// Positions that scatter and no line that says so: named where settings were mounted again, told as a possibility where they were not.
 #[test]
 fn positions_that_scatter_are_found_where_settings_are_mounted_again() {
-    let count = count(3, 500);
+    let count = count(2, 500);
     println!("mountings  sd/noise  noise      hidden       found  alias or itself named  effect named, %");
     for mountings in [1, 2] {
         for sd in [0.0, 4e-4, 1e-3] {

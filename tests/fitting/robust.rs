@@ -1,5 +1,6 @@
 //! Suspicious readings: Wicki's net, where plain least squares spreads two blunders over innocent rows, and random campaigns.
 
+use crate::draws::draws;
 use crate::support::{campaign, fit_with, fitted, json, parse};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -136,7 +137,7 @@ fn robust_covariance_is_that_of_simulated_estimates() {
     for method in [RobustMethod::Huber, RobustMethod::Tukey, RobustMethod::L1] {
         let mut random = Pcg64Mcg::seed_from_u64(5);
         let settings = Settings { robust: Some(method), ..Settings::default() };
-        let (trials, y2) = (1500, 4);
+        let (trials, y2) = (draws(300, 1500), 4);
         let (mut square, mut stated) = (0.0, 0.0);
         for _ in 0..trials {
             let mut own = start.clone();

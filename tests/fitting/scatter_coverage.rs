@@ -18,7 +18,7 @@ const ARCSEC_DEG: f64 = 1.0 / 3600.0;
 
 fn campaigns() -> usize {
     let asked = std::env::var("TUMBLE_CAMPAIGNS").ok().and_then(|n| n.parse().ok());
-    asked.unwrap_or(draws(300, 20_000))
+    asked.unwrap_or(draws(200, 20_000))
 }
 
 fn normal(random: &mut Pcg64Mcg) -> f64 {
@@ -275,7 +275,7 @@ fn scatter_coverage_samples_with_a_memory() {
             read(campaign, &all, white, random);
         };
         // a search over tau repeats the whole estimate some forty times
-        let count = campaigns().div_ceil(if stated_tau == "8" { 2 } else { 10 });
+        let count = campaigns().div_ceil(if stated_tau == "8" { 5 } else { 25 });
         check(name, &coverage(name, &campaign, &point, count, draw), count);
     }
 }

@@ -270,7 +270,7 @@ fn covariance_carried_two_ways() {
     let mut mission = Mission::new(site(), 0.02, 4.0 * HOUR, 600.0, swing()).unwrap();
     mission.errors.gyro.random_walk = 0.001f64.to_radians() / 60.0;
     mission.seed = 11;
-    let draws = 400;
+    let draws = 160;
     let carried = study::carry(&mission, &covariance, draws, &mut |_| Continue::Yes);
     let (linear, sampled) = (carried[0].linear.last().unwrap(), carried[0].monte_carlo.unwrap());
     let all = |u: &carry::NavigationUncertainty| [&u.attitude[..], &u.velocity, &u.position].concat();

@@ -93,6 +93,36 @@ fn the_cheapest_for_a_goal_is_as_cheap_as_a_budget_finds() {
     assert!(stdout.contains("the cheapest schedule that was found"), "{stdout}");
 }
 
+/// Angles moved between the candidates are never worse than the choice, stay out of forbidden zones, and need a choice.
+#[test]
+fn angles_are_refined_on_request() {
+    let read = |further: &[&str]| {
+        let arguments = ["--choose", "6", "--any-cost", "--step", "45", "--starts", "10", "--json", "-"];
+        let (code, stdout, stderr) = plan(&arguments.iter().chain(further).copied().collect::<Vec<_>>());
+        assert_eq!((code, stderr.as_str()), (0, ""), "{further:?}");
+        serde_json::from_str::<serde_json::Value>(&stdout).unwrap()["improved"].clone()
+    };
+    assert!(read(&[])["refined"].is_null());
+    for criterion in ["D", "A", "E", "dtheta_z2"] {
+        let improved = read(&["--criterion", criterion, "--refine", "0.5", "--forbid", "beta_deg=80:100"]);
+        let refined = &improved["refined"];
+        println!("{criterion}: {refined}");
+        let gain = refined["gain"].as_f64().unwrap();
+        assert!(refined["finished"] == true && (gain > 0.0) == (refined["moved"] != 0), "{criterion}: {refined}");
+        assert!(gain > 0.0 || criterion != "D", "six angles of 45 deg are not the best");
+        for position in improved["positions"].as_array().unwrap() {
+            let text = position.to_string();
+            let beta: f64 =
+                text.split("\"beta_deg\":").nth(1).unwrap().split([',', '}']).next().unwrap().parse().unwrap();
+            assert!(!(80.0..=100.0).contains(&beta) && (beta / 0.5).fract() == 0.0, "{text}");
+        }
+    }
+    let (code, _, stderr) = plan(&["--refine", "0.5"]);
+    assert!(code == 1 && stderr.contains("--choose"), "{stderr}");
+    let (code, _, stderr) = plan(&["--choose", "6", "--refine", "0"]);
+    assert!(code == 1 && stderr.contains("resolution"), "{stderr}");
+}
+
 /// Two effects that are the same column at every candidate: one sentence, no schedule.
 #[test]
 fn what_no_candidate_tells_apart_is_one_sentence() {

@@ -56,7 +56,7 @@ fn effects_of_the_smallest_size_are_found_with_the_promised_power() {
             }],
             scatter: vec![],
         };
-        let count = draws(100, 1000) as u64;
+        let count = draws(60, 1000) as u64;
         let found = |share: f64| {
             (0..count)
                 .filter(|seed| {
@@ -91,7 +91,7 @@ fn effects_of_their_size_are_not_taken_for_another() {
     pairs.sort_by(|a, b| a.2.total_cmp(&b.2));
     let members =
         |g: usize| foresight.groups[g].members.iter().map(|j| foresight.prospects[*j].effect.regressor.clone());
-    let count = draws(60, 400);
+    let count = draws(40, 400);
     let (mut told, mut tried) = (0, 0);
     for (own, other, size) in pairs.into_iter().take(2) {
         let prospect = &foresight.prospects[foresight.groups[own].members[0]];

@@ -2,10 +2,10 @@
 
 use crate::plan_support::*;
 use tumble::campaign::{Observation, Readings};
-use tumble::plan::{self, Blocks, Costs, Criterion, Goal, Noise, Objective, Offer, Order, Request, Unit};
+use tumble::plan::{self, Blocks, Combinations, Costs, Criterion, Goal, Noise, Objective, Offer, Order, Request, Unit};
 use tumble::report;
 
-/// Problems with 1e5 to 4e5 designs, most of them more than are tried one by one: the exchanges end at the least value of all designs, by D, A, c and G.
+/// Problems with 1e5 to 4e5 designs, most of them more than are tried one by one: the exchanges end at the least value of all designs, by D, A, c, G and E.
 #[test]
 fn exchanges_find_what_numpy_enumerates() {
     let problems: serde_json::Value = serde_json::from_str(include_str!("../data/plan-optima.json")).unwrap();
@@ -24,6 +24,7 @@ fn exchanges_find_what_numpy_enumerates() {
             ("A", Objective::Trace(square(&|i, j| f64::from(u8::from(i == j))))),
             ("c", Objective::Trace(square(&|i, j| c[i] * c[j]))),
             ("G", Objective::Largest(blocks.clone())),
+            ("E", Objective::Eigenvalue(Combinations::new(identity(n)))),
         ] {
             let least = number(&problem["least"][name]);
             let found = plan::choose(&blocks, choose, repeats, &objective, 100, 1, true).unwrap();
@@ -42,6 +43,61 @@ fn exchanges_find_what_numpy_enumerates() {
         }
     }
     assert_eq!(missed, 0, "{missed} optima were missed");
+}
+
+fn identity(n: usize) -> Vec<Vec<f64>> {
+    (0..n).map(|k| (0..n).map(|j| f64::from(u8::from(j == k))).collect()).collect()
+}
+
+/// The E-optimal weights of a parabola on [-1, 1] are 1/5, 3/5, 1/5, where `M` has the eigenvalue 1/5 (F. Pukelsheim, W. J. Studden, Ann. Statist.
+/// 21 (1993) 402): five readings reach `lambda_max(M^-1) = 1` exactly, and the bound says that none are better.
+#[test]
+fn the_e_optimal_parabola() {
+    let parabola = Blocks::from_fn(41, 1, 3, |j, _, c| (j as f64 / 20.0 - 1.0).powi(c as i32));
+    let worst = Objective::Eigenvalue(Combinations::new(identity(3)));
+    let best = plan::choose(&parabola, 5, usize::MAX, &worst, 10, 1, true).unwrap();
+    assert_eq!(best.chosen, [0, 20, 20, 20, 40]);
+    assert!((best.value - 1.0).abs() < 1e-12, "{}", best.value);
+    let bound = best.bound.unwrap();
+    assert!(bound <= 1.0 + 1e-12 && bound > 0.999, "{bound}");
+}
+
+/// Two readings of `b + c cos(beta)` tell most at 0 and 180 deg, `det M = 4`. A sweep of 50 deg has 0 and 200 deg at best, so moving the angles
+/// gains `2/(1 + cos 20 deg) - 1 = 3.11 %` for each unknown; where 170 to 190 deg is forbidden they end at its edge.
+#[test]
+fn angles_move_between_the_candidates() {
+    let campaign = campaign(
+        r#"{ "bench": { "id": "head", "chain": [ { "joint": "beta", "about": "z" } ],
+               "sensors": { "y": { "axes": { "I": "x" }, "model": "b + c*cos(beta)" } } },
+             "estimate": { "b": {}, "c": {} }, "readings": [ { "beta_deg": [0, 50] } ] }"#,
+    );
+    let noise = Noise::new(&campaign, &[("y".into(), 1.0)], &[]).unwrap();
+    let offer = offer(&campaign, noise, 50.0);
+    let refine = |zones: Vec<plan::Zone>| Some(plan::Refinement { resolution_deg: 0.01, zones });
+    let moved = |zones| {
+        let request = Request { readings: 2, refine: refine(zones), ..Request::default() };
+        let best = plan::improve(&campaign, &offer, &request).unwrap();
+        let mut angles: Vec<f64> = best.schedule.readings.rows.iter().filter_map(|r| r.joints[0].keys().0).collect();
+        angles.sort_by(f64::total_cmp);
+        (angles, best.refined.unwrap())
+    };
+    let (angles, refined) = moved(Vec::new());
+    let apart = (angles[1] - angles[0]).to_radians();
+    let determinant = (angles[0].to_radians().cos() - angles[1].to_radians().cos()).powi(2);
+    assert!((apart.cos() + 1.0).abs() < 1e-6 && (determinant - 4.0).abs() < 1e-6, "{angles:?}");
+    assert!(refined.finished && refined.moved >= 1);
+    assert_close(refined.gain, 2.0 / (1.0 + 20f64.to_radians().cos()) - 1.0, 1e-6);
+    // 0 and 180 deg, or anything that far apart about them, is forbidden at one end
+    let zone = |low: f64, high: f64| plan::Zone { limits: vec![("beta_deg".into(), low, high)] };
+    let (angles, _) = moved(vec![zone(170.0, 190.0)]);
+    let edge = angles.iter().map(|a| (a - 180.0).abs()).fold(f64::INFINITY, f64::min);
+    assert!((edge - 10.01).abs() < 1e-6, "{angles:?}");
+    let wrong = Request {
+        readings: 2,
+        refine: Some(plan::Refinement { resolution_deg: 0.0, zones: vec![] }),
+        ..Request::default()
+    };
+    assert!(plan::improve(&campaign, &offer, &wrong).unwrap_err().to_string().contains("resolution"));
 }
 
 /// Candidates of no information at all, each allowed once, are no reason to go on for ever.
@@ -99,7 +155,7 @@ fn budgets_are_spent_and_more_is_never_worse() {
     }
     let mut least = f64::INFINITY;
     for step in [45.0, 22.5] {
-        let request = Request { readings: 100, starts: 16, ..Request::default() };
+        let request = Request { readings: 100, starts: 8, ..Request::default() };
         let found =
             plan::reach(&campaign, &offer(&campaign, noise.clone(), step), &request, &angles(&campaign, 0.5), true)
                 .unwrap();

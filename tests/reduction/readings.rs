@@ -50,7 +50,7 @@ fn flicker(random: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
 #[test]
 fn uncertainties_of_means_cover() {
     const LENGTH: usize = 600;
-    let runs = draws(40, 400);
+    let runs = draws(12, 400);
     println!("{:>9} {:>22} {:>8} {:>9} {:>10}", "segments", "noise", "covered", "+-", "u/rms error");
     for segments in [4_usize, 12, 30] {
         for kind in ["white", "tau T/100", "tau T/30", "tau T/10", "tau T/5", "tau T/3", "flicker", "white and flicker"]
@@ -159,7 +159,7 @@ fn log(random: &mut Pcg64Mcg, rate: f64) -> Log {
 /// Every position is found, none is made up, and boundaries are within two windows (1 s).
 #[test]
 fn the_static_detector_finds_every_position() {
-    let runs = draws(60, 1000);
+    let runs = draws(40, 1000);
     let mut random = Pcg64Mcg::seed_from_u64(2);
     let (mut wrong, mut positions, mut furthest) = (0, 0, 0.0_f64);
     let (mut sum, mut boundaries) = (0.0, 0.0);

@@ -2,7 +2,8 @@
 
 Problems have between 1e5 and 4e5 designs, more than the program tries one by one, so that its exchanges are what is measured. Rows are those
 of benches: products of sines and cosines of two angles on a coarse grid, with two gains, and plain random rows. Writes tests/data/plan-optima.json:
-rows, number to choose, limit on repeats, and the least of -log det M (D), tr M^-1 (A), c' M^-1 c (c) and max x' M^-1 x (G).
+rows, number to choose, limit on repeats, and the least of -log det M (D), tr M^-1 (A), c' M^-1 c (c), the largest eigenvalue of M^-1 (E) and
+max x' M^-1 x (G).
 """
 
 import itertools
@@ -31,7 +32,7 @@ def multisets(count, choose, repeats):
 
 def least(rows, choose, repeats, c):
     n = rows.shape[1]
-    best = {"D": np.inf, "A": np.inf, "c": np.inf, "G": np.inf}
+    best = {"D": np.inf, "A": np.inf, "c": np.inf, "G": np.inf, "E": np.inf}
     designs = multisets(len(rows), choose, repeats)
     outer = rows[:, :, None] * rows[:, None, :]
     for part in np.array_split(designs, max(1, len(designs) // 20000)):
@@ -49,6 +50,7 @@ def least(rows, choose, repeats, c):
         best["D"] = min(best["D"], -np.linalg.slogdet(m)[1].max())
         best["A"] = min(best["A"], np.einsum("kii->k", inverse).min())
         best["c"] = min(best["c"], np.einsum("i,kij,j->k", c, inverse, c).min())
+        best["E"] = min(best["E"], np.linalg.eigvalsh(inverse)[:, -1].min())
         best["G"] = min(best["G"], np.einsum("ai,kij,aj->ka", rows, inverse, rows).max(1).min())
     return len(designs), best
 

@@ -25,13 +25,13 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub(super) effects: Option<PathBuf>,
     /// Find the best schedule of so many readings that costs no more than the given one does for as many (--budget: another limit).
-    #[arg(long, value_name = "N", conflicts_with_all = ["add", "goal"])]
+    #[arg(long, value_name = "N", group = "chosen", conflicts_with_all = ["add", "goal"])]
     pub(super) choose: Option<usize>,
     /// With --choose: whatever it costs.
     #[arg(long, requires = "choose", conflicts_with = "budget")]
     pub(super) any_cost: bool,
     /// Keep the schedule and find the best so many readings to add.
-    #[arg(long, value_name = "N", conflicts_with = "goal")]
+    #[arg(long, value_name = "N", group = "chosen", conflicts_with = "goal")]
     pub(super) add: Option<usize>,
     /// Keep the schedule and find the positions to add (2, or --add N) that tell two effects apart: a_S a_S^2, or tilt:dtheta_z1 a_S.
     #[arg(long, num_args = 2, value_names = ["EFFECT", "EFFECT"], conflicts_with_all = ["choose", "goal", "budget"])]
@@ -55,7 +55,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "EFFECT")]
     pub(super) beside: Vec<String>,
     /// Find the best schedule that costs no more than this, with the costs of --cost.
-    #[arg(long, value_name = "COST", group = "searched", conflicts_with = "add", allow_negative_numbers = true)]
+    #[arg(long, value_name = "COST", groups = ["searched", "chosen"], conflicts_with = "add", allow_negative_numbers = true)]
     pub(super) budget: Option<f64>,
     /// With --goal, --find or --budget: keep the schedule and add to it.
     #[arg(long, requires = "searched")]
@@ -67,9 +67,13 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 600)]
     pub(super) most: usize,
     /// D (volume of the confidence ellipsoid), A (sum of the angles' variances), G (largest predicted reading), I (mean of the predicted
-    /// readings), or a quantity: dtheta_z2, gamma.
-    #[arg(long, value_name = "D|A|G|I|NAME", default_value = "D")]
+    /// readings), E (worst determined combination of the angles), or a quantity: dtheta_z2, gamma.
+    #[arg(long, value_name = "D|A|G|I|E|NAME", default_value = "D")]
     pub(super) criterion: String,
+    /// Then move the chosen angles between the candidates, in multiples of DEG, as long as that is better (with --choose, --add or
+    /// --budget).
+    #[arg(long, value_name = "DEG", requires = "chosen", conflicts_with_all = ["goal", "find", "separate"])]
+    pub(super) refine: Option<f64>,
     /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
     #[arg(long, value_enum, default_value_t = UnitArgument::Reading)]
     pub(super) unit: UnitArgument,

@@ -5,7 +5,9 @@ use super::arguments::{Arguments, MethodArgument, OrderArgument, UnitArgument};
 use crate::campaign::{Campaign, Kind, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
-use crate::plan::{self, Costs, Criterion, Goal, Judgement, Method, Noise, Order, Progress, Request, Term, Unit, Zone};
+use crate::plan::{
+    self, Costs, Criterion, Goal, Judgement, Method, Noise, Order, Progress, Refinement, Request, Term, Unit, Zone,
+};
 use crate::report;
 use crate::simulate::Regressor;
 use crate::wire;
@@ -93,8 +95,11 @@ pub(super) fn find_candidates(arguments: &Arguments, campaign: &Campaign) -> Res
             candidates
         }
     };
-    let zones = arguments.forbid.iter().map(|text| zone(text)).collect::<Result<Vec<Zone>>>()?;
-    plan::without(campaign, candidates, &zones)
+    plan::without(campaign, candidates, &zones(arguments)?)
+}
+
+fn zones(arguments: &Arguments) -> Result<Vec<Zone>> {
+    arguments.forbid.iter().map(|text| zone(text)).collect()
 }
 
 pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBar) -> Result<Request> {
@@ -136,6 +141,7 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
             "A" | "a" => Criterion::A,
             "G" | "g" => Criterion::G,
             "I" | "i" => Criterion::I,
+            "E" | "e" => Criterion::E,
             name => Criterion::C(name.to_string()),
         },
         unit: match arguments.unit {
@@ -150,6 +156,10 @@ pub(super) fn request(arguments: &Arguments, given: &Judgement, bar: &ProgressBa
         most_repeats: arguments.repeats.unwrap_or(usize::MAX),
         starts: arguments.starts,
         seed: arguments.seed,
+        refine: match arguments.refine {
+            Some(resolution_deg) => Some(Refinement { resolution_deg, zones: zones(arguments)? }),
+            None => None,
+        },
         order: match arguments.order {
             OrderArgument::Given => Order::AsGiven,
             OrderArgument::Abba => Order::Abba,
@@ -164,6 +174,7 @@ pub(super) fn criterion_name(criterion: &Criterion) -> String {
         Criterion::A => "A".into(),
         Criterion::G => "G".into(),
         Criterion::I => "I".into(),
+        Criterion::E => "E".into(),
         Criterion::C(id) => format!("c:{id}"),
     }
 }

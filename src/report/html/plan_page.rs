@@ -9,7 +9,7 @@ use crate::report::Effort;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
 use crate::report::plan_table::{
-    apart, cost_limit, equal_effort, goal_notes, judged_at, lacking as lacking_value, mountings, not_told_apart,
+    apart, cost_limit, equal_effort, goal_notes, judged_at, lacking as lacking_value, mountings, moved, not_told_apart,
     nowhere, proof, reason, shortfall, through_tilts, work_of,
 };
 use crate::report::plot::{Spot, positions};
@@ -101,6 +101,9 @@ fn answer(improved: &ImprovedReport, lang: Language) -> Section {
         if let Some(why) = shortfall(improved, lang) {
             section = section.prose(say!(lang, "the-rest", why));
         }
+    }
+    if let Some(moved) = moved(improved, lang) {
+        section = section.prose(lang.sentence(&moved));
     }
     if let Some(limit) = improved.cost_limit {
         section = section.prose(lang.sentence(&cost_limit(improved, limit, lang)));

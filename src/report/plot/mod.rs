@@ -159,7 +159,7 @@ mod tests {
                 assert!(residuals(&[point(a, Some(b)), point(b, None)], "residual", "V", L).is_ok());
                 let pair = |after, band| GapPoint { group: "<".into(), before: a, after, band };
                 let points = vec![pair(Some(b), Some(a)), pair(None, None)];
-                assert!(gap(&[GapPanel { points, ..GapPanel::default() }], "x").is_ok());
+                assert!(gap(&[GapPanel { points, ..GapPanel::default() }], "x", L).is_ok());
                 assert!(normal(&[a, b, 1.0], L).is_ok());
                 assert!(correlation(&["a", "b"], &[vec![Some(1.0), Some(a)], vec![Some(b), None]]).is_ok());
             }
@@ -167,7 +167,7 @@ mod tests {
         assert!(
             values(&[], "", L).is_ok() && bars(&[], ("", ""), HALF, L).is_ok() && residuals(&[], "", "", L).is_ok()
         );
-        assert!(normal(&[], L).is_ok() && correlation(&[], &[]).is_ok() && gap(&[], "").is_ok());
+        assert!(normal(&[], L).is_ok() && correlation(&[], &[]).is_ok() && gap(&[], "", L).is_ok());
     }
 
     #[test]

@@ -1,0 +1,136 @@
+//! Lines of `"constraints"` in a campaign file: what must hold between estimated parameters.
+
+use super::Named;
+use crate::campaign::{Campaign, Constraint, Role};
+use crate::error::{Fault, Malformed, Result};
+use crate::units::Conversion;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A constraint: `of` with `equals` or `between`, or `norm_of` with `at_most`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConstraintFile {
+    /// A combination of estimated parameters, each with its factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<Named<f64>>,
+    /// Estimated parameters whose root sum of squares is bounded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub norm_of: Option<Vec<String>>,
+    /// Lower and upper bound of `of`; null for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<[Option<f64>; 2]>,
+    /// The value of `of`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub equals: Option<f64>,
+    /// The largest value of `norm_of`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_most: Option<f64>,
+    /// Unit of the bounds; without one tilts are in radians, coefficients in the unit that the model line tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+impl ConstraintFile {
+    /// The constraint on a campaign's parameters.
+    pub(super) fn into_constraint(self, campaign: &Campaign) -> Result<Constraint> {
+        let index = |id: &str| -> Result<usize> {
+            match campaign.parameter_index(id) {
+                Some(k) if matches!(campaign.parameters.get(k).map(|p| &p.role), Some(Role::Estimated { .. })) => Ok(k),
+                found => {
+                    let list: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+                    Err(Malformed::new(
+                        Fault::UnknownName,
+                        format!("a constraint names '{id}', which is not estimated"),
+                    )
+                    .expected(format!("estimated parameters: {}", list.join(", ")))
+                    .found(if found.is_some() {
+                        "a known or assumed parameter"
+                    } else {
+                        "no such parameter"
+                    }))
+                }
+            }
+        };
+        // numbers of the constraint to internal ones: of a term, and of the bounds, which are carried in the first term's unit
+        let converted = |members: &[usize]| -> Result<(Conversion, Vec<f64>)> {
+            let Some(unit) = self.unit.as_deref() else { return Ok((Conversion::NONE, vec![1.0; members.len()])) };
+            let own = |k: &usize| campaign.parameter_conversion(*k, unit).map_err(|e| e.at_path("unit"));
+            let all: Vec<Conversion> = members.iter().map(own).collect::<Result<_>>()?;
+            let first = all.first().copied().unwrap_or(Conversion::NONE);
+            Ok((first, all.iter().map(|own| first.factor() / own.factor()).collect()))
+        };
+        let finite = |value: f64, key: &str| {
+            if value.is_finite() {
+                return Ok(value);
+            }
+            Err(Malformed::new(Fault::Value, "not a finite number")
+                .expected("a finite number")
+                .found(value.to_string())
+                .at_path(key))
+        };
+        match (self.of, self.norm_of, self.between, self.equals, self.at_most) {
+            (Some(of), None, between, equals, None) if between.is_some() != equals.is_some() => {
+                if of.is_empty() || of.0.iter().any(|(_, factor)| !factor.is_finite()) {
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        "a constraint needs at least one parameter with a finite factor",
+                    )
+                    .expected("for example { \"dtheta_y2\": 1 }")
+                    .at_path("of"));
+                }
+                let mut terms: Vec<(usize, f64)> =
+                    of.0.iter()
+                        .map(|(id, factor)| Ok((index(id).map_err(|e| e.at_path(format!("of.{id}")))?, *factor)))
+                        .collect::<Result<_>>()?;
+                let (to, factors) = converted(&terms.iter().map(|(k, _)| *k).collect::<Vec<_>>())?;
+                terms.iter_mut().zip(&factors).for_each(|((_, factor), own)| *factor *= own);
+                let (lower, upper) = match (between, equals) {
+                    (Some([lower, upper]), _) => (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)),
+                    (None, value) => {
+                        let value = finite(value.unwrap_or_default(), "equals")?;
+                        (value, value)
+                    }
+                };
+                if lower == f64::NEG_INFINITY && upper == f64::INFINITY {
+                    return Err(Malformed::new(Fault::Value, "this constraint bounds nothing")
+                        .expected("a lower or an upper bound that is a number")
+                        .found("[null, null]")
+                        .at_path("between"));
+                }
+                if !(lower <= upper) {
+                    return Err(Malformed::new(Fault::Value, "the lower bound is above the upper")
+                        .expected("[lower, upper]")
+                        .found(format!("[{lower}, {upper}]"))
+                        .at_path("between"));
+                }
+                Ok(Constraint::Linear { terms, lower: to.apply(lower), upper: to.apply(upper) })
+            }
+            (None, Some(names), None, None, Some(at_most)) => {
+                let of: Vec<usize> = names
+                    .iter()
+                    .enumerate()
+                    .map(|(k, id)| index(id).map_err(|e| e.at_path(format!("norm_of[{k}]"))))
+                    .collect::<Result<_>>()?;
+                if of.is_empty() || !(finite(at_most, "at_most")? > 0.0) {
+                    return Err(Malformed::new(
+                        Fault::Value,
+                        "a norm constraint bounds at least one parameter by a positive number",
+                    )
+                    .expected("\"norm_of\": [names], \"at_most\": a positive number")
+                    .found(format!("{} parameters, at_most {at_most}", of.len()))
+                    .at_path("at_most"));
+                }
+                let (to, factors) = converted(&of)?;
+                if factors.iter().any(|own| (own - 1.0).abs() > 1e-12) {
+                    return Err(Malformed::new(Fault::Value, "a norm is of parameters in one unit")
+                        .expected("parameters that the model line carries in the same unit")
+                        .at_path("norm_of"));
+                }
+                Ok(Constraint::Norm { of, at_most: to.apply(at_most) })
+            }
+            _ => Err(Malformed::new(Fault::Value, "this is not a constraint")
+                .expected("\"of\" with either \"between\" or \"equals\", or \"norm_of\" with \"at_most\"")),
+        }
+    }
+}
