@@ -1266,3 +1266,4 @@ event-stuck = stuck
 before-repair = before
 after-repair = after
 repair-shift = shift
+title-devices-by = { $devices } by { $by }

@@ -1114,3 +1114,4 @@ event-stuck = 卡滞
 before-repair = 修正前
 after-repair = 修正后
 repair-shift = 变化
+title-devices-by = { $devices }（按 { $by } 区分）

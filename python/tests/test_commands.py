@@ -109,6 +109,16 @@ def test_the_rest() -> None:
     assert tumble.run("--version")[1].split()[-1] == tumble.__version__
 
 
+@pytest.mark.filterwarnings("ignore::tumble.RejectedWarning")
+def test_a_second_language() -> None:
+    for own, other in [
+        (tumble.plan(LINE, noise={"y": 0.1}), tumble.plan(LINE, noise={"y": 0.1}, lang="zh")),
+        (tumble.compare(TABLE_1), tumble.compare(TABLE_1, lang="zh")),
+        (tumble.diagnose(LINE), tumble.diagnose(LINE, lang="zh")),
+    ]:
+        assert {**own.data, "inputs": 0} == {**other.data, "inputs": 0} and str(own) != str(other) and 'lang="zh' in other.page()
+
+
 def test_dicts_for_every_command() -> None:
     planned = tumble.plan(LINE, noise={"y": 0.1})
     assert planned.report == "plan"

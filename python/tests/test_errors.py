@@ -1,5 +1,6 @@
 """Errors say where, with a caret; remarks are warnings."""
 
+import gc
 import json
 from pathlib import Path
 
@@ -73,4 +74,13 @@ def test_warnings_are_about_the_line_that_asked() -> None:
         # samples in a campaign: how many readings they gave is a remark
         tumble.diagnose(folder / "accelerometer.campaign.json")
     for found in (fitted, diagnosed, noted):
-        assert found[0].filename == __file__, found[0]
+        own = [warning for warning in found if issubclass(warning.category, (tumble.RejectedWarning, tumble.NoteWarning))]
+        assert own and all(warning.filename == __file__ for warning in own)
+    assert not [warning for found in (fitted, diagnosed, noted) for warning in found if issubclass(warning.category, ResourceWarning)]
+
+
+def test_nothing_is_left_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    tumble.plan(LINE, noise={"y": 0.1})
+    gc.collect()
+    assert list(tmp_path.iterdir()) == []

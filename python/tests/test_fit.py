@@ -132,7 +132,7 @@ def test_a_second_language() -> None:
     fit = tumble.fit(TABLE_1)
     assert fit.table(lang="zh") != fit.table() and 'lang="zh' in fit.page(lang="zh")
     with pytest.raises(ValueError, match="'xx'"):
-        fit.table(lang="xx")
+        fit.table(lang="xx")  # type: ignore[arg-type]
 
 
 def test_a_notebook_shows_the_page() -> None:

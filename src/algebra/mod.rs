@@ -15,6 +15,7 @@
 mod analysis;
 mod canonical;
 mod expression;
+mod four;
 mod function;
 mod homogeneity;
 mod language;
@@ -25,6 +26,7 @@ mod terms;
 
 pub use analysis::NameDegree;
 pub use expression::Expression;
+pub(crate) use four::Lane;
 pub use function::Function;
 pub use homogeneity::{Homogeneity, Powers, Reason, Relation};
 pub use language::Language;

@@ -4,6 +4,7 @@
 //! back over the steps (reverse mode): `bar(operand) += bar(result) * d result / d operand`.
 
 use super::expression::{Expression, Node};
+use super::four::Lane;
 use super::function::{Function, Operator, integer_power, small_integer};
 use crate::error::{Fault, Malformed, Result};
 use std::f64::consts::PI;
@@ -23,11 +24,11 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone)]
 pub struct Tape {
     /// Slot of each input register.
-    slots: Vec<usize>,
-    constants: Vec<f64>,
-    steps: Vec<Step<usize>>,
+    pub(super) slots: Vec<usize>,
+    pub(super) constants: Vec<f64>,
+    pub(super) steps: Vec<Step<usize>>,
     /// Register of the expression's value.
-    result: usize,
+    pub(super) result: usize,
 }
 
 /// Room to work in, reused between evaluations of any tapes.
@@ -35,11 +36,12 @@ pub struct Tape {
 pub struct Scratch {
     registers: Vec<f64>,
     bars: Vec<f64>,
+    pub(super) of_four: [Vec<Lane>; 2],
 }
 
 /// One operation on operands `R`: sources while compiling, registers afterwards.
 #[derive(Debug, Clone, Copy)]
-enum Step<R> {
+pub(super) enum Step<R> {
     Negate(R),
     Call(Function, R),
     Power(R, i32),
@@ -130,7 +132,7 @@ impl Tape {
     /// of a negative number does not exist: it is not a number.
     pub fn gradient(&self, inputs: &[f64], scratch: &mut Scratch, gradient: &mut [f64]) -> f64 {
         self.forward(inputs, &mut scratch.registers);
-        let Scratch { registers, bars } = scratch;
+        let Scratch { registers, bars, .. } = scratch;
         bars.clear();
         bars.resize(registers.len(), 0.0);
         bars[self.result] = 1.0;

@@ -2,17 +2,16 @@
 
 use super::block::{Kernel, LANES, Lane};
 use super::inputs::{Input, inputs};
-use super::replicates::{Replicates, runs_p};
-use super::row::{Solved, Verdict, chi_square_words, remarks};
+use super::lanes::{self, Sums};
+use super::replicates::Replicates;
 use super::{Device, Row};
-use crate::algebra::{Scratch as TapeScratch, Tape};
-use crate::campaign::{Campaign, Kind, Limited, Role};
+use crate::algebra::Tape;
+use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, Model};
-use crate::estimate::{Estimate, Group, System, adjust};
-use crate::fit::{self, Estimator, Remount, Settings, resolution};
+use crate::estimate::{Estimate, Group, adjust};
+use crate::fit::{self, Estimator, Remount, Settings};
 use crate::quality::{self, NormalScores, Whitened};
 use crate::uncertainty::quantiles;
-use crate::uncertainty::{Combined, effective_dof};
 use faer::Mat;
 use pulp::Arch;
 
@@ -20,56 +19,81 @@ use pulp::Arch;
 const ILL: f64 = 1e4;
 /// Rows whose uncertainties differ by more than this factor are not solved by products.
 const UNLIKE: f64 = 100.0;
-/// Share of a threshold within which the exact probability decides.
-const SLACK: f64 = 1e-6;
+/// Up to so many residuals are sorted side by side.
+const NETWORK: usize = 256;
 
 /// What all devices of one schedule share.
 #[derive(Debug, Clone)]
 pub struct Common {
-    campaign: Campaign,
-    settings: Settings,
-    kernel: Kernel,
+    pub(super) campaign: Campaign,
+    pub(super) settings: Settings,
+    pub(super) kernel: Kernel,
     /// The row of the schedule and the place among its values of each row of the design.
-    places: Vec<(usize, usize)>,
+    pub(super) places: Vec<(usize, usize)>,
     /// Values of a row of the schedule.
-    sensors: usize,
+    pub(super) sensors: usize,
     /// Sensor of each row of the design.
-    sensor: Vec<usize>,
+    pub(super) sensor: Vec<usize>,
     /// Model at the reference point; for priors, zero.
-    predicted: Vec<f64>,
+    pub(super) predicted: Vec<f64>,
     /// Priors less their reference.
-    priors: Vec<f64>,
-    reference: Vec<f64>,
-    system: System,
-    estimate: Estimate,
+    pub(super) priors: Vec<f64>,
+    pub(super) reference: Vec<f64>,
+    pub(super) estimate: Estimate,
     /// The readings' part of the cofactor; the rest is that of priors.
-    share: Mat<f64>,
+    pub(super) share: Mat<f64>,
     /// Is the scatter of the readings estimated (one scale for all)?
-    scaled: bool,
-    known: Vec<Input>,
-    derived: Vec<Tape>,
-    cells: Replicates,
-    scores: Option<NormalScores>,
+    pub(super) scaled: bool,
+    pub(super) known: Vec<Input>,
+    pub(super) derived: Vec<Tape>,
+    pub(super) cells: Replicates,
+    pub(super) scores: Option<NormalScores>,
+    /// How as many values as count for normality are sorted.
+    pub(super) network: Vec<(usize, usize)>,
+    /// Reciprocals of the rows' standard uncertainties.
+    pub(super) weight: Vec<f64>,
     /// Rows that count for normality, with `1/(u sqrt r)`.
-    studentizing: Vec<(usize, f64)>,
+    pub(super) studentizing: Vec<(usize, f64)>,
     /// `1/(u^2 r)` of each reading that another checks, else 0.
-    gain: Vec<f64>,
+    pub(super) gain: Vec<f64>,
     /// From here on the largest gain is looked at more closely; `None` where nothing can be tested.
-    threshold: Option<f64>,
+    pub(super) threshold: Option<f64>,
     /// Greatest relative uncertainty of a row, for the rounding of readings.
-    largest_u: f64,
+    pub(super) largest_u: f64,
 }
 
 /// Buffers, and probabilities that return.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    observed: Vec<Lane>,
-    unknowns: Vec<Lane>,
-    residuals: Vec<Lane>,
-    rest: Vec<f64>,
-    ordered: Vec<f64>,
-    sums: Vec<f64>,
-    factors: Vec<(u64, Option<f64>)>,
+    pub(super) observed: Vec<Lane>,
+    pub(super) unknowns: Vec<Lane>,
+    pub(super) residuals: Vec<Lane>,
+    pub(super) ordered_lanes: Vec<Lane>,
+    pub(super) sizes: Vec<Sizes>,
+    pub(super) sums: Vec<(Sums, Option<Lane>)>,
+    pub(super) rest: Vec<f64>,
+    pub(super) changes: Vec<f64>,
+    pub(super) ordered: Vec<f64>,
+    pub(super) cell_sums: Vec<f64>,
+    pub(super) factors: Vec<(u64, Option<f64>)>,
+}
+
+/// The least positive and the largest size of a device's values, and the largest in units of its uncertainty.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    pub(super) least: f64,
+    pub(super) most: f64,
+    pub(super) weighed: f64,
+}
+
+/// What is known of a device from the eight that it is one of.
+pub(super) struct Found {
+    pub(super) sizes: Sizes,
+    pub(super) squares: f64,
+    pub(super) gain: f64,
+    /// Positive residuals and runs, where that is counted.
+    pub(super) runs: Option<(usize, usize)>,
+    pub(super) normality: Option<f64>,
 }
 
 impl Common {
@@ -173,6 +197,8 @@ impl Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
             cells: Replicates::new(&fit::cells(campaign, &design, m), &system.u, estimate.dof),
             scores: NormalScores::new(studentizing.len()),
+            network: lanes::network(if studentizing.len() <= NETWORK { studentizing.len() } else { 0 }),
+            weight: system.u.iter().map(|u| 1.0 / u).collect(),
             priors: system.observed.iter().skip(readings).copied().collect(),
             campaign: campaign.with_readings(Default::default()),
             settings: *settings,
@@ -183,7 +209,6 @@ impl Common {
             predicted,
             reference,
             estimate,
-            system,
             scaled,
             known,
             derived,
@@ -211,274 +236,69 @@ impl Common {
         work.observed.resize(groups * m, [0.0; LANES]);
         work.unknowns.resize(groups * n, [0.0; LANES]);
         work.residuals.resize(groups * m, [0.0; LANES]);
+        work.sizes.clear();
         for (k, (device, map)) in devices.iter().enumerate() {
             let (group, lane) = (k / LANES, k % LANES);
             let observed = work.observed.get_mut(group * m..(group + 1) * m).unwrap_or_default();
-            for (((row, slot), predicted), to) in self.places.iter().zip(&self.predicted).zip(observed.iter_mut()) {
+            let mut sizes = Sizes { least: f64::INFINITY, most: 0.0, weighed: 0.0 };
+            let rows = self.places.iter().zip(&self.predicted).zip(&self.weight);
+            for ((((row, slot), predicted), weight), to) in rows.zip(observed.iter_mut()) {
                 let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
                 let value = device.values.get(row * self.sensors + slot).copied().unwrap_or(f64::NAN);
-                to.iter_mut().skip(lane).take(1).for_each(|y| *y = value - predicted);
+                to[lane] = value - predicted;
+                let size = value.abs();
+                sizes.least = if size > 0.0 && size < sizes.least { size } else { sizes.least };
+                sizes.most = if size > sizes.most { size } else { sizes.most };
+                sizes.weighed = if size * weight > sizes.weighed { size * weight } else { sizes.weighed };
             }
             for (to, prior) in observed.iter_mut().skip(readings).zip(&self.priors) {
-                to.iter_mut().skip(lane).take(1).for_each(|y| *y = *prior);
+                to[lane] = *prior;
             }
+            work.sizes.push(sizes);
         }
         self.kernel.solve(arch, &work.observed, &mut work.unknowns, &mut work.residuals);
+        work.sums.clear();
+        for v in work.residuals.chunks_exact(m.max(1)).take(groups) {
+            let normality = self.scores.as_ref().filter(|_| !self.network.is_empty()).map(|scores| {
+                let studentized =
+                    self.studentizing.iter().filter_map(|(i, factor)| Some(v.get(*i)?.map(|v| v * factor)));
+                work.ordered_lanes.clear();
+                work.ordered_lanes.extend(studentized);
+                lanes::normality(scores, &self.network, &mut work.ordered_lanes)
+            });
+            work.sums.push((Sums::of(v, &self.weight, &self.gain), normality));
+        }
+        let alone = self.campaign.bench.sensors.len() == 1;
         let rows = devices
             .iter()
             .enumerate()
             .map(|(k, (device, map))| {
                 let (group, lane) = (k / LANES, k % LANES);
-                let of = |from: &[Lane], width: usize| -> Vec<f64> {
-                    let own = from.get(group * width..(group + 1) * width).unwrap_or_default();
-                    own.iter().map(|numbers| numbers.get(lane).copied().unwrap_or(f64::NAN)).collect()
+                let (sums, normality) = work.sums.get(group)?;
+                let found = Found {
+                    sizes: *work.sizes.get(k)?,
+                    squares: sums.squares[lane],
+                    gain: sums.gain[lane],
+                    // zeros have no sign, and rows in another order have another order of signs
+                    runs: (alone && map.is_none() && sums.zero[lane] == 0.0)
+                        .then(|| (sums.positive[lane] as usize, 1 + sums.changes[lane] as usize)),
+                    normality: normality.map(|p| p[lane]),
                 };
-                let dx = of(&work.unknowns, n);
-                let mut rest = std::mem::take(&mut work.rest);
-                rest.clear();
-                let own = work.residuals.get(group * m..(group + 1) * m).unwrap_or_default();
-                rest.extend(own.iter().map(|numbers| numbers.get(lane).copied().unwrap_or(f64::NAN)));
-                let row = self.row(device, *map, &dx, &rest, &mut work);
-                work.rest = rest;
+                let take = |from: &[Lane], width: usize, to: &mut Vec<f64>| {
+                    to.clear();
+                    let own = from.get(group * width..(group + 1) * width).unwrap_or_default();
+                    to.extend(own.iter().map(|numbers| numbers[lane]));
+                };
+                let (mut dx, mut rest) = (std::mem::take(&mut work.changes), std::mem::take(&mut work.rest));
+                take(&work.unknowns, n, &mut dx);
+                take(&work.residuals, m, &mut rest);
+                let row = self.row(device, *map, (&dx, &rest), &found, &mut work);
+                (work.changes, work.rest) = (dx, rest);
                 row
             })
             .collect();
         *scratch = work;
         rows
-    }
-
-    fn row(&self, device: &Device, map: Option<&[usize]>, dx: &[f64], v: &[f64], work: &mut Scratch) -> Option<Row> {
-        let Common { estimate, settings, campaign, system, .. } = self;
-        let (dof, level) = (estimate.dof, settings.level);
-        let sizes = device.values.iter().filter(|y| !y.is_nan()).map(|y| y.abs());
-        let (least, most) = sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), y| {
-            (if y > 0.0 { least.min(y) } else { least }, most.max(y))
-        });
-        if most > fit::MOST || least < fit::LEAST {
-            return None;
-        }
-        let squares: f64 = v.iter().zip(&system.u).map(|(v, u)| (v / u) * (v / u)).sum();
-        if !(squares.is_finite() && dx.iter().all(|x| x.is_finite())) {
-            return None;
-        }
-        let variance = match self.scaled {
-            true if dof > 0 => Some((squares / dof as f64).max(self.least(device, map, squares / dof as f64))),
-            true => None,
-            false => Some(1.0),
-        };
-        let mut point = self.reference.clone();
-        point.iter_mut().zip(dx).for_each(|(x, dx)| *x += dx);
-        let known: Vec<Vec<f64>> = self.known.iter().map(|input| input.sensitivity(dx)).collect();
-        let n = dx.len();
-        let count = n + self.derived.len();
-        let [mut value, mut u, mut expanded, mut type_a] = [(); 4].map(|()| Vec::with_capacity(count));
-        let mut results: Vec<Option<Combined>> = Vec::with_capacity(if campaign.limits.is_empty() { 0 } else { count });
-        let mut say = |found: Option<f64>, own: Option<Combined>| {
-            value.push(found.unwrap_or(f64::NAN));
-            u.push(own.map_or(f64::NAN, |c| c.u));
-            expanded.push(own.map_or(f64::NAN, |c| c.expanded));
-            type_a.push(own.map_or(f64::NAN, |c| c.type_a));
-            if !campaign.limits.is_empty() {
-                results.push(own);
-            }
-        };
-        for (j, x) in point.iter().take(n).enumerate() {
-            let through = |k: usize| known.get(k).and_then(|c| c.get(j)).copied().unwrap_or_default();
-            say(Some(*x), self.combine([estimate.cofactor[(j, j)], self.share[(j, j)]], variance, through, work));
-        }
-        for tape in &self.derived {
-            let mut gradient = vec![0.0; point.len()];
-            let found = tape.gradient(&point, &mut TapeScratch::default(), &mut gradient);
-            if !(found.is_finite() && gradient.iter().all(|c| c.is_finite())) {
-                say(None, None);
-                continue;
-            }
-            let along = gradient.get(..n).unwrap_or_default();
-            let form = |of: &Mat<f64>| -> f64 {
-                let terms = || along.iter().enumerate().filter(|(_, c)| **c != 0.0);
-                terms().map(|(i, a)| terms().map(|(j, b)| a * b * of[(i, j)]).sum::<f64>()).sum::<f64>().max(0.0)
-            };
-            let through = |k: usize| {
-                let own = self.known.get(k).and_then(|input| gradient.get(input.index)).copied().unwrap_or_default();
-                own + known.get(k).map_or(0.0, |c| along.iter().zip(c).map(|(a, c)| a * c).sum())
-            };
-            say(Some(found), self.combine([form(&estimate.cofactor), form(&self.share)], variance, through, work));
-        }
-        let limits: Vec<(&str, fit::Conformity)> = campaign
-            .limits
-            .iter()
-            .filter_map(|limit| {
-                let (id, k) = match limit.of {
-                    Limited::Parameter(k) => (campaign.parameters.get(k)?.id.as_str(), k),
-                    Limited::Derived(k) => (campaign.derived.get(k)?.id.as_str(), n + k),
-                };
-                let found = value.get(k).copied().filter(|x| !x.is_nan());
-                let own = results.get(k).copied().flatten();
-                Some((id, fit::judge(campaign.decision, limit, found, own.as_ref(), level).0))
-            })
-            .collect();
-        let chi_square_p = match self.scaled {
-            false if dof > 0 => quantiles::chi_square_survival(squares, dof as f64),
-            _ => None,
-        };
-        let rejected = chi_square_p.is_some_and(|p| p < 1.0 - level);
-        let lack_of_fit_p = self.cells.lack_of_fit(v, &mut work.sums);
-        let suspects = self.suspects(v, squares, map);
-        let mut why = Vec::new();
-        if let Some(p) = chi_square_p.filter(|_| rejected) {
-            why.push(chi_square_words(p));
-        }
-        remarks(&mut why, &suspects, lack_of_fit_p.filter(|p| *p < 1.0 - level), &limits);
-        Some(Row {
-            label: device.label.clone(),
-            lot: String::new(),
-            verdict: if rejected { Verdict::Rejected } else { Verdict::Accepted },
-            conformity: limits.iter().map(|(_, own)| *own).max(),
-            why: why.join("; "),
-            readings: self.places.len(),
-            rank: estimate.rank,
-            dof,
-            residual_sd: if dof > 0 { (squares / dof as f64).sqrt() } else { f64::NAN },
-            chi_square_p: chi_square_p.unwrap_or(f64::NAN),
-            lack_of_fit_p: lack_of_fit_p.unwrap_or(f64::NAN),
-            runs_p: self.runs(v, map),
-            normality_p: self.normality(v, work),
-            suspects,
-            solved: Solved::Together,
-            value,
-            u,
-            expanded,
-            type_a,
-        })
-    }
-
-    /// Combined uncertainty of a quantity with this cofactor (and the readings' share of it), as a budget of readings, priors and known inputs says.
-    fn combine(
-        &self,
-        [cofactor, share]: [f64; 2],
-        variance: Option<f64>,
-        through: impl Fn(usize) -> f64,
-        work: &mut Scratch,
-    ) -> Option<Combined> {
-        let readings = match variance {
-            Some(variance) => (share * variance).sqrt(),
-            // the scatter of the readings has a part in it, and is not known
-            None if cofactor > 0.0 => return None,
-            None => 0.0,
-        };
-        let own_dof = if self.scaled {
-            self.estimate.group_redundancy.first().copied().unwrap_or_default()
-        } else {
-            f64::INFINITY
-        };
-        let part = |k: usize, input: &Input| (through(k).abs() * input.known.u, input.known.dof);
-        let inputs = || self.known.iter().enumerate().map(|(k, input)| part(k, input));
-        // priors stand beside readings of stated uncertainty only, so that no scale multiplies them
-        let type_b = inputs().map(|(u, _)| u * u).sum::<f64>() + (cofactor - share).max(0.0);
-        let u = (readings * readings + type_b).sqrt();
-        let dof = if type_b > 0.0 || !(u > 0.0) {
-            effective_dof(u, std::iter::once((readings, own_dof)).chain(inputs()))
-        } else if own_dof.is_finite() {
-            own_dof
-        } else {
-            f64::INFINITY
-        };
-        let bits = dof.to_bits();
-        let coverage_factor = match work.factors.iter().find(|(own, _)| *own == bits) {
-            Some((_, factor)) => *factor,
-            None => {
-                let factor = quantiles::coverage_factor(self.settings.level, dof);
-                if work.factors.len() < 8 {
-                    work.factors.push((bits, factor));
-                }
-                factor
-            }
-        }?;
-        Some(Combined {
-            u,
-            type_a: readings,
-            type_b: type_b.sqrt(),
-            dof,
-            coverage_factor,
-            expanded: coverage_factor * u,
-        })
-    }
-
-    /// The square of the scale that the rounding of the readings alone would have, where that can matter.
-    fn least(&self, device: &Device, map: Option<&[usize]>, variance: f64) -> f64 {
-        let values = || {
-            self.places.iter().map(|(row, slot)| {
-                let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
-                device.values.get(row * self.sensors + slot).copied().unwrap_or_default()
-            })
-        };
-        let arithmetic = values().zip(&self.system.u).map(|(y, u)| 2.0 * f64::EPSILON * y.abs() / u);
-        let arithmetic = arithmetic.fold(0.0_f64, f64::max).powi(2);
-        // a last place this coarse would matter; all readings are whole numbers of it, or it is none
-        let coarse = variance.sqrt() * 12f64.sqrt() * self.largest_u;
-        let places = coarse.log10().ceil();
-        let unit = if places <= 0.0 { 10f64.powf(-places) } else { 0.0 };
-        let whole = |y: f64| {
-            let count = y * unit;
-            (count - count.round()).abs() <= 1e-6 * count.abs().max(1.0)
-        };
-        if !(coarse > 0.0) || (unit > 0.0 && places > -14.0 && values().all(whole)) {
-            let step = resolution(values()).unwrap_or(0.0);
-            return arithmetic.max((step / 12f64.sqrt() / self.largest_u).powi(2));
-        }
-        arithmetic
-    }
-
-    /// Suspicious readings, counted from 1 among the device's rows.
-    fn suspects(&self, v: &[f64], squares: f64, map: Option<&[usize]>) -> Vec<usize> {
-        let Some(threshold) = self.threshold else { return Vec::new() };
-        let best = v.iter().zip(&self.gain).map(|(v, gain)| v * v * gain).fold(0.0_f64, f64::max);
-        let statistic = if self.scaled {
-            let rest = (squares - best).max(0.0) / (self.estimate.dof as f64 - 1.0);
-            if rest > 0.0 { best / rest } else { f64::INFINITY }
-        } else {
-            best
-        };
-        if statistic < threshold * (1.0 - SLACK) || best == 0.0 {
-            return Vec::new();
-        }
-        let factor = &self.estimate.factor;
-        let whitened = Whitened::independent(factor.thin_q(), factor.weight(), v, self.estimate.dof, !self.scaled);
-        let found = quality::snoop(&whitened, self.places.len(), self.settings.level);
-        let reading = |row: usize| {
-            let (row, _) = self.places.get(row)?;
-            Some(map.and_then(|map| map.get(*row)).unwrap_or(row) + 1)
-        };
-        found.iter().flat_map(|found| &found.suspects).filter_map(|suspect| reading(suspect.row)).collect()
-    }
-
-    /// The smallest probability of the runs tests of the sensors, in the device's own order of rows.
-    fn runs(&self, v: &[f64], map: Option<&[usize]>) -> f64 {
-        let mut least = f64::NAN;
-        for sensor in 0..self.campaign.bench.sensors.len() {
-            let own = || self.sensor.iter().zip(v).enumerate().filter(|(_, (s, _))| **s == sensor);
-            let p = match map {
-                None => runs_p(own().map(|(_, (_, v))| *v)),
-                Some(map) => {
-                    let mut sorted: Vec<(usize, f64)> = own()
-                        .map(|(i, (_, v))| {
-                            (self.places.get(i).and_then(|(row, _)| map.get(*row)).copied().unwrap_or(i), *v)
-                        })
-                        .collect();
-                    sorted.sort_by_key(|(row, _)| *row);
-                    runs_p(sorted.into_iter().map(|(_, v)| v))
-                }
-            };
-            least = least.min(p);
-        }
-        least
-    }
-
-    fn normality(&self, v: &[f64], work: &mut Scratch) -> f64 {
-        let Some(scores) = &self.scores else { return f64::NAN };
-        work.ordered.clear();
-        work.ordered.extend(self.studentizing.iter().filter_map(|(i, factor)| v.get(*i).map(|v| v * factor)));
-        scores.test(&mut work.ordered).map_or(f64::NAN, |test| test.p)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The readings of one device, row by row.
 
 use super::{Layout, Use};
+use crate::mix::Mix;
 use crate::record::UNREADABLE;
 use std::hash::{Hash, Hasher};
 
@@ -104,20 +105,5 @@ impl<'a> Shape<'a> {
         others: impl Iterator<Item = usize>,
     ) -> bool {
         self.device.rows == other.device.rows && order.zip(others).all(|(a, b)| self.key(a).eq(other.key(b)))
-    }
-}
-
-/// Multiply and rotate: fast, and equal keys are compared again.
-struct Mix(u64);
-
-impl Hasher for Mix {
-    fn finish(&self) -> u64 {
-        self.0 ^ (self.0 >> 29)
-    }
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|byte| self.write_u64(u64::from(*byte)));
-    }
-    fn write_u64(&mut self, word: u64) {
-        self.0 = (self.0.rotate_left(23) ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     }
 }

@@ -10,9 +10,11 @@
 //! | `device.rs` | the readings of one device, and when two devices have the same schedule |
 //! | `stream.rs` | a table of many devices, device by device; a serial number that comes back |
 //! | `common.rs` | a schedule factorised once |
+//! | `common_row.rs` | the row of one of its devices |
 //! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
 //! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
 //! | `block.rs` | estimates and residuals of eight devices side by side |
+//! | `lanes.rs` | tests of the residuals of eight devices side by side |
 //! | `fleet.rs` | which device is fitted how |
 //! | `parts.rs` | one linear step where the readings of a device come in parts, which merge |
 //! | `parts_row.rs` | the row of a device from its parts |
@@ -26,9 +28,11 @@
 
 mod block;
 mod common;
+mod common_row;
 mod device;
 mod fleet;
 mod inputs;
+mod lanes;
 mod layout;
 mod parts;
 mod parts_row;

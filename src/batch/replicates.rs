@@ -1,8 +1,10 @@
 //! What is tested of the residuals of many devices alike: lack of fit beside replicates, and their order.
 
+use crate::mix::Mix;
 use crate::quality;
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 /// Rows of equal inputs.
 #[derive(Debug, Clone, Default)]
@@ -18,7 +20,7 @@ pub(super) struct Replicates {
 }
 
 /// Probabilities of the runs test by counts: they depend on nothing else.
-type Runs = HashMap<(usize, usize, usize), f64>;
+type Runs = HashMap<(usize, usize, usize), f64, BuildHasherDefault<Mix>>;
 
 thread_local! {
     static RUNS: RefCell<Runs> = RefCell::default();
@@ -81,6 +83,11 @@ pub(super) fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
         runs += usize::from(last != Some(sign));
         last = Some(sign);
     }
+    runs_of(positive, negative, runs)
+}
+
+/// The same by counts.
+pub(super) fn runs_of(positive: usize, negative: usize, runs: usize) -> f64 {
     let key = (positive, negative, runs);
     RUNS.with_borrow_mut(|seen| {
         if seen.len() > RUNS_KEPT {

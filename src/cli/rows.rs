@@ -8,7 +8,7 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::Type;
+use parquet::schema::types::{ColumnPath, Type};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -248,7 +248,11 @@ fn parquet(path: &Path, stream: Stream, columns: &Columns) -> Result<SerializedF
     let units = units.map(|(id, unit)| KeyValue::new(format!("unit:{id}"), unit.clone())).collect();
     let properties = WriterProperties::builder()
         .set_compression(parquet::basic::Compression::SNAPPY)
-        .set_key_value_metadata(Some(units))
+        .set_key_value_metadata(Some(units));
+    // numbers of devices hardly return, and looking for those that do costs more than all else
+    let numbers = columns.titles().into_iter().filter(|(_, kind)| *kind == Kind::Number);
+    let properties = numbers
+        .fold(properties, |own, (title, _)| own.set_column_dictionary_enabled(ColumnPath::new(vec![title]), false))
         .build();
     SerializedFileWriter::new(stream, Arc::new(schema), Arc::new(properties)).map_err(unwritten)
 }
@@ -265,15 +269,13 @@ fn group(
         let cells = || rows.iter().filter_map(|row| row.get(k));
         match kind {
             Kind::Text => {
-                let texts: Vec<ByteArray> = cells()
-                    .map(|cell| {
-                        if let Cell::Text(text) = cell {
-                            ByteArray::from(text.as_bytes().to_vec())
-                        } else {
-                            ByteArray::from("")
-                        }
-                    })
-                    .collect();
+                // most texts are those of the row before
+                let mut texts: Vec<ByteArray> = Vec::with_capacity(rows.len());
+                for cell in cells() {
+                    let text = if let Cell::Text(text) = cell { text.as_bytes() } else { b"" };
+                    let same = texts.last().filter(|last| last.data() == text).cloned();
+                    texts.push(same.unwrap_or_else(|| ByteArray::from(text.to_vec())));
+                }
                 column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
             }
             Kind::Number => {

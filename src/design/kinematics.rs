@@ -1,7 +1,7 @@
 //! Rate and specific force at the sensor at one instant, and their exact derivatives with respect to every tilt and, where asked for, joint.
 
 use crate::algebra::Scratch;
-use crate::bench::{Axis, Bench, Link, sin_cos_deg};
+use crate::bench::{Axis, Bench, Link, Site, Units, sin_cos_deg};
 use nalgebra::Vector3;
 
 /// Where each joint stands and how fast it turns at one instant.
@@ -30,9 +30,27 @@ pub struct Kinematics {
     pub rate_by_joint: Vec<Vector3<f64>>,
     /// d force / d angle (rad) of each joint in chain order; empty where not wanted.
     pub force_by_joint: Vec<Vector3<f64>>,
+    ground: Ground,
     turns: Vec<Turn>,
     angles: Vec<f64>,
     scratch: Scratch,
+}
+
+/// Earth rate and specific force at a site, worked out once.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Ground(Option<(Option<Site>, Units, [Vector3<f64>; 2])>);
+
+impl Ground {
+    pub(super) fn of(&mut self, bench: &Bench) -> [Vector3<f64>; 2] {
+        match &self.0 {
+            Some((site, units, vectors)) if *site == bench.site && *units == bench.units => *vectors,
+            _ => {
+                let vectors = [bench.earth_rate(), bench.specific_force()];
+                self.0 = Some((bench.site, bench.units, vectors));
+                vectors
+            }
+        }
+    }
 }
 
 impl Kinematics {
@@ -73,13 +91,16 @@ impl Turn {
 /// `S_k = Rn^T ... R(k+1)^T` are all later rotations, multiplied up from the sensor back to the ground. `tilts` are in radians, in chain
 /// order; missing joints or tilts count as zero. No small angles anywhere.
 pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
-    let Kinematics { rate, force, rate_by_tilt, force_by_tilt, turns, angles, scratch, .. } = out;
-    (*rate, *force) = (bench.earth_rate(), bench.specific_force());
+    let Kinematics { rate, force, rate_by_tilt, force_by_tilt, ground, turns, angles, scratch, wants_joints, .. } = out;
+    [*rate, *force] = ground.of(bench);
     rate_by_tilt.clear();
     force_by_tilt.clear();
     turns.resize(bench.chain.len(), Turn::NONE);
     angles.clear();
-    angles.extend(instant.angle_deg.iter().map(|angle| shown(*angle).to_radians()));
+    // only tilts that follow joints, and derivatives by these, ask what the encoders show
+    if *wants_joints || bench.chain.iter().any(|link| matches!(link, Link::Tilt { times: Some(_), .. })) {
+        angles.extend(instant.angle_deg.iter().map(|angle| shown(*angle).to_radians()));
+    }
     let per_deg_s = bench.units.rate.per_deg_s();
     let mut joint = 0;
     // from the ground to the sensor: the vectors, and what a tilt does to them in its own frame
@@ -181,7 +202,7 @@ fn by_joints(bench: &Bench, tilts: &[f64], out: &mut Kinematics) {
 }
 
 /// What the encoder of a joint shows, degrees: from 0 to below 360.
-fn shown(angle_deg: f64) -> f64 {
+pub(super) fn shown(angle_deg: f64) -> f64 {
     let shown = angle_deg.rem_euclid(360.0);
     // a hair below zero is rounded up to a whole turn
     if shown < 360.0 { shown } else { 0.0 }

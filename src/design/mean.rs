@@ -32,21 +32,52 @@ const SMOOTH_NODES: usize = 128;
 /// The instants over which a reading averages: everything stands as in `base`, and one joint passes these angles.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sweep {
-    base: Instant,
-    joint: Option<usize>,
+    pub base: Instant,
+    pub joint: Option<usize>,
     /// Angle in degrees and weight.
-    stops: Vec<(f64, f64)>,
+    pub stops: Vec<(f64, f64)>,
 }
 
 impl Sweep {
     /// Visit every instant with its weight.
-    pub(super) fn visit(mut self, mut visit: impl FnMut(&Instant, f64)) {
+    pub(super) fn visit(&mut self, mut visit: impl FnMut(&Instant, f64)) {
         let Some(joint) = self.joint else { return visit(&self.base, 1.0) };
-        for (angle, weight) in self.stops {
+        for (angle, weight) in &self.stops {
             if let Some(slot) = self.base.angle_deg.get_mut(joint) {
-                *slot = angle;
+                *slot = *angle;
             }
-            visit(&self.base, weight);
+            visit(&self.base, *weight);
+        }
+    }
+
+    /// Take the instants of a reading.
+    pub(super) fn set(&mut self, reading: &Reading, smoothness: Smoothness) {
+        let Sweep { base, joint, stops } = self;
+        base.rate_deg_s.clear();
+        base.angle_deg.clear();
+        stops.clear();
+        let mut averaged = None;
+        for (k, state) in reading.joints.iter().enumerate() {
+            base.rate_deg_s.push(state.rate_deg_s());
+            base.angle_deg.push(match *state {
+                JointState::Held { angle_deg } | JointState::Passing { angle_deg, .. } => angle_deg,
+                JointState::WholeTurns { .. } | JointState::PartTurns { .. } => {
+                    averaged = Some((k, *state));
+                    0.0
+                }
+            });
+        }
+        *joint = averaged.map(|(joint, _)| joint);
+        match averaged {
+            None => {}
+            Some((_, JointState::PartTurns { start_deg, rate_deg_s, turns })) => {
+                part_turns(start_deg, rate_deg_s, turns, smoothness, stops);
+            }
+            // a jump where the turn closes: no equidistant nodes
+            Some((_, state)) if smoothness == Smoothness::Sawtooth => {
+                part_turns(0.0, state.rate_deg_s(), 1.0, smoothness, stops);
+            }
+            Some(_) => stops.extend(whole_turn(smoothness)),
         }
     }
 }
@@ -74,34 +105,15 @@ pub fn nodes(reading: &Reading, smoothness: Smoothness) -> Vec<Node> {
 /// The same instants, one at a time.
 pub(super) fn sweep(reading: &Reading, smoothness: Smoothness) -> Sweep {
     let mut sweep = Sweep::default();
-    let mut averaged = None;
-    for (k, state) in reading.joints.iter().enumerate() {
-        sweep.base.rate_deg_s.push(state.rate_deg_s());
-        sweep.base.angle_deg.push(match *state {
-            JointState::Held { angle_deg } | JointState::Passing { angle_deg, .. } => angle_deg,
-            JointState::WholeTurns { .. } | JointState::PartTurns { .. } => {
-                averaged = Some((k, *state));
-                0.0
-            }
-        });
-    }
-    let Some((joint, state)) = averaged else { return sweep };
-    sweep.joint = Some(joint);
-    sweep.stops = match state {
-        JointState::PartTurns { start_deg, rate_deg_s, turns } => part_turns(start_deg, rate_deg_s, turns, smoothness),
-        // a jump where the turn closes: no equidistant nodes
-        _ if smoothness == Smoothness::Sawtooth => part_turns(0.0, state.rate_deg_s(), 1.0, smoothness),
-        _ => whole_turn(smoothness).collect(),
-    };
+    sweep.set(reading, smoothness);
     sweep
 }
 
 /// Angles and weights over `turns` turns from a start.
-fn part_turns(start_deg: f64, rate_deg_s: f64, turns: f64, smoothness: Smoothness) -> Vec<(f64, f64)> {
+fn part_turns(start_deg: f64, rate_deg_s: f64, turns: f64, smoothness: Smoothness, stops: &mut Vec<(f64, f64)>) {
     let whole = if smoothness == Smoothness::Sawtooth { 0.0 } else { turns.trunc() };
     let part = turns - whole;
     let sense = rate_deg_s.signum();
-    let mut stops = Vec::new();
     if whole > 0.0 {
         let turn = whole_turn(smoothness);
         stops.extend(turn.map(|(angle, weight)| (start_deg + sense * angle, weight * whole / turns)));
@@ -121,7 +133,6 @@ fn part_turns(start_deg: f64, rate_deg_s: f64, turns: f64, smoothness: Smoothnes
             stops.push((angle, 0.5 * weight * width / (360.0 * turns)));
         }
     }
-    stops
 }
 
 /// Equidistant angles of one turn and their weight. Rough lines take midpoints, which also average the bare angle to half a turn.

@@ -7,6 +7,7 @@
 //! Nobody hand-derives rows: the papers' small-angle rows fall out, because at zero tilts the exact derivative *is* the small-angle
 //! coefficient. Deliberately absent: weights and solving (`estimate`), opinions about what is estimable.
 
+mod four;
 mod inputs;
 mod kinematics;
 mod line;

@@ -1,9 +1,10 @@
 //! Model lines bound to a campaign, ready to predict readings: inputs once for each reading, the lines of all its sensors, means over turns.
 
+use super::four::{FourInstants, Vectors};
 use super::line::{SensorModel, Slot};
-use super::mean::sweep;
+use super::mean::{Sweep, sweep};
 use super::{Context, Kinematics, Smoothness, kinematics};
-use crate::algebra::Scratch;
+use crate::algebra::{Lane, Scratch};
 use crate::campaign::{Campaign, Reading};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
@@ -28,6 +29,10 @@ pub struct Workspace {
     slopes: Vec<f64>,
     pub(super) scratch: Scratch,
     gathered: Vec<Gathered>,
+    sweep: Sweep,
+    four: FourInstants,
+    inputs_of_four: Vec<Lane>,
+    slopes_of_four: Vec<Lane>,
 }
 
 /// Mean of one sensor's line over a reading, and its gradient, while they are summed up.
@@ -39,6 +44,9 @@ struct Gathered {
     gradient: Vec<f64>,
     /// Mean size of the terms of each derivative.
     magnitude: Vec<f64>,
+    /// The same sums, four instants side by side: the mean, then each derivative with the size of its terms.
+    mean_of_four: Lane,
+    of_four: Vec<[Lane; 2]>,
 }
 
 impl Model {
@@ -152,8 +160,12 @@ impl Model {
 
     /// Sum up every sensor of this smoothness over the reading's instants.
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
-        let Workspace { kinematics: at, tilts, inputs, slopes, scratch, gathered } = work;
-        sweep(row, smoothness).visit(|instant, weight| {
+        work.sweep.set(row, smoothness);
+        if let Some(joint) = work.sweep.joint.filter(|_| self.joints == 0 && work.sweep.stops.len() > 1) {
+            return self.gather_fours(campaign, row, smoothness, (joint, point), work);
+        }
+        let Workspace { kinematics: at, tilts, inputs, slopes, scratch, gathered, sweep, .. } = work;
+        sweep.visit(|instant, weight| {
             kinematics(&campaign.bench, tilts, instant, at);
             let context = Context { kinematics: at, instant, columns: &row.columns, point };
             for own in gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness)) {
@@ -164,6 +176,43 @@ impl Model {
                 own.add(&model.slots, slopes, (&self.tilts, self.parameters), at, weight);
             }
         });
+    }
+
+    /// The same, four instants at a time; where the last are fewer, its last one again with no weight.
+    fn gather_fours(
+        &self,
+        campaign: &Campaign,
+        row: &Reading,
+        smoothness: Smoothness,
+        (joint, point): (usize, &[f64]),
+        work: &mut Workspace,
+    ) {
+        let Workspace { tilts, scratch, gathered, sweep, four, inputs_of_four: inputs, slopes_of_four: slopes, .. } =
+            work;
+        for stops in sweep.stops.chunks(4) {
+            let last = stops.last().map_or(0.0, |(angle, _)| *angle);
+            let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
+            let (angles, weights): (Lane, Lane) =
+                (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1));
+            four.set(&campaign.bench, tilts, &sweep.base, (joint, angles));
+            for own in gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness)) {
+                let Some(model) = self.sensors.get(own.sensor) else { continue };
+                inputs.clear();
+                inputs.extend(model.slots.iter().map(|slot| match slot {
+                    Slot::Rate(direction) => along(direction, &four.rate),
+                    Slot::Force(direction) => along(direction, &four.force),
+                    Slot::Joint(k) if *k == joint => angles.map(f64::to_radians),
+                    Slot::Joint(k) => [sweep.base.angle_deg.get(*k).copied().unwrap_or_default().to_radians(); 4],
+                    Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or_default(); 4],
+                    Slot::Parameter(k) => [point.get(*k).copied().unwrap_or_default(); 4],
+                }));
+                slopes.resize(model.slots.len(), [0.0; 4]);
+                let values = model.tape.gradient_of_four(inputs, scratch, slopes);
+                own.add_four((values, &weights), &model.slots, slopes, &self.tilts, four);
+            }
+        }
+        let own = gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness));
+        own.for_each(Gathered::join_fours);
     }
 
     /// The smallest part of a sensor's line that has no value at some instant of a reading, and the inputs that stand in it.
@@ -200,6 +249,56 @@ impl Gathered {
         for list in [&mut self.gradient, &mut self.magnitude] {
             list.clear();
             list.resize(parameters, 0.0);
+        }
+        self.mean_of_four = [0.0; 4];
+        self.of_four.clear();
+        self.of_four.resize(parameters, [[0.0; 4]; 2]);
+    }
+
+    /// [`Gathered::add`] for four instants.
+    fn add_four(
+        &mut self,
+        (values, weights): (Lane, &Lane),
+        slots: &[Slot],
+        slopes: &[Lane],
+        tilts: &[usize],
+        at: &FourInstants,
+    ) {
+        plus(&mut self.mean_of_four, weights, &values);
+        let mut add = |parameter: usize, derivative: &Lane, size: &Lane| {
+            if let Some([sum, sizes]) = self.of_four.get_mut(parameter) {
+                plus(sum, weights, derivative);
+                plus(sizes, weights, size);
+            }
+        };
+        let (mut by_rate, mut by_force) = ([[[0.0; 4]; 3]; 2], [[[0.0; 4]; 3]; 2]);
+        for (slot, slope) in slots.iter().zip(slopes) {
+            match slot {
+                Slot::Parameter(k) => add(*k, slope, &slope.map(f64::abs)),
+                Slot::Rate(direction) => steepen(&mut by_rate, direction, slope),
+                Slot::Force(direction) => steepen(&mut by_force, direction, slope),
+                Slot::Joint(_) | Slot::Column(_) => {}
+            }
+        }
+        for ([sum, size], by_tilt) in [(by_rate, &at.rate_by_tilt), (by_force, &at.force_by_tilt)] {
+            if size != [[0.0; 4]; 3] {
+                for (parameter, derivative) in tilts.iter().zip(by_tilt) {
+                    let sizes = derivative.map(|part| part.map(f64::abs));
+                    add(*parameter, &dot(&sum, derivative), &dot(&size, &sizes));
+                }
+            }
+        }
+    }
+
+    /// Sums of four instants as those of all, in the order of the instants.
+    fn join_fours(&mut self) {
+        let sum = |four: &Lane| four.iter().fold(0.0, |sum, own| sum + own);
+        self.mean += sum(&self.mean_of_four);
+        for (([sums, sizes], gradient), magnitude) in
+            self.of_four.iter().zip(&mut self.gradient).zip(&mut self.magnitude)
+        {
+            *gradient += sum(sums);
+            *magnitude += sum(sizes);
         }
     }
 
@@ -256,4 +355,29 @@ impl Gathered {
 fn accumulate([sum, size]: &mut [Vector3<f64>; 2], direction: &Vector3<f64>, slope: f64) {
     *sum += direction * slope;
     *size += direction.abs() * slope.abs();
+}
+
+/// `sums += weights * parts`.
+fn plus(sums: &mut Lane, weights: &Lane, parts: &Lane) {
+    for ((sum, weight), part) in sums.iter_mut().zip(weights).zip(parts) {
+        *sum += weight * part;
+    }
+}
+
+/// [`accumulate`] at four instants.
+fn steepen([sum, size]: &mut [Vectors; 2], direction: &Vector3<f64>, slope: &Lane) {
+    for (i, part) in direction.iter().enumerate() {
+        for ((sum, size), slope) in sum[i].iter_mut().zip(&mut size[i]).zip(slope) {
+            *sum += part * slope;
+            *size += part.abs() * slope.abs();
+        }
+    }
+}
+
+fn dot(a: &Vectors, b: &Vectors) -> Lane {
+    std::array::from_fn(|l| a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l])
+}
+
+fn along(direction: &Vector3<f64>, v: &Vectors) -> Lane {
+    std::array::from_fn(|l| direction.x * v[0][l] + direction.y * v[1][l] + direction.z * v[2][l])
 }

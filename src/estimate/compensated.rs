@@ -1,8 +1,10 @@
 //! Sums of products in twice the working precision, by error-free transformations.
 //!
 //! T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971), and
-//! T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26 (2005). Written without
-//! fused multiply-add, which is slow where the processor's own is not compiled for.
+//! T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26 (2005). The error of a product by fused
+//! multiply-add where the processor has it (`pulp` asks at run time), by splitting where it would be slow: the same number.
+
+use pulp::{Arch, Simd, WithSimd};
 
 /// `a + b = sum + error`, exactly (Knuth).
 #[inline(always)]
@@ -20,50 +22,82 @@ fn split(a: f64) -> (f64, f64) {
     (high, a - high)
 }
 
-/// `a b = product + error`, exactly while nothing under- or overflows (Dekker).
+/// `a b = product + error`, exactly while nothing under- or overflows (Dekker; where there is fused multiply-add, in two operations).
 #[inline(always)]
-fn two_product(a: f64, (a_high, a_low): (f64, f64), b: f64) -> (f64, f64) {
+fn two_product<S: Simd>(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
-    let (b_high, b_low) = split(b);
+    if S::F64_LANES > 1 {
+        return (product, a.mul_add(b, -product));
+    }
+    let ((a_high, a_low), (b_high, b_low)) = (split(a), split(b));
     (product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low)
 }
 
 /// `sum += factor * column`, element by element, the sum being `high + low`.
 pub(super) fn accumulate(high: &mut [f64], low: &mut [f64], factor: f64, column: &[f64]) {
-    let factor_parts = split(factor);
-    for ((high, low), &a) in high.iter_mut().zip(low.iter_mut()).zip(column) {
-        let (product, product_error) = two_product(factor, factor_parts, a);
-        let (sum, sum_error) = two_sum(*high, product);
-        *high = sum;
-        *low += product_error + sum_error;
+    Arch::new().dispatch(Accumulate { high, low, factor, column });
+}
+
+struct Accumulate<'a> {
+    high: &'a mut [f64],
+    low: &'a mut [f64],
+    factor: f64,
+    column: &'a [f64],
+}
+
+impl WithSimd for Accumulate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for ((high, low), &a) in self.high.iter_mut().zip(self.low.iter_mut()).zip(self.column) {
+            let (product, product_error) = two_product::<S>(self.factor, a);
+            let (sum, sum_error) = two_sum(*high, product);
+            *high = sum;
+            *low += product_error + sum_error;
+        }
     }
 }
 
 /// `a . b` as if computed in twice the working precision and rounded once.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const LANES: usize = 4;
-    let mut high = [0.0; LANES];
-    let mut low = [0.0; LANES];
-    let (a_blocks, a_rest) = a.as_chunks::<LANES>();
-    let (b_blocks, b_rest) = b.as_chunks::<LANES>();
-    let mut step = |lane: usize, a: f64, b: f64| {
-        let (product, product_error) = two_product(a, split(a), b);
-        let (sum, sum_error) = two_sum(high[lane], product);
-        high[lane] = sum;
-        low[lane] += product_error + sum_error;
-    };
-    for (a, b) in a_blocks.iter().zip(b_blocks) {
-        for lane in 0..LANES {
-            step(lane, a[lane], b[lane]);
+    Arch::new().dispatch(Dot { a, b })
+}
+
+struct Dot<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+}
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        const LANES: usize = 4;
+        let mut high = [0.0; LANES];
+        let mut low = [0.0; LANES];
+        let (a_blocks, a_rest) = self.a.as_chunks::<LANES>();
+        let (b_blocks, b_rest) = self.b.as_chunks::<LANES>();
+        for (a, b) in a_blocks.iter().zip(b_blocks) {
+            for ((high, low), (a, b)) in high.iter_mut().zip(&mut low).zip(a.iter().zip(b)) {
+                let (product, product_error) = two_product::<S>(*a, *b);
+                let (sum, sum_error) = two_sum(*high, product);
+                *high = sum;
+                *low += product_error + sum_error;
+            }
         }
+        for (&a, &b) in a_rest.iter().zip(b_rest) {
+            let (product, product_error) = two_product::<S>(a, b);
+            let (sum, sum_error) = two_sum(high[0], product);
+            high[0] = sum;
+            low[0] += product_error + sum_error;
+        }
+        let (left, left_error) = two_sum(high[0], high[1]);
+        let (right, right_error) = two_sum(high[2], high[3]);
+        let (sum, error) = two_sum(left, right);
+        sum + (error + left_error + right_error + ((low[0] + low[1]) + (low[2] + low[3])))
     }
-    for (&a, &b) in a_rest.iter().zip(b_rest) {
-        step(0, a, b);
-    }
-    let (left, left_error) = two_sum(high[0], high[1]);
-    let (right, right_error) = two_sum(high[2], high[3]);
-    let (sum, error) = two_sum(left, right);
-    sum + (error + left_error + right_error + ((low[0] + low[1]) + (low[2] + low[3])))
 }
 
 #[cfg(test)]

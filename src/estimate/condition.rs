@@ -11,34 +11,44 @@ pub(super) fn condition(r: &Mat<f64>) -> Option<f64> {
     if n == 0 {
         return None;
     }
-    // rows instead of columns: the same singular values, and the rows of a pivoted triangle are nearer to orthogonal
-    let mut entries: Vec<f64> = (0..n).flat_map(|i| (0..n).map(move |j| r[(i, j)])).collect();
+    // rows instead of columns: the same singular values, and the rows of a pivoted triangle are nearer to orthogonal; filled up with zeros
+    let width = n.next_multiple_of(4);
+    let mut entries = vec![0.0; n * width];
+    for (i, row) in entries.chunks_exact_mut(width).enumerate() {
+        row.iter_mut().enumerate().take(n).skip(i).for_each(|(j, entry)| *entry = r[(i, j)]);
+    }
+    let mut squares = vec![0.0; n];
     for _ in 0..30 {
         let mut largest_cosine = 0.0_f64;
+        // rotations change them by what is known; in every sweep they are computed again
+        for (square, row) in squares.iter_mut().zip(entries.chunks_exact(width)) {
+            *square = dot(row, row);
+        }
         for j in 1..n {
-            let (left, right) = entries.split_at_mut(j * n);
-            let Some(b) = right.get_mut(..n) else { continue };
-            for a in left.chunks_exact_mut(n) {
-                largest_cosine = largest_cosine.max(orthogonalise(a, b));
+            let (left, right) = entries.split_at_mut(j * width);
+            let (before, after) = squares.split_at_mut(j);
+            let (Some(b), Some(bb)) = (right.get_mut(..width), after.first_mut()) else { continue };
+            for (a, aa) in left.chunks_exact_mut(width).zip(before) {
+                largest_cosine = largest_cosine.max(orthogonalise((a, aa), (&mut *b, &mut *bb)));
             }
         }
         if largest_cosine < 1e-5 {
             break;
         }
     }
-    let norms = entries.chunks_exact(n).map(|column| dot(column, column).sqrt());
+    let norms = entries.chunks_exact(width).map(|column| dot(column, column).sqrt());
     let (least, most) = norms.fold((f64::INFINITY, 0.0_f64), |(least, most), s| (least.min(s), most.max(s)));
     (least > 0.0).then(|| most / least)
 }
 
-/// Rotates two columns into orthogonal ones; returns the cosine between them before.
-fn orthogonalise(a: &mut [f64], b: &mut [f64]) -> f64 {
-    let (aa, bb, ab) = (dot(a, a), dot(b, b), dot(a, b));
-    let cosine = ab.abs() / (aa * bb).sqrt();
-    if cosine.is_nan() || cosine <= 1e-9 {
+/// Rotates two rows into orthogonal ones, and their squared norms with them; returns the cosine between them before.
+fn orthogonalise((a, aa): (&mut [f64], &mut f64), (b, bb): (&mut [f64], &mut f64)) -> f64 {
+    let ab = dot(a, b);
+    let square = ab * ab / (*aa * *bb);
+    if !(square > 1e-18) {
         return 0.0;
     }
-    let zeta = (bb - aa) / (2.0 * ab);
+    let zeta = (*bb - *aa) / (2.0 * ab);
     // an infinite square is a rotation by nothing
     let t = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
     let c = (1.0 + t * t).sqrt().recip();
@@ -46,11 +56,17 @@ fn orthogonalise(a: &mut [f64], b: &mut [f64]) -> f64 {
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = (c * *a - s * *b, s * *a + c * *b);
     }
-    cosine
+    (*aa, *bb) = (*aa - t * ab, *bb + t * ab);
+    square.sqrt()
 }
 
+/// In four sums; the length is a multiple of four.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut sums = [0.0; 4];
+    for (a, b) in a.as_chunks::<4>().0.iter().zip(b.as_chunks::<4>().0) {
+        sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += a * b);
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 #[cfg(test)]

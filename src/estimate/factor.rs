@@ -60,18 +60,30 @@ impl Factor {
         tolerance: Option<f64>,
     ) -> Result<Self> {
         let (m, n) = rows.shape();
-        let mut scaled = Mat::from_fn(m, n, |i, j| weight[i] * rows[(i, j)]);
+        let mut scaled = Mat::zeros(m, n);
         let mut scale = Vec::with_capacity(n);
         for j in 0..n {
-            scale.push(normalise(scaled.col_as_slice_mut(j)).ok_or_else(|| out_of_range(j))?);
+            let to = scaled.col_as_slice_mut(j);
+            match rows.col(j).try_as_col_major() {
+                Some(own) => to.iter_mut().zip(own.as_slice()).zip(&weight).for_each(|((to, a), w)| *to = w * a),
+                None => to.iter_mut().zip(rows.col(j).iter()).zip(&weight).for_each(|((to, a), w)| *to = w * a),
+            }
+            scale.push(normalise(to).ok_or_else(|| out_of_range(j))?);
         }
         let size = rows_total.max(n).max(1);
         let tolerance = tolerance.unwrap_or(32.0 * f64::EPSILON * (size as f64).sqrt());
         let (pivoted, dependence) = basis::reveal(&scaled, tolerance);
         let rank = pivoted.rank;
-        let r = Mat::from_fn(rank, rank, |i, j| if i <= j { pivoted.r[(i, j)] } else { 0.0 });
+        let mut r = Mat::zeros(rank, rank);
+        for j in 0..rank {
+            r.col_as_slice_mut(j)[..=j].copy_from_slice(&pivoted.r.col_as_slice(j)[..=j]);
+        }
         let mut r_inverse = Mat::zeros(rank, rank);
-        triangular_inverse::invert_upper_triangular(r_inverse.as_mut(), r.as_ref(), Par::Seq);
+        if rank <= SMALL {
+            invert(&r, &mut r_inverse);
+        } else {
+            triangular_inverse::invert_upper_triangular(r_inverse.as_mut(), r.as_ref(), Par::Seq);
+        }
         let q = if pivoted.q.ncols() == rank { pivoted.q } else { pivoted.q.subcols(0, rank).to_owned() };
         let basis = pivoted.order[..rank].to_vec();
         Ok(Factor { q, r, r_inverse, basis, dependence, weight, scale, tolerance, embedding: None })
@@ -269,6 +281,23 @@ impl Embedding {
             }
         }
         all
+    }
+}
+
+/// Up to so many columns plain loops invert a triangle sooner than blocks do.
+const SMALL: usize = 16;
+
+/// The inverse of an upper triangle, column by column.
+fn invert(r: &Mat<f64>, inverse: &mut Mat<f64>) {
+    for j in 0..r.ncols() {
+        let column = inverse.col_as_slice_mut(j);
+        column[j] = 1.0;
+        for k in (0..=j).rev() {
+            let own = r.col_as_slice(k);
+            let x = column[k] / own[k];
+            column[k] = x;
+            column[..k].iter_mut().zip(&own[..k]).for_each(|(c, r)| *c -= x * r);
+        }
     }
 }
 

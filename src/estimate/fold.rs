@@ -4,7 +4,7 @@ use super::basis::Combination;
 use super::compensated::accumulate;
 use super::condition::condition;
 use super::factor::Factor;
-use super::{Group, Settings, System, refine};
+use super::{Group, Settings, System, panel, refine};
 use crate::error::{Fault, Malformed, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::qr::no_pivoting::factor as qr;
@@ -13,7 +13,8 @@ use faer::{Mat, MatRef, Par};
 /// Rows folded into the triangle of `W [A C y - A a] = Q [R S z; 0 T t; 0 0 rho]`.
 ///
 /// `C` are columns that are carried along (none, unless asked for): what the unknowns would be if they were observed is [`Fold::follow`].
-/// The point `a` is what the first block says of the unknowns, or zero where it says too little; observations are taken about it, in twice the working
+/// The point `a` is what the first block (128 rows of it, evenly spread) says of the unknowns, or zero where it says too little; observations are taken
+/// about it, in twice the working
 /// precision, so that small residuals of large readings keep their digits. Folds of parts of the rows are joined by [`Fold::merge`].
 ///
 /// ```
@@ -87,7 +88,7 @@ impl Fold {
 
     /// Folds a block of rows, `k x n` (and the columns that are carried along), with their observed values and standard uncertainties, `k` each.
     ///
-    /// Errors as [`super::adjust`]; a refused block leaves the fold as it was. Blocks of about `4 n` rows cost least.
+    /// Errors as [`super::adjust`]; a refused block leaves the fold as it was. Blocks of a hundred rows and more cost least.
     pub fn push(&mut self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<()> {
         let size = self.triangle.ncols();
         let (k, n) = rows.shape();
@@ -96,17 +97,35 @@ impl Fold {
                 .expected((size - 1).to_string())
                 .found(n.to_string()));
         }
+        let point = if self.rows == 0 { sampled(rows, observed, u, self.unknowns) } else { None };
+        let about = point.as_deref().unwrap_or(&self.about);
+        let mut next = self.triangle.clone();
+        if panel::fold(&mut next, rows, observed, u, about).is_none() {
+            next = self.careful(rows, observed, u)?;
+        } else if let Some(point) = point {
+            self.about = point;
+        }
+        self.triangle = next;
+        self.rows += k;
+        Ok(())
+    }
+
+    /// The triangle with a block of rows whose numbers are no plain ones: refused, or by the general factorisation, which scales them.
+    fn careful(&self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<Mat<f64>> {
+        let (k, size) = (rows.nrows(), self.triangle.ncols());
         check(rows, observed, u)?;
-        let mut work: Vec<f64> = Vec::with_capacity(k * size);
-        for j in 0..n {
-            work.extend(u.iter().enumerate().map(|(i, u)| rows[(i, j)] / u));
+        let mut below = Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
+            None => self.triangle[(i, j)],
+            Some(i) if j + 1 < size => rows[(i, j)] / u[i],
+            Some(i) => observed[i] / u[i],
+        });
+        if !self.about.is_empty() {
+            let last = &mut below.col_as_slice_mut(size - 1)[size..];
+            for ((to, y), u) in last.iter_mut().zip(about(rows, observed, &self.about)).zip(u) {
+                *to = y / u;
+            }
         }
-        match self.about.is_empty() {
-            true => work.extend(observed.iter().zip(u).map(|(y, u)| y / u)),
-            false => work.extend(about(rows, observed, &self.about).iter().zip(u).map(|(y, u)| y / u)),
-        }
-        let own = (0..size).flat_map(|j| self.triangle.col_as_slice(j));
-        let largest = work.iter().chain(own).fold(0.0_f64, |most, a| most.max(a.abs()));
+        let largest = (0..size).flat_map(|j| below.col_as_slice(j)).fold(0.0_f64, |most, a| most.max(a.abs()));
         if largest > 1e150 {
             return Err(Malformed::new(
                 Fault::Value,
@@ -114,33 +133,7 @@ impl Fold {
             )
             .expected("units in which numbers stay below 1e150"));
         }
-        if work.chunks_exact(k.max(1)).any(tiny) {
-            let below = |i: usize, j: usize| work.get(j * k + i).copied().unwrap_or_default();
-            self.triangle = triangle(Mat::from_fn(size + k, size, |i, j| match i.checked_sub(size) {
-                None => self.triangle[(i, j)],
-                Some(i) => below(i, j),
-            }));
-        } else {
-            let reflections = update(&mut self.triangle, &mut work, k);
-            if self.rows == 0
-                && let Some(point) = self.point()
-            {
-                // the same reflections of the observations about the first estimate
-                let mut column: Vec<f64> = about(rows, observed, &point).iter().zip(u).map(|(y, u)| y / u).collect();
-                let mut top = vec![0.0; size];
-                for (j, (first, scale)) in reflections.iter().enumerate().take(n) {
-                    let own = work.get(j * k..(j + 1) * k).unwrap_or_default();
-                    let along = scale * (first * top[j] + dot(own, &column));
-                    top[j] -= along * first;
-                    column.iter_mut().zip(own).for_each(|(y, v)| *y -= along * v);
-                }
-                top[n] = dot(&column, &column).sqrt();
-                self.triangle.col_as_slice_mut(n).copy_from_slice(&top);
-                self.about = point;
-            }
-        }
-        self.rows += k;
-        Ok(())
+        Ok(triangle(below))
     }
 
     /// A point near which the observations of the triangle lie: its solution, unless terms of that cancel.
@@ -250,6 +243,23 @@ impl Fold {
     }
 }
 
+/// What the first rows say of the unknowns, evenly spread over the block they come in; `None` where that is too little.
+fn sampled(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64], unknowns: usize) -> Option<Vec<f64>> {
+    let (k, n) = rows.shape();
+    let mut fold = Fold::carrying(unknowns, n - unknowns);
+    if k <= panel::PANEL {
+        panel::fold(&mut fold.triangle, rows, observed, u, &[])?;
+        fold.rows = k;
+    } else {
+        fold.rows = panel::PANEL;
+        let at = |i: usize| i * k / panel::PANEL;
+        let of = |from: &[f64]| -> Option<Vec<f64>> { (0..panel::PANEL).map(|i| from.get(at(i)).copied()).collect() };
+        let few = Mat::from_fn(panel::PANEL, n, |i, j| rows[(at(i), j)]);
+        panel::fold(&mut fold.triangle, few.as_ref(), &of(observed)?, &of(u)?, &[])?;
+    }
+    fold.point()
+}
+
 /// The question as [`System::check`] asks it, of a block whose rows are borrowed.
 fn check(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<()> {
     let (k, n) = rows.shape();
@@ -285,38 +295,6 @@ fn about(rows: MatRef<'_, f64>, observed: &[f64], point: &[f64]) -> Vec<f64> {
     high.iter().zip(&low).map(|(high, low)| high + low).collect()
 }
 
-/// A triangle with `k` rows below it to a triangle again: a reflection for each column, in which the zeros of the triangle take no part
-/// (G. H. Golub, C. F. Van Loan, Matrix Computations, 6.5.3). `work` has the columns of the rows, one after the other; what is left there are
-/// the reflections' vectors, and what comes back their first elements with twice the reciprocal squared norms.
-pub(super) fn update(triangle: &mut Mat<f64>, work: &mut [f64], k: usize) -> Vec<(f64, f64)> {
-    let size = triangle.ncols();
-    let mut reflections = vec![(0.0, 0.0); size];
-    if k == 0 {
-        return reflections;
-    }
-    for j in 0..size {
-        let (before, after) = work.split_at_mut((j + 1) * k);
-        let Some(own) = before.get(j * k..) else { continue };
-        let squares = dot(own, own);
-        let alpha = triangle[(j, j)];
-        if squares == 0.0 {
-            continue;
-        }
-        let beta = -(alpha * alpha + squares).sqrt().copysign(alpha);
-        let first = alpha - beta;
-        let scale = 2.0 / (first * first + squares);
-        reflections[j] = (first, scale);
-        triangle[(j, j)] = beta;
-        for (l, column) in after.chunks_exact_mut(k).enumerate() {
-            let top = &mut triangle[(j, j + 1 + l)];
-            let along = scale * (first * *top + dot(own, column));
-            *top -= along * first;
-            column.iter_mut().zip(own).for_each(|(x, v)| *x -= along * v);
-        }
-    }
-    reflections
-}
-
 /// In four sums, which a processor adds side by side.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
@@ -328,11 +306,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     sums.iter().sum::<f64>() + rest
-}
-
-/// Squares of such numbers are none; the general factorisation scales them.
-pub(super) fn tiny(column: &[f64]) -> bool {
-    (1e-300..1e-140).contains(&column.iter().fold(0.0_f64, |most, a| most.max(a.abs())))
 }
 
 /// Terms of a point about which observations are taken are at most so many times as large as the observations.

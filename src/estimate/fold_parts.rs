@@ -1,7 +1,7 @@
 //! Folds of parts of the rows: joined, and sent from one process to another.
 
-use super::Fold;
-use super::fold::{tiny, triangle, update};
+use super::fold::triangle;
+use super::{Fold, panel};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
 
@@ -43,15 +43,15 @@ impl Fold {
             let zero = vec![0.0; n];
             shift(&mut below, if other.about.is_empty() { &zero } else { &other.about }, &self.about);
         }
-        let mut work: Vec<f64> = (0..size).flat_map(|j| below.col_as_slice(j)).copied().collect();
-        if work.chunks_exact(size).any(tiny) {
-            self.triangle = triangle(Mat::from_fn(2 * size, size, |i, j| match i.checked_sub(size) {
+        let (columns, observed) = (below.subcols(0, size - 1), below.col_as_slice(size - 1));
+        let mut next = self.triangle.clone();
+        if panel::fold(&mut next, columns, observed, &vec![1.0; size], &[]).is_none() {
+            next = triangle(Mat::from_fn(2 * size, size, |i, j| match i.checked_sub(size) {
                 None => self.triangle[(i, j)],
                 Some(i) => below[(i, j)],
             }));
-        } else {
-            update(&mut self.triangle, &mut work, size);
         }
+        self.triangle = next;
         self.rows += other.rows;
         Ok(())
     }

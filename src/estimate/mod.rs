@@ -22,6 +22,7 @@
 //! | `active_set.rs` | Newton's method on the active constraints, to the last digit |
 //! | `scatter/` | what scatters beyond the rows' own noise: whitening, REML, Kenward and Roger |
 //! | `fold.rs` | the same estimate from rows that come in blocks |
+//! | `panel.rs` | blocks of rows folded into a triangle in the registers of the machine |
 //! | `fold_parts.rs` | folds of parts of the rows, joined |
 //!
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
@@ -40,6 +41,7 @@ mod fold;
 mod fold_parts;
 mod groups;
 mod inequalities;
+mod panel;
 mod refine;
 pub mod scatter;
 mod small_qr;

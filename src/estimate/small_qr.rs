@@ -61,7 +61,11 @@ pub(super) fn pivoted(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pi
             reflect((first, own, scale), &mut head[0], rest);
         }
     }
-    let r = Mat::from_fn(size, k, |i, j| if i <= j { work[j * m + i] } else { 0.0 });
+    let mut r = Mat::zeros(size, k);
+    for (j, column) in work.chunks_exact(m.max(1)).enumerate() {
+        let count = size.min(j + 1);
+        r.col_as_slice_mut(j)[..count].copy_from_slice(&column[..count]);
+    }
     let largest = if size > 0 { r[(0, 0)].abs() } else { 0.0 };
     // Negated, so that anything not comparable counts as dependent.
     let rank = (0..size).take_while(|&i| r[(i, i)].abs() > tolerance * largest).count();

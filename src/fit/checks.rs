@@ -4,8 +4,10 @@ use super::step::Step;
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
 use crate::estimate::Group;
+use crate::mix::Mix;
 use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 /// What the checks found; each is `None` where the readings cannot tell.
 #[derive(Debug, Clone, Default)]
@@ -116,10 +118,12 @@ pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
             columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
         })
         .collect();
-    let mut numbers: HashMap<Vec<u64>, usize> = HashMap::new();
+    let mut numbers: HashMap<Vec<u64>, usize, BuildHasherDefault<Mix>> = HashMap::default();
     let mut cells = Vec::with_capacity(rows);
+    let mut key = Vec::new();
     for origin in &design.rows {
-        let mut key = vec![origin.sensor as u64];
+        key.clear();
+        key.push(origin.sensor as u64);
         if let Some(reading) = campaign.readings.rows.get(origin.reading) {
             for state in &reading.joints {
                 let (kind, numbers): (u64, [f64; 3]) = match *state {
@@ -138,7 +142,13 @@ pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
             }
         }
         let next = numbers.len();
-        cells.push(*numbers.entry(key).or_insert(next));
+        cells.push(match numbers.get(&key) {
+            Some(cell) => *cell,
+            None => {
+                numbers.insert(key.clone(), next);
+                next
+            }
+        });
     }
     let mut next = numbers.len();
     while cells.len() < rows {

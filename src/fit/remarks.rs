@@ -18,16 +18,21 @@ const PLACES: usize = 12;
 /// `0.0614, -0.06` are read to 0.0001: a number that ends in zeros does not show where its digits end, so the finest of all counts.
 pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut most: Option<usize> = None;
-    for value in values {
-        let text = format!("{value}");
-        let places = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-        if places > PLACES || text.chars().filter(char::is_ascii_digit).count() > 14 {
-            return None;
-        }
-        most = Some(most.unwrap_or(0).max(places));
+    for value in values.filter(|value| value.is_finite()) {
+        // a decimal of at most 14 digits is the shortest that is read as its number
+        let written = |places: &usize| {
+            let unit = UNITS.get(*places).copied().unwrap_or(f64::NAN);
+            let count = (value * unit).round();
+            count.abs() < 1e14 && count / unit == value
+        };
+        let so_far = most.unwrap_or(0);
+        most = Some(so_far.max((so_far..=PLACES).chain(0..so_far).find(written)?));
     }
     most.map(|places| 10f64.powi(-(places as i32)))
 }
+
+/// Powers of ten, exact.
+const UNITS: [f64; PLACES + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12];
 
 pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let campaign = &fit.campaign;
@@ -83,4 +88,43 @@ fn radians(values: &[f64], condition: f64) -> bool {
     let multiples = distinct.iter().all(|x| off(x.to_degrees(), STEP) < NEAR);
     let decimal = distinct.iter().all(|x| off(*x, 0.1) < 1e-9);
     (multiples && !decimal) || (most - least > 4.0 && distinct.len() >= 6 && !decimal && condition > 1e3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The places of a number's shortest text, counted there; `None` for more than 12 places or 14 digits.
+    fn written(values: &[f64]) -> Option<f64> {
+        let places = |value: &f64| {
+            let text = format!("{value}");
+            let places = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            let digits = text.chars().filter(char::is_ascii_digit).count();
+            (places <= PLACES && digits <= 14).then_some(places)
+        };
+        let places: Option<Vec<usize>> = values.iter().map(places).collect();
+        places?.into_iter().max().map(|most| 10f64.powi(-(most as i32)))
+    }
+
+    #[test]
+    fn the_last_place_is_that_of_the_text() {
+        let lists: [&[f64]; 9] = [
+            &[0.0614, -0.06, 0.0],
+            &[1e12, 0.001],
+            &[12_345_678_901_234.0, 0.25],
+            &[123_456_789_012_345.0],
+            &[0.1 + 0.2],
+            &[1.0 / 3.0],
+            &[99.123_456_789_012, -5.0],
+            &[1e-12, 1e-13],
+            &[2.5e-9, 40.0],
+        ];
+        for list in lists {
+            assert_eq!(resolution(list.iter().copied()), written(list), "{list:?}");
+        }
+        for k in 0..2000 {
+            let value = f64::from(k * k * 37 % 100_003) / [1.0, 10.0, 1e3, 1e5, 7.0][k as usize % 5];
+            assert_eq!(resolution([value].into_iter()), written(&[value]), "{value}");
+        }
+    }
 }

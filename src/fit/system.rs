@@ -56,10 +56,14 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
         })
         .collect();
     let readings = design.rows.len();
-    let rows = Mat::from_fn(readings + priors.len(), unknowns, |i, j| match i.checked_sub(readings) {
-        None => design.jacobian[(i, j)],
-        Some(p) => priors.get(p).map_or(0.0, |(k, _, _)| if *k == j { 1.0 } else { 0.0 }),
-    });
+    let mut rows = Mat::zeros(readings + priors.len(), unknowns);
+    for j in 0..unknowns.min(design.jacobian.ncols()) {
+        let column = rows.col_as_slice_mut(j);
+        column[..readings].copy_from_slice(design.jacobian.col_as_slice(j));
+        for (own, _) in column[readings..].iter_mut().zip(&priors).filter(|(_, (k, _, _))| *k == j) {
+            *own = 1.0;
+        }
+    }
     for (_, difference, prior_u) in priors {
         observed.push(difference);
         u.push(prior_u);

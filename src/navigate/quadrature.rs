@@ -41,33 +41,43 @@ impl Quadrature {
         let steps = steps.clamp(1, MAX_STEPS);
         // Chebyshev points of the first kind on [-1, 1], in rising order.
         let points: [f64; NODES] = std::array::from_fn(|j| -((2 * j + 1) as f64 * PI / (2 * NODES) as f64).cos());
+        let of_points = points.map(chebyshev);
+        let edges: [Polynomials; MAX_STEPS + 1] =
+            std::array::from_fn(|i| chebyshev(if i > steps { 1.0 } else { -1.0 + 2.0 * i as f64 / steps as f64 }));
+        let (first, last) = (chebyshev(-1.0), chebyshev(1.0));
         let mut weights = Box::new([[0.0; MAX_STEPS]; NODES]);
         let mut running = [[0.0; NODES]; NODES];
         let mut whole = [0.0; NODES];
-        for (j, &point) in points.iter().enumerate() {
-            let antiderivative = |x: f64| cardinal_antiderivative(point, x);
-            let start = antiderivative(-1.0);
+        for (j, point) in of_points.iter().enumerate() {
+            let start = cardinal_antiderivative(point, &first);
+            let at_edges = edges.map(|edge| cardinal_antiderivative(point, &edge));
             for (i, weight) in weights[j].iter_mut().take(steps).enumerate() {
-                let edge = |i: usize| -1.0 + 2.0 * i as f64 / steps as f64;
-                *weight = 0.5 * (antiderivative(edge(i + 1)) - antiderivative(edge(i)));
+                *weight = 0.5 * (at_edges[i + 1] - at_edges[i]);
             }
-            for (row, &end) in running.iter_mut().zip(&points) {
-                row[j] = 0.5 * (antiderivative(end) - start);
+            for (row, end) in running.iter_mut().zip(&of_points) {
+                row[j] = 0.5 * (cardinal_antiderivative(point, end) - start);
             }
-            whole[j] = 0.5 * (antiderivative(1.0) - start);
+            whole[j] = 0.5 * (cardinal_antiderivative(point, &last) - start);
         }
         Quadrature { steps, nodes: points.map(|x| 0.5 * (1.0 + x)), weights, whole, running }
     }
 }
 
+/// A place from -1 to 1, and `T_0` to `T_NODES` there.
+type Polynomials = (f64, [f64; NODES + 1]);
+
+fn chebyshev(x: f64) -> Polynomials {
+    let angle = x.clamp(-1.0, 1.0).acos();
+    (x, std::array::from_fn(|k| (k as f64 * angle).cos()))
+}
+
 /// Antiderivative at `x` of the cardinal polynomial of the Chebyshev point `point`:
 /// `l(x) = (1/n) [1 + 2 sum_k T_k(point) T_k(x)]`, and `2 int T_k = T_{k+1}/(k+1) - T_{k-1}/(k-1)`.
-fn cardinal_antiderivative(point: f64, x: f64) -> f64 {
-    let chebyshev = |k: usize, x: f64| (k as f64 * x.clamp(-1.0, 1.0).acos()).cos();
-    let mut sum = x + chebyshev(1, point) * x * x;
+fn cardinal_antiderivative((_, of_point): &Polynomials, (x, of_x): &Polynomials) -> f64 {
+    let mut sum = x + of_point[1] * x * x;
     for k in 2..NODES {
-        let integral = chebyshev(k + 1, x) / (k + 1) as f64 - chebyshev(k - 1, x) / (k - 1) as f64;
-        sum += chebyshev(k, point) * integral;
+        let integral = of_x[k + 1] / (k + 1) as f64 - of_x[k - 1] / (k - 1) as f64;
+        sum += of_point[k] * integral;
     }
     sum / NODES as f64
 }

@@ -105,6 +105,26 @@ pub fn normality(studentized: &[f64]) -> Option<NormalityTest> {
     NormalScores::new(values.len())?.test(&mut values)
 }
 
+/// Sort values in ascending order, few by insertion.
+fn sort(values: &mut [f64]) {
+    if values.len() > 48 {
+        return values.sort_unstable_by(f64::total_cmp);
+    }
+    for k in 1..values.len() {
+        let (before, from) = values.split_at_mut(k);
+        let Some(own) = from.first_mut() else { return };
+        let value = *own;
+        // how many of those before are larger: a sum without branches
+        let larger: usize = before.iter().map(|x| usize::from(*x > value)).sum();
+        if larger > 0 {
+            values.copy_within(k - larger..k, k - larger + 1);
+            if let Some(slot) = values.get_mut(k - larger) {
+                *slot = value;
+            }
+        }
+    }
+}
+
 /// What tests of normality of equally many values share.
 #[derive(Debug, Clone)]
 pub struct NormalScores {
@@ -139,10 +159,20 @@ impl NormalScores {
         if n != self.scores.len() {
             return None;
         }
-        values.sort_unstable_by(f64::total_cmp);
+        sort(values);
         let mean = values.iter().sum::<f64>() / n as f64;
         let product: f64 = self.scores.iter().zip(values.iter()).map(|(m, x)| m * (x - mean)).sum();
         let of_values: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+        self.of_moments(product, of_values)
+    }
+
+    /// The scores, one for each value in ascending order.
+    pub(crate) fn scores(&self) -> &[f64] {
+        &self.scores
+    }
+
+    /// The test from the sums over ordered values, less their mean, of their products with the scores and of their squares.
+    pub(crate) fn of_moments(&self, product: f64, of_values: f64) -> Option<NormalityTest> {
         if !(of_values > 0.0) {
             return None;
         }

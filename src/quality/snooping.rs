@@ -160,6 +160,9 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
         extra.push(unit);
         rows.push(row);
     }
+    if rows.is_empty() {
+        return Some(Snooping { tested, single_level, suspects: Vec::new() });
+    }
     // what the first suspects seemed to explain, later ones may explain better
     loop {
         let suspects = together(system, &rows, tested)?;

@@ -216,7 +216,17 @@ fn labels(reader: &mut ColumnReader, scratch: &mut Scratch, to: &mut Vec<f64>, l
     let Scratch { levels, bytes, fixed, .. } = scratch;
     match reader {
         ColumnReader::ByteArrayColumnReader(r) => {
-            read!(r, *bytes, *levels, to, |v: &ByteArray| names.borrow_mut().number(v.data()))
+            // rows of one dictionary entry lie at one place, as long as they are read together
+            let last = std::cell::Cell::new((std::ptr::null(), 0, f64::NAN));
+            read!(r, *bytes, *levels, to, |v: &ByteArray| {
+                let (place, length, number) = last.get();
+                if place == v.data().as_ptr() && length == v.len() {
+                    return number;
+                }
+                let number = names.borrow_mut().number(v.data());
+                last.set((v.data().as_ptr(), v.len(), number));
+                number
+            })
         }
         ColumnReader::FixedLenByteArrayColumnReader(r) => {
             read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| names.borrow_mut().number(v.data()))

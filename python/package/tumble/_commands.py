@@ -12,7 +12,7 @@ from typing import Any, Literal, Optional, TypeVar, Union, overload
 from . import _tumble, reports
 from ._fit import Fit, Remount
 from ._question import Asked, Files, Question, dumps
-from ._report import NoteWarning, RejectedWarning, Report
+from ._report import Lang, NoteWarning, RejectedWarning, Report
 from ._tables import Path_, Table, is_table, read_like
 
 R = TypeVar("R", bound=Report)
@@ -78,6 +78,7 @@ def diagnose(
     remount: Optional[Remount] = None,
     write_model: Optional[Path_] = None,
     force: bool = False,
+    lang: Lang = "en",
 ) -> reports.DiagnoseReport:
     """Find where model and readings disagree, name the missing effect, add it, show the gap shrink.
 
@@ -88,7 +89,7 @@ def diagnose(
     files = Files()
     options = {
         "effects": None if effects is None else files.question(effects, "effects"), "significance": significance, "remount": remount,
-        "write_model": write_model, "force": force,
+        "write_model": write_model, "force": force, "lang": lang,
     }
     return _report(reports.DiagnoseReport, ["diagnose", files.question(campaign, "campaign", readings)], options, files)
 
@@ -108,7 +109,7 @@ def diagnose_devices(campaign: Question, readings: Optional[Union[Table, Path_]]
 
 def diagnose_mission(
     mission: Question, measured: Union[Table, Path_], *, effects: Optional[Question] = None, significance: Optional[float] = None,
-    write_model: Optional[Path_] = None, force: bool = False,
+    write_model: Optional[Path_] = None, force: bool = False, lang: Lang = "en",
 ) -> reports.NavigateDiagnoseReport:
     """Which sensor errors explain the measured errors of a navigator.
 
@@ -117,7 +118,7 @@ def diagnose_mission(
     files = Files()
     options = {
         "measured": files.table(measured, "measured"), "effects": None if effects is None else files.question(effects, "effects"),
-        "significance": significance, "write_model": write_model, "force": force,
+        "significance": significance, "write_model": write_model, "force": force, "lang": lang,
     }
     return _report(reports.NavigateDiagnoseReport, ["diagnose", files.question(mission, "mission")], options, files)
 
@@ -145,6 +146,7 @@ def plan(
     criterion: Optional[str] = None,
     candidates: Optional[Question] = None,
     step: Optional[float] = None,
+    lang: Lang = "en",
     **options: Any,
 ) -> reports.PlanReport:
     """How well a schedule will do before anyone measures; the best positions to choose or add.
@@ -160,6 +162,7 @@ def plan(
         "choose": choose, "any_cost": any_cost, "add": add, "sensor": sensor, "goal": goal, "find": find, "power": power, "beside": beside,
         "budget": budget, "keep": keep, "criterion": criterion,
         "candidates": None if candidates is None else files.question(candidates, "candidates"), "step": step,
+        "lang": lang,
     }
     command = ["plan", files.question(schedule, "campaign", readings)]
     if separate is not None:
@@ -168,26 +171,27 @@ def plan(
 
 
 @overload
-def compare(campaign: Question, /) -> reports.CompareReport: ...
+def compare(campaign: Question, /, *, lang: Lang = "en") -> reports.CompareReport: ...
 @overload
 def compare(
-    before: Calibration, after: Calibration, /, *, level: Optional[float] = None, independent: bool = False
+    before: Calibration, after: Calibration, /, *, level: Optional[float] = None, independent: bool = False, lang: Lang = "en"
 ) -> reports.CompareCalibrationsReport: ...
 @overload
 def compare(
-    first: Calibration, second: Calibration, third: Calibration, /, *others: Calibration, level: Optional[float] = None, independent: bool = False
+    first: Calibration, second: Calibration, third: Calibration, /, *others: Calibration, level: Optional[float] = None, independent: bool = False,
+    lang: Lang = "en",
 ) -> reports.CompareHistoryReport: ...
-def compare(*calibrations: Calibration, level: Optional[float] = None, independent: bool = False) -> Any:
+def compare(*calibrations: Calibration, level: Optional[float] = None, independent: bool = False, lang: Lang = "en") -> Any:
     """One campaign: the published closed forms beside least squares. Two calibrations of one unit: what has changed; more: their history.
 
     level: coverage probability. independent: inputs that the calibrations share count as independent.
     """
     files = Files()
-    options = {"level": level, "independent": independent}
+    options = {"level": level, "independent": independent, "lang": lang}
     if not calibrations:
         raise TypeError("compare() takes a campaign, or two calibrations or more")
     if len(calibrations) == 1 and not isinstance(calibrations[0], Fit):
-        return _report(reports.CompareReport, ["compare", files.question(calibrations[0])], {}, files)
+        return _report(reports.CompareReport, ["compare", files.question(calibrations[0])], {"lang": lang}, files)
     paths = [_calibration(files, one, k) for k, one in enumerate(calibrations)]
     kind: type[Report] = reports.CompareHistoryReport if len(paths) > 2 else reports.CompareCalibrationsReport
     return _report(kind, ["compare", *paths], options, files)
@@ -210,11 +214,11 @@ class Navigation(reports.NavigateReport):
     """The errors over time as columns, numpy arrays: time in s, attitude in arcsec, velocity in m/s, position in m."""
 
 
-def navigate(mission: Question) -> Navigation:
+def navigate(mission: Question, lang: Lang = "en") -> Navigation:
     """What calibration errors do to a strapdown navigator over hours."""
     files = Files()
     series = os.path.join(files.folder, "series.csv")
-    found = _report(Navigation, ["navigate", files.question(mission, "mission")], {}, files, ["--csv", series])
+    found = _report(Navigation, ["navigate", files.question(mission, "mission")], {"lang": lang}, files, ["--csv", series])
     found.series = read_like({}, series)
     return found
 
@@ -222,7 +226,7 @@ def navigate(mission: Question) -> Navigation:
 def noise(
     log: Union[Table, Path_], *, columns: Optional[Names] = None, unit: Optional[str] = None, time: Optional[str] = None,
     rate: Optional[float] = None, start: Optional[float] = None, end: Optional[float] = None, per_octave: Optional[int] = None,
-    level: Optional[float] = None,
+    level: Optional[float] = None, lang: Lang = "en",
 ) -> reports.NoiseReport:
     """Allan deviations of a record at rest, and its noise coefficients (IEEE Std 952) with uncertainties.
 
@@ -232,13 +236,15 @@ def noise(
     files = Files()
     options = {
         "columns": _joined(columns), "unit": unit, "time": time, "rate": rate, "from": start, "to": end, "per_octave": per_octave, "level": level,
+        "lang": lang,
     }
     return _report(reports.NoiseReport, ["noise", files.table(log, "log")], options, files)
 
 
 def reduce(
     log: Union[Table, Path_], *, schedule: Optional[Question] = None, columns: Optional[Names] = None, time: Optional[str] = None,
-    rate: Optional[float] = None, by: Optional[str] = None, to: Optional[Path_] = None, force: bool = False, **options: Any,
+    rate: Optional[float] = None, by: Optional[str] = None, to: Optional[Path_] = None, force: bool = False, lang: Lang = "en",
+    **options: Any,
 ) -> reports.ReduceReport:
     """From a logger's samples to readings: segments, means, and an uncertainty that holds for correlated noise.
 
@@ -249,7 +255,7 @@ def reduce(
     files = Files()
     given = {
         "for": None if schedule is None else files.question(schedule), "columns": _joined(columns), "time": time, "rate": rate, "by": by, "to": to,
-        "force": force,
+        "force": force, "lang": lang,
     }
     return _report(reports.ReduceReport, ["reduce", files.table(log, "log")], {**given, **options}, files)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from . import _tumble, reports
 from ._fit import Remount, Robust, settings
 from ._question import Asked, Question, dumps
-from ._report import Figure, RejectedWarning, excerpt, figures
+from ._report import Figure, Lang, RejectedWarning, excerpt, figures
 from ._tables import Frames, Path_, Table
 
 VERDICTS = np.array(["accepted", "rejected", "malformed"])
@@ -136,11 +136,15 @@ class Devices(Mapping[str, Quantity], Frames):
     @cached_property
     def report(self) -> reports.BatchReport:
         """What the devices come to together: distributions, outlying devices, lots."""
-        return reports.BatchReport(json.loads(self._core.report()), self.rejected, lambda: self._core.table(0), self.page)
+        return reports.BatchReport(json.loads(self._core.report()), self.rejected, lambda: self._core.table(0, "en"), self.page)
 
-    def page(self) -> str:
+    def table(self, devices: int = 40, lang: Lang = "en") -> str:
+        """The table of the terminal, with so many devices; `lang`: `en` or `zh`."""
+        return self._core.table(devices, lang)
+
+    def page(self, lang: Lang = "en") -> str:
         """The HTML page."""
-        return self._core.page()
+        return self._core.page(lang)
 
     def figures(self) -> list[Figure]:
         """The pictures of the page, as SVG."""
@@ -156,7 +160,7 @@ class Devices(Mapping[str, Quantity], Frames):
         return found | {"why": [why.get(k, "") for k in range(self.count)]}
 
     def __str__(self) -> str:
-        return self._core.table(40)
+        return self.table()
 
     def __repr__(self) -> str:
         return f"<Devices: {self.count}, {int(self.accepted.sum())} accepted>"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from . import _tumble, reports
 from ._question import Asked, Question, dumps
-from ._report import Figure, RejectedWarning, State, excerpt, figures
+from ._report import Figure, Lang, RejectedWarning, State, excerpt, figures
 from ._tables import Frames, Table
 from ._types import How
 
@@ -139,11 +139,11 @@ class Fit(Mapping[str, Parameter], Frames):
         count, flat, sensor, position = self._core.readings()
         return Readings(np.frombuffer(flat, dtype=np.float64).reshape(count, 6), sensor, position)
 
-    def table(self, readings: bool = False, lang: str = "en") -> str:
+    def table(self, readings: bool = False, lang: Lang = "en") -> str:
         """The table of the terminal, with every reading if asked for; `lang`: `en` or `zh`."""
         return self._core.table(readings, lang)
 
-    def page(self, lang: str = "en") -> str:
+    def page(self, lang: Lang = "en") -> str:
         """The HTML page, as `--html` writes it: one file that stands alone."""
         return self._core.page(lang)
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import tempfile
+import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Optional, Union
@@ -85,13 +87,15 @@ class Files:
     """Questions as files, for commands that read files: dicts and tables get temporary ones, which go with this object."""
 
     def __init__(self) -> None:
-        self._folder: Optional[tempfile.TemporaryDirectory[str]] = None
+        self._folder: Optional[str] = None
 
     @property
     def folder(self) -> str:
+        """A folder of its own, made when it is needed."""
         if self._folder is None:
-            self._folder = tempfile.TemporaryDirectory(prefix="tumble-")
-        return self._folder.name
+            self._folder = tempfile.mkdtemp(prefix="tumble-")
+            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
+        return self._folder
 
     def question(self, question: Question, kind: str = "campaign", readings: Any = None) -> str:
         """The path of a question."""

@@ -130,3 +130,5 @@ def excerpt(page: str, sections: int = 2) -> str:
 
 
 State = Literal["free", "at-bound", "not-estimable", "derived"]
+Lang = Literal["en", "zh"]
+"""The language of tables and pages; reports are the same in both."""

@@ -135,6 +135,7 @@ __all__ = [
     "ReadingReport",
     "ReasonReport",
     "ReduceReport",
+    "RefinedReport",
     "RejectedReport",
     "ReportKind",
     "ResidualReport",
@@ -2669,6 +2670,9 @@ class ImprovedReport(Node):
     """The positions still to be measured, in the order to run, as reading keys."""
     reasons: list[ReasonReport]
     """Why each chosen mounting is there."""
+    refined: RefinedReport | None
+    """What moving the angles between the candidates brought; null where that was not asked for. Efficiency and enumeration are those of the
+    choice among the candidates."""
     seed: int
     """Seed that gives the same schedule again."""
     separation: DiscriminationReport | None
@@ -2680,7 +2684,7 @@ class ImprovedReport(Node):
     unreachable: list[NotEstimableReport]
     """What even all candidates together do not determine."""
 
-    _keys = frozenset(["bound_gap", "budget", "candidates", "check", "chosen", "comparison", "cost_limit", "criterion", "efficiency", "effort", "enumerated", "frozen", "goal", "hits", "judgement", "kept", "positions", "reasons", "seed", "separation", "starts", "to_run", "unreachable"])
+    _keys = frozenset(["bound_gap", "budget", "candidates", "check", "chosen", "comparison", "cost_limit", "criterion", "efficiency", "effort", "enumerated", "frozen", "goal", "hits", "judgement", "kept", "positions", "reasons", "refined", "seed", "separation", "starts", "to_run", "unreachable"])
 
 
 class JudgementReport(Node):
@@ -2917,6 +2921,21 @@ class ReasonReport(Node):
     """Label of the mounting."""
 
     _keys = frozenset(["grows", "parameter", "position"])
+
+
+class RefinedReport(Node):
+    """Angles moved between the candidates."""
+
+    finished: bool
+    """Did it end because no move was worth it? Else because of the effort."""
+    gain: float
+    """By what share the criterion is better: the determinant for each unknown (D), a variance (else)."""
+    moved: int
+    """Mountings with an angle that no candidate has."""
+    resolution_deg: float
+    """Angles were moved in multiples of this, in degrees."""
+
+    _keys = frozenset(["finished", "gain", "moved", "resolution_deg"])
 
 
 class RuleReport(Node):
@@ -3197,7 +3216,7 @@ NoiseColumnReport._parts = {"agreement": (AgreementReport, False), "coefficients
 NoiseReport._parts = {"columns": (NoiseColumnReport, False)}
 AlikeReport._parts = {"near": (NearReport, False)}
 ForesightReport._parts = {"effects": (ProspectReport, False), "groups": (AlikeReport, False), "passed_over": (PassedOverReport, False), "rule": (RuleReport, False)}
-ImprovedReport._parts = {"comparison": (ComparisonReport, False), "goal": (GoalReport, False), "judgement": (JudgementReport, False), "positions": (PlannedPositionReport, False), "reasons": (ReasonReport, False), "separation": (DiscriminationReport, False), "to_run": (WorkReport, False), "unreachable": (NotEstimableReport, False)}
+ImprovedReport._parts = {"comparison": (ComparisonReport, False), "goal": (GoalReport, False), "judgement": (JudgementReport, False), "positions": (PlannedPositionReport, False), "reasons": (ReasonReport, False), "refined": (RefinedReport, False), "separation": (DiscriminationReport, False), "to_run": (WorkReport, False), "unreachable": (NotEstimableReport, False)}
 JudgementReport._parts = {"correlation": (CorrelationReport, False), "derived": (PredictedDerivedReport, False), "effects": (ForesightReport, False), "lacking": (LackingReport, False), "not_estimable": (NotEstimableReport, False), "parameters": (PredictedReport, False), "readings": (PlannedReadingReport, False), "through_tilts": (ThroughTiltsReport, False), "work": (WorkReport, False)}
 ProspectReport._parts = {"moves": (MovesReport, False)}
 PlanReport._parts = {"finds": (FindReport, False), "identity": (Identity, False), "improved": (ImprovedReport, False), "judged_at": (PointReport, False), "noise": (SensorNoiseReport, True), "schedule": (JudgementReport, False)}

@@ -16,7 +16,7 @@ const DRAWN: usize = 40;
 /// The page of many devices.
 pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary, lang: Language) -> Result<Page> {
     let devices = lang.count(report.devices.all, "device");
-    let mut page = Page::new(format!("{devices} by {by}", by = report.by));
+    let mut page = Page::new(say!(lang, "title-devices-by", devices, by = report.by));
     page.language = lang;
     page.subtitle = say!(lang, "distributions-devices-that-stand-apart-and-whether").into();
     page.facts = vec![

@@ -76,7 +76,7 @@ fn facts(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Vec
     };
     facts.push((
         say!(lang, "estimator").into(),
-        format!("{}: {estimator}", lang.term("estimator", report.estimator.name())),
+        format!("{}{}{estimator}", lang.term("estimator", report.estimator.name()), lang.colon()),
     ));
     facts
 }

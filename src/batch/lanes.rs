@@ -1,0 +1,128 @@
+//! Tests of the residuals of eight devices side by side: sums, signs in their order, and the order of the residuals by size.
+
+use super::block::{LANES, Lane};
+use crate::quality::NormalScores;
+
+/// What is summed of the residuals of eight devices.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sums {
+    /// `sum (v/u)^2`.
+    pub squares: Lane,
+    /// The largest `v^2` times a row's gain.
+    pub gain: Lane,
+    /// How many residuals are positive, how many zero, and how many follow one of the other sign.
+    pub positive: Lane,
+    pub zero: Lane,
+    pub changes: Lane,
+}
+
+impl Sums {
+    /// Over the rows of the residuals; `weight` are the reciprocals of the rows' standard uncertainties, `gain` that of each reading. Signs are
+    /// those of the readings.
+    pub(super) fn of(residuals: &[Lane], weight: &[f64], gain: &[f64]) -> Sums {
+        let zero = [0.0; LANES];
+        let mut sums = Sums { squares: zero, gain: zero, positive: zero, zero, changes: zero };
+        for (v, w) in residuals.iter().zip(weight) {
+            for (sum, v) in sums.squares.iter_mut().zip(v) {
+                *sum += (v * w) * (v * w);
+            }
+        }
+        let mut before = zero;
+        for (k, (v, gain)) in residuals.iter().zip(gain).enumerate() {
+            (0..LANES).for_each(|l| {
+                let own = v[l] * v[l] * gain;
+                sums.gain[l] = if own > sums.gain[l] { own } else { sums.gain[l] };
+                let positive = if v[l] > 0.0 { 1.0 } else { 0.0 };
+                let change: f64 = positive - before[l];
+                sums.positive[l] += positive;
+                sums.zero[l] += if v[l] == 0.0 { 1.0 } else { 0.0 };
+                sums.changes[l] += if k > 0 { change.abs() } else { 0.0 };
+                before[l] = positive;
+            });
+        }
+        sums
+    }
+}
+
+/// Pairs of places whose values are exchanged where they are out of order, one pair after the other, to sort `count` values whatever they are:
+/// Batcher's merge exchange (D. E. Knuth, The Art of Computer Programming 3, 5.2.2, algorithm M).
+pub(super) fn network(count: usize) -> Vec<(usize, usize)> {
+    let mut pairs = Vec::new();
+    let top = count.next_power_of_two() / 2;
+    let mut p = top;
+    while p > 0 {
+        let (mut q, mut r, mut d) = (top, 0, p);
+        loop {
+            pairs.extend((0..count.saturating_sub(d)).filter(|i| i & p == r).map(|i| (i, i + d)));
+            if q == p {
+                break;
+            }
+            (d, q, r) = (q - p, q / 2, p);
+        }
+        p /= 2;
+    }
+    pairs
+}
+
+/// Probabilities of the test of normality for eight devices; NaN where there is none. The values are sorted by `network`.
+pub(super) fn normality(scores: &NormalScores, network: &[(usize, usize)], values: &mut [Lane]) -> Lane {
+    for (i, j) in network {
+        let (Some(a), Some(b)) = (values.get(*i).copied(), values.get(*j).copied()) else { continue };
+        values[*i] = std::array::from_fn(|l| if a[l] < b[l] { a[l] } else { b[l] });
+        values[*j] = std::array::from_fn(|l| if a[l] < b[l] { b[l] } else { a[l] });
+    }
+    let (mut mean, mut product, mut of_values) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let count = values.len() as f64;
+    for x in values.iter() {
+        (0..LANES).for_each(|l| mean[l] += x[l]);
+    }
+    mean = mean.map(|sum| sum / count);
+    for (m, x) in scores.scores().iter().zip(values.iter()) {
+        (0..LANES).for_each(|l| {
+            let own = x[l] - mean[l];
+            product[l] += m * own;
+            of_values[l] += own * own;
+        });
+    }
+    std::array::from_fn(|l| scores.of_moments(product[l], of_values[l]).map_or(f64::NAN, |test| test.p))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A network sorts everything if it sorts all sequences of zeros and ones (Knuth, 5.3.4, theorem Z).
+    #[test]
+    fn the_network_sorts() {
+        for count in 0..13_usize {
+            let network = network(count);
+            for bits in 0..1_u32 << count {
+                let mut values: Vec<u32> = (0..count).map(|k| bits >> k & 1).collect();
+                for (i, j) in &network {
+                    if values[*i] > values[*j] {
+                        values.swap(*i, *j);
+                    }
+                }
+                assert!(values.is_sorted(), "{count}: {bits:b}");
+            }
+        }
+    }
+
+    /// Eight devices at once say what each says by itself.
+    #[test]
+    fn eight_are_each_by_itself() {
+        let number = |i: usize, l: usize| (i * i * 7919 + l * 104_729 + 13) as f64 * 0.618_034 % 2.0 - 1.0;
+        let lanes: Vec<Lane> = (0..30).map(|i| std::array::from_fn(|l| number(i, l))).collect();
+        let scores = NormalScores::new(30).unwrap();
+        let p = normality(&scores, &network(30), &mut lanes.clone());
+        let sums = Sums::of(&lanes, &[2.0; 30], &[1.0; 30]);
+        (0..LANES).for_each(|l| {
+            let mut own: Vec<f64> = lanes.iter().map(|lane| lane[l]).collect();
+            let runs = crate::quality::runs(&own).unwrap().runs;
+            assert_eq!(sums.changes[l] + 1.0, runs as f64);
+            assert_eq!(sums.positive[l], own.iter().filter(|v| **v > 0.0).count() as f64);
+            assert!((sums.squares[l] - own.iter().map(|v| 4.0 * v * v).sum::<f64>()).abs() < 1e-12);
+            assert_eq!(p[l], scores.test(&mut own).unwrap().p);
+        });
+    }
+}
