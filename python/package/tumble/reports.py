@@ -2671,7 +2671,7 @@ class ImprovedReport(Node):
     reasons: list[ReasonReport]
     """Why each chosen mounting is there."""
     refined: RefinedReport | None
-    """What moving the angles between the candidates brought; null where that was not asked for. Efficiency and enumeration are those of the
+    """What moving the angles between the candidates brought; absent where that was not asked for. Efficiency and enumeration are those of the
     choice among the candidates."""
     seed: int
     """Seed that gives the same schedule again."""
