@@ -2,18 +2,21 @@
 //!
 //! Beside peers in one run, with ratios: `benches/peers/hot.py`.
 
+#[path = "cases/mod.rs"]
+mod cases;
+
+use cases::{Line, devices, system};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
-use tumble::batch::{Device, Fleet, Layout};
-use tumble::campaign::{Campaign, Readings};
+use tumble::batch::{Device, Fleet};
 use tumble::design::{Model, assemble};
-use tumble::estimate::{Fold, Group, Settings, System, adjust};
+use tumble::estimate::{Fold, Settings, adjust};
+use tumble::fit;
 use tumble::navigate::errors::ImuErrors;
 use tumble::navigate::mission::{Mission, Site};
 use tumble::navigate::motion::{Attitude, Motion, Oscillation};
 use tumble::navigate::run::{self, Continue, Scenario};
-use tumble::wire::{self, CampaignFile, Source};
-use tumble::{fit, record};
+use tumble::wire::{self, Source};
 
 /// Shortest time of one call, over rounds of about 20 ms until `budget` is spent.
 fn shortest(budget: Duration, mut work: impl FnMut()) -> f64 {
@@ -36,24 +39,6 @@ fn show(name: &str, work: impl FnMut()) {
     }
 }
 
-/// Rows like those of a rate table: constants, sines and cosines of evenly spread positions.
-fn system(m: usize, n: usize) -> System {
-    let derivative = |i: usize, j: usize| {
-        let angle = i as f64 * 0.7 + 0.1;
-        match j {
-            0 => 1.0,
-            _ if j % 2 == 1 => (angle * j.div_ceil(2) as f64).sin() * 30.0,
-            _ => (angle * j.div_ceil(2) as f64).cos() * 30.0,
-        }
-    };
-    System {
-        rows: faer::Mat::from_fn(m, n, derivative),
-        observed: (0..m).map(|i| (i * i * 7919 + 13) as f64 * 0.618_034 % 2.0 - 1.0).collect(),
-        u: vec![0.9e-3; m],
-        group: vec![Group::Estimated(0); m],
-    }
-}
-
 fn estimates() {
     let text = include_str!("../data/campaigns/li2012-table1.campaign.json");
     let source = Source { name: "table 1".into(), text: text.into() };
@@ -73,46 +58,14 @@ fn estimates() {
     }
 }
 
-/// Devices with one schedule, or (`own`) each with a schedule that no other has.
-fn devices(count: usize, own: bool) -> Vec<Device> {
-    let mut state = 1_u64;
-    let mut uniform = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
-    let device = |k: usize| {
-        let (mut inputs, mut values) = (Vec::new(), Vec::new());
-        for i in 0..30 {
-            let rate = [-100.0, -50.0, -20.0, 20.0, 50.0, 100.0][i / 5] + if own { uniform() } else { 0.0 };
-            let acc = [0.0, 0.5, 1.0, -0.5, -1.0][i % 5];
-            let warm = f64::from((i as u32 * 7) % 5) * 5.0 + 20.0;
-            inputs.extend([rate, acc, warm]);
-            values.push(0.01 - 2.9e-3 * rate + 1e-7 * rate * rate + 2e-3 * acc + 1e-5 * warm + 3e-4 * uniform());
-        }
-        let (label, first_row) = (format!("S{k:06}"), 30 * k as u64 + 1);
-        Device { label, inputs, values, rows: 30, first_row, ..Device::default() }
-    };
-    (0..count).map(device).collect()
-}
-
 fn fleets() {
-    let text = r#"{ "bench": { "id": "line", "sensors": { "V": { "unit": "V",
-        "model": "V0 + k1*rate + k2*rate^2/10000 + ka*acc + kt*temperature_c + kaa*acc^2" } } },
-        "estimate": { "V0": {}, "k1": {}, "k2": {}, "ka": {}, "kt": {}, "kaa": {} }, "readings": [] }"#;
-    let file: CampaignFile = serde_json::from_str(text).expect("a campaign");
-    let bench = file.own_bench(&mut |name| panic!("refers to {name}")).expect("a bench");
-    let titled = |name: &str| record::Column { name: name.into(), title: name.into(), unit: None };
-    let columns = ["serial", "rate", "acc", "temperature_c", "V"].map(titled);
-    let layout = Layout::of(&bench, &columns, Some(0), |_| false);
-    let readings = Readings { columns: layout.numeric(&bench), rows: Vec::new() };
-    let template = file.with(bench.clone(), readings).expect("a campaign");
-    let question = |device: &Device| -> tumble::error::Result<Campaign> {
-        Ok(template.with_readings(wire::device_readings(&bench, &layout, device)?))
-    };
+    let line = Line::new();
+    let question = |device: &Device| line.campaign(device);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     for (name, own) in [("10000 devices of one schedule", false), ("1000 devices of own schedules", true)] {
         let devices = devices(if own { 1_000 } else { 10_000 }, own);
-        let mut work = || drop(Fleet::new(&question, fit::Settings::default(), 6).fit(black_box(&devices), &layout));
+        let mut work =
+            || drop(Fleet::new(&question, fit::Settings::default(), 6).fit(black_box(&devices), &line.layout));
         one.install(|| show(name, &mut work));
     }
 }

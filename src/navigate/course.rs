@@ -154,7 +154,6 @@ impl Course {
     /// Inlined into its caller, so that it is compiled for the vector instructions that were found at run time.
     #[inline(always)]
     pub fn advance(&mut self, limit: u64, block: &mut Block) {
-        crate::stop::look();
         self.advance_smooth(limit, block);
         while block.steps % 2 == 1 && block.steps < MAX_STEPS && self.done < self.steps {
             let room = (MAX_STEPS - block.steps) as u64;

@@ -127,6 +127,9 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
     let kept = &planned(campaign, &offer.kept);
     check_question(campaign)?;
     costs.check()?;
+    if let Some(wanted) = &request.refine {
+        wanted.check()?;
+    }
     check_point(campaign, kept, candidates, noise)?;
     if let Some(budget) = request.budget {
         check_budget(budget, costs, request)?;

@@ -21,6 +21,19 @@ pub struct Refinement {
     pub zones: Vec<Zone>,
 }
 
+impl Refinement {
+    /// Errors: a resolution that is no positive angle.
+    pub(super) fn check(&self) -> Result<()> {
+        if self.resolution_deg > 0.0 && self.resolution_deg <= 90.0 {
+            return Ok(());
+        }
+        Err(Malformed::new(Fault::Value, "the resolution of the angles is not possible")
+            .expected("degrees, above 0 and at most 90")
+            .found(self.resolution_deg.to_string())
+            .argument("refine", "0.1"))
+    }
+}
+
 /// What moving the angles brought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refined {
@@ -44,7 +57,7 @@ struct Freedom {
 
 /// The rows of a schedule after the first `fixed` with their angles moved; `None` where the criterion cannot be compared.
 ///
-/// Errors: a resolution that is no positive angle, those of the model at the moved angles.
+/// Errors: those of the model at the moved angles.
 pub(super) fn refined(
     campaign: &Campaign,
     rows: Vec<Reading>,
@@ -53,11 +66,6 @@ pub(super) fn refined(
     (noise, wanted, progress): (&Noise, &Refinement, &Progress),
 ) -> Result<Option<(Vec<Reading>, Refined)>> {
     let resolution = wanted.resolution_deg;
-    if !(resolution > 0.0 && resolution <= 90.0) {
-        return Err(Malformed::new(Fault::Value, "the resolution of the angles is not possible")
-            .expected("degrees, above 0 and at most 90")
-            .found(resolution.to_string()));
-    }
     let columns = &campaign.readings.columns;
     let names: Vec<&str> = campaign.bench.joints().collect();
     let value_of = |rows: &[Reading]| {

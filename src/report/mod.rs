@@ -11,7 +11,7 @@
 //! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |
 //! | `changes.rs` | two calibrations of one unit, the history of many |
 //! | `diagnose/` | a diagnosis: gap, effects, verdict |
-//! | `plan.rs`, `plan_build.rs`, `plan_table.rs` | a schedule judged or chosen |
+//! | `plan.rs`, `plan_build.rs`, `plan_table.rs`, `plan_better.rs` | a schedule judged or chosen |
 //! | `foresight.rs`, `foresight_table.rs` | which effects a schedule would show |
 //! | `navigate.rs` | errors of a navigator over a mission |
 //! | `navigate_diagnose.rs`, `navigate_diagnose_table.rs` | effects found from the errors of a navigator |
@@ -59,6 +59,7 @@ mod navigate_table;
 mod noise_analysis;
 mod noise_table;
 mod plan;
+mod plan_better;
 mod plan_build;
 mod plan_table;
 #[cfg(feature = "html")]

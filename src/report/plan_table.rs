@@ -1,17 +1,18 @@
 //! A plan as a person at a terminal reads it.
 
 use super::foresight_table::foresight_table;
+use super::plan_better::{better, not_told_apart};
 use super::table::{plain, significant};
 use super::wrap::hanging;
 use super::{
-    DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, JudgementReport, LackingReport,
-    NotEstimableReport, PlanReport, PlannedPositionReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
+    JudgementReport, LackingReport, NotEstimableReport, PlanReport, PointReport, PositionReport, ThroughTiltsReport,
+    WorkReport,
 };
 use crate::language::{Language, say};
 use crate::plan::PointSource;
 use std::collections::BTreeMap;
 
-fn number(value: Option<f64>) -> String {
+pub(super) fn number(value: Option<f64>) -> String {
     value.map_or("-".into(), |v| significant(v, 3))
 }
 
@@ -89,7 +90,7 @@ pub(super) fn lacking(lacking: &LackingReport, lang: Language) -> String {
     say!(lang, "uncertainty-depends-on-a-value", untold, needs, first)
 }
 
-fn work(judgement: &JudgementReport, lang: Language) -> String {
+pub(super) fn work(judgement: &JudgementReport, lang: Language) -> String {
     work_of(&judgement.work, lang)
 }
 
@@ -175,7 +176,7 @@ fn judgement(j: &JudgementReport, lang: Language) -> String {
 }
 
 /// What a drift over the run does.
-fn drift(j: &JudgementReport, lang: Language) -> String {
+pub(super) fn drift(j: &JudgementReport, lang: Language) -> String {
     j.drift.map_or(String::new(), |drift| {
         let line = say!(lang, "a-drift-of-one-standard-deviation-over", drift = significant(drift, 2));
         format!("{}\n", hanging(&line, 2))
@@ -196,141 +197,6 @@ pub(super) fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> Str
     }
 }
 
-/// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
-pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> Vec<(String, String)> {
-    let mut lines: Vec<(String, String)> = Vec::new();
-    let mut rest = positions;
-    while let Some(first) = rest.first() {
-        // the longest run with this label in which only one key changes
-        let mut changing: Option<&str> = None;
-        let mut length = 1;
-        for other in rest.get(1..).unwrap_or_default() {
-            let same_keys = other.at.keys().eq(first.at.keys()) && other.position == first.position;
-            let different: Vec<&str> =
-                first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();
-            match different.as_slice() {
-                [] if same_keys => {}
-                [one] if same_keys && changing.is_none_or(|own| own == *one) => changing = Some(one),
-                _ => break,
-            }
-            length += 1;
-        }
-        let (run, left) = rest.split_at(length);
-        let part = |(key, value): (&String, &f64)| match changing {
-            Some(own) if own == key => {
-                format!("{key} = {}", runs(run.iter().filter_map(|p| p.at.get(key)), lang))
-            }
-            _ => format!("{key} = {value}"),
-        };
-        let mut parts: Vec<String> = first.at.iter().map(part).collect();
-        if changing.is_none() && length > 1 {
-            parts.push(say!(lang, "plan-table-times", length = length.to_string()));
-        }
-        lines.push((first.position.clone(), parts.join(", ")));
-        rest = left;
-    }
-    lines
-}
-
-/// Values in order, four and more of one in a row as `40 (4 times)`.
-fn runs<'a>(values: impl Iterator<Item = &'a f64>, lang: Language) -> String {
-    let mut runs: Vec<(f64, usize)> = Vec::new();
-    for value in values {
-        match runs.last_mut() {
-            Some((own, count)) if own == value => *count += 1,
-            _ => runs.push((*value, 1)),
-        }
-    }
-    let text = |(value, count): (f64, usize)| match count {
-        1..=3 => vec![value.to_string(); count].join(", "),
-        _ => say!(lang, "value-times", value = value.to_string(), count = count.to_string()).replace(' ', "\u{a0}"),
-    };
-    runs.into_iter().map(text).collect::<Vec<_>>().join(", ")
-}
-
-/// How good the choice is proven to be.
-pub(super) fn proof(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    let limited = improved.cost_limit.is_some();
-    if let Some(all) = improved.enumerated {
-        let all = all.to_string();
-        return Some(match limited {
-            true => say!(lang, "the-best-all-choices-of-these-candidates", all),
-            false => say!(lang, "the-best-all-choices-of-these-candidates-2", all),
-        });
-    }
-    let share = percent(improved.efficiency?);
-    Some(match limited {
-        true => say!(lang, "proven-to-be-at-least-as-good", share),
-        false => say!(lang, "proven-to-be-at-least-as-good-2", share),
-    })
-}
-
-/// What moving the angles between the candidates brought.
-pub(super) fn moved(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    let refined = improved.refined.as_ref()?;
-    let resolution = significant(refined.resolution_deg, 3);
-    if refined.moved == 0 {
-        return Some(say!(lang, "no-angle-is-worth-moving", resolution));
-    }
-    let (mountings, gain) = (lang.count(refined.moved, "mounting"), significant(100.0 * refined.gain, 2));
-    Some(match refined.finished {
-        true => say!(lang, "angles-moved-off-the-candidates", mountings, resolution, gain),
-        false => say!(lang, "angles-moved-as-far-as-the-effort-went", mountings, resolution, gain),
-    })
-}
-
-/// Why the efficiency is below 0.99: the bound, or the few portions.
-pub(super) fn shortfall(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
-    let short = 1.0 - efficiency;
-    (short > 0.01).then(|| match gap < 0.1 * short {
-        true if improved.cost_limit.is_some() => say!(lang, "the-bound-allows-more-mountings-than-the").into(),
-        true => say!(lang, "so-few-portions-cannot-follow-the-best").into(),
-        false => say!(lang, "the-bound-itself-may-be-too-high", gap = significant(gap, 2)),
-    })
-}
-
-/// The limit of the cost, and where it comes from.
-pub(super) fn cost_limit(improved: &ImprovedReport, limit: f64, lang: Language) -> String {
-    let cost = significant(limit, 4);
-    match improved.budget {
-        Some(_) => say!(lang, "within-a-budget-of-for-what-was", cost),
-        None => say!(lang, "at-no-more-cost-than-the-given", cost),
-    }
-}
-
-/// Why a mounting is there, in words.
-pub(super) fn reason(improved: &ImprovedReport, label: &str, lang: Language) -> Option<String> {
-    let reason = improved.reasons.iter().find(|r| r.position == label)?;
-    Some(match reason.grows {
-        None => say!(lang, "without-it-nothing-determines", parameter = reason.parameter),
-        Some(grows) if grows > 1.0005 => {
-            say!(
-                lang,
-                "without-it-u-of-grows-by",
-                parameter = reason.parameter,
-                share = significant(100.0 * (grows - 1.0), 2)
-            )
-        }
-        Some(_) => say!(lang, "it-adds-little").into(),
-    })
-}
-
-/// How well two effects are told apart, before and after.
-pub(super) fn apart(separation: &DiscriminationReport, lang: Language) -> Vec<String> {
-    let [a, b] = &separation.effects;
-    let known = |u: &[Option<f64>; 2]| match u {
-        [Some(p), Some(q)] => say!(lang, "u-of-their-coefficients-and", p = significant(*p, 3), q = significant(*q, 3)),
-        _ => say!(lang, "nothing-tells-them-apart").into(),
-    };
-    let mut lines = vec![say!(lang, "and-both-in-the-model-before", a, b, before = known(&separation.before))];
-    lines.push(match separation.after {
-        [Some(_), Some(_)] => say!(lang, "with-the-added-positions", after = known(&separation.after)),
-        _ => say!(lang, "no-candidate-tells-them-apart-so-nothing").into(),
-    });
-    lines
-}
-
 /// Why no position separates what is not estimable: none of the bench does, or the candidates hold a column at one value.
 pub(super) fn nowhere(frozen: &BTreeMap<String, f64>, lang: Language) -> String {
     let held: Vec<String> = frozen.iter().map(|(column, value)| format!("{column} = {value}")).collect();
@@ -340,40 +206,12 @@ pub(super) fn nowhere(frozen: &BTreeMap<String, f64>, lang: Language) -> String 
     }
 }
 
-/// A share that something has at least: cut, not rounded up.
-pub(super) fn percent(share: f64) -> String {
-    format!("{:.2} %", (share * 1e4 + 1e-2).floor() / 100.0)
-}
-
-/// What an effect that is to be found asks of the schedule.
-fn found_with(find: &FindReport, lang: Language) -> String {
-    say!(
-        lang,
-        "of-is-found-with-probability-where-the",
-        effect = find.effect,
-        size = significant(find.size, 3),
-        power = find.power.to_string(),
-        coefficient = find.coefficient,
-        u = significant(find.u, 3)
-    )
-}
-
-/// What a goal counts, and what is known of its cost.
-pub(super) fn goal_notes(improved: &ImprovedReport, goal: &GoalReport, lang: Language) -> Vec<String> {
-    let counted = goal.limits.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-    let derived = improved.judgement.derived.iter().map(|d| d.id.as_str());
-    let derived: Vec<&str> = derived.filter(|id| !goal.limits.contains_key(*id)).collect();
-    let mut notes = vec![match derived.is_empty() {
-        true => say!(lang, "the-goal-counts", counted),
-        false => say!(lang, "the-goal-counts-but-not", counted, derived = derived.join(", ")),
-    }];
-    if goal.is_cheapest_found && goal.reached {
-        notes.push(say!(lang, "this-is-the-cheapest-schedule-that-was").into());
-    }
-    notes
-}
-
-fn defects(list: &[NotEstimableReport], what: impl Fn(&str) -> String, nowhere: &str, lang: Language) -> String {
+pub(super) fn defects(
+    list: &[NotEstimableReport],
+    what: impl Fn(&str) -> String,
+    nowhere: &str,
+    lang: Language,
+) -> String {
     let mut text = String::new();
     for defect in list {
         let mut clauses = vec![what(&defect.text)];
@@ -421,117 +259,4 @@ fn readings(j: &JudgementReport, lang: Language) -> String {
         say!(lang, "its-largest-effect-on-an-angle"),
     ];
     format!("\n{}", plain(&header, &rows))
-}
-
-/// Two effects that no candidate tells apart: there is no better schedule to show.
-pub(super) fn not_told_apart(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    let separation = improved.separation.as_ref()?;
-    let [a, b] = &separation.effects;
-    let none = separation.after.iter().any(Option::is_none);
-    none.then(|| say!(lang, "no-candidate-tells-and-apart-so-nothing", a, b))
-}
-
-/// The given schedule with as many readings, or at the cost, of the better one.
-pub(super) fn equal_effort(effort: Effort, lang: Language) -> &'static str {
-    match effort {
-        Effort::Readings => say!(lang, "u-at-equal-readings"),
-        Effort::Cost => say!(lang, "u-at-equal-cost"),
-    }
-}
-
-fn better(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> String {
-    if let Some(nothing) = not_told_apart(improved, lang) {
-        return format!("\n{nothing}\n");
-    }
-    let mut text = format!("\n{}\n", say!(lang, "the-better-schedule", work = work(&improved.judgement, lang)));
-    if improved.to_run != improved.judgement.work {
-        text.push_str(&format!("  {}\n", say!(lang, "still-to-run", work = work_of(&improved.to_run, lang))));
-    }
-    let starts = match improved.enumerated {
-        Some(_) => String::new(),
-        None => {
-            let [hits, starts] = [improved.hits, improved.starts].map(|n| n.to_string());
-            say!(lang, "seed-of-starts-ended-here", seed = improved.seed.to_string(), hits, starts)
-        }
-    };
-    let chosen = say!(
-        lang,
-        "of-its-readings-chosen-among-candidate-portions",
-        chosen = improved.chosen.to_string(),
-        candidates = improved.candidates.to_string(),
-        criterion = lang.term("criterion", &improved.criterion),
-        starts
-    );
-    text.push_str(&format!("{}\n", hanging(&format!("  {chosen}"), 4)));
-    if let Some(proof) = proof(improved, lang) {
-        text.push_str(&format!("{}\n", hanging(&format!("  {proof}"), 4)));
-        if let Some(why) = shortfall(improved, lang) {
-            text.push_str(&format!("{}\n", hanging(&format!("  {why}"), 4)));
-        }
-    }
-    if let Some(moved) = moved(improved, lang) {
-        text.push_str(&format!("{}\n", hanging(&format!("  {moved}"), 4)));
-    }
-    if let Some(limit) = improved.cost_limit {
-        text.push_str(&format!("{}\n", hanging(&format!("  {}", cost_limit(improved, limit, lang)), 4)));
-    }
-    if let Some(separation) = &improved.separation {
-        for line in apart(separation, lang) {
-            text.push_str(&format!("{}\n", hanging(&format!("  {line}"), 4)));
-        }
-    }
-    for find in finds {
-        text.push_str(&format!("{}\n", hanging(&format!("  {}", found_with(find, lang)), 4)));
-    }
-    if let Some(goal) = &improved.goal {
-        let share = goal.largest_share.map_or(say!(lang, "unknown").into(), |s| significant(s, 3));
-        let proof = if goal.is_fewest { say!(lang, "fewer-readings-cannot-reach-it") } else { "" };
-        let reached = match goal.reached {
-            true => say!(lang, "the-goal-is-reached-the-largest-uncertainty", share, proof),
-            false => say!(lang, "the-goal-is-not-reached-at-best", share),
-        };
-        text.push_str(&format!("{}\n", hanging(&format!("  {reached}"), 4)));
-        for note in goal_notes(improved, goal, lang) {
-            text.push_str(&format!("{}\n", hanging(&format!("  {note}"), 4)));
-        }
-        for id in &goal.impossible {
-            text.push_str(&format!("  {}\n", say!(lang, "even-all-candidates-together-do-not-determine", id)));
-        }
-    }
-    text.push('\n');
-    let rows: Vec<Vec<String>> = improved
-        .comparison
-        .iter()
-        .map(|c| {
-            let gain = c.gain.map_or("-".into(), |g| format!("{g:.2}"));
-            vec![c.id.clone(), number(c.given), number(c.equal_effort), number(c.better), gain, c.unit.clone()]
-        })
-        .collect();
-    let equal = equal_effort(improved.effort, lang);
-    text.push_str(&plain(
-        &[
-            say!(lang, "parameter"),
-            say!(lang, "u-given"),
-            equal,
-            say!(lang, "u-better"),
-            say!(lang, "gain"),
-            say!(lang, "unit"),
-        ],
-        &rows,
-    ));
-    let what = |text: &str| say!(lang, "cannot-be-determined-by-any-choice", text);
-    text.push_str(&defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang));
-    text.push_str(&format!("\n{}\n", say!(lang, "to-run-in-this-order")));
-    let mut told: Option<String> = None;
-    for (label, place) in mountings(&improved.positions, lang) {
-        text.push_str(&format!("  {label:>4}  {place}\n"));
-        if told.as_ref() != Some(&label)
-            && let Some(why) = reason(improved, &label, lang)
-        {
-            text.push_str(&format!("        {why}\n"));
-        }
-        told = Some(label);
-    }
-    text.push_str(&drift(&improved.judgement, lang));
-    text
 }

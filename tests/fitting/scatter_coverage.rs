@@ -17,8 +17,13 @@ use tumble::fit::{self, Settings};
 const ARCSEC_DEG: f64 = 1.0 / 3600.0;
 
 fn campaigns() -> usize {
+    asked(200, 20_000)
+}
+
+/// `TUMBLE_CAMPAIGNS`, else a few or the full count.
+fn asked(few: usize, full: usize) -> usize {
     let asked = std::env::var("TUMBLE_CAMPAIGNS").ok().and_then(|n| n.parse().ok());
-    asked.unwrap_or(draws(200, 20_000))
+    asked.unwrap_or(draws(few, full))
 }
 
 fn normal(random: &mut Pcg64Mcg) -> f64 {
@@ -275,7 +280,7 @@ fn scatter_coverage_samples_with_a_memory() {
             read(campaign, &all, white, random);
         };
         // a search over tau repeats the whole estimate some forty times
-        let count = campaigns().div_ceil(if stated_tau == "8" { 5 } else { 25 });
+        let count = if stated_tau == "8" { asked(40, 10_000) } else { asked(8, 2_000) };
         check(name, &coverage(name, &campaign, &point, count, draw), count);
     }
 }

@@ -8,10 +8,10 @@ use crate::language::{Language, say};
 use crate::report::Effort;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
-use crate::report::plan_table::{
-    apart, cost_limit, equal_effort, goal_notes, judged_at, lacking as lacking_value, mountings, moved, not_told_apart,
-    nowhere, proof, reason, shortfall, through_tilts, work_of,
+use crate::report::plan_better::{
+    apart, cost_limit, equal_effort, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
 };
+use crate::report::plan_table::{judged_at, lacking as lacking_value, nowhere, through_tilts, work_of};
 use crate::report::plot::{Spot, positions};
 use crate::report::table::significant;
 use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
