@@ -89,6 +89,7 @@ gauss-newton-converged-after = Gauss-Newton converged after { $steps }; { $linea
 gauss-newton-not-converged-after = Gauss-Newton NOT converged after { $steps } ({ $stop })
 estimable-combination = estimable combination
 u-holds-only-for-as-held-another = U holds only for { $held } as held: another value of it, { $by } { $unit } away, changes { $shifts }
+derived-without-a-value = derived quantities without a value, because they need what is not estimable: { $names }
 not-estimable-is-free = NOT ESTIMABLE: { $text } is free
 no-reading-responds-to-it-at-this = no reading responds to it at this point
 no-reading-responds-to-it = no reading responds to it

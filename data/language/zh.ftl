@@ -69,6 +69,7 @@ gauss-newton-converged-after = 高斯-牛顿法经 { $steps }收敛；{ $linear 
 gauss-newton-not-converged-after = 高斯-牛顿法经 { $steps }仍未收敛（{ $stop }）
 estimable-combination = 可估计的组合
 u-holds-only-for-as-held-another = U 仅在 { $held } 保持现值时成立：将其改变 { $by } { $unit }，则 { $shifts } 随之改变
+derived-without-a-value = 以下导出量没有结果，因为它们依赖不可估计的参数：{ $names }
 not-estimable-is-free = 不可估计：{ $text } 不受约束
 no-reading-responds-to-it-at-this = 在该点没有读数对其有响应
 no-reading-responds-to-it = 没有读数对其有响应

@@ -325,7 +325,14 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let step::Step { system, estimate, noise, constraints, robust, settled, scattered, .. } = step;
-    let grounds = parameters::Grounds::new(campaign, at_solution, &estimate, &noise, settings.level, &weak);
+    let grounds = parameters::Grounds::new(
+        campaign,
+        at_solution,
+        &estimate,
+        &noise,
+        settings.level,
+        (&weak, judged_at.as_deref()),
+    );
     let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
     let at_bound = rules::at_bound(campaign, &constraints);
     let bounded = matches!(constraints, Constraints::Met { .. });

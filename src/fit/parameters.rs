@@ -89,6 +89,12 @@ const SAME: f64 = 1e-8;
 /// or to this one along a direction that the exact model ends beyond the first order.
 const NEARLY_SAME: f64 = 1e-2;
 
+/// The change of a quantity along a direction, and the sum of its terms.
+fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
+    let terms = || terms.iter().map(|(k, e)| along.get(*k).copied().unwrap_or_default() * e);
+    (terms().sum::<f64>().abs(), terms().map(f64::abs).sum())
+}
+
 /// Known parameters with an uncertainty, and how the solution follows each: `d x / d p = -(dx/dy) df/dp`, priors untouched.
 ///
 /// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
@@ -123,6 +129,7 @@ pub(super) struct Grounds<'a> {
     known: Vec<(&'a str, Known, Vec<f64>)>,
     level: f64,
     weak: &'a [usize],
+    judged_at: Option<&'a [f64]>,
 }
 
 impl<'a> Grounds<'a> {
@@ -132,10 +139,10 @@ impl<'a> Grounds<'a> {
         estimate: &'a Estimate,
         noise: &'a Noise,
         level: f64,
-        weak: &'a [usize],
+        (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
     ) -> Self {
         let known = known_inputs(campaign, at_solution, noise);
-        Grounds { campaign, estimate, noise, known, level, weak }
+        Grounds { campaign, estimate, noise, known, level, weak, judged_at }
     }
 
     /// How the estimated parameters follow each known input that has an uncertainty.
@@ -215,15 +222,25 @@ impl<'a> Grounds<'a> {
         self.campaign.estimated().iter().enumerate().map(result).collect()
     }
 
-    /// Do the readings determine `c . x`: is it the same wherever they leave the parameters free?
-    fn determines(&self, along: &[f64]) -> bool {
-        let at = |k: &usize| along.get(*k).copied().unwrap_or_default();
+    /// Do the readings determine a quantity: is it the same wherever they leave the parameters free?
+    ///
+    /// `along` are its sensitivities at the estimate, `judged` those at the point where the rank was decided, if that was another: a free
+    /// direction is straight there, and at the estimate to first order in the small angles only.
+    fn determines(&self, along: &[f64], judged: Option<&[f64]>) -> bool {
+        let small = |k: usize| self.campaign.parameters.get(k).is_some_and(|p| p.kind == Kind::Tilt || p.unit == "1");
+        let sensitive = along.iter().enumerate().filter(|(k, _)| small(*k));
+        let largest = sensitive.fold(0.0_f64, |most, (_, c)| most.max(c.abs()));
         self.estimate.free_directions.iter().all(|direction| {
-            let terms = || direction.terms.iter().map(|(k, e)| at(k) * e);
-            // a direction that is held although the model curves out of it is straight to the square of a tilt only
+            let (change, terms) = moved(&direction.terms, along);
             let held = direction.terms.iter().any(|(k, _)| self.weak.contains(k));
-            let same = if held { NEARLY_SAME } else { SAME };
-            terms().sum::<f64>().abs() <= same * terms().map(f64::abs).sum::<f64>()
+            if change <= if held { NEARLY_SAME } else { SAME } * terms {
+                return true;
+            }
+            let Some((there, of)) = judged.map(|own| moved(&direction.terms, own)) else { return false };
+            let far: f64 = direction.terms.iter().map(|(_, e)| e.abs()).sum();
+            direction.terms.iter().all(|(k, _)| small(*k))
+                && there <= SAME * of
+                && change <= NEARLY_SAME * largest * far
         })
     }
 
@@ -266,7 +283,12 @@ impl<'a> Grounds<'a> {
             let value = tape.gradient(point, &mut Scratch::default(), &mut gradient);
             let along = gradient.get(..campaign.unknowns()).unwrap_or_default();
             let finite = value.is_finite() && gradient.iter().all(|c| c.is_finite());
-            let usable = finite && self.determines(along);
+            let mut there: Vec<f64> = vec![0.0; ids.len()];
+            let judged = self.judged_at.filter(|_| !self.estimate.free_directions.is_empty()).and_then(|at| {
+                let value = tape.gradient(at, &mut Scratch::default(), &mut there);
+                (value.is_finite() && there.iter().all(|c| c.is_finite())).then_some(there.as_slice())
+            });
+            let usable = finite && self.determines(along, judged);
             let own =
                 |id: &str| campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
             let (budget, uncertainty) = if usable { self.budget(along, own) } else { (Vec::new(), None) };

@@ -35,6 +35,8 @@ const FAR: f64 = 8.0;
 const LEAST_STUCK: u64 = 10;
 const LEAST_SATURATED: u64 = 3;
 const WINDOW: usize = 128;
+/// Of the windows of a piece so many say what is usual.
+const WINDOWS: usize = 128;
 
 /// Watches one channel as it passes.
 #[derive(Debug, Clone, Default)]
@@ -57,6 +59,11 @@ struct Extreme {
 }
 
 impl Extreme {
+    /// The extreme so far.
+    fn size(&self) -> f64 {
+        self.value.unwrap_or(f64::NEG_INFINITY)
+    }
+
     /// A run of equal values; `size` grows towards the extreme.
     fn see(&mut self, size: f64, sample: u64, length: u64) {
         if self.value.is_none_or(|most| size > most) {
@@ -76,48 +83,72 @@ impl Watch {
     }
 
     pub(super) fn see(&mut self, values: &[f64], first: u64, events: &mut Vec<Event>) {
+        self.runs(values, first, events);
+        self.spikes(values, first, events);
+    }
+
+    /// Runs of equal values, the extremes and the smallest step.
+    fn runs(&mut self, values: &[f64], first: u64, events: &mut Vec<Event>) {
+        let (mut value, mut start, mut length) = self.run;
+        let (mut high, mut low) = (self.high.size(), -self.low.size());
+        let mut least = if self.step == 0.0 { f64::INFINITY } else { self.step };
         for (k, v) in values.iter().enumerate() {
-            if self.run.2 > 0 && *v == self.run.0 {
-                self.run.2 += 1;
+            if length > 0 && *v == value {
+                length += 1;
                 self.repeats.0 += 1;
-            } else {
-                if self.run.2 > 0 {
-                    let step = (v - self.run.0).abs();
-                    if self.step == 0.0 || step < self.step {
-                        self.step = step;
-                    }
-                }
-                self.close(events);
-                self.run = (*v, first + k as u64, 1);
+                self.repeats.1 += 1;
+                continue;
             }
+            if length > 0 {
+                least = least.min((v - value).abs());
+                // a short run matters where it is a new extreme
+                if length >= LEAST_SATURATED || value > high || value < low {
+                    self.run = (value, start, length);
+                    self.close(events);
+                    (high, low) = (self.high.size(), -self.low.size());
+                }
+            }
+            (value, start, length) = (*v, first + k as u64, 1);
             self.repeats.1 += 1;
         }
-        // spikes among these values, with the two before them
+        self.run = (value, start, length);
+        self.step = if least == f64::INFINITY { 0.0 } else { least };
+    }
+
+    /// Spikes among these values, with the two before them.
+    fn spikes(&mut self, values: &[f64], first: u64, events: &mut Vec<Event>) {
         let carried = self.before.len();
         let mut all = std::mem::take(&mut self.before);
         all.extend_from_slice(values);
-        let odd = |k: usize| all[k] - 0.5 * (all[k - 1] + all[k + 1]);
-        let last = all.len().saturating_sub(1);
+        let odd = |w: &[f64]| match w {
+            [a, b, c] => (b - 0.5 * (a + c)).abs(),
+            _ => 0.0,
+        };
+        let sizes: Vec<f64> = all.windows(3).map(odd).collect();
+        let windows = sizes.len().div_ceil(WINDOW);
+        let mut own = Vec::with_capacity(WINDOW);
         let mut scales: Vec<f64> = Vec::new();
-        for start in (1..last).step_by(WINDOW) {
-            let mut sizes: Vec<f64> = (start..(start + WINDOW).min(last)).map(|k| odd(k).abs()).collect();
-            if sizes.len() >= 16 {
-                let middle = sizes.len() / 2;
-                sizes.select_nth_unstable_by(middle, f64::total_cmp);
-                scales.push(sizes[middle] / 0.6745);
-            }
+        for window in sizes.chunks(WINDOW).step_by(windows.div_ceil(WINDOWS).max(1)).filter(|own| own.len() >= 16) {
+            own.clear();
+            own.extend_from_slice(window);
+            let middle = own.len() / 2;
+            let (_, median, _) = own.select_nth_unstable_by(middle, f64::total_cmp);
+            scales.push(*median / 0.6745);
         }
         scales.sort_by(f64::total_cmp);
         let scale = scales.get(scales.len() / 4).copied().unwrap_or(f64::INFINITY).max(self.step);
-        for k in 1..last {
-            let size = odd(k).abs();
-            let alone = size > FAR * scale
-                && (k < 2 || odd(k - 1).abs() < 0.8 * size)
-                && (k + 2 > last || odd(k + 1).abs() < 0.8 * size);
+        let limit = FAR * scale;
+        for (j, size) in sizes.iter().enumerate().filter(|(_, size)| **size > limit) {
+            let beside = [j.checked_sub(1), Some(j + 1)].into_iter().flatten().filter_map(|k| sizes.get(k));
+            let alone = beside.into_iter().all(|other| *other < 0.8 * size);
             // a step or a bend has neighbours on one side only: a spike comes back
-            let back = (all[k + 1] - all[k - 1]).abs() < 0.5 * size;
+            let back = match all.get(j..j + 3) {
+                Some([a, _, c]) => (c - a).abs() < 0.5 * size,
+                _ => false,
+            };
             if alone && back && events.len() < KEPT {
-                events.push(Event { kind: EventKind::Spike, sample: first + k as u64 - carried as u64, length: 1 });
+                let sample = first + (j + 1) as u64 - carried as u64;
+                events.push(Event { kind: EventKind::Spike, sample, length: 1 });
             }
         }
         self.before = all.get(all.len().saturating_sub(2)..).unwrap_or_default().to_vec();
@@ -130,10 +161,13 @@ impl Watch {
         }
         self.high.see(value, sample, length);
         self.low.see(-value, sample, length);
+        if length < LEAST_STUCK {
+            return;
+        }
         let share = (self.repeats.0 as f64 / self.repeats.1.max(1) as f64).clamp(1e-3, 1.0);
         // so long a run by chance once in a thousand million samples
         let chance = if share < 0.9 { (-20.7 / share.ln()).ceil() as u64 } else { u64::MAX };
-        if length >= LEAST_STUCK.max(chance) && events.len() < KEPT {
+        if length >= chance && events.len() < KEPT {
             events.push(Event { kind: EventKind::Stuck, sample, length });
         }
     }

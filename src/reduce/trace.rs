@@ -166,18 +166,32 @@ impl Channel {
             self.means.extend_from_slice(values);
             return;
         }
+        let missing = if self.open.2 == 0 { 0 } else { block - self.open.2 };
+        let (first, rest) = values.split_at(missing.min(values.len()));
+        self.complete(first, block);
+        let whole = rest.chunks_exact(block);
+        let last = whole.remainder();
+        for own in whole {
+            let mean = own.iter().sum::<f64>() / block as f64;
+            self.means.push(mean);
+            self.squares.push(own.iter().map(|v| (v - mean) * (v - mean)).sum());
+        }
+        self.complete(last, block);
+    }
+
+    /// Values of the open block.
+    fn complete(&mut self, values: &[f64], block: usize) {
         for v in values {
             let (mean, square, n) = self.open;
             let n = n + 1;
             let step = v - mean;
             let mean = mean + step / n as f64;
             let square = square + step * (v - mean);
+            self.open = (mean, square, n);
             if n == block {
                 self.means.push(mean);
                 self.squares.push(square);
                 self.open = (0.0, 0.0, 0);
-            } else {
-                self.open = (mean, square, n);
             }
         }
     }

@@ -187,6 +187,13 @@ pub struct KnownReport {
     pub distribution: Distribution,
 }
 
+impl FitReport {
+    /// Names of the derived quantities that need what is not estimable, and so have no value.
+    pub(crate) fn derived_without_a_value(&self) -> Vec<&str> {
+        self.derived.iter().filter(|d| d.value.is_none()).map(|d| d.id.as_str()).collect()
+    }
+}
+
 /// A derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]

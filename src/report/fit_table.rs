@@ -35,6 +35,9 @@ impl Line<'_> {
 
 /// Column of the coverage factor in the table of estimates.
 const K: usize = 5;
+/// Columns of the degrees of freedom and of the unit there, without k.
+const DOF: usize = 4;
+const UNIT: usize = 5;
 /// Column of the fitted value in the table of readings.
 const FITTED: usize = 4;
 
@@ -84,7 +87,7 @@ pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
         };
         rows.push(line.cells());
     }
-    for d in &report.derived {
+    for d in report.derived.iter().filter(|d| d.value.is_some()) {
         let line = match d.arcsec {
             Some(a) => Line {
                 id: &d.id,
@@ -126,11 +129,20 @@ pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
         rows.iter_mut().for_each(|row| {
             row.remove(K);
         });
+        if !is_narrow(&header, &rows) {
+            // what continues below are the degrees of freedom, not the unit
+            header.swap(DOF, UNIT);
+            rows.iter_mut().filter(|row| row.len() > UNIT).for_each(|row| row.swap(DOF, UNIT));
+        }
     }
     text.push_str(&plain(&header, &rows));
     text.push('\n');
     for (d, note) in report.derived.iter().filter_map(|d| Some((d, d.note.as_ref()?))) {
         text.push_str(&(hanging(&say!(lang, "source-note", source = d.id, note), 2) + "\n"));
+    }
+    let without = report.derived_without_a_value();
+    if !without.is_empty() {
+        text.push_str(&(hanging(&say!(lang, "derived-without-a-value", names = without.join(", ")), 2) + "\n"));
     }
     if let Some(conformity) = &report.conformity {
         text.push_str(&super::conformity::conformity_text(conformity, lang));

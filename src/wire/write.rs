@@ -89,6 +89,12 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
             .and_then(|own| own.site),
         BenchRef::Inline(_) => None,
     };
+    // the bench brings its own lines
+    let of_bench = |derived: &&Derived| {
+        let line = derived.written.as_ref().unwrap_or(&derived.line).to_string();
+        campaign.bench.derived.iter().any(|own| own.id == derived.id && own.line.to_string() == line)
+    };
+    let derived = campaign.derived.iter().filter(|own| !of_bench(own)).map(|own| (own.id.clone(), derived_file(own)));
     CampaignFile {
         site: campaign.bench.site.as_ref().filter(|site| named && own_site.as_ref() != Some(*site)).map(SiteFile::of),
         columns: Named::default(),
@@ -99,7 +105,7 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         known: Named(known),
         estimate: Named(estimate),
         constraints: campaign.constraints.iter().map(|constraint| constraint_file(campaign, constraint)).collect(),
-        derived: Named(campaign.derived.iter().map(|d| (d.id.clone(), derived_file(d))).collect()),
+        derived: Named(derived.collect()),
         limits: limits_file(campaign),
         decision: (campaign.decision != Decision::default()).then_some(campaign.decision),
         unit: campaign.identity.unit.clone(),

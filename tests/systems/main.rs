@@ -7,6 +7,7 @@ mod dividing_head;
 mod draws;
 mod imu_table;
 mod independent;
+mod input_axes;
 mod readmes;
 mod ready;
 mod refusals;

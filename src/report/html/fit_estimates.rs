@@ -57,7 +57,7 @@ pub(super) fn estimates(fit: &Fit, report: &FitReport, lang: Language) -> Result
             last.tone = Tone::Bad;
         }
     }
-    for d in &report.derived {
+    for d in report.derived.iter().filter(|d| d.value.is_some()) {
         let (value, u, expanded, unit) = match d.arcsec {
             Some(a) => (a.value, a.u, a.expanded, "arcsec"),
             None => (d.value, d.u, d.expanded, d.unit.as_str()),
@@ -74,7 +74,16 @@ pub(super) fn estimates(fit: &Fit, report: &FitReport, lang: Language) -> Result
     if coefficients.rows.is_empty() {
         angles.note = std::mem::take(&mut coefficients.note);
     }
-    Ok(Section::new(say!(lang, "estimates")).table(angles).figures(estimate_figures(report, lang)?).table(coefficients))
+    let without = report.derived_without_a_value();
+    let section = match without.is_empty() {
+        true => Section::new(say!(lang, "estimates")),
+        false => Section::new(say!(lang, "estimates")).prose(say!(
+            lang,
+            "derived-without-a-value",
+            names = cells::names(&without, lang)
+        )),
+    };
+    Ok(section.table(angles).figures(estimate_figures(report, lang)?).table(coefficients))
 }
 
 fn row(
