@@ -37,6 +37,8 @@ pub(super) fn derived(
         let mut is_largest = false;
         let u = match here {
             Some(u) => Some(u),
+            // the uncertainty of a direction of next to nothing depends on how much that is
+            None if quantity.line.as_azimuth().is_some() => None,
             None => {
                 let largest =
                     nearby(campaign, quantity, &design.point).iter().filter_map(|point| u_at(point)).reduce(f64::max);
@@ -48,6 +50,7 @@ pub(super) fn derived(
             id: quantity.id.clone(),
             line: quantity.line.to_string(),
             is_angle: is_angle(campaign, &quantity.id),
+            unit: quantity.unit.clone(),
             u,
             is_largest,
         });
@@ -106,12 +109,17 @@ pub(super) fn gradients(campaign: &Campaign, quantity: &Derived) -> Result<Vec<V
     })
 }
 
-/// Is a parameter or derived quantity an angle? Limits and uncertainties of it are in radians then.
+/// Is a parameter or derived quantity an angle without a unit of its own? Limits and uncertainties of it are in radians then.
 pub fn is_angle(campaign: &Campaign, id: &str) -> bool {
     let tilt = |name: &str| {
         let parameter = campaign.parameter_index(name).and_then(|k| campaign.parameters.get(k));
         parameter.is_some_and(|p| p.kind == Kind::Tilt)
     };
     let quantity = campaign.derived.iter().find(|d| d.id == id);
-    tilt(id) || quantity.is_some_and(|own| own.line.angle_degree(&|name: &str| tilt(name).then_some(1.0)) == Some(1.0))
+    // with a unit asked for, the line has its factor in it
+    let in_radians = |own: &Derived| {
+        matches!(own.unit.as_str(), "" | "rad")
+            && own.line.angle_degree(&|name: &str| tilt(name).then_some(1.0)) == Some(1.0)
+    };
+    tilt(id) || quantity.is_some_and(in_radians)
 }

@@ -43,6 +43,8 @@ pub struct PredictedDerived {
     pub line: String,
     /// Is it an angle?
     pub is_angle: bool,
+    /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
+    pub unit: String,
     /// Standard uncertainty at the reference point, or the largest in its neighbourhood where it has no derivative there (`sqrt` at 0).
     pub u: Option<f64>,
     /// Has it no derivative at the reference point?

@@ -200,7 +200,10 @@ pub struct PredictedDerivedReport {
     pub id: String,
     /// Its line of algebra.
     pub line: String,
-    /// Predicted standard uncertainty, in the unit that follows from the line; null where not estimable.
+    /// Its unit, as asked for or as the line has it; absent where a parameter in it has none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// Predicted standard uncertainty, in `unit`; null where not estimable, or where it depends on values that are not known.
     pub u: Option<f64>,
     /// The same in arcseconds, for angles.
     pub u_arcsec: Option<f64>,

@@ -178,6 +178,7 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
             .map(|d| PredictedDerivedReport {
                 id: d.id.clone(),
                 line: d.line.clone(),
+                unit: d.unit.clone(),
                 u: d.u,
                 u_arcsec: d.u.filter(|_| d.is_angle).map(|u| u * ARCSEC),
                 is_largest: d.is_largest,
@@ -267,7 +268,7 @@ fn comparison(given: &JudgementReport, better: &JudgementReport, effort: f64) ->
     });
     let derived = given.derived.iter().zip(&better.derived).map(|(g, b)| {
         let angle = g.u_arcsec.is_some() || b.u_arcsec.is_some();
-        line(&g.id, if angle { "arcsec" } else { "" }, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
+        line(&g.id, if angle { "arcsec" } else { g.unit.as_str() }, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
     });
     parameters.chain(derived).collect()
 }

@@ -134,7 +134,7 @@ fn judgement(j: &JudgementReport, lang: Language) -> String {
     }
     for d in &j.derived {
         let note = if d.is_largest { say!(lang, "largest-near-the-reference") } else { "" };
-        let unit = if d.u_arcsec.is_some() { "arcsec" } else { "" };
+        let unit = if d.u_arcsec.is_some() { "arcsec" } else { d.unit.as_str() };
         rows.push(vec![d.id.clone(), number(d.u_arcsec.or(d.u)), unit.into(), note.into(), "".into()]);
     }
     let mut text = plain(

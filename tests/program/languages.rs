@@ -390,6 +390,9 @@ fn every_command_is_told_in_chinese() {
         let (chinese, english) = (page("zh"), page("en"));
         check(&chinese, &own, &format!("{what} --html"));
         assert_eq!(numbers(&chinese), numbers(&english), "{what} --html\n{chinese}");
+        if ["compare", "diagnose", "noise", "reduce"].contains(&arguments[0]) && !line(folder) {
+            check(&told(&of, &[&arguments[..], &["--md", "-"]].concat(), "zh"), &own, &format!("{what} --md"));
+        }
     }
 }
 

@@ -290,7 +290,7 @@ fn judged(heading: &str, j: &JudgementReport, lang: Language) -> Section {
         table.row(vec![format!("`{}`", p.id), u.map_or(instead.into(), |u| significant(u, 3)), unit]);
     }
     for d in &j.derived {
-        let unit = if d.u_arcsec.is_some() { "arcsec" } else { "" };
+        let unit = if d.u_arcsec.is_some() { "arcsec" } else { d.unit.as_str() };
         table.row(vec![format!("`{}`", d.id), cell(d.u_arcsec.or(d.u)), unit.to_string()]);
     }
     let w = &j.work;
