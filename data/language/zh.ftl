@@ -455,6 +455,8 @@ difference = 差值
 per-day = 每日变化
 changed = 有变化
 two-calibrations = tumble { $tumble }：同一被测件的两次标定
+reports-are-of-two-units = 两份报告属于两个被测件（{ $first } 与 { $second }）：其差异并非同一被测件的变化
+first-report-is-the-later-one = 第一份报告的日期较晚（{ $first }，第二份为 { $second }）：前次与后次可能颠倒
 calibrated-before = 前次：{ $who }
 calibrated-after = 本次：{ $who }
 u-expanded-uncertainty-of-the-difference-e = U：差值的扩展不确定度（{ $level } %）；E_n = 差值/U；“有变化”：各量一并检验时显著（Holm 法）

@@ -131,6 +131,8 @@ impl Parameter {
             Some(v) if !v.is_finite() => Err(not_finite(&format!("{path}.{key}"), v)),
             other => Ok(other.map(|v| to.apply(v))),
         };
+        let stated = asked.start.into_iter().chain(asked.prior.map(|own| own.value));
+        stated.into_iter().try_for_each(|value| in_radians(id, kind, asked.unit.as_deref(), value, &path))?;
         let start = finite(asked.start, "start")?;
         let prior = match asked.prior {
             None => None,
@@ -155,6 +157,7 @@ impl Parameter {
         if !value.is_finite() {
             return Err(not_finite(&format!("{path}.value"), value));
         }
+        in_radians(id, kind, given.unit.as_deref(), value, &path)?;
         if !(u >= 0.0 && u.is_finite()) {
             return Err(Malformed::new(Fault::Value, format!("the standard uncertainty of '{id}' cannot be used"))
                 .expected("zero (exact) or a positive number")
@@ -224,6 +227,17 @@ fn conversion(units: &Inferred, id: &str, kind: Kind, unit: Option<&str>, path: 
     // the same size: as the user writes it
     let symbol = if to.is_none() && kind == Kind::Coefficient { given.symbol().to_string() } else { symbol };
     Ok((if to.is_none() { Conversion::NONE } else { to }, symbol))
+}
+
+/// A tilt without a unit is in radians: more than a turn is an angle in another unit. Errors: such a value.
+fn in_radians(id: &str, kind: Kind, unit: Option<&str>, value: f64, path: &str) -> Result<()> {
+    if kind != Kind::Tilt || unit.is_some() || !(value.abs() > std::f64::consts::TAU) {
+        return Ok(());
+    }
+    Err(Malformed::new(Fault::Missing, format!("'{id}' (a tilt) has no unit, and is no angle in radians"))
+        .expected("a \"unit\" beside it, for example \"arcsec\"; radians where there is none")
+        .found(format!("{value} without a unit"))
+        .at_path(path))
 }
 
 fn not_finite(path: &str, value: f64) -> Malformed {

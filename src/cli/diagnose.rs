@@ -133,6 +133,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if !to_stdout {
         super::show(&report::diagnose_table(&report, lang))?;
     }
+    for remark in diagnosis.before.remarks() {
+        super::note(&report::wrap::hanging(&say!(lang, "fit-table-note", remark = remark.say(lang)), 2));
+    }
     if let Some(names) = &model_names {
         super::note(&names.note(&diagnosis, lang));
         if let Some(note) = report::alias_note(&report, lang) {

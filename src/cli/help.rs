@@ -35,10 +35,12 @@ Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, 
 some of them is rejected, malformed or outside its limits.";
 
 /// `compare`.
-pub(super) const COMPARE: &str = "Example:
+pub(super) const COMPARE: &str = "Examples:
   tumble compare table1.campaign.json --html compare.html
+  tumble compare before.fit.json after.fit.json
 
-Exit codes: 0 done; 1 the question is malformed, or this bench has no published closed forms.";
+Exit codes: 0 done, with two calibrations: no change beyond the uncertainties; 1 the question is malformed, or this bench has no
+published closed forms; 2 the unit has changed.";
 
 /// `diagnose`.
 pub(super) const DIAGNOSE: &str = "Examples:

@@ -46,5 +46,6 @@ pub(super) fn numeric_columns(record: &Record, names: &[String], clock: &Clock) 
         return names.iter().map(|name| record.find(name.trim())).collect();
     }
     let time = clock.column(record)?;
-    Ok((0..record.columns().len()).filter(|k| Some(*k) != time).collect())
+    let unused = clock.source().unused(record);
+    Ok((0..record.columns().len()).filter(|k| ![time, unused].contains(&Some(*k))).collect())
 }

@@ -7,7 +7,7 @@
 use super::session;
 use crate::error::{Fault, Malformed, Result};
 use std::fs::{File, OpenOptions};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Files up to this size are looked into before they are replaced.
@@ -17,6 +17,11 @@ const MOST_LINKS: usize = 40;
 /// Names that a person's own files end in.
 const QUESTIONS: [&str; 6] =
     [".bench.json", ".campaign.json", ".mission.json", ".truth.json", ".effects.json", ".lab.json"];
+
+/// Names that tables of numbers end in.
+const TABLES: [&str; 7] = [".csv", ".tsv", ".parquet", ".pq", ".jsonl", ".ndjson", ".gz"];
+/// Bytes in which a text says what wrote it.
+const BEGINNING: u64 = 1 << 16;
 
 /// What a command writes.
 #[derive(Debug, Default)]
@@ -61,8 +66,11 @@ impl Outputs {
                     .expected("another name for the output"));
             }
             if !session::may_replace() && is_question(target) {
-                return Err(Malformed::new(Fault::File, format!("'{name}' exists, and is no report of this program"))
-                    .expected("a name that is free, or --force to replace it"));
+                return Err(Malformed::new(
+                    Fault::File,
+                    format!("'{name}' exists, and does not say that it is a report of this program"),
+                )
+                .expected("a name that is free, or --force to replace it"));
             }
         }
         Ok(())
@@ -176,23 +184,38 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Is there a file that a person wrote: a campaign, a bench, any JSON that is no report?
+/// Is there a file that this program did not write: a campaign, a bench, JSON that is no report, a text without its name, a table?
+///
+/// A table of numbers does not say who wrote it: readings look like results.
 fn is_question(path: &Path) -> bool {
     let Ok(there) = path.metadata() else { return false };
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     if there.len() == 0 {
         return false;
     }
-    if QUESTIONS.iter().any(|ending| name.ends_with(ending)) {
+    if QUESTIONS.iter().chain(&TABLES).any(|ending| name.ends_with(ending)) {
         return true;
     }
-    if !name.ends_with(".json") || there.len() > LARGEST_LOOKED_INTO {
+    if !name.ends_with(".json") {
+        return !mentions_this_program(path);
+    }
+    if there.len() > LARGEST_LOOKED_INTO {
         return false;
     }
     let keys = std::fs::read(path).ok().and_then(|text| {
         serde_json::from_slice::<std::collections::HashMap<String, serde::de::IgnoredAny>>(&text).ok()
     });
     keys.is_some_and(|keys| !keys.is_empty() && !["report", "tumble"].iter().all(|key| keys.contains_key(*key)))
+}
+
+/// Pages, drawings and exported sources say at their beginning what wrote them.
+fn mentions_this_program(path: &Path) -> bool {
+    let mut beginning = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut beginning));
+    // drawings have a title instead
+    read.is_err()
+        || beginning.starts_with(b"<svg")
+        || beginning.windows(6).any(|own| own.eq_ignore_ascii_case(b"tumble"))
 }
 
 /// A file in the making; it is removed when it is dropped before it has got its name.

@@ -5,6 +5,7 @@ use super::{Outcome, files, log, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::record::parted;
+use crate::reduce::Channel;
 use crate::report::{self, html};
 use crate::wire::{self, Encoder, Recipe, ReducedReading, Schedule, SegmentsBy};
 use clap::Args;
@@ -96,7 +97,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let readings = reduced.readings();
         let text = match schedule {
             Some(schedule) if to_campaign => files::json(&schedule.with(&readings, &reduced.places))?,
-            _ => table(&readings),
+            _ => table(&readings, &reduced.trace.channels),
         };
         outputs.add(to, text);
     }
@@ -142,11 +143,22 @@ fn recipe(arguments: &Arguments) -> Result<Recipe> {
     })
 }
 
-/// Readings as CSV.
-fn table(readings: &[ReducedReading]) -> String {
+/// Readings as CSV; a column's title has its unit, where the record says one.
+fn table(readings: &[ReducedReading], channels: &[Channel]) -> String {
+    let unit = |name: &str| {
+        let channel = channels.iter().find(|own| own.name == name).map(|own| own.unit.as_str());
+        channel.filter(|unit| !unit.is_empty()).map_or(String::new(), |unit| format!(" ({unit})"))
+    };
     let names = readings.first().map(|r| r.values.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>());
     let mut text = String::from("position,time_s");
-    names.unwrap_or_default().iter().for_each(|name| text.push_str(&format!(",{name},{name}_u")));
+    names.unwrap_or_default().iter().for_each(|name| {
+        let title = |name: &str, unit: String| {
+            let title = format!("{name}{unit}");
+            if title.contains([',', '"']) { format!("\"{}\"", title.replace('"', "\"\"")) } else { title }
+        };
+        let (mean, u) = (title(name, unit(name)), title(&format!("{name}_u"), unit(name)));
+        text.push_str(&format!(",{mean},{u}"));
+    });
     text.push('\n');
     for reading in readings {
         let quoted = reading.position.contains([',', '"', '\n']);

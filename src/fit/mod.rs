@@ -353,7 +353,8 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);
     let conditional =
         conditional::conditional(campaign, &model, &point, (&estimate, scattered.as_ref()), &parameters, settings)?;
-    let nonlinearity = nonlinearity(campaign, &parameters, &point, at_solution, settings, convergence.as_ref())?;
+    let nonlinearity =
+        nonlinearity(campaign, &model, &parameters, &point, at_solution, settings, convergence.as_ref())?;
     Ok(Fit {
         campaign: given.into_owned(),
         // the campaign has what it stands for
@@ -406,10 +407,14 @@ pub(crate) fn askable(campaign: &Campaign) -> Result<()> {
     Ok(())
 }
 
+/// Differences below this share of u are told of no one.
+pub(crate) const VISIBLE: f64 = 0.1;
+
 /// Exact minus linear estimate of each parameter in units of its standard uncertainty. The linear estimator does not know the exact one: there
 /// it is the step that Gauss-Newton would take next.
 fn nonlinearity(
     campaign: &Campaign,
+    model: &Model,
     parameters: &[ParameterResult],
     point: &[f64],
     at_solution: &DesignMatrix,
@@ -427,7 +432,15 @@ fn nonlinearity(
         let u = result.uncertainty.map(|combined| combined.u).filter(|u| *u > 0.0)?;
         change.get(k).map(|change| change / u).filter(|share| share.is_finite())
     };
-    Ok(parameters.iter().enumerate().map(of).collect())
+    let mut found: Vec<Option<f64>> = parameters.iter().enumerate().map(of).collect();
+    if record.is_some() && found.iter().flatten().any(|share| share.abs() > VISIBLE) {
+        // what the reference point does not determine has no linear estimate
+        let reference = design::assemble(campaign, model, &campaign.reference_point())?;
+        for k in starts::unseen(campaign, &reference) {
+            found.get_mut(k).into_iter().for_each(|slot| *slot = None);
+        }
+    }
+    Ok(found)
 }
 
 /// Robust estimates stand alone: neither constraints nor shared deviations are supported beside them.

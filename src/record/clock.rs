@@ -72,6 +72,11 @@ impl ClockFrom {
         }
     }
 
+    /// The column that has the name of a time, whether the clock uses it or not: it is no sensor.
+    pub fn unused(&self, record: &Record) -> Option<usize> {
+        TIMES.iter().find_map(|name| find(record.columns(), name)).filter(|_| self.rate.is_some())
+    }
+
     /// The clock itself; `column` as [`ClockFrom::column`] gives it.
     ///
     /// Errors: neither a column nor a rate, a unit that is none of time.

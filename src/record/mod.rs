@@ -69,7 +69,7 @@ pub struct Column {
 }
 
 impl Column {
-    pub(super) fn titled(text: &str) -> Self {
+    pub(crate) fn titled(text: &str) -> Self {
         let (name, unit) = title(text);
         Column { name, title: text.trim().to_string(), unit }
     }

@@ -203,6 +203,23 @@ impl ChangesReport {
     }
 }
 
+/// What the reports say of themselves that two calibrations of one unit, one after the other, would not.
+pub(super) fn doubts(report: &ChangesReport, lang: Language) -> Vec<String> {
+    let (before, after) = (&report.before, &report.after);
+    let mut found = Vec::new();
+    if let (Some(first), Some(second)) = (&before.serial, &after.serial)
+        && first != second
+    {
+        found.push(say!(lang, "reports-are-of-two-units", first, second));
+    }
+    if let (Some(first), Some(second)) = (&before.date, &after.date)
+        && first > second
+    {
+        found.push(say!(lang, "first-report-is-the-later-one", first, second));
+    }
+    found
+}
+
 /// Two calibrations at a terminal.
 pub fn changes_table(report: &ChangesReport, lang: Language) -> String {
     let who = |c: &CalibratedReport| {
@@ -215,6 +232,9 @@ pub fn changes_table(report: &ChangesReport, lang: Language) -> String {
         say!(lang, "calibrated-before", who = who(&report.before)),
         say!(lang, "calibrated-after", who = who(&report.after))
     );
+    for doubt in doubts(report, lang) {
+        text.push_str(&format!("{}\n\n", super::wrap::hanging(&say!(lang, "fit-table-note", remark = doubt), 2)));
+    }
     let dated = report.changes.iter().any(|c| c.per_day.is_some());
     let mut header = vec![
         say!(lang, "quantity"),

@@ -90,7 +90,9 @@ fn ids(campaign: &Campaign, parameters: &[usize]) -> Vec<String> {
 /// Differences of exact and linear estimates that matter.
 fn nonlinear(fit: &Fit) -> BTreeMap<String, f64> {
     let shares = fit.parameters.iter().zip(&fit.nonlinearity);
-    shares.filter_map(|(own, share)| Some((own.id.clone(), share.filter(|share| share.abs() > 0.1)?))).collect()
+    shares
+        .filter_map(|(own, share)| Some((own.id.clone(), share.filter(|share| share.abs() > crate::fit::VISIBLE)?)))
+        .collect()
 }
 
 fn combination(result: &crate::fit::CombinationResult) -> CombinationValueReport {

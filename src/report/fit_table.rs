@@ -239,6 +239,9 @@ fn summary(report: &FitReport, lang: Language) -> String {
         text.push_str(&format!("{}\n", say!(lang, "fit-table-known", known = known.join(lang.comma()))));
     }
     text.push_str(&super::site::site_text(&report.site, lang));
+    if report.site.latitude_deg.is_none() && report.model.values().any(|line| line.contains("w_")) {
+        text.push_str(&format!("{}\n", say!(lang, "no-site-no-earth-rate-and-gravity")));
+    }
     if !report.assumed_zero.is_empty() {
         text.push_str(&format!(
             "{}\n",

@@ -268,7 +268,12 @@ fn comparison(given: &JudgementReport, better: &JudgementReport, effort: f64) ->
     });
     let derived = given.derived.iter().zip(&better.derived).map(|(g, b)| {
         let angle = g.u_arcsec.is_some() || b.u_arcsec.is_some();
-        line(&g.id, if angle { "arcsec" } else { g.unit.as_str() }, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
+        line(
+            &g.id,
+            if angle { "arcsec" } else { g.unit.as_str() },
+            own(g.u, g.u_arcsec, angle),
+            own(b.u, b.u_arcsec, angle),
+        )
     });
     parameters.chain(derived).collect()
 }

@@ -66,6 +66,8 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool)] = &[
     ("turns", AN_ANGLE, other(360.0, 1.0), false),
     ("rev", AN_ANGLE, other(360.0, 1.0), false),
     ("gon", AN_ANGLE, other(0.9, 1.0), false),
+    // a turn a minute
+    ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false),
     // time
     ("s", IN_TIME, ONE, true),
     ("min", IN_TIME, sixty(1.0, 0.0), false),
@@ -107,6 +109,10 @@ pub(super) fn find(name: &str) -> Option<Entry> {
         "\u{2032}" => "arcmin",
         "\u{2033}" => "arcsec",
         "\u{b0}C" => "degC",
+        "degree" | "degrees" | "Grad" => "deg",
+        "radian" | "radians" => "rad",
+        "sec" => "s",
+        "Volt" | "Volts" | "volt" | "volts" => "V",
         "\u{3a9}" | "\u{2126}" | "Ohm" => "ohm",
         other => other,
     };

@@ -49,11 +49,10 @@ pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, file:
             (None, _) if unit.is_some() && key_unit(bench, &name).is_some() => name,
             (None, _) => found.to_string(),
         };
-        let conversion = match (unit.and_then(|unit| Unit::parse(&unit).ok()), key_unit(bench, &key)) {
-            (Some(from), Some(to)) => Some(
-                from.conversion_for(&to, &format!("the column '{found}'"))
-                    .map_err(|e| e.at_line(1, 1).in_file(file))?,
-            ),
+        let conversion = match (unit, key_unit(bench, &key)) {
+            (Some(from), Some(to)) => {
+                from_title(&format!("the column '{found}'"), &from, &to).map_err(|e| e.at_line(1, 1).in_file(file))?
+            }
             _ => None,
         };
         if columns.iter().any(|other| other.key == key) {
@@ -61,13 +60,31 @@ pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, file:
                 .expected("one column for each key; \"columns\" of the campaign says which")
                 .found(format!("'{found}' is the second")));
         }
-        columns.push(Column { key, conversion: conversion.filter(|conversion| !conversion.is_none()) });
+        columns.push(Column { key, conversion });
     }
     Ok(columns)
 }
 
+/// From the unit in a title to the one that is wanted; `None` where the numbers stay as they are. Words in brackets that are no unit (`V (channel 1)`)
+/// are a remark.
+///
+/// Errors: a unit that is not known, one of another dimension.
+pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conversion>> {
+    if from == to || from.is_empty() || from.contains(char::is_whitespace) && Unit::parse(from).is_err() {
+        return Ok(None);
+    }
+    let unknown = |unit: &str| {
+        Malformed::new(Fault::Value, format!("{what} ends in '{from}', and '{unit}' is no unit that is known"))
+            .expected(format!("a unit that converts to {to}, or a title without one where the numbers are in {to}"))
+            .found(format!("'{from}'"))
+    };
+    let own = Unit::parse(from).map_err(|_| unknown(from))?;
+    let wanted = Unit::parse(to).map_err(|_| unknown(to))?;
+    Ok(Some(own.conversion_for(&wanted, what)?).filter(|conversion| !conversion.is_none()))
+}
+
 /// The unit that a key of a reading has; `None` where it says nothing of one.
-pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<Unit> {
+pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<String> {
     let joint = |suffix: &str| key.strip_suffix(suffix).is_some_and(|name| bench.joints().any(|joint| joint == name));
     let sensor = |id: &str| bench.sensors.iter().find(|sensor| sensor.id == id).map(|sensor| sensor.unit.clone());
     let text = if joint("_deg_s") {
@@ -77,5 +94,5 @@ pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<Unit> {
     } else {
         sensor(key).or_else(|| key.strip_suffix("_u").and_then(sensor))?
     };
-    Unit::parse(&text).ok().filter(|_| !text.is_empty())
+    Some(text).filter(|text| !text.is_empty())
 }

@@ -163,7 +163,7 @@ impl Recipe {
             _ => None,
         };
         let angle = self.encoder.as_ref().map(|encoder| record.find(&encoder.column)).transpose()?;
-        let chosen = self.chosen(record, schedule, &[time, label, angle])?;
+        let chosen = self.chosen(record, schedule, &[time, label, angle, self.clock.unused(record)])?;
         let mut titled = Vec::with_capacity(chosen.len());
         let mut conversions: Vec<Option<Conversion>> = Vec::with_capacity(chosen.len());
         for (name, k) in &chosen {

@@ -1,12 +1,12 @@
 //! Reduced readings put into the schedule that they were taken for.
 
-use super::columns::key_unit;
+use super::columns::{from_title, key_unit};
 use super::readings_file::{self, Cell, ReadingFile};
 use super::{CampaignFile, Fetch, ReadingsRef, Source, kind, locate, parse};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
-use crate::units::{Conversion, Unit};
+use crate::units::Conversion;
 
 /// A reading as a reduction gives it.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,16 +55,11 @@ impl Schedule {
 
     /// The unit that a column of samples is carried in, and how its own unit converts to it; `own` is the one in its title.
     ///
-    /// Errors: a unit of another dimension.
+    /// Errors: a unit that is not known, one of another dimension.
     pub fn conversion(&self, name: &str, own: &str) -> Result<(String, Option<Conversion>)> {
         let Some(to) = key_unit(&self.bench, name) else { return Ok((own.to_string(), None)) };
-        match Unit::parse(own) {
-            Ok(from) if !own.is_empty() => {
-                let conversion = from.conversion_for(&to, &format!("the column for '{name}'"))?;
-                Ok((to.symbol().to_string(), Some(conversion).filter(|conversion| !conversion.is_none())))
-            }
-            _ => Ok((to.symbol().to_string(), None)),
-        }
+        let conversion = from_title(&format!("the column for '{name}'"), own, &to)?;
+        Ok((to, conversion))
     }
 }
 

@@ -193,3 +193,20 @@ fn malformed_questions_exit_with_1_and_say_what_was_expected() {
         assert!(told.contains(word) && !told.contains("panicked"), "{arguments:?} lacks {word}:\n{stderr}");
     }
 }
+
+/// A derived quantity is predicted in its own unit: a misalignment in urad is the total angle, which is predicted in arcsec.
+#[test]
+fn derived_quantities_have_their_units() {
+    let (_, stdout, stderr) =
+        tumble(&example(), &["plan", "../01-gyro-table/table1.campaign.json", "--noise", "V=9e-4", "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&stdout).unwrap_or_else(|_| panic!("{stdout}{stderr}"));
+    let derived =
+        |id: &str| report["judgement"]["derived"].as_array().unwrap().iter().find(|own| own["id"] == id).cloned().unwrap();
+    let (gamma, misalignment, bias) = (derived("gamma"), derived("misalignment"), derived("bias"));
+    assert_eq!((misalignment["unit"].as_str(), bias["unit"].as_str()), (Some("urad"), Some("deg/h")));
+    assert!(misalignment["u_arcsec"].is_null() && bias["u_arcsec"].is_null());
+    let urad = gamma["u"].as_f64().unwrap() * 1e6;
+    assert!((misalignment["u"].as_f64().unwrap() / urad - 1.0).abs() < 1e-12, "{misalignment} {gamma}");
+    // the direction of an angle of which nothing is known
+    assert!(derived("azimuth")["u"].is_null());
+}

@@ -80,3 +80,25 @@ fn what_is_ambiguous_is_answered_with_the_columns_found() {
     ));
     assert!(inline.expect_err("inline").to_string().contains("\"columns\""));
 }
+
+/// A unit that is not known is no reason to take the numbers as they are; words in brackets that are no unit are a remark.
+#[test]
+fn an_unknown_unit_in_a_title_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let map = r#""theta_deg": "Winkel", "A": "Spannung""#;
+    for (angle, volts, unit) in [("Winkel (Grd)", "Spannung (V)", "Grd"), ("Winkel (deg)", "Spannung [mVolt]", "mVolt")]
+    {
+        let error = campaign(folder.path(), &table(angle, volts, 1.0, 1.0, false), map).expect_err(unit).to_string();
+        assert!(
+            error.contains(&format!("'{unit}' is no unit that is known")) && error.contains("table.csv"),
+            "{error}"
+        );
+    }
+    let remark = table("Winkel (degrees)", "Spannung (channel 1 of 4)", 1.0, 1.0, false);
+    assert!((solved(&campaign(folder.path(), &remark, map).expect("a remark"))[1] - 1.3).abs() < 1e-12);
+    // a turn a minute is 6 deg/s
+    let to = tumble::units::Unit::parse("rpm")
+        .expect("rpm")
+        .conversion(&tumble::units::Unit::parse("deg/s").expect("deg/s"));
+    assert_eq!(to.expect("a rate").apply(10.0), 60.0);
+}

@@ -232,3 +232,58 @@ fn a_catalogue_of_thousands_is_read() {
     let source = tumble::wire::Source { name: "many".into(), text };
     assert_eq!(tumble::wire::read_effects(&source).expect("effects").len(), 20_000);
 }
+
+/// Tables look alike whoever wrote them, texts say who did: without `--force` only what this program wrote is replaced.
+#[test]
+fn files_of_others_stay_as_they_are() {
+    let folder = folder();
+    let own = |name: &str| folder.path().join(name);
+    for (option, name) in
+        [("--json", "readings.csv"), ("--html", "notes.html"), ("--md", "notes.md"), ("--json", "q.py")]
+    {
+        std::fs::write(own(name), "theta_deg,A\n0,1\n").expect("written");
+        let (code, text) = run(folder.path(), &["fit", "good.campaign.json", option, name]);
+        assert!(code == Some(1) && text.contains("exists") && text.contains("--force"), "{name}: {text}");
+        assert_eq!(std::fs::read_to_string(own(name)).expect("the file"), "theta_deg,A\n0,1\n");
+        let (code, text) = run(folder.path(), &["fit", "good.campaign.json", option, name, "--force"]);
+        assert_ne!(code, Some(1), "{text}");
+    }
+    // a page of its own is replaced
+    for _ in 0..2 {
+        let (code, text) = run(
+            folder.path(),
+            &["fit", "good.campaign.json", "--html", "page.html", "--md", "page.md", "--json", "r.json"],
+        );
+        assert_ne!(code, Some(1), "{text}");
+    }
+}
+
+/// `apply` reads the tables that `fit` reads, in their units.
+#[test]
+fn apply_reads_dialects_and_units() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = r#"{ "bench": { "id": "head", "chain": [ { "joint": "theta", "about": "y" } ],
+        "sensors": { "A": { "unit": "V", "axes": { "I": "x" }, "model": "K0 + K1*a_I" } } }, "estimate": { "K0": {}, "K1": {} },
+        "readings": [ { "theta_deg": 0, "A": 0.5 }, { "theta_deg": 90, "A": -1.5 }, { "theta_deg": 270, "A": 2.5 } ] }"#;
+    std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("written");
+    assert_ne!(run(folder.path(), &["fit", "c.campaign.json", "--json", "c.fit.json"]).0, Some(1));
+    let apply = |log: &str, more: &[&str]| {
+        std::fs::write(folder.path().join("log.csv"), log).expect("written");
+        let output =
+            tumble(folder.path(), &[&["apply", "c.fit.json", "log.csv"], more].concat()).output().expect("a run");
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("UTF-8");
+        text.lines()
+            .skip(1)
+            .map(|line| line.rsplit(',').next().expect("a cell").parse::<f64>().expect("a number"))
+            .collect::<Vec<_>>()
+    };
+    // A = 0.5 V + 2 V/g * a_I
+    let same = |found: Vec<f64>| {
+        assert!(found.iter().zip([0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-9) && found.len() == 2, "{found:?}")
+    };
+    same(apply("time_s,A\n0,0.5\n1,2.5\n", &[]));
+    same(apply("time_s,A (mV)\n0,500\n1,2500\n", &[]));
+    same(apply("time_s;Spannung [mV]\n0;500,0\n1;2500,0\n", &["--column", "A=Spannung [mV]"]));
+    same(apply("time_s;A\n0;0,5\n1;2,5\n", &[]));
+}

@@ -33,8 +33,8 @@ impl Source {
         }
         let mut record = log::open(path)?;
         let titles: Vec<String> = record.columns().iter().map(|column| column.title.clone()).collect();
-        let names: Vec<String> = record.columns().iter().map(|column| column.name.clone()).collect();
-        let plan = plan(correction.arguments, correction.calibration, &names)
+        let columns = record.columns().to_vec();
+        let plan = plan(correction.arguments, correction.calibration, &columns)
             .map_err(|error| error.at_line(1, 1).in_file(record.name()))?;
         let texts = texts(path, &plan.kept)?;
         let given = plan.given.iter().flatten().map(|(column, _)| (*column, As::Number));
@@ -70,7 +70,9 @@ impl Source {
             let (inputs, kept) = rest.split_at_checked(plan.given.iter().flatten().count()).unwrap_or((rest, &[]));
             for row in 0..block.rows() {
                 let at = |column: &Vec<f64>| column.get(row).copied().unwrap_or(f64::NAN);
-                readings.iter_mut().zip(sensors).for_each(|(to, column)| *to = at(column));
+                for ((to, column), conversion) in readings.iter_mut().zip(sensors).zip(&self.plan.conversions) {
+                    *to = conversion.map_or(at(column), |conversion| conversion.apply(at(column)));
+                }
                 let mut columns = inputs.iter();
                 for (value, (_, factor)) in
                     given.iter_mut().zip(&plan.given).filter_map(|(v, from)| Some((v, from.as_ref()?)))

@@ -10,7 +10,9 @@ use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
 use crate::correction::{Calibration, Corrector, InputRole, Quantity};
 use crate::error::{Fault, Malformed, Result};
-use crate::record::Record;
+use crate::record::{Column, Record};
+use crate::units::Conversion;
+use crate::wire;
 use clap::{Args, ValueEnum};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -50,6 +52,8 @@ fn pair(text: &str) -> std::result::Result<(String, String), String> {
 struct Plan {
     /// Column of each sensor.
     sensors: Vec<usize>,
+    /// From the unit of each of these columns to the sensor's.
+    conversions: Vec<Option<Conversion>>,
     /// Column of each given input and the factor to its unit; `None` where its fallback stands.
     given: Vec<Option<(usize, f64)>>,
     /// Columns that are copied.
@@ -109,7 +113,8 @@ fn rows(correction: &Correction<'_>, output: impl Write) -> Result<Counts> {
     if log == Path::new("-") {
         return text::correct(correction, std::io::stdin().lock(), output);
     }
-    if !Record::is_text(log) {
+    // cells of plain CSV are copied as they stand; other dialects are read as every record is
+    if !Record::is_text(log) || !text::is_plain(log) {
         return columns::to_text(correction, output);
     }
     super::session::reads(log);
@@ -201,18 +206,29 @@ fn turned(
     ((&all * vector).as_slice().to_vec(), covariance.map(|c| &all * c * all.transpose()))
 }
 
-fn plan(arguments: &Arguments, calibration: &Calibration, header: &[String]) -> Result<Plan> {
-    let column = |name: &str| header.iter().position(|own| own == name);
-    let mut sensors = Vec::new();
+fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> Result<Plan> {
+    let column = |name: &str| {
+        let titled = header.iter().position(|own| own.title == name);
+        titled.or_else(|| header.iter().position(|own| own.name == name))
+    };
+    let (mut sensors, mut conversions) = (Vec::new(), Vec::new());
     for line in &calibration.lines {
         let renamed =
             arguments.column.iter().find(|(sensor, _)| *sensor == line.sensor).map(|(_, column)| column.as_str());
         let name = renamed.unwrap_or(&line.sensor);
-        sensors.push(column(name).ok_or_else(|| {
+        let k = column(name).ok_or_else(|| {
+            let titles: Vec<String> = header.iter().map(|own| format!("'{}'", own.title)).collect();
+            let expected = match renamed {
+                Some(_) => "one of the titles in the record's first line".to_string(),
+                None => format!("a column '{name}', or --column {}=NAME", line.sensor),
+            };
             Malformed::new(Fault::Missing, format!("the record has no column '{name}' for the sensor {}", line.sensor))
-                .expected(format!("a column '{name}', or --column {}=NAME", line.sensor))
-                .found(format!("the columns {}", header.join(", ")))
-        })?);
+                .expected(expected)
+                .found(titles.join(", "))
+        })?;
+        let own = header.get(k).and_then(|own| own.unit.as_deref()).unwrap_or_default();
+        conversions.push(wire::from_title(&format!("the column for '{}'", line.sensor), own, &line.unit)?);
+        sensors.push(k);
     }
     let given: Vec<Option<(usize, f64)>> = calibration
         .inputs
@@ -228,9 +244,9 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[String]) -> 
         .collect();
     let solved: Vec<&str> = calibration.solved().map(|i| i.name.as_str()).collect();
     let kept = (0..header.len())
-        .filter(|k| !sensors.contains(k) && header.get(*k).is_none_or(|name| !solved.contains(&name.as_str())))
+        .filter(|k| !sensors.contains(k) && header.get(*k).is_none_or(|own| !solved.contains(&own.name.as_str())))
         .collect();
-    Ok(Plan { sensors, given, kept })
+    Ok(Plan { sensors, conversions, given, kept })
 }
 
 /// What was assumed, and what failed.

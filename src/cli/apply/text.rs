@@ -2,7 +2,25 @@
 
 use super::{Correction, Counts, plan, titles};
 use crate::error::{Fault, Malformed, Result};
-use std::io::{Read, Write};
+use crate::record::Column;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+
+/// Is a file CSV with commas between its cells and UTF-8 in its first line, as far as that shows?
+pub(super) fn is_plain(path: &Path) -> bool {
+    let mut first = Vec::new();
+    let Ok(file) = std::fs::File::open(path) else { return true };
+    let mut lines = BufReader::new(file).take(1 << 20);
+    while lines.read_until(b'\n', &mut first).is_ok_and(|read| read > 0) {
+        // remarks and blank lines stand before the titles
+        if !first.trim_ascii_start().is_empty() && !first.trim_ascii_start().starts_with(b"#") {
+            break;
+        }
+        first.clear();
+    }
+    let text = std::str::from_utf8(&first);
+    text.is_ok_and(|text| !text.contains([';', '\t', '\u{feff}']) && !first.contains(&0))
+}
 
 pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: impl Write) -> Result<Counts> {
     let name = correction.arguments.log.display().to_string();
@@ -15,7 +33,8 @@ pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: imp
             .in_file(&name)
     };
     let header: Vec<String> = reader.headers().map_err(fault)?.iter().map(str::to_string).collect();
-    let plan = plan(correction.arguments, correction.calibration, &header)
+    let titled: Vec<Column> = header.iter().map(|text| Column::titled(text)).collect();
+    let plan = plan(correction.arguments, correction.calibration, &titled)
         .map_err(|error| error.at_line(1, 1).in_file(&name))?;
     let mut writer = csv::Writer::from_writer(std::io::BufWriter::with_capacity(1 << 16, output));
     let mut header_out: Vec<String> = plan.kept.iter().filter_map(|k| header.get(*k).cloned()).collect();
@@ -40,8 +59,11 @@ pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: imp
                     .in_file(&name)
             })
         };
-        for (reading, column) in readings.iter_mut().zip(&plan.sensors) {
+        for ((reading, column), conversion) in readings.iter_mut().zip(&plan.sensors).zip(&plan.conversions) {
             *reading = number(*column)?;
+            if let Some(conversion) = conversion {
+                *reading = conversion.apply(*reading);
+            }
         }
         for (value, from) in given.iter_mut().zip(&plan.given) {
             if let Some((column, factor)) = from {

@@ -30,6 +30,9 @@ pub fn changes_page(report: &ChangesReport, lang: Language) -> Result<Page> {
             say!(lang, "changed-by-more-than-the-uncertainties-allow", ids = cells::names(ids, lang)),
         ),
     };
+    for doubt in crate::report::changes::doubts(report, lang) {
+        answer = answer.prose(lang.sentence(&doubt));
+    }
     answer = answer.prose(match report.shared.as_slice() {
         [] => say!(lang, "no-input-is-shared-both-calibrations-count").to_string(),
         shared => {
