@@ -105,6 +105,7 @@ mod mix;
 #[cfg(feature = "navigate")]
 pub mod navigate;
 pub mod noise;
+mod number;
 pub mod plan;
 pub mod quality;
 pub mod record;

@@ -9,6 +9,7 @@ use crate::navigate::measured::{CHANNELS, Measured, MeasuredRow, channels, si_pe
 use crate::navigate::mission::Mission;
 use crate::navigate::run::{Continue, Row, Scenario};
 use crate::navigate::study::{self, Progress};
+use crate::number;
 use crate::report::{self, series::Series};
 use crate::wire::{self, MissionFile};
 use clap::Args;
@@ -59,7 +60,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             let found = wire::read_covariance(&files::read(&path)?)?;
             let factors = calibration.factors();
             let covariance = carry::combine(&found.order, &found.matrix, &factors);
-            Some((covariance.map_err(|error| wire::locate(error, &source))?, calibration.monte_carlo as usize))
+            Some((covariance.map_err(|error| wire::locate(error, &source))?, number::index(calibration.monte_carlo)))
         }
         None => None,
     };

@@ -45,7 +45,7 @@ impl Walk<'_> {
             }
             None => true,
         });
-        let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, a.source.rank() as u8);
+        let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, crate::number::whole(a.source.rank()));
         aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(a.excess.total_cmp(&b.excess)));
         aliases
     }

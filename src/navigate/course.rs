@@ -8,6 +8,7 @@ use super::earth::{self, Curvature};
 use super::mission::{Mission, Site};
 use super::motion::{Attitude, Motion, Oscillation, Path, Stage};
 use super::quadrature::{MAX_STEPS, NODES, Quadrature};
+use crate::number;
 use std::f64::consts::TAU;
 
 /// One quantity at the nodes of a block.
@@ -82,10 +83,10 @@ impl Course {
         // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's own curvature terms
         // are linear over a block).
         let span = (0.1 * motion.shortest_period()).min(0.64);
-        let longest = 2 * ((0.5 * span / mission.step).round() as usize).clamp(1, MAX_STEPS / 2);
+        let longest = 2 * number::count((0.5 * span / mission.step).round()).clamp(1, MAX_STEPS / 2);
         // Chebyshev nodes hold half a period to rounding
         let parts = if 2.0 * mission.step > 0.5 * motion.shortest_period() {
-            (4.0 * mission.step / motion.shortest_period()).ceil() as usize
+            number::count((4.0 * mission.step / motion.shortest_period()).ceil())
         } else {
             0
         };
@@ -174,12 +175,12 @@ impl Course {
         let start = self.done as f64 * self.step;
         let mut steps = (self.longest as u64).min(limit.max(1)).min((self.steps - self.done).max(1));
         for stage in &self.schedule {
-            let edge = (stage.start / self.step).round() as u64;
+            let edge = number::count_u64((stage.start / self.step).round());
             if edge > self.done {
                 steps = steps.min(edge - self.done);
             }
         }
-        let steps = steps as usize;
+        let steps = number::index(steps);
         let filled = self.constant && block.steps >= steps && self.done > 0;
         block.start = start;
         self.done += steps as u64;

@@ -18,6 +18,7 @@ use super::signatures::System;
 use super::study;
 use super::whiten::whiten;
 use crate::error::Result;
+use crate::number;
 use std::f64::consts::FRAC_PI_2;
 
 /// A motion that tells an error from some of its aliases.
@@ -146,7 +147,7 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         if motion.path == Path::Stays && motion.fastest_rate() == 0.0 {
             // nothing changes at rest but Schuler's oscillation, which seconds are short against
             flown.step = mission.step.max(AT_REST);
-            flown.steps = 2 * (0.5 * mission.duration() / flown.step).ceil() as u64;
+            flown.steps = 2 * number::count_u64((0.5 * mission.duration() / flown.step).ceil());
         }
         let mut run = Measured::default();
         for row in first.rows.iter().step_by(every) {

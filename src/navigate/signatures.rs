@@ -12,6 +12,7 @@ use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Scenario};
 use super::study;
+use crate::number;
 
 /// What every source does at one instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +39,7 @@ impl Between {
         let exact = (pairs - near).abs() < 1e-6;
         let before = if exact { near } else { pairs.floor() };
         let after = if exact { before } else { before + 1.0 };
-        let step = |pair: f64| (2 * pair as u64).min(mission.steps);
+        let step = |pair: f64| (2 * number::count_u64(pair)).min(mission.steps);
         Between { before: step(before), after: step(after), share: if exact { 0.0 } else { pairs - before } }
     }
 }
@@ -65,7 +66,7 @@ impl Stops {
 
     /// Is there a stop at this time, and is it the last?
     fn at(&self, mission: &Mission, time: f64) -> (bool, Continue) {
-        let step = (time / mission.step).round() as u64;
+        let step = number::count_u64((time / mission.step).round());
         let last = self.steps.last().is_none_or(|last| step >= *last);
         (self.steps.binary_search(&step).is_ok(), if last { Continue::Stop } else { Continue::Yes })
     }

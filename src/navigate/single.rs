@@ -3,6 +3,7 @@
 use super::measured::CHANNELS;
 use super::refine::{State, Walk};
 use crate::diagnosis::NoiseFrom;
+use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 
 /// Share of the rows that single wrong values may make up.
@@ -21,7 +22,7 @@ impl Walk<'_> {
         self.case.weigh(self.u, &[], &mut white);
         let [white] = white;
         let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
-        let most = ((SINGLE * rows as f64).floor() as usize).max(1);
+        let most = number::count(SINGLE * rows as f64).max(1);
         let level = 0.1 * self.case.settings.significance / white.len().max(1) as f64;
         let far = normal_quantile(1.0 - 0.5 * level).unwrap_or(6.0);
         let beyond: Vec<usize> = (0..white.len()).filter(|i| white[*i].abs() > far).collect();

@@ -9,6 +9,7 @@ use super::linear;
 use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Flight, NavigationError, Outcome, Row, Scenario};
+use crate::number;
 
 /// Rows kept of each motion for plots and reports, whatever the mission's duration.
 pub const KEPT: u64 = 400;
@@ -157,7 +158,7 @@ pub fn fly(
                 }
             }
             count += 1;
-            let steps = (row.truth.time / mission.step).round() as u64;
+            let steps = number::count_u64((row.truth.time / mission.step).round());
             let next = sink(&name, row, Progress { done: mission.steps * index as u64 + steps, of });
             stopped = next == Continue::Stop;
             next
@@ -245,7 +246,7 @@ pub fn carry(
     let mut before = 0;
     for (name, motion) in motions {
         let (mut times, mut linear, mut count) = (Vec::new(), Vec::new(), 0);
-        let steps = |time: f64| (time / mission.step).round() as u64;
+        let steps = |time: f64| number::count_u64((time / mission.step).round());
         let mut stopped = false;
         linear::propagate(mission, motion, &mut |signatures| {
             if count % every == 0 || signatures.time >= mission.duration() {

@@ -12,6 +12,7 @@
 use super::blocks::{Blocks, add_outer, dot, invert};
 use super::eigenvalue::Mixture;
 use super::exchange::Objective;
+use crate::number;
 
 /// What weights instead of repeats could reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +57,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
     let mut least = 0.0;
     let determinant = matches!(objective, Objective::Determinant);
     let size = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
-    let most = ((EFFORT / (2.0 * (size * n * n) as f64)) as usize).clamp(50, ITERATIONS);
+    let most = number::count(EFFORT / (2.0 * (size * n * n) as f64)).clamp(50, ITERATIONS);
     for iteration in 0..most {
         let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else {
             // the best weights for one quantity may leave others undetermined: from then on every candidate keeps a little weight

@@ -3,6 +3,7 @@
 use super::effort::mounting;
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 
 /// In what portions readings are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -96,7 +97,7 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
             .found(format!("more than {total:.0}")));
         }
         if stands {
-            let held = (0..steps as usize).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
+            let held = (0..number::count(steps)).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
             seen.retain(|state| !matches!(state, JointState::Held { .. }));
             seen = held.chain(seen).collect();
         }

@@ -17,6 +17,7 @@ use super::eigenvalue::Combinations;
 use super::largest::{Worst, lower};
 use super::prices::Prices;
 use super::state::State;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -134,7 +135,7 @@ pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, gu
     let mut best = finished(problem, state.chosen)?;
     for _ in 0..KICKS {
         let mut chosen = best.chosen.clone();
-        let mut draw = |below: usize| ((u128::from(rng.next_u64()) * below.max(1) as u128) >> 64) as usize;
+        let mut draw = |below: usize| number::below(rng.next_u64(), below);
         for _ in 0..1 + draw(3.min(chosen.len())) {
             let (at, j) = (draw(chosen.len()), draw(problem.blocks.count()));
             if chosen.iter().filter(|own| **own == j).count() < problem.most_repeats {

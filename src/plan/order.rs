@@ -12,6 +12,7 @@ use super::effort::{Costs, Noise, mounting};
 use super::judge::weighted_sensitivities;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::Result;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
@@ -276,7 +277,7 @@ impl<'a> Drift<'a> {
 
 fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
     for k in (1..list.len()).rev() {
-        let j = ((u128::from(rng.next_u64()) * (k as u128 + 1)) >> 64) as usize;
+        let j = number::below(rng.next_u64(), k + 1);
         list.swap(k, j);
     }
 }

@@ -11,6 +11,7 @@ use super::scheduled::criterion_of;
 use super::search::Progress;
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 
 /// How finely angles are moved after the choice.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,7 +122,7 @@ pub(super) fn refined(
             }
         }
         share /= 2.0;
-        progress.tell("degrees of resolution", 0, (widest * share).ceil() as usize);
+        progress.tell("degrees of resolution", 0, number::count((widest * share).ceil()));
     }
     let n = pool.blocks.unknowns().max(1) as f64;
     let gain = match objective {

@@ -3,6 +3,7 @@
 use super::blocks::{add_outer, dot, inverse_and_root, largest, times};
 use super::exchange::{Problem, information};
 use super::prices::Till;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -76,9 +77,9 @@ impl<'a> State<'a> {
         }
         let mut state = State::empty(problem);
         // some at random; the rest by the largest gain, on top of a little information everywhere that is taken away again
-        let random = ((problem.choose as f64 * share).ceil() as usize).min(problem.choose);
+        let random = number::count((problem.choose as f64 * share).ceil()).min(problem.choose);
         while state.chosen.len() < random {
-            let j = ((u128::from(rng.next_u64()) * count as u128) >> 64) as usize;
+            let j = number::below(rng.next_u64(), count);
             state.choose(j);
         }
         let mut m = information(problem.blocks, problem.base, &state.chosen);
@@ -118,8 +119,8 @@ impl<'a> State<'a> {
         let mut rest: Vec<(f64, usize)> = Vec::with_capacity(weights.len());
         for (j, w) in weights.iter().enumerate() {
             let times = (w * total).floor().min(problem.most_repeats as f64);
-            chosen.extend(std::iter::repeat_n(j, times as usize));
-            if (times as usize) < problem.most_repeats {
+            chosen.extend(std::iter::repeat_n(j, number::count(times)));
+            if number::count(times) < problem.most_repeats {
                 let jitter = (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
                 rest.push((w * total - times + 0.3 * jitter, j));
             }

@@ -179,7 +179,7 @@ impl Clock {
         let mut found: Vec<Stretch> = Vec::new();
         let (Some(factor), Some(times)) = (self.factor, times) else {
             let start = self.rows as f64 * self.step;
-            let place = |t: f64| (((t - start) / self.step).ceil().max(0.0) as usize).min(count);
+            let place = |t: f64| crate::number::count(((t - start) / self.step).ceil()).min(count);
             let rows = place(from)..place(to);
             self.rows += count as u64;
             if !rows.is_empty() {

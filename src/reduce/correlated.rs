@@ -9,6 +9,7 @@
 //! costs is in u, and no degrees of freedom need to be carried.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
+use crate::number;
 use crate::uncertainty::quantiles::{fisher_f_survival, normal_quantile, student_t_two_sided};
 
 /// One segment of one channel.
@@ -161,7 +162,7 @@ pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<Me
     lengths.sort_by(f64::total_cmp);
     let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0);
     let most = lengths.last().copied().unwrap_or(1.0);
-    let wide = (most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0) as usize;
+    let wide = number::count((most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0));
     let width = wide as f64;
     // blocks of the likelihood, in pieces that it can look at
     let pieces: Vec<Vec<Vec<f64>>> = segments

@@ -1,6 +1,7 @@
 //! Where a record stands still: windows whose variance is that of the still sensor.
 
 use super::Trace;
+use crate::number;
 
 /// What the detector judged by.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +25,7 @@ const STRIDE: usize = 8;
 /// Still stretches in blocks, and what they were judged by. `window` and `least` in seconds.
 pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (Vec<(usize, usize)>, Stillness) {
     let seconds = trace.block as f64 * trace.interval;
-    let length = ((window / seconds).round() as usize).max(4);
+    let length = number::count((window / seconds).round()).max(4);
     let stride = (length / STRIDE).max(1);
     let blocks = trace.channels.first().map_or(0, |c| c.means.len());
     let starts: Vec<usize> = (0..).map(|k| k * stride).take_while(|start| start + length <= blocks).collect();
@@ -51,7 +52,7 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
         let mut apart: Vec<f64> = variances.iter().step_by(STRIDE).copied().collect();
         apart.sort_by(f64::total_cmp);
         let step = channel.resolution();
-        let quantile = apart.get((apart.len() as f64 * QUANTILE) as usize).copied().unwrap_or(0.0);
+        let quantile = apart.get(number::count(apart.len() as f64 * QUANTILE)).copied().unwrap_or(0.0);
         let variance = (quantile / OF_STILL).max(step * step / 12.0);
         still_sd.push(variance.sqrt());
         if variance > 0.0 && place < trace.observed {

@@ -2,6 +2,7 @@
 
 use super::events::{Event, EventKind, Watch};
 use super::{Block, Segment};
+use crate::number;
 
 /// Most blocks of a channel.
 const MOST: usize = 1 << 21;
@@ -134,7 +135,7 @@ impl Trace {
     pub fn sample(&self, time: f64) -> u64 {
         let (from, start) = self.resumes.iter().rev().find(|(_, t)| *t <= time).copied().unwrap_or((0, 0.0));
         let next = self.resumes.iter().map(|(sample, _)| *sample).find(|sample| *sample > from);
-        let sample = from + ((time - start) / self.interval - 1e-6).ceil().max(0.0) as u64;
+        let sample = from.saturating_add(number::count_u64(((time - start) / self.interval - 1e-6).ceil()));
         sample.min(next.unwrap_or(self.samples)).min(self.samples)
     }
 
@@ -142,7 +143,7 @@ impl Trace {
     pub fn blocks(&self, start: u64, end: u64) -> std::ops::Range<usize> {
         let block = self.block as u64;
         let most = self.channels.first().map_or(0, |c| c.means.len());
-        let (first, last) = (start.div_ceil(block) as usize, (end / block) as usize);
+        let (first, last) = (number::index(start.div_ceil(block)), number::index(end / block));
         first.min(most)..last.min(most).max(first.min(most))
     }
 

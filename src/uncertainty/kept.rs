@@ -1,13 +1,14 @@
 //! What a Monte Carlo keeps of its trials: the ends of each sequence, and sums.
 
 use super::monte_carlo::reach;
+use crate::number;
 
 /// How many of the smallest values an interval's lower end can be among: the shortest interval leaves `1 - level` on one side alone.
 pub(super) fn tail(trials: usize, level: f64) -> usize {
     let m = trials as f64;
     let p = 0.5 * (1.0 - level);
     let shortest = m - (level * m + 0.5).floor();
-    (shortest.max(m * p + reach(m, p)) as usize + 3).min(trials)
+    number::count(shortest.max(m * p + reach(m, p))).saturating_add(3).min(trials)
 }
 
 pub(super) fn slack(keep: usize) -> usize {

@@ -10,6 +10,7 @@
 use super::kept::{Sorted, Sums, Tail, slack, tail};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Distribution, Known};
+use crate::number;
 use faer::Mat;
 use rand_distr::{ChiSquared, Distribution as _, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
@@ -273,7 +274,7 @@ fn deviate(distribution: Distribution, random: &mut Pcg64Mcg) -> f64 {
 /// Symmetric and shortest intervals of sorted values (JCGM 101, 7.7).
 fn intervals(sorted: &Sorted, level: f64) -> ((f64, f64), (f64, f64)) {
     let m = sorted.len;
-    let q = ((level * m as f64 + 0.5).floor() as usize).clamp(1, m.saturating_sub(1).max(1));
+    let q = number::count(level * m as f64 + 0.5).clamp(1, m.saturating_sub(1).max(1));
     let first = (m - q).div_ceil(2).saturating_sub(1);
     let symmetric = (sorted.at(first), sorted.at(first + q));
     let mut shortest = symmetric;
@@ -290,7 +291,7 @@ fn intervals(sorted: &Sorted, level: f64) -> ((f64, f64), (f64, f64)) {
 /// `sqrt(m p (1 - p))` places in the order (the sampling error that JCGM 101, 7.9 is about).
 fn sampling(sorted: &Sorted, level: f64) -> [(f64, f64); 2] {
     let m = sorted.len as f64;
-    let at = |place: f64| sorted.at(place.max(0.0) as usize);
+    let at = |place: f64| sorted.at(number::count(place));
     let end = |p: f64| {
         let reach = reach(m, p);
         (at((m * p - reach).floor()), at((m * p + reach).ceil()))
@@ -336,7 +337,7 @@ fn ellipsoid_factor(
         }
         square
     };
-    let at = ((level * trials as f64).ceil() as usize).clamp(1, trials) - 1;
+    let at = number::count((level * trials as f64).ceil()).clamp(1, trials) - 1;
     let mut farthest = Tail::new(trials - at);
     blocks.visit(|drawn| {
         let squares: Vec<Vec<f64>> = drawn
