@@ -101,6 +101,7 @@ pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod language;
+mod linear;
 mod mix;
 #[cfg(feature = "navigate")]
 pub mod navigate;

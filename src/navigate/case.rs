@@ -6,11 +6,11 @@ use super::diagnose::Gap;
 use super::errors::{ImuErrors, Source};
 use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
-use super::search::dot;
 use super::signatures;
 use super::whiten::whiten;
 use crate::diagnosis::{NoiseFrom, Settings};
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
 use std::rc::Rc;
 

@@ -4,10 +4,10 @@ use super::cause::Cause;
 use super::diagnose::{Finding, NavigationDiagnosis, Suspect, Unexplained};
 use super::refine::{State, Walk};
 use super::remainder::Remainder;
-use super::search::dot;
 use super::separate;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::Result;
+use crate::linear::dot;
 use crate::uncertainty::quantiles::normal_survival;
 
 impl Walk<'_> {

@@ -2,9 +2,10 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
-use super::search::{Products, Solved, dot};
+use super::search::{Products, Solved};
 use super::wander::Wander;
 use crate::diagnosis::NoiseFrom;
+use crate::linear::{dot, normalise};
 
 /// Gauss-Newton steps of one refinement, at most.
 const STEPS: usize = 25;
@@ -163,13 +164,4 @@ impl<'a> Walk<'a> {
         self.case.weigh(self.u, out, &mut left);
         dot(&left[0], &left[0])
     }
-}
-
-/// Divide a column by its norm, which comes back; a column of nothing stays.
-pub(super) fn normalise(column: &mut [f64]) -> f64 {
-    let norm = dot(column, column).sqrt();
-    if norm > 0.0 {
-        column.iter_mut().for_each(|v| *v /= norm);
-    }
-    norm
 }

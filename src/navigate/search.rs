@@ -7,6 +7,7 @@
 //! A column takes part only where it lowers the score: its evidence, given the others, must be beyond chance among all that were tried.
 //! Nothing here knows what the columns are.
 
+use crate::linear::{Triangle, dot};
 use crate::uncertainty::quantiles::normal_survival;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -77,41 +78,17 @@ impl Products {
 
     /// The same with so much added to the square of each column (Levenberg and Marquardt's step); what is left is that of the linear model.
     pub fn damped(&self, set: &[usize], damping: f64) -> Option<Solved> {
-        let m = set.len();
-        // Cholesky, then the inverse column by column
-        let mut l = vec![vec![0.0; m]; m];
-        for a in 0..m {
-            for b in 0..=a {
-                let sum: f64 = (0..b).map(|k| l[a][k] * l[b][k]).sum();
-                let more = if a == b { damping * self.product(set[a], set[a]) } else { 0.0 };
-                let own = self.product(set[a], set[b]) + more - sum;
-                if a == b {
-                    if !(own > INDEPENDENT * self.product(set[a], set[a])) {
-                        return None;
-                    }
-                    l[a][a] = own.sqrt();
-                } else {
-                    l[a][b] = own / l[b][b];
-                }
-            }
-        }
-        let substitute = |right: &[f64]| -> Vec<f64> {
-            let mut x = right.to_vec();
-            for a in 0..m {
-                let sum: f64 = (0..a).map(|k| l[a][k] * x[k]).sum();
-                x[a] = (x[a] - sum) / l[a][a];
-            }
-            for a in (0..m).rev() {
-                let sum: f64 = (a + 1..m).map(|k| l[k][a] * x[k]).sum();
-                x[a] = (x[a] - sum) / l[a][a];
-            }
-            x
+        let entry = |a: usize, b: usize| match (set.get(a), set.get(b)) {
+            (Some(a), Some(b)) => self.product(*a, *b) * if a == b { 1.0 + damping } else { 1.0 },
+            // both are below `set.len()`
+            _ => f64::NAN,
         };
-        let along: Vec<f64> = set.iter().map(|j| self.along[*j]).collect();
-        let values = substitute(&along);
-        let inverse = (0..m).map(|k| substitute(&(0..m).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>()));
-        let taken: f64 = values.iter().zip(&along).map(|(x, b)| x * b).sum();
-        Some(Solved { inverse: inverse.collect(), rss: (self.square - taken).max(0.0), values })
+        let least = |a: usize| set.get(a).map_or(f64::NAN, |a| INDEPENDENT * self.product(*a, *a));
+        let triangle = Triangle::of(set.len(), entry, least)?;
+        let along: Vec<f64> = set.iter().map(|j| self.along.get(*j).copied()).collect::<Option<_>>()?;
+        let values = triangle.solve(&along);
+        let taken = dot(&values, &along);
+        Some(Solved { inverse: triangle.inverse(), rss: (self.square - taken).max(0.0), values })
     }
 
     /// What each column takes off the sum of squares beside a set; zero for members and what is in their span.
@@ -252,19 +229,6 @@ pub(super) fn penalty(significance: f64, count: usize) -> f64 {
         if beyond > tail { low = middle } else { high = middle }
     }
     low * low
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // four sums side by side: faster, and with smaller errors
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a4.zip(b4) {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
-use super::refine::{Seen, State, Walk, normalise};
-use super::search::{self, Products, dot};
+use super::refine::{Seen, State, Walk};
+use super::search::{self, Products};
+use crate::linear::{dot, normalise};
 
 /// Rounds of improving and refining, at most.
 const ROUNDS: usize = 24;

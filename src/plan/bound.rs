@@ -9,9 +9,10 @@
 //! largest prediction is at least any weighted mean of predictions, `max_i d_i >= sum m_i d_i = tr(W_m M^-1)`, so it is bounded by the
 //! trace for weights `m` of the predicted rows that grow where `d_i` is large; the largest eigenvalue by `tr(Z C)` in the same way.
 
-use super::blocks::{Blocks, add_outer, dot, invert};
+use super::blocks::{Blocks, add_outer, invert};
 use super::eigenvalue::Mixture;
 use super::exchange::Objective;
+use crate::linear::dot;
 use crate::number;
 
 /// What weights instead of repeats could reach.

@@ -4,11 +4,12 @@
 //! mountings are moved, states of a mounting replaced, mountings and states given up and the money spent anew. From every optimum that is
 //! found, a mounting is closed or opened at random and the search goes on from there.
 
-use super::blocks::{add_outer, dot, invert, times};
+use super::blocks::{add_outer, invert, times};
 use super::bound::sandwich;
 use super::exchange::{Design, FEW, Objective, Problem, WORTH, improve_state, information, value};
 use super::prices::{Prices, Till};
 use super::state::State;
+use crate::linear::dot;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;

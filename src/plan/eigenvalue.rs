@@ -8,9 +8,10 @@
 //! `T Mi^-1 T' - B' S^-1 B`, with `B = Xj Mi^-1 T'` and `S = I + Xj Mi^-1 Xj'`. Along the worst direction `v` of `T Mi^-1 T'` alone that is a
 //! bound from below, so partners are weighed in the order of their bounds until none can be better.
 
-use super::blocks::{add_outer, dot, times};
+use super::blocks::{add_outer, times};
 use super::largest::{Worst, inverse_root};
 use super::state::{State, packed};
+use crate::linear::dot;
 use faer::{Mat, Side};
 
 /// What is asked for: rows of `T`, in the coordinates of the blocks.

@@ -11,12 +11,13 @@
 //! (1980) 315: the best partner of one chosen block at a time). Partners are weighed in `partners.rs`, `M^-1` and the sums over candidates
 //! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
 
-use super::blocks::{Blocks, add_outer, dot, invert};
+use super::blocks::{Blocks, add_outer, invert};
 use super::bound::Bound;
 use super::eigenvalue::Combinations;
 use super::largest::{Worst, lower};
 use super::prices::Prices;
 use super::state::State;
+use crate::linear::dot;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;

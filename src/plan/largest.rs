@@ -6,9 +6,10 @@
 //! r' (Mi + Xj'Xj)^-1 r = r' Mi^-1 r - b' T^-1 b,    T = I + Xj Mi^-1 Xj',   b = Xj Mi^-1 r
 //! ```
 
-use super::blocks::{Blocks, add_outer, dot, invert, times};
+use super::blocks::{Blocks, add_outer, invert, times};
 use super::exchange::{SWEEPS, WORTH, information};
 use super::state::{State, packed};
+use crate::linear::dot;
 
 /// Partners that are tried one by one where the block cannot be taken out.
 const PARTNERS: usize = 60;

@@ -7,8 +7,9 @@
 //! det ratio = det(L)^2 det T,    decrease of the trace = tr(T^-1 Xj Mi^-1 W Mi^-1 Xj') - tr(G W G')
 //! ```
 
-use super::blocks::{Blocks, determinant_and_trace, dot, largest, times};
+use super::blocks::{Blocks, determinant_and_trace, largest, times};
 use super::state::{State, packed};
+use crate::linear::dot;
 
 /// Candidates that are weighed together.
 const PIECE: usize = 64;

@@ -92,7 +92,7 @@ pub(super) fn criterion_of(
     Ok(match objective {
         Objective::Determinant => Some(log_det_of(&pool.estimate) - log_det_of(&fresh)),
         _ if fresh.rank < n => None,
-        Objective::Trace(w) => Some(super::blocks::dot(w, &in_coordinates(pool, &fresh))),
+        Objective::Trace(w) => Some(crate::linear::dot(w, &in_coordinates(pool, &fresh))),
         Objective::Largest(rows) => Some(rows.of(&in_coordinates(pool, &fresh))),
         Objective::Eigenvalue(combinations) => Some(combinations.of(&in_coordinates(pool, &fresh))),
     })

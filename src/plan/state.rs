@@ -1,8 +1,9 @@
 //! The state of one start: what is chosen, `M^-1`, and the sums over all candidates that follow it by rank-one updates.
 
-use super::blocks::{add_outer, dot, inverse_and_root, largest, times};
+use super::blocks::{add_outer, inverse_and_root, largest, times};
 use super::exchange::{Problem, information};
 use super::prices::Till;
+use crate::linear::dot;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;

@@ -3,13 +3,14 @@
 //! Against one rival, the best position is the T-optimal one (see `discriminate.rs`); against several, the one at which the least told rival is
 //! told best (A. C. Atkinson, V. V. Fedorov, Biometrika 62 (1975) 289).
 
-use super::blocks::{dot, invert, times};
+use super::blocks::{invert, times};
 use super::candidates::{Unit, portions};
 use super::effort::Offer;
 use super::judge::check_question;
 use super::whitened::{Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::campaign::{Campaign, Reading};
 use crate::error::Result;
+use crate::linear::dot;
 
 /// A position that tells an effect from its rivals.
 #[derive(Debug, Clone)]

@@ -10,6 +10,7 @@
 use super::kept::{Sorted, Sums, Tail, slack, tail};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Distribution, Known};
+use crate::linear::{Triangle, dot};
 use crate::number;
 use faer::Mat;
 use rand_distr::{ChiSquared, Distribution as _, StandardNormal, StandardUniform};
@@ -315,27 +316,20 @@ fn ellipsoid_factor(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Option<f64> {
     let n = means.len();
-    let sd: Vec<f64> = (0..n).map(|k| covariance[k][k].sqrt()).collect();
-    let mut lower = vec![vec![0.0; n]; n];
-    for j in 0..n {
-        let own = 1.0 - (0..j).map(|k| lower[j][k] * lower[j][k]).sum::<f64>();
-        if !(own > 1e-10) {
-            return None;
-        }
-        lower[j][j] = own.sqrt();
-        for i in j + 1..n {
-            let sum: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
-            lower[i][j] = (covariance[i][j] / (sd[i] * sd[j]) - sum) / lower[j][j];
-        }
-    }
+    let sd: Vec<f64> =
+        covariance.iter().enumerate().map(|(k, row)| row.get(k).copied().unwrap_or(f64::NAN).sqrt()).collect();
+    let correlation = |i: usize, j: usize| {
+        let own = covariance.get(i).and_then(|row| row.get(j)).zip(sd.get(i).zip(sd.get(j)));
+        own.map_or(f64::NAN, |(covariance, (a, b))| if i == j { 1.0 } else { covariance / (a * b) })
+    };
+    let lower = Triangle::of(n, correlation, |_| 1e-10)?;
     let distance = |trial: &[f64], white: &mut [f64]| {
-        let mut square = 0.0;
-        for i in 0..n {
-            let before: f64 = lower[i][..i].iter().zip(white.iter()).map(|(l, w)| l * w).sum();
-            white[i] = ((trial[first + i] - means[i]) / sd[i] - before) / lower[i][i];
-            square += white[i] * white[i];
+        let own = trial.get(first..).unwrap_or_default();
+        for (white, ((y, mean), sd)) in white.iter_mut().zip(own.iter().zip(means).zip(&sd)) {
+            *white = (y - mean) / sd;
         }
-        square
+        lower.forward(white);
+        dot(white, white)
     };
     let at = number::count((level * trials as f64).ceil()).clamp(1, trials) - 1;
     let mut farthest = Tail::new(trials - at);

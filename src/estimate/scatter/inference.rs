@@ -13,6 +13,7 @@
 
 use super::elimination::{Augmented, Whitening};
 use crate::estimate::Estimate;
+use crate::linear::dot;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -47,10 +48,6 @@ pub(super) struct Inference {
     moved: Vec<Vec<f64>>,
     /// Squared norms of the rows of `Q1`.
     norms: Augmented,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `A' B`, added to what is there.
