@@ -1,4 +1,5 @@
 //! A schedule factorised once: what is left for each device are products, sums and tests.
+#![allow(clippy::indexing_slicing, reason = "`lane` is a remainder by `LANES`, the length of every `Lane`")]
 
 use super::block::{Kernel, LANES, Lane};
 use super::inputs::{Input, inputs};
@@ -10,6 +11,7 @@ use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, Model};
 use crate::estimate::{Estimate, Group, adjust};
 use crate::fit::{self, Estimator, Remount, Settings};
+use crate::number;
 use crate::quality::{self, NormalScores, Whitened};
 use crate::uncertainty::quantiles;
 use faer::Mat;
@@ -281,7 +283,7 @@ impl Common {
                     gain: sums.gain[lane],
                     // zeros have no sign, and rows in another order have another order of signs
                     runs: (alone && map.is_none() && sums.zero[lane] == 0.0)
-                        .then(|| (sums.positive[lane] as usize, 1 + sums.changes[lane] as usize)),
+                        .then(|| (number::count(sums.positive[lane]), 1 + number::count(sums.changes[lane]))),
                     normality: normality.map(|p| p[lane]),
                 };
                 let take = |from: &[Lane], width: usize, to: &mut Vec<f64>| {

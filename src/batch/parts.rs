@@ -199,13 +199,15 @@ impl Parts {
     pub fn push(&self, part: &mut Part, values: &[(&Line, Observation)]) -> Result<()> {
         let (k, n) = (values.len(), self.template.unknowns() + self.carried.len());
         let u = |own: &Observation| own.u.unwrap_or(1.0 / own.samples.sqrt());
-        let rows = Mat::from_fn(k, n, |i, j| values[i].0.columns.get(j).copied().unwrap_or(f64::NAN));
+        let rows = Mat::from_fn(k, n, |i, j| {
+            values.get(i).and_then(|(line, _)| line.columns.get(j)).copied().unwrap_or(f64::NAN)
+        });
         let observed: Vec<f64> = values.iter().map(|(line, own)| own.value - line.predicted).collect();
         let us: Vec<f64> = values.iter().map(|(_, own)| u(own)).collect();
         part.fold.push(rows.as_ref(), &observed, &us)?;
         for (_, own) in values {
-            if let Some(met) = part.met.get_mut(own.sensor) {
-                met[usize::from(own.u.is_none())] = true;
+            if let Some([stated, open]) = part.met.get_mut(own.sensor) {
+                *(if own.u.is_none() { open } else { stated }) = true;
             }
             part.largest = part.largest.max(own.value.abs());
             if own.u.is_none() || self.settings.weighting == Weighting::Relative {

@@ -217,7 +217,8 @@ impl Grounds<'_> {
             None => {
                 let n = of.ncols();
                 let t: Vec<f64> = (0..n).map(|i| along.iter().map(|(j, c)| c * of[(i, *j)]).sum()).collect();
-                let row = |i: usize| -> f64 { (i..n).map(|k| self.readings[(i, k)] * t[k]).sum() };
+                let row =
+                    |i: usize| -> f64 { t.iter().enumerate().skip(i).map(|(k, t)| self.readings[(i, k)] * t).sum() };
                 (0..n).map(|i| row(i).powi(2)).sum()
             }
         };

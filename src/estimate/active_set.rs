@@ -6,6 +6,10 @@
 //!
 //! With planes only the first step is exact (a projection on their intersection); on balls it converges quadratically. A constraint whose
 //! multiplier comes out negative is let go, one that is violated is taken up, until none is left.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "active faces are numbers below `faces.len()` that `polish` chooses itself; multipliers have one entry for each"
+)]
 
 use super::cone_program::Face;
 use crate::linear::{norm, normalise, project};

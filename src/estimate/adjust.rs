@@ -1,4 +1,8 @@
 //! One call from a system to an estimate.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`System::check` has made observed, u and group as long as the rows, and group numbers smaller; per-group lists have `groups::count` entries, per-unknown ones the columns"
+)]
 
 use super::basis::Combination;
 use super::compress::Compressed;

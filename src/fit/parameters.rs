@@ -148,9 +148,9 @@ impl<'a> Grounds<'a> {
     pub(super) fn covariance(&self) -> Mat<f64> {
         let mut covariance = self.noise.covariance.clone();
         for (_, input, c) in &self.known {
-            for i in 0..covariance.nrows().min(c.len()) {
-                for j in 0..covariance.ncols().min(c.len()) {
-                    covariance[(i, j)] += c[i] * c[j] * input.u * input.u;
+            for (i, a) in c.iter().enumerate().take(covariance.nrows()) {
+                for (j, b) in c.iter().enumerate().take(covariance.ncols()) {
+                    covariance[(i, j)] += a * b * input.u * input.u;
                 }
             }
         }

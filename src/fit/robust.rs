@@ -7,6 +7,10 @@
 //! P. J. Huber, Robust Statistics (1981), 7.6-7.10; A. E. Beaton, J. W. Tukey, Technometrics 16 (1974); the covariance is Huber's
 //! `K^2 s^2 (sum psi^2 / (m - n)) / mean(psi')^2 (A' P A)^-1`, for L1 that of J. W. McKean and R. M. Schrader (1987). Priors are not
 //! downweighted. Deliberately absent: throwing readings away.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "weights, residuals and leverages are those of an adjustment of this very system, and `System::check` has compared u and group with its rows"
+)]
 
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, System, adjust};

@@ -21,7 +21,8 @@ impl Walk<'_> {
             let source = *linear.causes.get(j)?;
             let mut other = set.to_vec();
             *other.get_mut(place)? = j;
-            let value = linear.products.solve(&other).map(|solved| solved.values[place] / linear.norms[j]);
+            let value =
+                linear.products.solve(&other).and_then(|solved| Some(solved.values.get(place)? / linear.norms.get(j)?));
             let absurd = value.is_some_and(|value| self.case.is_absurd(&source, value));
             let excess = (excess / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
             Some(Alias { source, value, exact, excess, absurd, together_with: None })

@@ -8,6 +8,10 @@
 //! ```
 //!
 //! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "channels are arrays of `CHANNELS` numbers, indexed by `from_fn` over that length"
+)]
 
 use super::cause::{Cause, Change};
 use super::errors::{ImuErrors, Kind, Source};

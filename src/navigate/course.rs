@@ -3,6 +3,10 @@
 //! Rates and specific forces are evaluated in closed form at the nodes of a block and integrated by
 //! [`Quadrature`]; sinusoids advance from the block's start by the addition theorem and are evaluated afresh at every
 //! block, so that nothing accumulates. Only the latitude and longitude of a moving vehicle are integrals.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "all arrays are over the `NODES` nodes of a rule or the steps of a block, of which `advance_smooth` takes `MAX_STEPS` at most"
+)]
 
 use super::earth::{self, Curvature};
 use super::mission::{Mission, Site};

@@ -4,6 +4,7 @@
 //! and mechanises. Which instructions are used is decided at run time (`pulp`): a portable binary runs AVX2 and FMA
 //! where they exist, and plain arithmetic elsewhere. One thread; the groups of a block run one after another while its
 //! increments are in the first-level cache.
+#![allow(clippy::indexing_slicing, reason = "a group has `GROUP` lanes, and axes and inputs run over arrays of three")]
 
 use super::course::{Block, Course, Truth};
 use super::earth::Curvature;

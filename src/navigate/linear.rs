@@ -11,6 +11,10 @@
 //!
 //! (Titterton and Weston, *Strapdown Inertial Navigation Technology*, 2nd ed., section 12.3; Benson 1975 for the name.)
 //! `dw` and `df` are linear in the sources, so that 39 signatures and 7 of the start, integrated once, hold every small error.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "arrays of fixed lengths: seven states, three axes, two triads, `NODES` nodes; a source's axis and input are below three by the catalogue"
+)]
 
 use super::course::{Block, Course, NodeValues};
 use super::earth::{self, Curvature, EARTH_RATE};

@@ -99,7 +99,13 @@ impl<'a> Walk<'a> {
                 solved.values.iter().zip(&norms).map(|(x, norm)| if *norm > 0.0 { x / norm } else { 0.0 }).collect()
             };
             let solved = products.damped(&all, least)?;
-            u = solved.inverse.iter().enumerate().map(|(k, row)| row[k].max(0.0).sqrt() / norms[k]).collect();
+            u = solved
+                .inverse
+                .iter()
+                .zip(&norms)
+                .enumerate()
+                .map(|(k, (row, norm))| row.get(k).map_or(f64::NAN, |v| v.max(0.0).sqrt() / norm))
+                .collect();
             // where the noise is what is left, its size counts, not one
             let size = if self.case.from == NoiseFrom::Residuals {
                 (rss / residual.len().max(1) as f64).sqrt().max(1e-3)

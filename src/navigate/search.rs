@@ -6,6 +6,10 @@
 //!
 //! A column takes part only where it lowers the score: its evidence, given the others, must be beyond chance among all that were tried.
 //! Nothing here knows what the columns are.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "products and norms have one entry for each column, and sets hold numbers of columns that the search itself has counted"
+)]
 
 use crate::linear::{Triangle, dot};
 use crate::uncertainty::quantiles::normal_survival;

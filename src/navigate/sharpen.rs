@@ -74,8 +74,10 @@ impl Walk<'_> {
                 }
                 width *= 1.5 / f64::from(PARTS);
             }
-            if before - rss > 0.5 {
-                (set[k], values[k], moved) = (make(time), value, true);
+            if before - rss > 0.5
+                && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))
+            {
+                (*cause, *size, moved) = (make(time), value, true);
             }
         }
         moved

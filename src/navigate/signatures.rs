@@ -6,7 +6,7 @@
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ImuErrors, Source};
-use super::linear::{self, STATES, Square, State};
+use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;
 use super::motion::Motion;
@@ -114,7 +114,7 @@ fn walk(noise: &Square, metres: [f64; 2]) -> [Channels; CHANNELS] {
     let mut walk = [[0.0; CHANNELS]; CHANNELS];
     for ((row, i), a) in walk.iter_mut().zip(STATE_OF).zip(scale) {
         for ((slot, j), b) in row.iter_mut().zip(STATE_OF).zip(scale) {
-            *slot = if i < STATES && j < STATES { noise[i][j] * a * b } else { 0.0 };
+            *slot = noise.get(i).and_then(|row| row.get(j)).map_or(0.0, |noise| noise * a * b);
         }
     }
     walk

@@ -3,6 +3,10 @@
 //! Averaging over m samples is a second difference of the running sum x at distance m (third, for Hadamard). Up to 2048 samples every difference
 //! counts. Beyond, x is kept at every 2nd, 4th, 8th, ... sample only, so that each octave has its history of a few thousand values: differences
 //! then begin every 2^L samples, at least 1024 to an averaging time, which no deviation notices. Each value that is kept is exact.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`x` and `s` of a level have the same length and pairs are counted from it; pieces of eight are asked with `get` before they are indexed"
+)]
 
 use crate::number;
 

@@ -1,4 +1,8 @@
 //! Candidates as blocks of whitened rows, and the sums over all of them that the exchanges need.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrices are `n x n` row by row and indices run below `n`: callers give what `information`, `weighted` or a border of 2 k rows made of that size"
+)]
 
 use crate::linear::{Triangle, dot};
 

@@ -8,6 +8,10 @@
 //! the value that the iteration has reached but the tangent's: the objectives are convex in `w`, so it holds however early one stops. The
 //! largest prediction is at least any weighted mean of predictions, `max_i d_i >= sum m_i d_i = tr(W_m M^-1)`, so it is bounded by the
 //! trace for weights `m` of the predicted rows that grow where `d_i` is large; the largest eigenvalue by `tr(Z C)` in the same way.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`active` holds numbers of candidates, with one weight each; matrices are `n x n` row by row, made here"
+)]
 
 use super::blocks::{Blocks, add_outer, invert};
 use super::eigenvalue::Mixture;

@@ -3,6 +3,10 @@
 //! Exchanges as for a fixed number, among partners that the budget allows; what is left is spent on what tells most for its cost; then whole
 //! mountings are moved, states of a mounting replaced, mountings and states given up and the money spent anew. From every optimum that is
 //! found, a mounting is closed or opened at random and the search goes on from there.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`chosen` holds numbers of the problem's candidates, of which `used` has one entry each"
+)]
 
 use super::blocks::{add_outer, invert, times};
 use super::bound::sandwich;

@@ -7,6 +7,10 @@
 //! (F. Pukelsheim, Optimal Design of Experiments, 1993, 6.4.) Taking block `i` out first, `Mi = M - Xi'Xi`, a partner `j` leaves
 //! `T Mi^-1 T' - B' S^-1 B`, with `B = Xj Mi^-1 T'` and `S = I + Xj Mi^-1 Xj'`. Along the worst direction `v` of `T Mi^-1 T'` alone that is a
 //! bound from below, so partners are weighed in the order of their bounds until none can be better.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`Combinations::fits` has made sure of a row at least and of the unknowns in each; spread and along are made here over the block's rows"
+)]
 
 use super::blocks::{add_outer, times};
 use super::largest::{Worst, inverse_root};

@@ -1,4 +1,5 @@
 //! Every design there is, where there are few enough: the best of them is proven to be the best.
+#![allow(clippy::indexing_slicing, reason = "`ways` has `choose + 1` entries and is indexed by 0 to `choose`")]
 
 use super::blocks::{add_outer, rank};
 use super::exchange::{Design, Problem, information, value};

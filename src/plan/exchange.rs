@@ -10,6 +10,10 @@
 //! (V. V. Fedorov, Theory of Optimal Experiments, 1972, 3.1; the order of trials is that of R. D. Cook, C. J. Nachtsheim, Technometrics 22
 //! (1980) 315: the best partner of one chosen block at a time). Partners are weighed in `partners.rs`, `M^-1` and the sums over candidates
 //! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each; draws are below the length"
+)]
 
 use super::blocks::{Blocks, add_outer, invert};
 use super::bound::Bound;

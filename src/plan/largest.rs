@@ -5,6 +5,10 @@
 //! ```text
 //! r' (Mi + Xj'Xj)^-1 r = r' Mi^-1 r - b' T^-1 b,    T = I + Xj Mi^-1 Xj',   b = Xj Mi^-1 r
 //! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`t`, roots and along are made here, packed over the rows of a block, with one entry for each candidate or partner"
+)]
 
 use super::blocks::{Blocks, add_outer, invert, times};
 use super::exchange::{SWEEPS, WORTH, information};

@@ -6,6 +6,10 @@
 //! Mi^-1 = M^-1 + G'G,   T = I + Xj Mi^-1 Xj' = I + Xj M^-1 Xj' + C'C,   C = G Xj'
 //! det ratio = det(L)^2 det T,    decrease of the trace = tr(T^-1 Xj Mi^-1 W Mi^-1 Xj') - tr(G W G')
 //! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`State::empty` sizes spread, cross and effect by the block's rows and all candidates; pieces are cut to the length of what they fill"
+)]
 
 use super::blocks::{Blocks, determinant_and_trace, largest, times};
 use super::state::{State, packed};

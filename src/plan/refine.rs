@@ -155,8 +155,9 @@ fn freedoms(pool: &Pool, joints: usize) -> Vec<Freedom> {
         .filter_map(|joint| {
             let angles = angles(joint);
             let (low, high) = (*angles.first()?, *angles.last()?);
-            let step = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-            let widest = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+            let steps = || angles.iter().zip(angles.iter().skip(1)).map(|(before, angle)| angle - before);
+            let step = steps().fold(f64::INFINITY, f64::min);
+            let widest = steps().fold(0.0, f64::max);
             if !(step.is_finite() && step > 0.0) {
                 return None;
             }

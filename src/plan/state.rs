@@ -1,4 +1,8 @@
 //! The state of one start: what is chosen, `M^-1`, and the sums over all candidates that follow it by rank-one updates.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`State::empty` sizes the sums by the block's rows and all candidates; `chosen` holds numbers of candidates below `blocks.count()`"
+)]
 
 use super::blocks::{add_outer, inverse_and_root, largest, times};
 use super::exchange::{Problem, information};

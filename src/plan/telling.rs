@@ -2,6 +2,10 @@
 //!
 //! Against one rival, the best position is the T-optimal one (see `discriminate.rs`); against several, the one at which the least told rival is
 //! told best (A. C. Atkinson, V. V. Fedorov, Biometrika 62 (1975) 289).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "whitened rows have the unknowns and one column for each term; lists over rivals have one entry for each term but the first"
+)]
 
 use super::blocks::{invert, times};
 use super::candidates::{Unit, portions};

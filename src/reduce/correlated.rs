@@ -318,7 +318,7 @@ fn lag1(pieces: &[Vec<f64>]) -> f64 {
     let (mut cross, mut own) = (0.0, 0.0);
     for piece in pieces {
         own += piece.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-        cross += piece.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>();
+        cross += piece.iter().zip(piece.iter().skip(1)).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     }
     if own > 0.0 { cross / own } else { 0.0 }
 }

@@ -34,18 +34,21 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
     for (place, channel) in trace.channels.iter().enumerate() {
         // prefix sums about a middle value, so that squares keep their digits
         let middle = channel.means.get(blocks / 2).copied().unwrap_or(0.0);
-        let (mut sums, mut squares) = (vec![0.0; blocks + 1], vec![0.0; blocks + 1]);
+        let (mut sum, mut square) = (0.0, 0.0);
+        let mut sums = vec![(0.0, 0.0)];
         for (k, v) in channel.means.iter().enumerate() {
             let d = v - middle;
             let inside = channel.squares.get(k).copied().unwrap_or(0.0) / trace.block as f64;
-            sums[k + 1] = sums[k] + d;
-            squares[k + 1] = squares[k] + d * d + inside;
+            (sum, square) = (sum + d, square + d * d + inside);
+            sums.push((sum, square));
         }
         let variances: Vec<f64> = starts
             .iter()
             .map(|start| {
                 let n = length as f64;
-                let (s, q) = (sums[start + length] - sums[*start], squares[start + length] - squares[*start]);
+                // every channel has `blocks` blocks; a window that did not fit would be no number, and never still
+                let (Some(from), Some(to)) = (sums.get(*start), sums.get(start + length)) else { return f64::NAN };
+                let (s, q) = (to.0 - from.0, to.1 - from.1);
                 ((q - s * s / n) / (n - 1.0)).max(0.0)
             })
             .collect();

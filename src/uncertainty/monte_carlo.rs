@@ -138,8 +138,10 @@ pub fn monte_carlo(
     let means = sums.means();
     let covariance = sums.covariance();
     let ellipsoid_factor = if twice {
-        let joint: Vec<Vec<f64>> = covariance[several.clone()].iter().map(|r| r[several.clone()].to_vec()).collect();
-        ellipsoid_factor(&blocks, several.start, (&means[several.clone()], &joint), (kept, level), progress)
+        let (from, n) = (several.start, several.len());
+        let part = |list: &[f64]| list.iter().skip(from).take(n).copied().collect::<Vec<f64>>();
+        let joint: Vec<Vec<f64>> = covariance.iter().skip(from).take(n).map(|row| part(row)).collect();
+        ellipsoid_factor(&blocks, from, (&part(&means), &joint), (kept, level), progress)
     } else {
         None
     };
@@ -150,7 +152,9 @@ pub fn monte_carlo(
             let sorted = Sorted { low: low.sorted(), high: high.sorted(), len: kept };
             let (symmetric, shortest) = intervals(&sorted, level);
             let ends = sampling(&sorted, level);
-            Propagated { mean: means[k], sd: covariance[k][k].sqrt(), symmetric, shortest, ends }
+            let mean = means.get(k).copied().unwrap_or(f64::NAN);
+            let variance = covariance.get(k).and_then(|row| row.get(k)).copied().unwrap_or(f64::NAN);
+            Propagated { mean, sd: variance.sqrt(), symmetric, shortest, ends }
         })
         .collect();
     Some(MonteCarlo { trials: kept, asked: trials, seed, outputs, covariance, ellipsoid_factor })

@@ -10,6 +10,10 @@
 //! W. Foerstner 1979; K.-R. Koch 1999, 3.6, in the form of pseudo-observations: the restricted likelihood is the same. Long chains have no small
 //! basis: there `v_g' P v_h` stands for `S_gh`, twice the average information (A. R. Gilmour, R. Thompson, B. R. Cullis 1995). Rows of negative
 //! deviations count with the sign -1 in every product: the formulas are those of an imaginary standard deviation.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "members, fronts and norms have the pattern's rows and deviations; per-component lists have `members.count` entries or were added to together (`add`)"
+)]
 
 use super::elimination::{Augmented, Whitening};
 use crate::estimate::Estimate;
