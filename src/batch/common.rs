@@ -3,8 +3,8 @@
 
 use super::block::{Kernel, LANES, Lane};
 use super::inputs::{Input, inputs};
-use super::lanes::{self, Sums};
 use super::replicates::Replicates;
+use super::simd_tests::{self, Sums};
 use super::{Device, Row};
 use crate::algebra::Tape;
 use crate::campaign::{Campaign, Kind, Role};
@@ -199,7 +199,7 @@ impl Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
             cells: Replicates::new(&fit::cells(campaign, &design, m), &system.u, estimate.dof),
             scores: NormalScores::new(studentizing.len()),
-            network: lanes::network(if studentizing.len() <= NETWORK { studentizing.len() } else { 0 }),
+            network: simd_tests::network(if studentizing.len() <= NETWORK { studentizing.len() } else { 0 }),
             weight: system.u.iter().map(|u| 1.0 / u).collect(),
             priors: system.observed.iter().skip(readings).copied().collect(),
             campaign: campaign.with_readings(Default::default()),
@@ -266,7 +266,7 @@ impl Common {
                     self.studentizing.iter().filter_map(|(i, factor)| Some(v.get(*i)?.map(|v| v * factor)));
                 work.ordered_lanes.clear();
                 work.ordered_lanes.extend(studentized);
-                lanes::normality(scores, &self.network, &mut work.ordered_lanes)
+                simd_tests::normality(scores, &self.network, &mut work.ordered_lanes)
             });
             work.sums.push((Sums::of(v, &self.weight, &self.gain), normality));
         }

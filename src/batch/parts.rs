@@ -24,7 +24,7 @@ pub struct Parts {
     pub(super) settings: Settings,
     pub(super) model: Model,
     pub(super) reference: Vec<f64>,
-    pub(super) carried: Vec<Carried>,
+    pub(super) carried: Vec<PropagatedCalibration>,
     pub(super) derived: Vec<Tape>,
     /// Unknown, prior less its reference, standard uncertainty.
     pub(super) priors: Vec<(usize, f64, f64)>,
@@ -32,7 +32,7 @@ pub struct Parts {
 
 /// A column that is carried along for the budget of a known input: `df/dp`, or how much it changes with an unknown.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Carried {
+pub(super) struct PropagatedCalibration {
     pub(super) parameter: usize,
     pub(super) known: Known,
     pub(super) by: Option<usize>,
@@ -235,20 +235,20 @@ impl Parts {
 }
 
 /// What is carried along: `df/dp` of every known input with an uncertainty, and its derivative by each unknown that it depends on.
-fn carried(campaign: &Campaign) -> Vec<Carried> {
+fn carried(campaign: &Campaign) -> Vec<PropagatedCalibration> {
     let mut list = Vec::new();
     for (parameter, own) in campaign.parameters.iter().enumerate() {
         let Role::Known(known) = own.role else { continue };
         if known.u == 0.0 {
             continue;
         }
-        list.push(Carried { parameter, known, by: None });
+        list.push(PropagatedCalibration { parameter, known, by: None });
         for (j, unknown) in campaign.estimated().iter().enumerate() {
             let both = [own.id.as_str(), unknown.id.as_str()];
             let apart = own.kind == Kind::Coefficient
                 && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&both));
             if !apart {
-                list.push(Carried { parameter, known, by: Some(j) });
+                list.push(PropagatedCalibration { parameter, known, by: Some(j) });
             }
         }
     }

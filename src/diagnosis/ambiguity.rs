@@ -15,7 +15,7 @@ use super::search::Question;
 use super::sets::Rival;
 use crate::linear::Triangle;
 
-/// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + handicap - handicap of the member) / 2)`.
+/// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + plausibility penalty - plausibility penalty of the member) / 2)`.
 pub(super) fn shares(question: &Question<'_>, set: &[usize], rivals: &[Rival]) -> Vec<f64> {
     let share = |rival: &Rival| {
         let named = question.burden(set);

@@ -137,7 +137,7 @@ impl Pool {
         let mut basis: Vec<Vec<f64>> = Vec::new();
         let mut chosen: Vec<(usize, f64)> = Vec::new();
         while chosen.len() < most {
-            crate::stop::look();
+            crate::stop::poll();
             let gain = |j: usize| match (score.get(j), left.get(j)) {
                 (Some(s), Some(n)) if *n > 1e-9 => s * s / n,
                 _ => 0.0,

@@ -97,7 +97,7 @@ pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
 
 /// The same with what is known of the groups' scales beforehand.
 pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
-    crate::stop::look();
+    crate::stop::poll();
     system.check()?;
     let count = groups::count(&system.group);
     let alone = is_alone(system, count);

@@ -69,7 +69,7 @@ impl Walk<'_> {
             noise: case.from,
             gap: [before, if found { after } else { before }],
             channels: rest.channels(),
-            courses: rest.courses(),
+            gaps_over_time: rest.gaps_over_time(),
             unexplained,
             suspects,
             steps: steps.collect(),

@@ -1,7 +1,7 @@
 //! Which few of many columns explain a residual: forward selection, removal and exchange on inner products alone.
 //!
 //! ```text
-//! score(set) = |r - C_set x|^2 + sum_set (penalty + handicap)          penalty = z^2,  2 (1 - Phi(z)) = significance / distinct columns
+//! score(set) = |r - C_set x|^2 + sum_set (penalty + plausibility penalty)          penalty = z^2,  2 (1 - Phi(z)) = significance / distinct columns
 //! ```
 //!
 //! A column takes part only where it lowers the score: its evidence, given the others, must be beyond chance among all that were tried.
@@ -31,7 +31,7 @@ pub(super) struct Products {
     /// `r' r`.
     pub square: f64,
     /// For each column, what it costs beside the penalty; infinite for one that must not be taken.
-    pub handicap: Vec<f64>,
+    pub plausibility_penalty: Vec<f64>,
     /// What any column costs.
     pub penalty: f64,
 }
@@ -45,11 +45,11 @@ pub(super) struct Solved {
 
 impl Products {
     /// All products; columns may be zero (they are never taken).
-    pub fn new(columns: Vec<Vec<f64>>, residual: &[f64], handicap: Vec<f64>, penalty: f64) -> Products {
+    pub fn new(columns: Vec<Vec<f64>>, residual: &[f64], plausibility_penalty: Vec<f64>, penalty: f64) -> Products {
         let along = columns.iter().map(|column| dot(column, residual)).collect();
         let squares = columns.iter().map(|column| dot(column, column)).collect();
         let gram = RefCell::new(vec![None; columns.len()]);
-        Products { columns, gram, squares, along, square: dot(residual, residual), handicap, penalty }
+        Products { columns, gram, squares, along, square: dot(residual, residual), plausibility_penalty, penalty }
     }
 
     /// Products of one column with all.
@@ -72,7 +72,7 @@ impl Products {
     }
 
     fn cost(&self, j: usize) -> f64 {
-        self.penalty + self.handicap.get(j).copied().unwrap_or(f64::INFINITY)
+        self.penalty + self.plausibility_penalty.get(j).copied().unwrap_or(f64::INFINITY)
     }
 
     /// Least squares of a set; `None` where its columns are not independent.
@@ -180,7 +180,7 @@ impl Products {
         let gains = self.gains(&others, &solved);
         let found = gains.iter().enumerate().filter(|(j, _)| j != own && !set.contains(j));
         let found = found.map(|(j, gain)| (j, solved.rss - gain - with.rss));
-        let near = found.filter(|(j, worse)| *worse <= excess && self.handicap[*j].is_finite());
+        let near = found.filter(|(j, worse)| *worse <= excess && self.plausibility_penalty[*j].is_finite());
         near.map(|(j, worse)| (j, worse, self.product(*own, j).abs() > 1.0 - 1e-6)).collect()
     }
 
@@ -197,7 +197,9 @@ impl Products {
             let along: Vec<f64> = others.iter().map(|k| self.product(*k, *j)).collect();
             let taken: Vec<f64> = solved.inverse.iter().map(|row| dot(row, &along)).collect();
             let left = own - dot(&along, &taken);
-            let usable = own > 0.0 && left > INDEPENDENT * own && self.handicap.get(*j).is_some_and(|h| h.is_finite());
+            let usable = own > 0.0
+                && left > INDEPENDENT * own
+                && self.plausibility_penalty.get(*j).is_some_and(|h| h.is_finite());
             let score = self.along.get(*j)? - dot(&along, &solved.values);
             usable.then(|| (*j, along, taken, left.sqrt(), score / left.sqrt()))
         };

@@ -3,11 +3,11 @@
 //! The mission's own motion is the reference (at rest, in the papers); each motion beside it is compared with it by the
 //! ratio of root mean squares over the mission.
 
-use super::carry::{NavigationUncertainty, SourceCovariance};
 use super::errors::{ImuErrors, Source};
 use super::linear;
 use super::mission::Mission;
 use super::motion::Motion;
+use super::propagation::{NavigationUncertainty, SourceCovariance};
 use super::run::{self, Continue, Flight, NavigationError, Outcome, Row, Scenario};
 use crate::number;
 
@@ -61,7 +61,7 @@ pub struct Ratio {
 
 /// Uncertainty of the navigation errors in time, by linear covariance, and by Monte Carlo at the end.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Carried {
+pub struct PropagatedCalibration {
     /// The motion's name.
     pub motion: String,
     /// Times, s.
@@ -243,12 +243,12 @@ pub fn unresolved(mission: &Mission, flown: &[Flown]) -> Vec<Unresolved> {
 /// Carry a covariance of error sources along each motion of a mission.
 ///
 /// The draws of the Monte Carlo run are flown with the full simulation, eight and eight in lanes.
-pub fn carry(
+pub fn propagate_calibration(
     mission: &Mission,
     covariance: &SourceCovariance,
     draws: usize,
     sink: &mut dyn FnMut(Progress) -> Continue,
-) -> Vec<Carried> {
+) -> Vec<PropagatedCalibration> {
     let motions = motions(mission);
     let of = 2 * mission.steps * motions.len() as u64;
     let every = (mission.steps / mission.steps_per_row.max(1)).div_ceil(KEPT).max(1);
@@ -279,7 +279,7 @@ pub fn carry(
             monte_carlo = Some(deviation(&flight.outcomes));
         }
         before += 2 * mission.steps;
-        all.push(Carried { motion: name, times, linear, draws, monte_carlo });
+        all.push(PropagatedCalibration { motion: name, times, linear, draws, monte_carlo });
         if stopped {
             break;
         }

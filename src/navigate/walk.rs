@@ -183,7 +183,7 @@ impl<'a> Walk<'a> {
         columns.push(laid);
         self.case.weigh(self.u, &state.out, &mut columns);
         let residual = columns.pop().unwrap_or_default();
-        let mut handicap = Vec::with_capacity(causes.len());
+        let mut plausibility_penalty = Vec::with_capacity(causes.len());
         let mut norms = Vec::with_capacity(causes.len());
         for (cause, column) in causes.iter().zip(&mut columns) {
             let norm = normalise(column);
@@ -193,10 +193,10 @@ impl<'a> Walk<'a> {
             }
             let alone = if seen { dot(column, &residual) / norm } else { 0.0 };
             let absurd = if self.case.is_absurd(cause, alone) { 5.0 } else { 0.0 };
-            handicap.push(if seen { RANK * cause.rank() + absurd } else { f64::INFINITY });
+            plausibility_penalty.push(if seen { RANK * cause.rank() + absurd } else { f64::INFINITY });
             norms.push(norm);
         }
-        let products = Products::new(columns, &residual, handicap, self.penalty);
+        let products = Products::new(columns, &residual, plausibility_penalty, self.penalty);
         Linear { causes, products, norms }
     }
 

@@ -185,7 +185,7 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
         for a in 0..n {
             let scaled: Vec<f64> = blocks.column(r, a).iter().zip(weights).map(|(x, w)| total * x * w).collect();
             for b in 0..=a {
-                let sum = lanes(&scaled, blocks.column(r, b));
+                let sum = dot(&scaled, blocks.column(r, b));
                 m[a * n + b] += sum;
                 if a != b {
                     m[b * n + a] += sum;
@@ -216,17 +216,4 @@ pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
 /// `M(w)^-1` of an approximate design.
 pub(super) fn inverse(blocks: &Blocks, base: &[f64], total: f64, bound: &Bound) -> Option<Vec<f64>> {
     invert(&weighted(blocks, base, total, &bound.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
-}
-
-/// Scalar product of long vectors, in eight lanes.
-fn lanes(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest = dot(left.remainder(), right.remainder());
-    for (x, y) in left.zip(right) {
-        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
-            *sum += x * y;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }

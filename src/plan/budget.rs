@@ -1,6 +1,6 @@
 //! The best positions for a budget: how many mountings, and how many readings at each, when a remounting costs more than a rate change.
 //!
-//! Exchanges as for a fixed number, among partners that the budget allows; what is left is spent on what tells most for its cost; then whole
+//! Exchanges as for a fixed number, among replacements that the budget allows; what is left is spent on what tells most for its cost; then whole
 //! mountings are moved, states of a mounting replaced, mountings and states given up and the money spent anew. From every optimum that is
 //! found, a mounting is closed or opened at random and the search goes on from there.
 #![allow(

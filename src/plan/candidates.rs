@@ -262,7 +262,7 @@ pub(super) fn portions(joints: &[&str], candidates: &Readings, unit: Unit) -> Re
     let size = groups.iter().map(Vec::len).max().unwrap_or(1);
     if let Some(short) = groups.iter().find(|group| group.len() != size) {
         let what = match unit {
-            Unit::Pair => "a candidate has no partner of the opposite sense",
+            Unit::Pair => "a candidate has no replacement of the opposite sense",
             _ => "the mountings of the candidates have different numbers of readings",
         };
         let place = short.first().map(|r| described(joints, r)).unwrap_or_default();

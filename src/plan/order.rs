@@ -212,8 +212,8 @@ impl<'a> Drift<'a> {
         let mut now = self.harm(&groups);
         let joints_moved = self.way(&groups).0;
         let readings: usize = groups.iter().map(Vec::len).sum();
-        // each look costs a pass over the readings
-        let mut looks = 40_000_000 / (readings * self.parts.first().map_or(1, Vec::len)).max(1);
+        // each evaluation costs a pass over the readings
+        let mut evaluations = 40_000_000 / (readings * self.parts.first().map_or(1, Vec::len)).max(1);
         for _ in 0..ROUNDS {
             let before = now;
             for g in 0..groups.len() {
@@ -231,10 +231,10 @@ impl<'a> Drift<'a> {
                     swapped.concat()
                 }));
                 for other in others {
-                    if looks == 0 {
+                    if evaluations == 0 {
                         return groups.concat();
                     }
-                    looks -= 1;
+                    evaluations -= 1;
                     let Some(slot) = groups.get_mut(g) else { continue };
                     let kept = std::mem::replace(slot, other);
                     let harm = self.harm(&groups);
@@ -253,10 +253,10 @@ impl<'a> Drift<'a> {
                     let mut turned = groups.clone();
                     turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
                     for other in [swapped, turned] {
-                        if looks == 0 {
+                        if evaluations == 0 {
                             break;
                         }
-                        looks -= 1;
+                        evaluations -= 1;
                         let harm = self.harm(&other);
                         let better = harm < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
                         if better && self.way(&other).0 <= joints_moved {
@@ -268,7 +268,7 @@ impl<'a> Drift<'a> {
             if let Some((harm, other)) = best {
                 (now, groups) = (harm, other);
             }
-            if looks == 0 || !(now < before - 1e-9 * before) {
+            if evaluations == 0 || !(now < before - 1e-9 * before) {
                 break;
             }
         }

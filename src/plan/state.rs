@@ -265,7 +265,7 @@ impl<'a> State<'a> {
     }
 
     /// Candidates that may come in for the block at `at`: all, or its neighbours.
-    pub fn partners(&self, at: usize) -> Vec<usize> {
+    pub fn replacements(&self, at: usize) -> Vec<usize> {
         let own = self.chosen.get(at).and_then(|i| self.problem.neighbours.get(*i));
         match own {
             Some(list) => list.iter().copied().filter(|j| self.allowed(at, *j)).collect(),

@@ -248,7 +248,7 @@ impl Record {
     ///
     /// Errors: cells that are no numbers, rows of another length, a file that was cut off; with line and column.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
-        crate::stop::look();
+        crate::stop::poll();
         match self {
             Record::Delimited(table) => table.next(block),
             Record::Columnar(table) => table.next(block),

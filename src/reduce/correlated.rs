@@ -202,7 +202,7 @@ pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<Me
     let mut later = Some(between);
     while !queue.is_empty() {
         for description in std::mem::take(&mut queue) {
-            crate::stop::look();
+            crate::stop::poll();
             let Some(process) = Process::new(&description.covariance) else { continue };
             let (mut log, mut q) = (0.0, 0.0);
             let (mut slopes, mut own) = (Vec::new(), Vec::new());

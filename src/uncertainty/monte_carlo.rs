@@ -229,7 +229,7 @@ fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
     let mut point = model.point.clone();
     let mut work = Scratch::default();
     let mut values = Vec::with_capacity(size * model.outputs.len());
-    crate::stop::look();
+    crate::stop::poll();
     for _ in 0..size {
         point.copy_from_slice(&model.point);
         for (source, chi) in model.scatter.iter().zip(&chi_square) {

@@ -115,7 +115,7 @@ impl Problem<'_> {
         (*iterations, *converged) = (0, kept.is_empty());
         let mut before = f64::INFINITY;
         while !*converged && *iterations < limits.steps {
-            crate::stop::look();
+            crate::stop::poll();
             *iterations += 1;
             let floor = self.floors(theta);
             for g in kept.iter() {

@@ -55,7 +55,7 @@ pub struct NodeValues {
 
 /// Where a motion is in time.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub struct Trajectory {
     site: Site,
     step: f64,
     attitude: Attitude,
@@ -76,9 +76,9 @@ pub struct Course {
     constant: bool,
 }
 
-impl Course {
-    /// The course of one of a mission's motions.
-    pub fn new(mission: &Mission, motion: &Motion) -> Course {
+impl Trajectory {
+    /// The trajectory of one of a mission's motions.
+    pub fn new(mission: &Mission, motion: &Motion) -> Trajectory {
         let end = mission.duration();
         let (schedule, heading) = match &motion.path {
             Path::Stays => (Vec::new(), 0.0),
@@ -95,7 +95,7 @@ impl Course {
             0
         };
         let constant = schedule.is_empty() && motion.shortest_period() == f64::INFINITY;
-        Course {
+        Trajectory {
             site: mission.site,
             step: mission.step,
             attitude: motion.attitude,
@@ -175,7 +175,7 @@ impl Course {
     /// The same without pairs: a block that ends where the motion is not smooth.
     #[inline(always)]
     pub fn advance_smooth(&mut self, limit: u64, block: &mut Block) {
-        crate::stop::look();
+        crate::stop::poll();
         let start = self.done as f64 * self.step;
         let mut steps = (self.longest as u64).min(limit.max(1)).min((self.steps - self.done).max(1));
         for stage in &self.schedule {

@@ -1,4 +1,4 @@
-//! The best partner of one chosen block: every candidate weighed at once, in pieces that stay in the first-level cache.
+//! The best replacement of one chosen block: every candidate weighed at once, in pieces that stay in the first-level cache.
 //!
 //! Taking block `i` out first makes both criteria sums over what a candidate adds: with `G = L^-1 Xi M^-1`, `L L' = I - Xi M^-1 Xi'`,
 //!
