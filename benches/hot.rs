@@ -5,12 +5,12 @@
 #[path = "cases/mod.rs"]
 mod cases;
 
-use cases::{Line, devices, system};
+use cases::{Line, devices, stacked, system};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 use tumble::batch::{Device, Fleet};
 use tumble::design::{Model, assemble};
-use tumble::estimate::{Fold, Settings, adjust};
+use tumble::estimate::{Fold, Group, Settings, adjust, adjust_stacked};
 use tumble::fit;
 use tumble::navigate::errors::ImuErrors;
 use tumble::navigate::mission::{Mission, Site};
@@ -58,12 +58,30 @@ fn estimates() {
     }
 }
 
+/// A thousand designs of their own: estimates and uncertainties alone.
+fn stacks() {
+    let designs: Vec<f64> = (0..1000).flat_map(|k| stacked(k).0).collect();
+    let observed: Vec<f64> = (0..1000).flat_map(|k| stacked(k).1).collect();
+    let group = Group::Estimated(0);
+    show("1000 stacked designs 30 x 6", || {
+        drop(black_box(adjust_stacked(black_box(&designs), &observed, &[], (30, 6), group, &Settings::default())));
+    });
+}
+
 fn fleets() {
     let line = Line::new();
     let question = |device: &Device| line.campaign(device);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    for (name, own) in [("10000 devices of one schedule", false), ("1000 devices of own schedules", true)] {
-        let devices = devices(if own { 1_000 } else { 10_000 }, own);
+    let mut lacking = devices(1_000, false);
+    // three readings of thirty are absent, in each device others
+    for (k, device) in lacking.iter_mut().enumerate() {
+        [k, 7 * (k / 5) + 11, 13 * (k / 29) + 5].into_iter().for_each(|row| device.values[row % 30] = f64::NAN);
+    }
+    for (name, devices) in [
+        ("10000 devices of one schedule", devices(10_000, false)),
+        ("1000 devices of own schedules", devices(1_000, true)),
+        ("1000 devices that lack readings", lacking),
+    ] {
         let mut work =
             || drop(Fleet::new(&question, fit::Settings::default(), 6).fit(black_box(&devices), &line.layout));
         one.install(|| show(name, &mut work));
@@ -92,6 +110,7 @@ fn navigators() {
 
 fn main() {
     estimates();
+    stacks();
     fleets();
     navigators();
 }

@@ -107,6 +107,56 @@ def stacked():
 
 
 @nb.njit(fastmath=False)
+def reflected(designs, observed, solution, u):
+    """Householder of each design with its observations, estimates and uncertainties from the triangle: one system after the other."""
+    count, m, n = designs.shape
+    work, inverse = np.empty((n + 1, m)), np.zeros((n, n))
+    for d in range(count):
+        for i in range(m):
+            for j in range(n):
+                work[j, i] = designs[d, i, j]
+            work[n, i] = observed[d, i]
+        for k in range(n):
+            own = work[k]
+            squares = 0.0
+            for i in range(k, m):
+                squares += own[i] * own[i]
+            beta = -np.copysign(np.sqrt(squares), own[k])
+            first = own[k] - beta
+            scale = 1.0 / (-beta * first)
+            own[k] = first
+            for j in range(k + 1, n + 1):
+                other = work[j]
+                along = 0.0
+                for i in range(k, m):
+                    along += own[i] * other[i]
+                along *= scale
+                for i in range(k, m):
+                    other[i] -= along * own[i]
+            own[k] = beta
+        rest = 0.0
+        for i in range(n, m):
+            rest += work[n, i] * work[n, i]
+        for j in range(n):
+            inverse[j, j] = 1.0 / work[j, j]
+            for i in range(j - 1, -1, -1):
+                total = 0.0
+                for k in range(i + 1, j + 1):
+                    total += work[k, i] * inverse[k, j]
+                inverse[i, j] = -total * inverse[i, i]
+        for i in range(n):
+            x, square = 0.0, 0.0
+            for k in range(i, n):
+                x += inverse[i, k] * work[n, k]
+                square += inverse[i, k] * inverse[i, k]
+            solution[d, i] = x
+            u[d, i] = np.sqrt(square * rest / (m - n))
+
+
+into = np.empty((1000, 6)), np.empty((1000, 6))
+
+
+@nb.njit(fastmath=False)
 def mechanise(increments, state, step, altitude):
     """Two samples at a time, local level: the same algorithm, one scenario, increments given; terms of latitude evaluated at each step."""
     a, e2, rate = 6378137.0, 0.00669437999014, 7.292115e-5
@@ -179,7 +229,11 @@ rows = [
     ("fold 64 x 6", "numba: reflections of columns", best(numba_folding(64, 6)), 64),
     ("fold 4096 x 10", "numba: reflections of columns", best(numba_folding(4096, 10)), 4096),
     ("10000 devices of one schedule", "numpy: y P', estimates alone", best(lambda: Y @ P.T), N),
+    ("1000 stacked designs 30 x 6", "numpy: stacked QR, estimates alone", best(stacked), 1000),
+    ("1000 stacked designs 30 x 6", "numba: Householder, estimates and u", best(lambda: reflected(few, Y[:1000], *into)), 1000),
     ("1000 devices of own schedules", "numpy: stacked QR, estimates alone", best(stacked), 1000),
+    ("1000 devices of own schedules", "numba: Householder, estimates and u", best(lambda: reflected(few, Y[:1000], *into)), 1000),
+    ("1000 devices that lack readings", "numba: Householder, estimates and u", best(lambda: reflected(few, Y[:1000], *into)), 1000),
     ("navigator 100000 steps x 1", "numba: one scenario, increments given", best(lambda: mechanise(increments, start, 0.01, 0.0)), steps),
     ("navigator 100000 steps x 8", "the same, for each of eight", best(lambda: mechanise(increments, start, 0.01, 0.0)) * 8, 8 * steps),
 ]

@@ -10,11 +10,13 @@ use super::tape::{Scratch, Step, Tape};
 /// One number at each of four places.
 pub(crate) type Lane = [f64; 4];
 
+#[inline(always)]
 fn zip(a: Lane, b: Lane, of: impl Fn(f64, f64) -> f64) -> Lane {
     std::array::from_fn(|l| of(a[l], b[l]))
 }
 
 /// `to += part` where the bar is not zero, as a single place skips a step there.
+#[inline(always)]
 fn add(to: &mut Lane, bar: Lane, part: Lane) {
     for ((to, bar), part) in to.iter_mut().zip(bar).zip(part) {
         *to += if bar == 0.0 { 0.0 } else { part };
@@ -23,6 +25,7 @@ fn add(to: &mut Lane, bar: Lane, part: Lane) {
 
 impl Tape {
     /// [`Tape::gradient`] at four places: the values come back, the derivatives with respect to every name go to `gradient` (overwritten).
+    #[inline(always)]
     pub(crate) fn gradient_of_four(&self, inputs: &[Lane], scratch: &mut Scratch, gradient: &mut [Lane]) -> Lane {
         let [registers, bars] = &mut scratch.of_four;
         self.forward_of_four(inputs, registers);
@@ -94,6 +97,7 @@ impl Tape {
         registers[self.result]
     }
 
+    #[inline(always)]
     fn forward_of_four(&self, inputs: &[Lane], registers: &mut Vec<Lane>) {
         let first_step = self.slots.len() + self.constants.len();
         registers.resize(first_step + self.steps.len(), [0.0; 4]);

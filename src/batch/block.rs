@@ -13,10 +13,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Devices side by side.
-pub(super) const LANES: usize = 8;
-/// One number of each device.
-pub(super) type Lane = [f64; LANES];
+/// Devices side by side, and one number of each.
+pub(super) use crate::estimate::eight::{LANES, Lane};
 
 /// What all devices share.
 #[derive(Debug, Clone)]

@@ -1,6 +1,7 @@
 //! A schedule factorised once: what is left for each device are products, sums and tests.
 #![allow(clippy::indexing_slicing, reason = "`lane` is a remainder by `LANES`, the length of every `Lane`")]
 
+use super::answer::Memory;
 use super::block::{Kernel, LANES, Lane};
 use super::inputs::{Input, inputs};
 use super::replicates::Replicates;
@@ -18,11 +19,11 @@ use faer::Mat;
 use pulp::Arch;
 
 /// Above this condition number one step of refinement is not enough.
-const ILL: f64 = 1e4;
+pub(super) const ILL: f64 = 1e4;
 /// Rows whose uncertainties differ by more than this factor are not solved by products.
-const UNLIKE: f64 = 100.0;
+pub(super) const UNLIKE: f64 = 100.0;
 /// Up to so many residuals are sorted side by side.
-const NETWORK: usize = 256;
+pub(super) const NETWORK: usize = 256;
 
 /// What all devices of one schedule share.
 #[derive(Debug, Clone)]
@@ -64,7 +65,7 @@ pub struct Common {
     pub(super) largest_u: f64,
 }
 
-/// Buffers, and probabilities that return.
+/// Buffers, and what returns.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     pub(super) observed: Vec<Lane>,
@@ -77,7 +78,7 @@ pub(super) struct Scratch {
     pub(super) changes: Vec<f64>,
     pub(super) ordered: Vec<f64>,
     pub(super) cell_sums: Vec<f64>,
-    pub(super) factors: Vec<(u64, Option<f64>)>,
+    pub(super) memory: Memory,
 }
 
 /// The least positive and the largest size of a device's values, and the largest in units of its uncertainty.
@@ -105,14 +106,7 @@ impl Common {
     /// scales of several sensors to estimate, uncertainties that differ by more than a factor of 100, closed circles, unknowns that are not estimable, readings that cannot be fitted.
     /// `sensors` are those whose values a device's row has, in its order.
     pub fn new(campaign: &Campaign, settings: &Settings, sensors: &[usize]) -> Option<Common> {
-        let plain = settings.robust.is_none()
-            && settings.remount == Remount::No
-            && campaign.constraints.is_empty()
-            && campaign.scatter.is_empty()
-            && campaign.bench.sensors.iter().all(|sensor| sensor.turn.is_none());
-        let linear = is_linear(campaign);
-        let uncertain = campaign.parameters.iter().any(|p| matches!(p.role, Role::Known(known) if known.u != 0.0));
-        if !plain || !(linear || (settings.estimator == Estimator::Linear && !uncertain)) {
+        if !is_plain(campaign, settings) {
             return None;
         }
         // everything that a fit refuses is refused here
@@ -302,6 +296,21 @@ impl Common {
         *scratch = work;
         rows
     }
+}
+
+/// Is the question one that a linear step answers, without constraints, scatter, robust weights or closed circles?
+pub(super) fn is_plain(campaign: &Campaign, settings: &Settings) -> bool {
+    let plain = settings.robust.is_none()
+        && settings.remount == Remount::No
+        && campaign.constraints.is_empty()
+        && campaign.scatter.is_empty()
+        && campaign.bench.sensors.iter().all(|sensor| sensor.turn.is_none());
+    plain && (is_linear(campaign) || (settings.estimator == Estimator::Linear && !is_uncertain(campaign)))
+}
+
+/// Is an input known with an uncertainty?
+pub(super) fn is_uncertain(campaign: &Campaign) -> bool {
+    campaign.parameters.iter().any(|p| matches!(p.role, Role::Known(known) if known.u != 0.0))
 }
 
 /// Is every sensor's line affine in the unknowns, and no unknown an angle of the chain?

@@ -3,7 +3,7 @@
 use super::{Layout, Use};
 use crate::mix::Mix;
 use crate::record::UNREADABLE;
-use std::hash::{Hash, Hasher};
+use std::hash::Hasher;
 
 /// One device's rows of a table.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,12 +34,12 @@ impl Device {
     }
 
     /// A row's inputs.
-    fn input(&self, row: usize, width: usize) -> &[f64] {
+    pub(super) fn input(&self, row: usize, width: usize) -> &[f64] {
         self.inputs.get(row * width..(row + 1) * width).unwrap_or_default()
     }
 
     /// A row's values.
-    fn value(&self, row: usize, sensors: usize) -> &[f64] {
+    pub(super) fn value(&self, row: usize, sensors: usize) -> &[f64] {
         self.values.get(row * sensors..(row + 1) * sensors).unwrap_or_default()
     }
 }
@@ -76,13 +76,17 @@ impl<'a> Shape<'a> {
         order
     }
 
-    /// A number for the rows in some order.
-    pub(super) fn hash_of(&self, order: impl IntoIterator<Item = usize>) -> u64 {
-        let mut state = Mix(self.device.rows as u64);
-        for row in order {
-            self.key(row).for_each(|word| word.hash(&mut state));
+    /// A number for the rows, whatever their order.
+    pub(super) fn hash_of_rows(&self) -> u64 {
+        let mut sum = self.device.rows as u64;
+        for row in 0..self.device.rows {
+            let mut state = Mix::default();
+            self.key(row).for_each(|word| state.write_u64(word));
+            // mixed once more, so that sums of rows tell schedules apart
+            state.write_u64(0);
+            sum = sum.wrapping_add(state.finish());
         }
-        state.finish()
+        sum
     }
 
     /// Are these the same rows in the same order, bit by bit? Quick, and what is not may yet be the same.

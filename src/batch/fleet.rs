@@ -2,6 +2,8 @@
 
 use super::common::Scratch;
 use super::device::Shape;
+use super::own::Room;
+use super::own_rows::{Form, Own, Tests};
 use super::{Common, Device, Layout, Row, Solved};
 use crate::campaign::Campaign;
 use crate::error::Result;
@@ -14,6 +16,8 @@ use std::collections::{HashMap, HashSet};
 const MOST: usize = 256;
 /// Devices that are worked on together.
 const BLOCK: usize = 256;
+/// Devices of different schedules that are worked on together.
+const SIDE_BY_SIDE: usize = 64;
 
 /// A question to many devices.
 pub struct Fleet<'a> {
@@ -35,6 +39,10 @@ pub struct Schedules {
     seen: HashSet<u64>,
     /// The schedule of the device before.
     last: Place,
+    /// The way of devices of other schedules; inner `None` where there is none, outer where nobody has asked.
+    own: Option<Option<Box<Own>>>,
+    /// What the tests of their forms share.
+    tests: HashMap<Form, Tests>,
 }
 
 /// A schedule of several devices.
@@ -113,6 +121,7 @@ impl<'a> Fleet<'a> {
                 }
             }
         }
+        self.side_by_side(arch, devices, layout, &mut rows);
         rows.into_par_iter()
             .zip(devices.par_iter())
             .map(|(row, device)| {
@@ -120,6 +129,54 @@ impl<'a> Fleet<'a> {
                 Row { lot: device.lot.clone(), ..row }
             })
             .collect()
+    }
+
+    /// Rows of the devices that have none, eight side by side, where that is possible.
+    fn side_by_side(&mut self, arch: Arch, devices: &[Device], layout: &Layout, rows: &mut [Option<Row>]) {
+        let mut blocks: Vec<(Form, Vec<usize>)> = Vec::new();
+        let mut open: HashMap<Form, usize> = HashMap::new();
+        for (k, device) in devices.iter().enumerate().filter(|(k, _)| rows.get(*k).is_some_and(Option::is_none)) {
+            let way = match &self.known.own {
+                Some(way) => way.as_deref(),
+                None => {
+                    // what makes no campaign says nothing of the others
+                    let Ok(campaign) = (self.question)(device) else { continue };
+                    let own = Own::new(&campaign, layout, &self.settings).map(Box::new);
+                    self.known.own.insert(own).as_deref()
+                }
+            };
+            let Some(way) = way else { return };
+            let Some(form) = way.form_of(device) else { continue };
+            if self.known.tests.len() < MOST {
+                self.known.tests.entry(form).or_insert_with(|| way.tests(&form));
+            }
+            let block = *open.entry(form).or_insert_with(|| {
+                blocks.push((form, Vec::new()));
+                blocks.len() - 1
+            });
+            let Some((_, members)) = blocks.get_mut(block) else { continue };
+            members.push(k);
+            if members.len() == SIDE_BY_SIDE {
+                open.remove(&form);
+            }
+        }
+        let Some(Some(way)) = &self.known.own else { return };
+        let tests = &self.known.tests;
+        let solved: Vec<(Vec<usize>, Vec<Option<Row>>)> = blocks
+            .into_par_iter()
+            .map_init(Room::default, |room, (form, members)| {
+                let own: Vec<&Device> = members.iter().filter_map(|k| devices.get(*k)).collect();
+                let found = tests.get(&form).map(|tests| way.rows(arch, (&form, tests), &own, room));
+                (members, found.unwrap_or_default())
+            })
+            .collect();
+        for (members, found) in solved {
+            for (k, row) in members.into_iter().zip(found) {
+                if let Some(slot) = rows.get_mut(k) {
+                    *slot = row;
+                }
+            }
+        }
     }
 
     /// A fit by itself: a schedule of one device, or the ordinary fit.
@@ -140,34 +197,35 @@ impl<'a> Fleet<'a> {
     fn places(&mut self, devices: &[Device], layout: &Layout) -> Vec<Place> {
         let shape = |device| Shape::of(device, layout);
         let mut places: Vec<Place> = Vec::with_capacity(devices.len());
-        // schedules met for the first time: by the hash of their sorted rows, the devices and their orders
-        let mut new: HashMap<u64, Vec<(usize, Vec<usize>)>> = HashMap::new();
+        // schedules met for the first time: by the hash of their rows, the devices
+        let mut new: HashMap<u64, Vec<usize>> = HashMap::new();
         let mut begun: Vec<u64> = Vec::new();
         for (k, device) in devices.iter().enumerate() {
             let plain = device.is_plain() && device.rows > 0;
-            let mut place = if plain { self.find(&shape(device), layout) } else { None };
+            if let Some(place) = self.as_before(&shape(device), layout).filter(|_| plain) {
+                places.push(Some(place));
+                continue;
+            }
+            let hash = if plain { shape(device).hash_of_rows() } else { 0 };
+            let mut place = if plain { self.find(&shape(device), hash, layout) } else { None };
             // a schedule that the next device has too, row by row, is common
             if place.is_none()
                 && plain
                 && self.known.list.len() < MOST
                 && let Some(next) = devices.get(k + 1).filter(|next| next.rows == device.rows)
                 && shape(device).same(0..device.rows, &shape(next), 0..device.rows)
+                && !self.known.ordered.contains_key(&hash)
+                && !new.contains_key(&hash)
             {
-                let order = shape(device).order();
-                let hash = shape(device).hash_of(order.iter().copied());
-                if !self.known.ordered.contains_key(&hash) && !new.contains_key(&hash) {
-                    self.begin(device, &order, hash, layout);
-                    place = self.find(&shape(device), layout);
-                }
+                self.begin(device, hash, layout);
+                place = self.find(&shape(device), hash, layout);
             }
             if place.is_none() && plain {
-                let order = shape(device).order();
-                let hash = shape(device).hash_of(order.iter().copied());
                 let of_hash = new.entry(hash).or_default();
                 if of_hash.is_empty() {
                     begun.push(hash);
                 }
-                of_hash.push((k, order));
+                of_hash.push(k);
             }
             places.push(place);
         }
@@ -179,15 +237,11 @@ impl<'a> Fleet<'a> {
                 }
                 continue;
             }
-            let Some((first, order)) = members.first() else { continue };
-            let Some(index) = devices.get(*first).and_then(|device| self.begin(device, order, hash, layout)) else {
-                continue;
-            };
-            for (k, order) in members {
+            let Some(first) = members.first().and_then(|k| devices.get(*k)) else { continue };
+            let Some(index) = self.begin(first, hash, layout) else { continue };
+            for k in members {
                 let Some(device) = devices.get(k) else { continue };
-                if let (Some(slot), Some(found)) =
-                    (places.get_mut(k), self.matched(index, &shape(device), order, layout))
-                {
+                if let (Some(slot), Some(found)) = (places.get_mut(k), self.matched(index, &shape(device), layout)) {
                     *slot = Some((index, found));
                 }
             }
@@ -201,40 +255,34 @@ impl<'a> Fleet<'a> {
         places
     }
 
+    /// The schedule of the device before, row by row: most devices have it.
+    fn as_before(&self, shape: &Shape<'_>, layout: &Layout) -> Place {
+        let (index, map) = self.known.last.as_ref()?;
+        let other = Shape::of(&self.known.list.get(*index)?.device, layout);
+        let rows = 0..shape.device.rows;
+        let same = match map {
+            None => shape.is_alike(&other) || shape.same(rows.clone(), &other, rows),
+            Some(map) => shape.same(map.iter().copied(), &other, rows),
+        };
+        if same { self.known.last.clone() } else { None }
+    }
+
     /// A schedule that is known already.
-    fn find(&mut self, shape: &Shape<'_>, layout: &Layout) -> Place {
-        if let Some((index, map)) = &self.known.last
-            && let Some(schedule) = self.known.list.get(*index)
-        {
-            // most devices follow the one before, row by row
-            let other = Shape::of(&schedule.device, layout);
-            let rows = 0..shape.device.rows;
-            let same = match map {
-                None => shape.is_alike(&other) || shape.same(rows.clone(), &other, rows),
-                Some(map) => shape.same(map.iter().copied(), &other, rows),
-            };
-            if same {
-                return self.known.last.clone();
-            }
-        }
-        let order = shape.order();
-        let hash = shape.hash_of(order.iter().copied());
+    fn find(&mut self, shape: &Shape<'_>, hash: u64, layout: &Layout) -> Place {
         let index = *self.known.ordered.get(&hash)?;
-        let map = self.matched(index, shape, order, layout)?;
+        let map = self.matched(index, shape, layout)?;
         self.known.last = Some((index, map));
         self.known.last.clone()
     }
 
     /// The rows of a device in the order of a schedule's; inner `None` where that is its own, outer where it is another schedule.
-    fn matched(
-        &self,
-        index: usize,
-        shape: &Shape<'_>,
-        order: Vec<usize>,
-        layout: &Layout,
-    ) -> Option<Option<Vec<usize>>> {
+    fn matched(&self, index: usize, shape: &Shape<'_>, layout: &Layout) -> Option<Option<Vec<usize>>> {
         let schedule = self.known.list.get(index)?;
         let other = Shape::of(&schedule.device, layout);
+        if shape.is_alike(&other) {
+            return Some(None);
+        }
+        let order = shape.order();
         if !shape.same(order.iter().copied(), &other, schedule.order.iter().copied()) {
             return None;
         }
@@ -247,7 +295,7 @@ impl<'a> Fleet<'a> {
     }
 
     /// Factorise a schedule; `None` where there are too many.
-    fn begin(&mut self, device: &Device, order: &[usize], hash: u64, layout: &Layout) -> Option<usize> {
+    fn begin(&mut self, device: &Device, hash: u64, layout: &Layout) -> Option<usize> {
         if self.known.list.len() >= MOST {
             return None;
         }
@@ -255,7 +303,11 @@ impl<'a> Fleet<'a> {
         let common = (self.question)(device).ok();
         let common = common.and_then(|campaign| Common::new(&campaign, &self.settings, &sensors));
         let index = self.known.list.len();
-        self.known.list.push(Schedule { device: device.clone(), order: order.to_vec(), common: common.map(Box::new) });
+        self.known.list.push(Schedule {
+            device: device.clone(),
+            order: Shape::of(device, layout).order(),
+            common: common.map(Box::new),
+        });
         self.known.ordered.insert(hash, index);
         Some(index)
     }

@@ -11,6 +11,9 @@
 //! | `stream.rs` | a table of many devices, device by device; a serial number that comes back |
 //! | `common.rs` | a schedule factorised once |
 //! | `common_row.rs` | the row of one of its devices |
+//! | `answer.rs` | a device's row from its solution |
+//! | `own.rs` | devices of different schedules, eight side by side |
+//! | `own_rows.rs` | their rows of the design, from the columns of the table |
 //! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
 //! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
 //! | `block.rs` | estimates and residuals of eight devices side by side |
@@ -26,6 +29,7 @@
 //! that have this schedule; everything else (exact iterations, constraints, scatter, several estimated scales) is the ordinary fit.
 //! A device that cannot be fitted is a row that says why, and stops no other.
 
+mod answer;
 mod block;
 mod common;
 mod common_row;
@@ -33,6 +37,8 @@ mod device;
 mod fleet;
 mod inputs;
 mod layout;
+mod own;
+mod own_rows;
 mod parts;
 mod parts_row;
 mod repeat;

@@ -70,6 +70,45 @@ impl Replicates {
     }
 }
 
+/// Sums of cells, for devices whose cells are their own.
+#[derive(Debug, Default)]
+pub(super) struct Sorted {
+    /// Weight and weighted sum of each cell.
+    sums: Vec<(f64, f64)>,
+    own: Vec<f64>,
+}
+
+impl Sorted {
+    /// Probability of the test for lack of fit of residuals with their weights `1/u`, as [`quality::lack_of_fit`] has it.
+    pub fn lack_of_fit(
+        &mut self,
+        (cell, count): (&[usize], usize),
+        (v, weight): (&[f64], impl Iterator<Item = f64>),
+        dof: usize,
+    ) -> Option<f64> {
+        let Sorted { sums, own } = self;
+        let pure_dof = cell.len().checked_sub(count).filter(|pure| *pure > 0)?;
+        let between_dof = dof.checked_sub(pure_dof).filter(|rest| *rest > 0)?;
+        sums.clear();
+        sums.resize(count, (0.0, 0.0));
+        own.clear();
+        own.extend(weight.map(|w| w * w));
+        for ((v, own), cell) in v.iter().zip(own.iter()).zip(cell) {
+            let Some((weight, sum)) = sums.get_mut(*cell) else { continue };
+            *weight += own;
+            *sum += v * own;
+        }
+        let between: f64 = sums.iter().map(|(weight, sum)| sum * sum / weight).sum();
+        let (mut pure, mut total) = (0.0, 0.0);
+        for ((v, own), cell) in v.iter().zip(own.iter()).zip(cell) {
+            let mean = sums.get(*cell).map_or(0.0, |(weight, sum)| sum / weight);
+            pure += (v - mean) * (v - mean) * own;
+            total += v * v * own;
+        }
+        quality::lack_of_fit_p(pure, pure_dof, between, between_dof, total).map(|(_, p)| p)
+    }
+}
+
 /// Probability of the runs test; NaN where there is none. Equal counts have equal probabilities, and return often.
 pub(super) fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
     let (mut positive, mut negative, mut runs, mut last) = (0_usize, 0_usize, 0_usize, None);

@@ -24,17 +24,27 @@ impl Sums {
     /// Over the rows of the residuals; `weight` are the reciprocals of the rows' standard uncertainties, `gain` that of each reading. Signs are
     /// those of the readings.
     pub(super) fn of(residuals: &[Lane], weight: &[f64], gain: &[f64]) -> Sums {
+        Sums::of_own(residuals, weight.iter().map(|w| [*w; LANES]), gain.iter().map(|gain| [*gain; LANES]))
+    }
+
+    /// The same for devices with weights and gains of their own.
+    #[inline(always)]
+    pub(super) fn of_own(
+        residuals: &[Lane],
+        weight: impl Iterator<Item = Lane>,
+        gain: impl Iterator<Item = Lane>,
+    ) -> Sums {
         let zero = [0.0; LANES];
         let mut sums = Sums { squares: zero, gain: zero, positive: zero, zero, changes: zero };
         for (v, w) in residuals.iter().zip(weight) {
-            for (sum, v) in sums.squares.iter_mut().zip(v) {
+            for ((sum, v), w) in sums.squares.iter_mut().zip(v).zip(w) {
                 *sum += (v * w) * (v * w);
             }
         }
         let mut before = zero;
         for (k, (v, gain)) in residuals.iter().zip(gain).enumerate() {
             (0..LANES).for_each(|l| {
-                let own = v[l] * v[l] * gain;
+                let own = v[l] * v[l] * gain[l];
                 sums.gain[l] = if own > sums.gain[l] { own } else { sums.gain[l] };
                 let positive = if v[l] > 0.0 { 1.0 } else { 0.0 };
                 let change: f64 = positive - before[l];
@@ -69,6 +79,7 @@ pub(super) fn network(count: usize) -> Vec<(usize, usize)> {
 }
 
 /// Probabilities of the test of normality for eight devices; NaN where there is none. The values are sorted by `network`.
+#[inline(always)]
 pub(super) fn normality(scores: &NormalScores, network: &[(usize, usize)], values: &mut [Lane]) -> Lane {
     for (i, j) in network {
         let (Some(a), Some(b)) = (values.get(*i).copied(), values.get(*j).copied()) else { continue };

@@ -178,9 +178,16 @@ impl Summary {
     /// A quantity over the accepted devices; `None` where no device has one.
     pub fn quantity(&self, quantity: usize) -> Option<Quantity> {
         let mut values = self.values(quantity);
-        values.sort_unstable_by(f64::total_cmp);
         let n = values.len();
-        let (first, last) = (*values.first()?, *values.last()?);
+        // in ascending order a quantile's value stands at its place; the rest may stand anywhere
+        let mut at = |place: usize| {
+            let inside = place.min(n.saturating_sub(1));
+            values.get(inside)?;
+            Some(*values.select_nth_unstable_by(inside, f64::total_cmp).1)
+        };
+        let (first, last) = (at(0)?, at(n - 1)?);
+        let share = |share: f64| (share * (n - 1) as f64).round() as usize;
+        let quantiles = [first, at(share(0.05))?, at(share(0.5))?, at(share(0.95))?, last];
         let mean = first + values.iter().map(|x| x - first).sum::<f64>() / n as f64;
         let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
         let variance = (n > 1).then(|| squares / (n - 1) as f64);
@@ -197,15 +204,7 @@ impl Summary {
             }?;
             Some(Scattering { u, f, dof, u_dof, p, sd_of_devices: (variance - u * u).max(0.0).sqrt() })
         });
-        let at = |share: f64| values.get(number::count((share * (n - 1) as f64).round())).copied().unwrap_or(last);
-        Some(Quantity {
-            devices: n,
-            mean,
-            sd: variance.map(f64::sqrt),
-            quantiles: [first, at(0.05), at(0.5), at(0.95), last],
-            u: rms(|own| own[2]),
-            scattering,
-        })
+        Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(|own| own[2]), scattering })
     }
 
     /// Devices that stand apart from the others in some quantity, at 1 % over all devices and quantities, the farthest first.
@@ -240,10 +239,17 @@ impl Summary {
     }
 }
 
-/// The median; the list is sorted.
+/// The median; the list is put in another order.
 fn middle(values: &mut [f64]) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    let n = values.len();
-    let at = |k: usize| values.get(k).copied().unwrap_or(f64::NAN);
-    if n % 2 == 1 { at(n / 2) } else { (at((n / 2).saturating_sub(1)) + at(n / 2)) / 2.0 }
+    let (half, is_odd) = (values.len() / 2, values.len() % 2 == 1);
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let (below, own, _) = values.select_nth_unstable_by(half, f64::total_cmp);
+    let own = *own;
+    if is_odd {
+        return own;
+    }
+    let before = below.iter().copied().max_by(f64::total_cmp).unwrap_or(own);
+    (before + own) / 2.0
 }

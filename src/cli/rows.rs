@@ -6,8 +6,8 @@ use crate::error::{Fault, Malformed, Result};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{ColumnPath, Type};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -100,8 +100,7 @@ impl Columns {
         cells.extend([Cell::Count(row.readings), Cell::Count(row.rank), Cell::Count(row.dof)]);
         let tests = [row.residual_sd, row.chi_square_p, row.lack_of_fit_p, row.runs_p, row.normality_p];
         cells.extend(tests.map(Cell::Number));
-        let suspects: Vec<String> = row.suspects.iter().map(ToString::to_string).collect();
-        cells.push(Cell::Text(suspects.join(" ").into()));
+        cells.push(Cell::Text(suspects(row)));
         cells.push(Cell::Text(row.solved.name().into()));
         cells.push(Cell::Text(row.why.as_str().into()));
         cells
@@ -159,8 +158,7 @@ impl Rows {
                 written
             }
             To::Parquet(writer) => {
-                let cells: Vec<Vec<Cell<'_>>> = cells.collect();
-                return group(writer, &self.columns.titles(), &cells).map_err(|error| fault(&self.path, &error));
+                return group(writer, &self.columns, rows).map_err(|error| fault(&self.path, &error));
             }
         };
         written.or_else(reader_left).map_err(|error| fault(&self.path, &error))
@@ -249,51 +247,118 @@ fn parquet(path: &Path, stream: Stream, columns: &Columns) -> Result<SerializedF
     let properties = WriterProperties::builder()
         .set_compression(parquet::basic::Compression::SNAPPY)
         .set_key_value_metadata(Some(units));
-    // numbers of devices hardly return, and looking for those that do costs more than all else
-    let numbers = columns.titles().into_iter().filter(|(_, kind)| *kind == Kind::Number);
-    let properties = numbers
-        .fold(properties, |own, (title, _)| own.set_column_dictionary_enabled(ColumnPath::new(vec![title]), false))
+    // numbers and names of devices hardly return, and looking for those that do costs more than all else; nor is anything found by the least
+    // and the largest of texts but of the devices' own
+    let properties = columns
+        .titles()
+        .into_iter()
+        .enumerate()
+        .fold(properties, |own, (k, (title, kind))| {
+            let path = ColumnPath::new(vec![title]);
+            match kind {
+                Kind::Text if k > 0 => own.set_column_statistics_enabled(path, EnabledStatistics::None),
+                Kind::Text | Kind::Number => own.set_column_dictionary_enabled(path, false),
+                Kind::Count => own,
+            }
+        })
         .build();
     SerializedFileWriter::new(stream, Arc::new(schema), Arc::new(properties)).map_err(unwritten)
 }
 
-/// A row group.
+/// A row group, column by column from the rows as they are.
 fn group(
     writer: &mut SerializedFileWriter<Stream>,
-    titles: &[(String, Kind)],
-    rows: &[Vec<Cell<'_>>],
+    columns: &Columns,
+    rows: &[Row],
 ) -> std::result::Result<(), parquet::errors::ParquetError> {
-    let mut group = writer.next_row_group()?;
-    for (k, (_, kind)) in titles.iter().enumerate() {
-        let Some(mut column) = group.next_column()? else { break };
-        let cells = || rows.iter().filter_map(|row| row.get(k));
-        match kind {
-            Kind::Text => {
-                // most texts are those of the row before
-                let mut texts: Vec<ByteArray> = Vec::with_capacity(rows.len());
-                for cell in cells() {
-                    let text = if let Cell::Text(text) = cell { text.as_bytes() } else { b"" };
-                    let same = texts.last().filter(|last| last.data() == text).cloned();
-                    texts.push(same.unwrap_or_else(|| ByteArray::from(text.to_vec())));
-                }
-                column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
+    let mut group = Group { group: writer.next_row_group()?, rows, numbers: Vec::new(), levels: Vec::new() };
+    group.texts(|row| row.label.as_str().into())?;
+    if columns.lot.is_some() {
+        group.texts(|row| row.lot.as_str().into())?;
+    }
+    group.texts(|row| row.verdict.name().into())?;
+    if columns.limited {
+        group.texts(|row| row.conformity.map_or("", |own| own.name()).into())?;
+    }
+    for k in 0..columns.quantities.len() {
+        let at = |list: &[f64]| list.get(k).copied().unwrap_or(f64::NAN);
+        group.numbers(|row| at(&row.value))?;
+        group.numbers(|row| at(&row.u))?;
+        group.numbers(|row| at(&row.expanded))?;
+    }
+    group.counts(|row| row.readings)?;
+    group.counts(|row| row.rank)?;
+    group.counts(|row| row.dof)?;
+    group.numbers(|row| row.residual_sd)?;
+    group.numbers(|row| row.chi_square_p)?;
+    group.numbers(|row| row.lack_of_fit_p)?;
+    group.numbers(|row| row.runs_p)?;
+    group.numbers(|row| row.normality_p)?;
+    group.texts(suspects)?;
+    group.texts(|row| row.solved.name().into())?;
+    group.texts(|row| row.why.as_str().into())?;
+    group.group.close()?;
+    Ok(())
+}
+
+/// Suspicious readings as a text.
+fn suspects(row: &Row) -> std::borrow::Cow<'_, str> {
+    match row.suspects.as_slice() {
+        [] => "".into(),
+        several => several.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ").into(),
+    }
+}
+
+/// A row group on its way, in the order of the titles.
+struct Group<'a> {
+    group: SerializedRowGroupWriter<'a, Stream>,
+    rows: &'a [Row],
+    numbers: Vec<f64>,
+    levels: Vec<i16>,
+}
+
+type Written = std::result::Result<(), parquet::errors::ParquetError>;
+
+impl<'a> Group<'a> {
+    fn texts(&mut self, of: impl Fn(&'a Row) -> std::borrow::Cow<'a, str>) -> Written {
+        let Some(mut column) = self.group.next_column()? else { return Ok(()) };
+        // all texts in one piece of memory; most are those of the row before
+        let (mut all, mut places) = (Vec::new(), Vec::with_capacity(self.rows.len()));
+        let mut last = (0, 0);
+        for row in self.rows {
+            let text = of(row);
+            let before = all.get(last.0..last.0 + last.1).unwrap_or_default();
+            if places.is_empty() || before != text.as_bytes() {
+                last = (all.len(), text.len());
+                all.extend_from_slice(text.as_bytes());
             }
-            Kind::Number => {
-                let value = |cell: &Cell<'_>| if let Cell::Number(x) = cell { *x } else { f64::NAN };
-                let levels: Vec<i16> = cells().map(|cell| i16::from(!value(cell).is_nan())).collect();
-                let numbers: Vec<f64> = cells().map(value).filter(|x| !x.is_nan()).collect();
-                column.typed::<DoubleType>().write_batch(&numbers, Some(&levels), None)?;
-            }
-            Kind::Count => {
-                let count = |cell: &Cell<'_>| if let Cell::Count(n) = cell { *n as i64 } else { 0 };
-                let counts: Vec<i64> = cells().map(count).collect();
-                column.typed::<Int64Type>().write_batch(&counts, None, None)?;
+            places.push(last);
+        }
+        let all = ByteArray::from(all);
+        let texts: Vec<ByteArray> = places.into_iter().map(|(start, length)| all.slice(start, length)).collect();
+        column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
+        column.close()
+    }
+
+    fn numbers(&mut self, of: impl Fn(&Row) -> f64) -> Written {
+        let Some(mut column) = self.group.next_column()? else { return Ok(()) };
+        (self.levels.clear(), self.numbers.clear());
+        for x in self.rows.iter().map(of) {
+            self.levels.push(i16::from(!x.is_nan()));
+            if !x.is_nan() {
+                self.numbers.push(x);
             }
         }
-        column.close()?;
+        column.typed::<DoubleType>().write_batch(&self.numbers, Some(&self.levels), None)?;
+        column.close()
     }
-    group.close()?;
-    Ok(())
+
+    fn counts(&mut self, of: impl Fn(&Row) -> usize) -> Written {
+        let Some(mut column) = self.group.next_column()? else { return Ok(()) };
+        let counts: Vec<i64> = self.rows.iter().map(|row| of(row) as i64).collect();
+        column.typed::<Int64Type>().write_batch(&counts, None, None)?;
+        column.close()
+    }
 }
 
 /// What a diagnosis found in one device.

@@ -40,6 +40,7 @@ struct Turn {
 impl Turn {
     const NONE: Turn = Turn { angle: [0.0; 4], in_degrees: true, sin: [0.0; 4], cos: [1.0; 4] };
 
+    #[inline(always)]
     fn to(&mut self, angle: Lane, in_degrees: bool) {
         if angle == self.angle && in_degrees == self.in_degrees {
             return;
@@ -55,16 +56,19 @@ impl Turn {
         }
     }
 
+    #[inline(always)]
     fn turns(&self) -> bool {
         self.angle != [0.0; 4]
     }
 }
 
+#[inline(always)]
 fn of(part: impl Fn(usize) -> f64) -> Lane {
     std::array::from_fn(part)
 }
 
 /// `Rot(axis, t)^T v`, see [`Axis::to_inner`].
+#[inline(always)]
 fn to_inner(axis: Axis, v: &mut Vectors, Turn { sin, cos, .. }: &Turn) {
     let [x, y, z] = *v;
     let (first, second) = match axis {
@@ -81,7 +85,13 @@ fn to_inner(axis: Axis, v: &mut Vectors, Turn { sin, cos, .. }: &Turn) {
     v[second] = of(|l| cos[l] * b[l] - sin[l] * a[l]);
 }
 
+#[inline(always)]
+fn turn_both(axis: Axis, turn: &Turn, vectors: [Option<&mut Vectors>; 2]) {
+    vectors.into_iter().flatten().for_each(|v| to_inner(axis, v, turn));
+}
+
 /// `-unit x v`, see [`Axis::derivative`], times a factor.
+#[inline(always)]
 fn derivative(axis: Axis, [x, y, z]: &Vectors, factor: &Lane) -> Vectors {
     let zero = [0.0; 4];
     let plus = |a: &Lane| of(|l| a[l] * factor[l]);
@@ -94,6 +104,7 @@ fn derivative(axis: Axis, [x, y, z]: &Vectors, factor: &Lane) -> Vectors {
 }
 
 /// `S v` for a `v` that has no component along the axis; `later` are the columns of `S`.
+#[inline(always)]
 fn carried([x, y, z]: &[Vectors; 3], axis: Axis, v: &mut Vectors) {
     let sum = |p: &Vectors, a: Lane, q: &Vectors, b: Lane| -> Vectors {
         std::array::from_fn(|i| of(|l| p[i][l] * a[l] + q[i][l] * b[l]))
@@ -107,6 +118,7 @@ fn carried([x, y, z]: &[Vectors; 3], axis: Axis, v: &mut Vectors) {
 }
 
 /// `S <- S R^T`, by columns.
+#[inline(always)]
 fn turn_back(later: &mut [Vectors; 3], axis: Axis, Turn { sin, cos, .. }: &Turn) {
     let [x, y, z] = *later;
     let less = |p: &Vectors, q: &Vectors| std::array::from_fn(|i| of(|l| p[i][l] * cos[l] - q[i][l] * sin[l]));
@@ -120,7 +132,16 @@ fn turn_back(later: &mut [Vectors; 3], axis: Axis, Turn { sin, cos, .. }: &Turn)
 
 impl FourInstants {
     /// Carry Earth rate, specific force and joint rates through the chain: everything stands as in `base` but for a joint that passes four angles.
-    pub(super) fn set(&mut self, bench: &Bench, tilts: &[f64], base: &Instant, (joint, stops): (usize, Lane)) {
+    /// What is not wanted of rate and force is left as it is.
+    #[inline(always)]
+    pub(super) fn set(
+        &mut self,
+        bench: &Bench,
+        tilts: &[f64],
+        base: &Instant,
+        (joint, stops): (usize, Lane),
+        [wants_rate, wants_force]: [bool; 2],
+    ) {
         let FourInstants { rate, force, rate_by_tilt, force_by_tilt, ground, turns, angles, scratch } = self;
         [*rate, *force] = ground.of(bench).map(|v| [[v.x; 4], [v.y; 4], [v.z; 4]]);
         rate_by_tilt.clear();
@@ -142,8 +163,7 @@ impl FourInstants {
                     let turning = base.rate_deg_s.get(k).copied().unwrap_or_default() * per_deg_s;
                     k += 1;
                     if turn.turns() {
-                        to_inner(*about, rate, turn);
-                        to_inner(*about, force, turn);
+                        turn_both(*about, turn, [wants_rate.then_some(&mut *rate), wants_force.then_some(&mut *force)]);
                     }
                     if turning != 0.0 {
                         rate[*about as usize].iter_mut().for_each(|q| *q += turning);
@@ -164,11 +184,11 @@ impl FourInstants {
                     let tilt = tilts.get(rate_by_tilt.len()).copied().unwrap_or_default();
                     turn.to(factor.map(|factor| factor * tilt), false);
                     if turn.turns() {
-                        to_inner(*about, rate, turn);
-                        to_inner(*about, force, turn);
+                        turn_both(*about, turn, [wants_rate.then_some(&mut *rate), wants_force.then_some(&mut *force)]);
                     }
-                    rate_by_tilt.push(derivative(*about, rate, &factor));
-                    force_by_tilt.push(derivative(*about, force, &factor));
+                    let zero = [[0.0; 4]; 3];
+                    rate_by_tilt.push(if wants_rate { derivative(*about, rate, &factor) } else { zero });
+                    force_by_tilt.push(if wants_force { derivative(*about, force, &factor) } else { zero });
                 }
             }
         }
@@ -181,8 +201,12 @@ impl FourInstants {
             if let Link::Tilt { .. } = link
                 && let Some((rate, force)) = derivatives.next()
             {
-                carried(&later, *about, rate);
-                carried(&later, *about, force);
+                if wants_rate {
+                    carried(&later, *about, rate);
+                }
+                if wants_force {
+                    carried(&later, *about, force);
+                }
             }
             if turn.turns() {
                 turn_back(&mut later, *about, turn);
@@ -206,7 +230,7 @@ mod tests {
         let mut base = Instant { angle_deg: vec![37.0, 0.0, 200.0], rate_deg_s: vec![0.0, 15.0, -3.0] };
         let mut four = FourInstants::default();
         for stops in [[0.0, 90.0, 180.0, 270.0], [11.0, 11.0, -400.0, 0.0]] {
-            four.set(&bench, &tilts, &base, (1, stops));
+            four.set(&bench, &tilts, &base, (1, stops), [true; 2]);
             for (l, stop) in stops.into_iter().enumerate() {
                 base.angle_deg[1] = stop;
                 let mut one = Kinematics::default();

@@ -12,6 +12,8 @@ use nalgebra::Vector3;
 pub struct SensorModel {
     pub(super) tape: Tape,
     pub(super) slots: Vec<Slot>,
+    /// Does it follow rates, and forces?
+    pub(super) follows: [bool; 2],
     smoothness: Vec<Smoothness>,
 }
 
@@ -67,7 +69,11 @@ impl SensorModel {
                 modulated(campaign, joint, own)
             })
             .collect();
-        Ok(SensorModel { tape, slots, smoothness })
+        let follows = [
+            slots.iter().any(|slot| matches!(slot, Slot::Rate(_))),
+            slots.iter().any(|slot| matches!(slot, Slot::Force(_))),
+        ];
+        Ok(SensorModel { tape, slots, follows, smoothness })
     }
 
     /// The line at one instant, given the kinematics there.

@@ -7,6 +7,7 @@
 //! Nobody hand-derives rows: the papers' small-angle rows fall out, because at zero tilts the exact derivative *is* the small-angle
 //! coefficient. Deliberately absent: weights and solving (`estimate`), opinions about what is estimable.
 
+mod columns;
 mod four;
 mod inputs;
 mod kinematics;
@@ -14,6 +15,7 @@ mod line;
 mod mean;
 mod model;
 
+pub(crate) use columns::{ColumnLine, Read};
 pub use kinematics::{Instant, Kinematics, kinematics};
 pub use line::{Context, SensorModel};
 pub use mean::{Node, Smoothness, nodes};

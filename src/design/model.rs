@@ -12,6 +12,7 @@ use crate::algebra::{Lane, Scratch};
 use crate::campaign::{Campaign, Reading};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Every sensor's model line, ready to predict readings of one campaign and of others with the same bench, parameters and columns.
 #[derive(Debug, Clone)]
@@ -37,6 +38,28 @@ pub struct Workspace {
     four: FourInstants,
     inputs_of_four: Vec<Lane>,
     slopes_of_four: Vec<Lane>,
+    arch: Arch,
+}
+
+/// What [`Model::gather_fours`] is asked.
+struct Fours<'a> {
+    model: &'a Model,
+    campaign: &'a Campaign,
+    row: &'a Reading,
+    smoothness: Smoothness,
+    joint: usize,
+    point: &'a [f64],
+    work: &'a mut Workspace,
+}
+
+impl WithSimd for Fours<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Fours { model, campaign, row, smoothness, joint, point, work } = self;
+        model.gather_fours(campaign, row, smoothness, (joint, point), work);
+    }
 }
 
 /// Mean of one sensor's line over a reading, and its gradient, while they are summed up.
@@ -166,7 +189,8 @@ impl Model {
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
         work.sweep.set(row, smoothness);
         if let Some(joint) = work.sweep.joint.filter(|_| self.joints == 0 && work.sweep.stops.len() > 1) {
-            return self.gather_fours(campaign, row, smoothness, (joint, point), work);
+            let arch = work.arch;
+            return arch.dispatch(Fours { model: self, campaign, row, smoothness, joint, point, work });
         }
         let Workspace { kinematics: at, tilts, inputs, slopes, scratch, gathered, sweep, .. } = work;
         sweep.visit(|instant, weight| {
@@ -182,7 +206,8 @@ impl Model {
         });
     }
 
-    /// The same, four instants at a time; where the last are fewer, its last one again with no weight.
+    /// The same, four instants at a time and by the widest instructions that there are; where the last are fewer, its last one again with no weight.
+    #[inline(always)]
     fn gather_fours(
         &self,
         campaign: &Campaign,
@@ -193,12 +218,15 @@ impl Model {
     ) {
         let Workspace { tilts, scratch, gathered, sweep, four, inputs_of_four: inputs, slopes_of_four: slopes, .. } =
             work;
+        let of = |own: &&Gathered| own.smoothness == Some(smoothness);
+        let follows = gathered.iter().filter(of).filter_map(|own| self.sensors.get(own.sensor)).map(|own| own.follows);
+        let wanted = follows.fold([false; 2], |[rate, force], own| [rate || own[0], force || own[1]]);
         for stops in sweep.stops.chunks(4) {
             let last = stops.last().map_or(0.0, |(angle, _)| *angle);
             let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
             let (angles, weights): (Lane, Lane) =
                 (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1));
-            four.set(&campaign.bench, tilts, &sweep.base, (joint, angles));
+            four.set(&campaign.bench, tilts, &sweep.base, (joint, angles), wanted);
             for own in gathered.iter_mut().filter(|own| own.smoothness == Some(smoothness)) {
                 let Some(model) = self.sensors.get(own.sensor) else { continue };
                 inputs.clear();
@@ -260,6 +288,7 @@ impl Gathered {
     }
 
     /// [`Gathered::add`] for four instants.
+    #[inline(always)]
     fn add_four(
         &mut self,
         (values, weights): (Lane, &Lane),
@@ -295,6 +324,7 @@ impl Gathered {
     }
 
     /// Sums of four instants as those of all, in the order of the instants.
+    #[inline(always)]
     fn join_fours(&mut self) {
         let sum = |four: &Lane| four.iter().fold(0.0, |sum, own| sum + own);
         self.mean += sum(&self.mean_of_four);
@@ -362,6 +392,7 @@ fn accumulate([sum, size]: &mut [Vector3<f64>; 2], direction: &Vector3<f64>, slo
 }
 
 /// `sums += weights * parts`.
+#[inline(always)]
 fn plus(sums: &mut Lane, weights: &Lane, parts: &Lane) {
     for ((sum, weight), part) in sums.iter_mut().zip(weights).zip(parts) {
         *sum += weight * part;
@@ -369,6 +400,7 @@ fn plus(sums: &mut Lane, weights: &Lane, parts: &Lane) {
 }
 
 /// [`accumulate`] at four instants.
+#[inline(always)]
 fn steepen([sum, size]: &mut [Vectors; 2], direction: &Vector3<f64>, slope: &Lane) {
     for (i, part) in direction.iter().enumerate() {
         for ((sum, size), slope) in sum[i].iter_mut().zip(&mut size[i]).zip(slope) {
@@ -378,10 +410,12 @@ fn steepen([sum, size]: &mut [Vectors; 2], direction: &Vector3<f64>, slope: &Lan
     }
 }
 
+#[inline(always)]
 fn dot(a: &Vectors, b: &Vectors) -> Lane {
     std::array::from_fn(|l| a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l])
 }
 
+#[inline(always)]
 fn along(direction: &Vector3<f64>, v: &Vectors) -> Lane {
     std::array::from_fn(|l| direction.x * v[0][l] + direction.y * v[1][l] + direction.z * v[2][l])
 }

@@ -12,6 +12,8 @@
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
 //! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
+//! | `stacked.rs` | many systems of one shape, each with a design of its own |
+//! | `eight.rs` | eight of them side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `compress.rs` | each group's rows as a triangle that says the same |
@@ -35,6 +37,7 @@ mod compensated;
 mod compress;
 mod condition;
 mod cone_program;
+pub(crate) mod eight;
 mod equalities;
 mod factor;
 mod fold;
@@ -45,6 +48,7 @@ mod panel;
 mod refine;
 pub mod scatter;
 mod small_qr;
+mod stacked;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
@@ -58,6 +62,7 @@ pub use scatter::{
     Felt, Floor, Line, LineState, Memory, Pattern, Scattered, Stepped, Variances, Whitening, adjust_scattered,
     step_scattered,
 };
+pub use stacked::{Stacked, adjust_stacked};
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;

@@ -39,7 +39,7 @@ pub use noise::{Noise, Source, VarianceFrom, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
 pub use questions::Angle;
-pub(crate) use ranges::{LEAST, MOST, check_rows};
+pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::{RobustMethod, RobustRecord};
 pub use rules::{ActiveConstraint, Constraints};
 pub(crate) use scatter::spelled_out;

@@ -9,7 +9,7 @@ pub(crate) const LEAST: f64 = 1e-70;
 pub(crate) const MOST: f64 = 1e70;
 
 /// Refuse readings, stated uncertainties, columns and parameters beyond the range in which a fit can be computed.
-pub(super) fn check(campaign: &Campaign) -> Result<()> {
+pub(crate) fn check(campaign: &Campaign) -> Result<()> {
     let too_large = |x: f64| x.abs() > MOST;
     let beyond = |what: String, value: f64, place: &str| {
         Err(Malformed::new(Fault::Value, format!("{what} is beyond the numbers that a fit can square"))

@@ -3,6 +3,7 @@
 //! Residuals of a fit are slightly correlated, so both tests are close, not exact; with fewer than eight residuals they say nothing.
 
 use crate::uncertainty::quantiles;
+use std::cell::RefCell;
 
 /// Fewest residuals that these tests take.
 const FEWEST: usize = 8;
@@ -101,8 +102,17 @@ impl NormalityTest {
 /// Shapiro-Francia `W'` of studentized residuals; its p-value by P. Royston, "A pocket-calculator algorithm for the Shapiro-Francia test for
 /// non-normality", Statistics in Medicine 12 (1993), for 5 to 5000 values. `None` with fewer than eight, or without any scatter.
 pub fn normality(studentized: &[f64]) -> Option<NormalityTest> {
+    // fits that follow each other have as many readings
+    thread_local! {
+        static LAST: RefCell<Option<NormalScores>> = const { RefCell::new(None) };
+    }
     let mut values: Vec<f64> = studentized.iter().copied().filter(|v| v.is_finite()).collect();
-    NormalScores::new(values.len())?.test(&mut values)
+    LAST.with_borrow_mut(|last| {
+        if last.as_ref().is_none_or(|scores| scores.scores.len() != values.len()) {
+            *last = NormalScores::new(values.len());
+        }
+        last.as_ref()?.test(&mut values)
+    })
 }
 
 /// Sort values in ascending order, few by insertion.

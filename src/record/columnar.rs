@@ -1,5 +1,6 @@
 //! Parquet in blocks: the selected columns of one row group after the other.
 
+use super::columnar_labels::{self, Pages};
 use super::{As, Block, Column, Labels};
 use crate::error::{Fault, Malformed, Result};
 use parquet::basic::{LogicalType, TimeUnit};
@@ -21,9 +22,15 @@ pub struct Columnar {
     factors: Vec<f64>,
     wanted: Vec<(usize, As)>,
     group: usize,
-    open: Vec<ColumnReader>,
+    open: Vec<Open>,
     labels: Labels,
     scratch: Scratch,
+}
+
+/// A column of the row group that is being read.
+enum Open {
+    Values(Box<ColumnReader>),
+    Labels(Pages),
 }
 
 #[derive(Default)]
@@ -118,21 +125,27 @@ impl Columnar {
                     return Ok(false);
                 }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
-                self.open = self
-                    .wanted
-                    .iter()
-                    .map(|(column, _)| group.get_column_reader(*column))
-                    .collect::<std::result::Result<_, _>>()
-                    .map_err(error)?;
+                let open = |(column, kind): &(usize, As)| {
+                    let own = group.metadata().column(*column);
+                    Ok(match kind {
+                        As::Label if columnar_labels::reads(own) => {
+                            let is_optional = own.column_descr().max_def_level() > 0;
+                            Open::Labels(Pages::new(group.get_column_page_reader(*column)?, is_optional))
+                        }
+                        _ => Open::Values(Box::new(group.get_column_reader(*column)?)),
+                    })
+                };
+                self.open = self.wanted.iter().map(open).collect::<std::result::Result<_, _>>().map_err(error)?;
                 self.group += 1;
             }
             let wanted = self.wanted.iter().zip(&mut self.open).zip(&mut block.columns);
             for (((column, kind), reader), to) in wanted {
                 let factor = self.factors.get(*column).copied().unwrap_or(1.0);
                 let title = self.columns.get(*column).map_or("", |c| c.title.as_str());
-                match kind {
-                    As::Number | As::Cell => numbers(reader, &mut self.scratch, to, factor),
-                    As::Label => labels(reader, &mut self.scratch, to, &mut self.labels),
+                match (kind, reader) {
+                    (_, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels),
+                    (As::Number | As::Cell, Open::Values(reader)) => numbers(reader, &mut self.scratch, to, factor),
+                    (As::Label, Open::Values(reader)) => labels(reader, &mut self.scratch, to, &mut self.labels),
                 }
                 .map_err(|error| fault(&self.name, &error).at_path(title))?;
             }

@@ -13,6 +13,7 @@
 //! | `number.rs` | decimal numbers from bytes |
 //! | `delimited.rs` | a table of text in blocks |
 //! | `columnar.rs` | Parquet in blocks |
+//! | `columnar_labels.rs` | texts of a Parquet column as numbers of labels |
 //! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
 //! | `matlab.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
 //! | `mcap.rs` | logs of robots: messages `sensor_msgs/Imu` (feature `mcap`) |
@@ -25,6 +26,8 @@
 mod clock;
 #[cfg_attr(not(feature = "parquet"), path = "columnar_absent.rs")]
 mod columnar;
+#[cfg(feature = "parquet")]
+mod columnar_labels;
 mod delimited;
 mod dialect;
 #[cfg(any(feature = "excel", feature = "hdf5"))]
@@ -341,13 +344,22 @@ impl Labels {
         {
             return *number;
         }
+        let number = self.number_of(cell);
+        let (mut last, _) = self.last.take().unwrap_or_default();
+        last.clear();
+        last.extend_from_slice(cell);
+        self.last = Some((last, number));
+        number
+    }
+
+    /// The same for a text that is hardly that of the row before.
+    fn number_of(&mut self, cell: &[u8]) -> f64 {
         let text = text::decoded(cell);
         let next = self.texts.len();
         let number = *self.numbers.entry(text.clone()).or_insert(next);
         if number == next {
             self.texts.push(text);
         }
-        self.last = Some((cell.to_vec(), number as f64));
         number as f64
     }
 }

@@ -6,6 +6,7 @@
 //! freedom not positive) and where the answer exceeds a double.
 
 use super::tails::{self, Tails};
+use std::cell::Cell;
 
 /// Above this Student t is expanded about the normal distribution.
 const NEARLY_NORMAL: f64 = 1e6;
@@ -150,7 +151,19 @@ fn expanded(z: f64, nu: f64) -> Option<f64> {
 /// assert!((coverage_factor(0.9545, 10.0).unwrap() - 2.28).abs() < 0.005);
 /// ```
 pub fn coverage_factor(level: f64, nu: f64) -> Option<f64> {
-    student_t_quantile(0.5 * (1.0 - level), nu).map(f64::abs)
+    // all quantities of a fit ask the same
+    thread_local! {
+        static LAST: Cell<Option<(u64, u64, Option<f64>)>> = const { Cell::new(None) };
+    }
+    let bits = (level.to_bits(), nu.to_bits());
+    match LAST.get() {
+        Some((of_level, of_nu, factor)) if (of_level, of_nu) == bits => factor,
+        _ => {
+            let factor = student_t_quantile(0.5 * (1.0 - level), nu).map(f64::abs);
+            LAST.set(Some((bits.0, bits.1, factor)));
+            factor
+        }
+    }
 }
 
 /// `P(chi^2 <= x)` for `nu` degrees of freedom.

@@ -1,0 +1,231 @@
+//! A device's row from its solution: values, uncertainties, limits, verdict and remarks.
+
+use super::Row;
+use super::inputs::Input;
+use super::row::{Solved, Verdict, chi_square_words, remarks};
+use crate::algebra::{Scratch, Tape};
+use crate::campaign::{Campaign, Limited};
+use crate::fit::{self, Settings, resolution};
+use crate::uncertainty::{Combined, effective_dof, quantiles};
+use faer::Mat;
+
+/// The question, and what the rows of a system say of it.
+pub(super) struct Question<'a> {
+    pub campaign: &'a Campaign,
+    pub settings: &'a Settings,
+    pub derived: &'a [Tape],
+    /// The point of linearisation.
+    pub reference: &'a [f64],
+    /// Known inputs that have an uncertainty.
+    pub known: &'a [Input],
+    /// Is the scatter of the readings estimated (one scale for all)?
+    pub scaled: bool,
+    pub rank: usize,
+    pub dof: usize,
+    /// Degrees of freedom of the readings' scatter; infinite where it is stated.
+    pub own_dof: f64,
+}
+
+/// What was found of one device.
+pub(super) struct Answer<'a> {
+    pub label: &'a str,
+    /// Estimates less the reference.
+    pub dx: &'a [f64],
+    pub cofactor: &'a Mat<f64>,
+    /// The readings' part of it; the rest is that of priors.
+    pub share: &'a Mat<f64>,
+    /// Variance of unit weight; `None` where it cannot be known.
+    pub variance: Option<f64>,
+    /// `sum (v/u)^2`.
+    pub squares: f64,
+    pub readings: usize,
+    pub lack_of_fit_p: Option<f64>,
+    pub runs_p: f64,
+    pub normality_p: f64,
+    pub suspects: Vec<usize>,
+    pub solved: Solved,
+}
+
+/// Probabilities and places that return from device to device.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    factors: Vec<(u64, Option<f64>)>,
+    point: Vec<f64>,
+    gradient: Vec<f64>,
+    scratch: Scratch,
+}
+
+impl Question<'_> {
+    /// The row of a device.
+    pub(super) fn row(&self, found: Answer<'_>, memory: &mut Memory) -> Row {
+        let Question { campaign, settings, .. } = self;
+        let Answer { dx, cofactor, share, variance, squares, .. } = found;
+        let (dof, level) = (self.dof, settings.level);
+        let mut point = std::mem::take(&mut memory.point);
+        point.clear();
+        point.extend_from_slice(self.reference);
+        point.iter_mut().zip(dx).for_each(|(x, dx)| *x += dx);
+        let known: Vec<Vec<f64>> = self.known.iter().map(|input| input.sensitivity(dx)).collect();
+        let n = dx.len();
+        let count = n + self.derived.len();
+        let [mut value, mut u, mut expanded, mut type_a] = [(); 4].map(|()| Vec::with_capacity(count));
+        let mut results: Vec<Option<Combined>> = Vec::with_capacity(if campaign.limits.is_empty() { 0 } else { count });
+        let mut say = |found: Option<f64>, own: Option<Combined>| {
+            value.push(found.unwrap_or(f64::NAN));
+            u.push(own.map_or(f64::NAN, |c| c.u));
+            expanded.push(own.map_or(f64::NAN, |c| c.expanded));
+            type_a.push(own.map_or(f64::NAN, |c| c.type_a));
+            if !campaign.limits.is_empty() {
+                results.push(own);
+            }
+        };
+        for (j, x) in point.iter().take(n).enumerate() {
+            let through = |k: usize| known.get(k).and_then(|c| c.get(j)).copied().unwrap_or_default();
+            say(Some(*x), self.combine([cofactor[(j, j)], share[(j, j)]], variance, through, memory));
+        }
+        let mut gradient = std::mem::take(&mut memory.gradient);
+        gradient.resize(point.len(), 0.0);
+        for tape in self.derived {
+            let own = tape.gradient(&point, &mut memory.scratch, &mut gradient);
+            if !(own.is_finite() && gradient.iter().all(|c| c.is_finite())) {
+                say(None, None);
+                continue;
+            }
+            let along = gradient.get(..n).unwrap_or_default();
+            let form = |of: &Mat<f64>| -> f64 {
+                let terms = || along.iter().enumerate().filter(|(_, c)| **c != 0.0);
+                terms().map(|(i, a)| terms().map(|(j, b)| a * b * of[(i, j)]).sum::<f64>()).sum::<f64>().max(0.0)
+            };
+            let through = |k: usize| {
+                let own = self.known.get(k).and_then(|input| gradient.get(input.index)).copied().unwrap_or_default();
+                own + known.get(k).map_or(0.0, |c| along.iter().zip(c).map(|(a, c)| a * c).sum())
+            };
+            say(Some(own), self.combine([form(cofactor), form(share)], variance, through, memory));
+        }
+        (memory.point, memory.gradient) = (point, gradient);
+        let limits: Vec<(&str, fit::Conformity)> = campaign
+            .limits
+            .iter()
+            .filter_map(|limit| {
+                let (id, k) = match limit.of {
+                    Limited::Parameter(k) => (campaign.parameters.get(k)?.id.as_str(), k),
+                    Limited::Derived(k) => (campaign.derived.get(k)?.id.as_str(), n + k),
+                };
+                let found = value.get(k).copied().filter(|x| !x.is_nan());
+                let own = results.get(k).copied().flatten();
+                Some((id, fit::judge(campaign.decision, limit, found, own.as_ref(), level).0))
+            })
+            .collect();
+        let chi_square_p = match self.scaled {
+            false if dof > 0 => quantiles::chi_square_survival(squares, dof as f64),
+            _ => None,
+        };
+        let rejected = chi_square_p.is_some_and(|p| p < 1.0 - level);
+        let mut why = Vec::new();
+        if let Some(p) = chi_square_p.filter(|_| rejected) {
+            why.push(chi_square_words(p));
+        }
+        remarks(&mut why, &found.suspects, found.lack_of_fit_p.filter(|p| *p < 1.0 - level), &limits);
+        Row {
+            label: found.label.into(),
+            lot: String::new(),
+            verdict: if rejected { Verdict::Rejected } else { Verdict::Accepted },
+            conformity: limits.iter().map(|(_, own)| *own).max(),
+            why: why.join("; "),
+            readings: found.readings,
+            rank: self.rank,
+            dof,
+            residual_sd: if dof > 0 { (squares / dof as f64).sqrt() } else { f64::NAN },
+            chi_square_p: chi_square_p.unwrap_or(f64::NAN),
+            lack_of_fit_p: found.lack_of_fit_p.unwrap_or(f64::NAN),
+            runs_p: found.runs_p,
+            normality_p: found.normality_p,
+            suspects: found.suspects,
+            solved: found.solved,
+            value,
+            u,
+            expanded,
+            type_a,
+        }
+    }
+
+    /// Variance of unit weight from the sum of squares; `least` is its square root's least size for a scale that would be this.
+    pub(super) fn variance(&self, squares: f64, least: impl FnOnce(f64) -> f64) -> Option<f64> {
+        match self.scaled {
+            true if self.dof > 0 => {
+                let own = squares / self.dof as f64;
+                Some(own.max(least(own)))
+            }
+            true => None,
+            false => Some(1.0),
+        }
+    }
+
+    /// Combined uncertainty of a quantity with this cofactor (and the readings' share of it), as a budget of readings, priors and known inputs says.
+    fn combine(
+        &self,
+        [cofactor, share]: [f64; 2],
+        variance: Option<f64>,
+        through: impl Fn(usize) -> f64,
+        memory: &mut Memory,
+    ) -> Option<Combined> {
+        let readings = match variance {
+            Some(variance) => (share * variance).sqrt(),
+            // the scatter of the readings has a part in it, and is not known
+            None if cofactor > 0.0 => return None,
+            None => 0.0,
+        };
+        let own_dof = self.own_dof;
+        let part = |k: usize, input: &Input| (through(k).abs() * input.known.u, input.known.dof);
+        let inputs = || self.known.iter().enumerate().map(|(k, input)| part(k, input));
+        // priors stand beside readings of stated uncertainty only, so that no scale multiplies them
+        let type_b = inputs().map(|(u, _)| u * u).sum::<f64>() + (cofactor - share).max(0.0);
+        let u = (readings * readings + type_b).sqrt();
+        let dof = if type_b > 0.0 || !(u > 0.0) {
+            effective_dof(u, std::iter::once((readings, own_dof)).chain(inputs()))
+        } else {
+            own_dof
+        };
+        let bits = dof.to_bits();
+        let coverage_factor = match memory.factors.iter().find(|(own, _)| *own == bits) {
+            Some((_, factor)) => *factor,
+            None => {
+                let factor = quantiles::coverage_factor(self.settings.level, dof);
+                if memory.factors.len() < 8 {
+                    memory.factors.push((bits, factor));
+                }
+                factor
+            }
+        }?;
+        Some(Combined {
+            u,
+            type_a: readings,
+            type_b: type_b.sqrt(),
+            dof,
+            coverage_factor,
+            expanded: coverage_factor * u,
+        })
+    }
+}
+
+/// The square of the scale that the rounding of the readings alone would have, where that can matter: for a variance of unit weight, the largest
+/// reading in units of its relative uncertainty, and the largest of these.
+pub(super) fn least_variance<I: Iterator<Item = f64>>(
+    values: impl Fn() -> I,
+    (variance, weighed, largest_u): (f64, f64, f64),
+) -> f64 {
+    let arithmetic = (2.0 * f64::EPSILON * weighed).powi(2);
+    // a last place this coarse would matter; all readings are whole numbers of it, or it is none
+    let coarse = variance.sqrt() * 12f64.sqrt() * largest_u;
+    let places = coarse.log10().ceil();
+    let unit = if places <= 0.0 { 10f64.powf(-places) } else { 0.0 };
+    let whole = |y: f64| {
+        let count = y * unit;
+        (count - count.round()).abs() <= 1e-6 * count.abs().max(1.0)
+    };
+    if !(coarse > 0.0) || (unit > 0.0 && places > -14.0 && values().all(whole)) {
+        let step = resolution(values()).unwrap_or(0.0);
+        return arithmetic.max((step / 12f64.sqrt() / largest_u).powi(2));
+    }
+    arithmetic
+}

@@ -1,0 +1,197 @@
+//! Devices of different schedules, eight side by side: a system for each, solved together, and each device's row from its own.
+//!
+//! What is not far from a rank defect, or checked by no other reading, is for the fit of that device by itself.
+
+use super::answer::{Answer, Memory, Question, least_variance};
+use super::block::{LANES, Lane};
+use super::common::ILL;
+use super::common_row::may_be_suspicious;
+use super::lanes::{self, Sums};
+use super::own_rows::{Cells, Form, Own, Places, Sizes, Tests, lane};
+use super::replicates::{Sorted, runs_of, runs_p};
+use super::row::Solved;
+use super::{Device, Row};
+use crate::estimate::eight::Eight;
+use crate::quality::{self, Whitened};
+use faer::Mat;
+use pulp::{Arch, Simd, WithSimd};
+
+/// A reading whose redundancy is less is checked by none: that is for the device's own fit to say.
+const CHECKED: f64 = 1e-6;
+
+/// Room to work in.
+#[derive(Debug, Default)]
+pub(super) struct Room {
+    eight: Eight,
+    places: Places,
+    judged: Judged,
+    cells: Cells,
+    sorted: Sorted,
+    memory: Memory,
+    cofactor: Option<Mat<f64>>,
+    dx: Vec<f64>,
+    v: Vec<f64>,
+}
+
+/// Tests of eight devices.
+#[derive(Debug, Default)]
+struct Judged {
+    gain: Vec<Lane>,
+    studentized: Vec<Lane>,
+    least_redundancy: Lane,
+    sums: Option<Sums>,
+    normality: Option<Lane>,
+}
+
+impl Own {
+    /// A row for each device of a shape; `None` for one that its own fit has to answer.
+    pub(super) fn rows(
+        &self,
+        arch: Arch,
+        (form, tests): (&Form, &Tests),
+        devices: &[&Device],
+        room: &mut Room,
+    ) -> Vec<Option<Row>> {
+        let mut rows = Vec::with_capacity(devices.len());
+        for devices in devices.chunks(LANES) {
+            let sizes = self.fill(arch, form, devices, &mut room.eight, &mut room.places);
+            room.eight.solve(arch, true);
+            arch.dispatch(Judge { eight: &room.eight, tests, judged: &mut room.judged });
+            let own = devices.iter().zip(sizes).enumerate();
+            rows.extend(own.map(|(l, (device, sizes))| self.row((form, tests), device, l, sizes?, room)));
+        }
+        rows
+    }
+
+    fn row(
+        &self,
+        (form, tests): (&Form, &Tests),
+        device: &Device,
+        l: usize,
+        sizes: Sizes,
+        room: &mut Room,
+    ) -> Option<Row> {
+        let Room { eight, judged, cells, sorted, memory, cofactor, dx, v, .. } = room;
+        let sums = judged.sums?;
+        let (m, n) = (form.readings(), self.campaign.unknowns());
+        let squares = sums.squares[l];
+        if !(eight.condition[l] < ILL && judged.least_redundancy[l] > CHECKED && squares.is_finite()) {
+            return None;
+        }
+        dx.clear();
+        dx.extend(lane(&eight.solution, l));
+        let cofactor = match cofactor {
+            Some(own) if own.nrows() == n => own,
+            slot => slot.insert(Mat::zeros(n, n)),
+        };
+        for j in 0..n {
+            let upper = if self.derived.is_empty() { j } else { 0 };
+            for i in upper..=j {
+                let own = eight.cofactor(i, j, l);
+                (cofactor[(i, j)], cofactor[(j, i)]) = (own, own);
+            }
+        }
+        if !(dx.iter().all(|x| x.is_finite()) && (0..n).all(|j| cofactor[(j, j)].is_finite())) {
+            return None;
+        }
+        v.clear();
+        v.extend(lane(&eight.residuals, l));
+        let dof = m - n;
+        let question = Question {
+            campaign: &self.campaign,
+            settings: &self.settings,
+            derived: &self.derived,
+            reference: &self.reference,
+            known: &[],
+            scaled: form.scaled,
+            rank: n,
+            dof,
+            own_dof: if form.scaled { dof as f64 } else { f64::INFINITY },
+        };
+        let values = || device.values.iter().copied().filter(|value| !value.is_nan());
+        let least = |own| least_variance(values, (own, sizes.weighed, sizes.largest_u));
+        let count = self.cells(device, cells);
+        let lack_of_fit_p =
+            if count < m { sorted.lack_of_fit((&cells.of, count), (v, lane(&eight.weight, l)), dof) } else { None };
+        let runs_p = if form.is_of_one() && sums.zero[l] == 0.0 {
+            let positive = sums.positive[l] as usize;
+            runs_of(positive, m - positive, 1 + sums.changes[l] as usize)
+        } else {
+            let parts = form.parts().filter_map(|(begin, count)| v.get(begin..begin + count));
+            parts.map(|own| runs_p(own.iter().copied())).fold(f64::NAN, f64::min)
+        };
+        let suspicious = tests
+            .threshold
+            .is_some_and(|threshold| may_be_suspicious((squares, sums.gain[l]), dof, form.scaled, threshold));
+        let suspects = if suspicious { self.suspects(form, device, l, eight) } else { Vec::new() };
+        let answer = Answer {
+            label: &device.label,
+            dx,
+            cofactor,
+            share: cofactor,
+            variance: question.variance(squares, least),
+            squares,
+            readings: m,
+            lack_of_fit_p,
+            runs_p,
+            normality_p: match (&judged.normality, &tests.scores) {
+                (Some(p), _) => p[l],
+                (None, Some(scores)) => {
+                    let mut own: Vec<f64> = lane(&judged.studentized, l).collect();
+                    scores.test(&mut own).map_or(f64::NAN, |test| test.p)
+                }
+                (None, None) => f64::NAN,
+            },
+            suspects,
+            solved: Solved::Alone,
+        };
+        Some(question.row(answer, memory))
+    }
+
+    /// Suspicious readings, counted from 1 among the device's rows.
+    fn suspects(&self, form: &Form, device: &Device, l: usize, eight: &Eight) -> Vec<usize> {
+        let (m, n) = (form.readings(), self.campaign.unknowns());
+        // in the order of the readings, in which the device's own fit would look for them
+        let order = self.order(device);
+        let row = |i: usize| order.get(i).map_or(0, |(_, row)| *row);
+        let at = |list: &[Lane], i: usize| list.get(row(i)).map_or(0.0, |own| own[l]);
+        let q = Mat::from_fn(m, n, |i, j| eight.orthonormal(row(i), j, l));
+        let weight: Vec<f64> = (0..m).map(|i| at(&eight.weight, i)).collect();
+        let v: Vec<f64> = (0..m).map(|i| at(&eight.residuals, i)).collect();
+        let whitened = Whitened::independent(q.as_ref(), &weight, &v, m - n, !form.scaled);
+        let found = quality::snoop(&whitened, m, self.settings.level);
+        let rows = found.iter().flat_map(|found| &found.suspects);
+        rows.filter_map(|suspect| order.get(suspect.row).map(|(reading, _)| reading + 1)).collect()
+    }
+}
+
+/// Redundancies, sums and normality of eight devices, by the widest instructions that there are.
+struct Judge<'a> {
+    eight: &'a Eight,
+    tests: &'a Tests,
+    judged: &'a mut Judged,
+}
+
+impl WithSimd for Judge<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Judge { eight, tests, judged: Judged { gain, studentized, least_redundancy, sums, normality } } = self;
+        (gain.clear(), studentized.clear());
+        *least_redundancy = [1.0; LANES];
+        for ((v, w), h) in eight.residuals.iter().zip(&eight.weight).zip(&eight.leverage) {
+            let r: Lane = std::array::from_fn(|l| 1.0 - h[l]);
+            for l in 0..LANES {
+                // what is no number is not checked
+                let less = !(r[l] >= least_redundancy[l]);
+                least_redundancy[l] = if less { r[l] } else { least_redundancy[l] };
+            }
+            gain.push(std::array::from_fn(|l| w[l] * w[l] / r[l]));
+            studentized.push(std::array::from_fn(|l| v[l] * (w[l] / r[l].sqrt())));
+        }
+        *sums = Some(Sums::of_own(&eight.residuals, eight.weight.iter().copied(), gain.iter().copied()));
+        let scores = tests.scores.as_ref().filter(|_| !tests.network.is_empty());
+        *normality = scores.map(|scores| lanes::normality(scores, &tests.network, studentized));
+    }
+}

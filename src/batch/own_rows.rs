@@ -1,0 +1,394 @@
+//! Devices of different schedules: which of them can go side by side, and their rows of the design from the columns of the table.
+
+use super::block::{LANES, Lane};
+use super::common::{NETWORK, UNLIKE, is_plain, is_uncertain};
+use super::{Device, Layout, Use, lanes};
+use crate::algebra::{Lists, Tape};
+use crate::campaign::{Campaign, Readings, Role};
+use crate::design::{ColumnLine, Model, Read};
+use crate::estimate::eight::Eight;
+use crate::fit::{self, Settings, Weighting};
+use crate::quality::NormalScores;
+use crate::uncertainty::quantiles;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Most readings of a device, and most sensors, that go this way.
+const MOST_ROWS: usize = 2048;
+const MOST_SENSORS: usize = 4;
+
+/// What devices of different schedules share: the question, and where in a device's cells its lines find their inputs.
+#[derive(Debug)]
+pub(super) struct Own {
+    pub(super) campaign: Campaign,
+    pub(super) settings: Settings,
+    pub(super) derived: Vec<Tape>,
+    pub(super) reference: Vec<f64>,
+    /// For each sensor of the layout, in the order of a device's values.
+    lines: Vec<Line>,
+    /// Cells of inputs in a row.
+    width: usize,
+    /// The cell of the number of samples.
+    samples: Option<usize>,
+}
+
+/// A sensor's line.
+#[derive(Debug)]
+struct Line {
+    line: ColumnLine,
+    /// What each of its lists is.
+    from: Vec<From>,
+    /// The cell of its stated uncertainty.
+    u: Option<usize>,
+    /// Columns of the design that it has no part in.
+    absent: Vec<usize>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum From {
+    /// A cell of inputs.
+    Cell(usize),
+    /// A parameter's value; the column of the design, where it is an unknown.
+    Fixed(f64, Option<usize>),
+}
+
+/// How many readings of which sensors, with or without stated uncertainties: devices that agree in it go side by side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Form {
+    counts: [u16; MOST_SENSORS],
+    pub(super) scaled: bool,
+}
+
+/// What the tests of devices of one shape share.
+#[derive(Debug)]
+pub(super) struct Tests {
+    pub(super) scores: Option<NormalScores>,
+    pub(super) network: Vec<(usize, usize)>,
+    /// From here on the largest gain is looked at more closely.
+    pub(super) threshold: Option<f64>,
+}
+
+/// What is known of a device before anything is computed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sizes {
+    /// The largest value in units of its uncertainty.
+    pub(super) weighed: f64,
+    pub(super) largest_u: f64,
+}
+
+/// Room for the inputs and outputs of lines.
+#[derive(Debug, Default)]
+pub(super) struct Places {
+    inputs: Vec<f64>,
+    values: Vec<f64>,
+    gradient: Vec<f64>,
+    lists: Lists,
+}
+
+impl Form {
+    /// Readings of all sensors.
+    pub(super) fn readings(&self) -> usize {
+        self.counts.iter().map(|n| usize::from(*n)).sum()
+    }
+
+    /// For each sensor of the layout, where its rows begin and how many they are.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.counts.iter().scan(0, |next, count| {
+            let (begin, count) = (*next, usize::from(*count));
+            *next += count;
+            Some((begin, count))
+        })
+    }
+
+    /// Does one sensor have all rows?
+    pub(super) fn is_of_one(&self) -> bool {
+        self.counts.iter().filter(|n| **n > 0).count() == 1
+    }
+}
+
+impl Own {
+    /// The way of a table's devices, from the campaign of one; `None` where none of them can go it.
+    ///
+    /// That is: a question that needs more than one linear step, priors, uncertain inputs, lines of rates, forces or joints.
+    pub(super) fn new(campaign: &Campaign, layout: &Layout, settings: &Settings) -> Option<Own> {
+        let bench = &campaign.bench;
+        let prior = |p: &crate::campaign::Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
+        let simple = is_plain(campaign, settings)
+            && !is_uncertain(campaign)
+            && settings.adjust.rank_tolerance.is_none_or(|t| t * super::common::ILL < 1.0)
+            && settings.level > 0.0
+            && settings.level < 1.0
+            && campaign.unknowns() > 0
+            && !campaign.parameters.iter().any(prior)
+            && bench.joints().next().is_none()
+            && layout.uses.iter().all(|kind| *kind != Use::Other)
+            && layout.sensors().count() <= MOST_SENSORS
+            && campaign.readings.columns == layout.numeric(bench);
+        if !simple {
+            return None;
+        }
+        let empty = Readings { columns: campaign.readings.columns.clone(), rows: Vec::new() };
+        let campaign = campaign.with_readings(empty);
+        fit::check_ranges(&campaign).ok()?;
+        let model = Model::new(&campaign).ok()?;
+        let reference = campaign.reference_point();
+        let inputs: Vec<&str> = layout
+            .keys
+            .iter()
+            .zip(&layout.uses)
+            .filter(|(_, kind)| **kind == Use::Input)
+            .map(|(key, _)| key.as_str())
+            .collect();
+        let cell = |key: &str| inputs.iter().position(|own| *own == key);
+        let n = campaign.unknowns();
+        let line = |sensor: usize| {
+            let line = model.column_line(sensor)?;
+            let from = |read: &Read| match read {
+                Read::Column(k) => cell(campaign.readings.columns.get(*k)?).map(From::Cell),
+                Read::Parameter(k) => Some(From::Fixed(*reference.get(*k)?, (*k < n).then_some(*k))),
+            };
+            let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
+            let has = |j: &usize| from.iter().any(|own| matches!(own, From::Fixed(_, Some(k)) if k == j));
+            let absent = (0..n).filter(|j| !has(j)).collect();
+            Some(Line { line, from, u: cell(&format!("{}_u", bench.sensors.get(sensor)?.id)), absent })
+        };
+        let lines = layout.sensors().map(line).collect::<Option<_>>()?;
+        let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+        let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
+        let (width, samples) = (inputs.len(), cell("n"));
+        Some(Own { settings: *settings, derived, reference, lines, width, samples, campaign })
+    }
+
+    /// The shape of a device; `None` for one that its own fit has to answer, or to refuse.
+    pub(super) fn form_of(&self, device: &Device) -> Option<Form> {
+        if !device.is_plain() || device.inputs.iter().any(|x| x.abs() > fit::MOST) {
+            return None;
+        }
+        let (mut counts, mut stated) = ([0_u16; MOST_SENSORS], [None; MOST_SENSORS]);
+        for row in 0..device.rows {
+            let (inputs, values) = (device.input(row, self.width), device.value(row, self.lines.len()));
+            if inputs.len() != self.width || self.samples.is_some_and(|k| inputs[k] <= 0.0) {
+                return None;
+            }
+            let own = self.lines.iter().zip(values).zip(counts.iter_mut().zip(&mut stated));
+            for ((line, value), (count, stated)) in own {
+                let u = line.u.map_or(f64::NAN, |k| inputs[k]);
+                if value.is_nan() {
+                    if !u.is_nan() {
+                        return None;
+                    }
+                    continue;
+                }
+                let lacks = |from: &From| matches!(from, From::Cell(k) if inputs[*k].is_nan());
+                let has_u = !u.is_nan();
+                if line.from.iter().any(lacks) || stated.is_some_and(|before| before != has_u) {
+                    return None;
+                }
+                // what is no uncertainty at all is refused in words elsewhere
+                if has_u && !(u >= fit::LEAST) {
+                    return None;
+                }
+                *stated = Some(has_u);
+                *count = count.checked_add(1)?;
+            }
+        }
+        let relative = self.settings.weighting == Weighting::Relative;
+        let mut read = stated.iter().flatten();
+        let scaled = match (read.next(), read.next()) {
+            (None, _) => return None,
+            (Some(stated), None) => relative || !stated,
+            _ if relative || stated.contains(&Some(false)) => return None,
+            _ => false,
+        };
+        let form = Form { counts, scaled };
+        (form.readings() > self.campaign.unknowns() && form.readings() <= MOST_ROWS).then_some(form)
+    }
+
+    /// What the tests of a shape's devices share.
+    pub(super) fn tests(&self, form: &Form) -> Tests {
+        let m = form.readings();
+        let dof = m.saturating_sub(self.campaign.unknowns());
+        let single = -(self.settings.level.ln() / m.max(1) as f64).exp_m1();
+        let threshold = match (form.scaled, dof) {
+            (false, 1..) => quantiles::chi_square_quantile(1.0 - single, 1.0),
+            (true, 2..) => quantiles::fisher_f_quantile(1.0 - single, 1.0, dof as f64 - 1.0),
+            _ => None,
+        };
+        Tests { scores: NormalScores::new(m), network: lanes::network(if m <= NETWORK { m } else { 0 }), threshold }
+    }
+
+    /// Eight devices of a shape into a system each (where there are fewer, the last one again), and what is known of their sizes; `None` for a
+    /// device whose numbers its own fit has to look at.
+    pub(super) fn fill(
+        &self,
+        arch: Arch,
+        form: &Form,
+        devices: &[&Device],
+        eight: &mut Eight,
+        places: &mut Places,
+    ) -> [Option<Sizes>; LANES] {
+        let (m, n) = (form.readings(), self.campaign.unknowns());
+        let mut sizes = [None; LANES];
+        eight.shape(m, n);
+        for (slot, (line, (begin, count))) in self.lines.iter().zip(form.parts()).enumerate() {
+            let places_here = count * LANES;
+            let lists = line.from.len() * places_here;
+            places.inputs.resize(lists.max(places.inputs.len()), 0.0);
+            for (from, list) in line.from.iter().zip(places.inputs.chunks_exact_mut(places_here.max(1))) {
+                match from {
+                    From::Cell(k) => {
+                        for l in 0..LANES {
+                            let Some(device) = devices.get(l).or(devices.last()) else { continue };
+                            let cells = device.inputs.iter().skip(*k).step_by(self.width.max(1));
+                            let values = device.values.iter().skip(slot).step_by(self.lines.len());
+                            let read = cells.zip(values).filter(|(_, value)| !value.is_nan());
+                            list.iter_mut().skip(l).step_by(LANES).zip(read).for_each(|(to, (x, _))| *to = *x);
+                        }
+                    }
+                    From::Fixed(value, _) => list.fill(*value),
+                }
+            }
+            let Places { inputs, values, gradient, lists: room } = &mut *places;
+            values.resize(places_here, 0.0);
+            gradient.resize(lists, 0.0);
+            let inputs = &inputs[..lists];
+            arch.dispatch(Gradient { line: &line.line, places: places_here, inputs, room, values, gradient });
+            let mut put = |j: usize, from: Option<&[f64]>| {
+                let to = eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut();
+                match from {
+                    Some(from) => to.copy_from_slice(from),
+                    None => to.fill(0.0),
+                }
+            };
+            for (from, list) in line.from.iter().zip(gradient.chunks_exact(places_here.max(1))) {
+                if let From::Fixed(_, Some(j)) = from {
+                    put(*j, Some(list));
+                }
+            }
+            line.absent.iter().for_each(|j| put(*j, None));
+            for l in 0..LANES {
+                let Some(device) = devices.get(l).or(devices.last()) else { continue };
+                let read = (0..device.rows).filter_map(|row| {
+                    let value = device.values.get(row * self.lines.len() + slot).filter(|value| !value.is_nan())?;
+                    let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
+                    let u = match line.u.and_then(cell).filter(|u| !u.is_nan()) {
+                        Some(u) => u,
+                        None => 1.0 / self.samples.and_then(cell).filter(|n| !n.is_nan()).unwrap_or(1.0).sqrt(),
+                    };
+                    Some((*value, u))
+                });
+                let (mut least, mut most, mut own) = (f64::INFINITY, 0.0_f64, Sizes::default());
+                let mut least_u = f64::INFINITY;
+                let rows = eight.observed[begin..].iter_mut().zip(&mut eight.weight[begin..]);
+                for (((observed, weight), (value, u)), predicted) in
+                    rows.zip(read).zip(values.iter().skip(l).step_by(LANES))
+                {
+                    let (size, w) = (value.abs(), 1.0 / u);
+                    observed[l] = value - predicted;
+                    weight[l] = w;
+                    least = if size > 0.0 && size < least { size } else { least };
+                    most = if size > most { size } else { most };
+                    own.weighed = if size * w > own.weighed { size * w } else { own.weighed };
+                    own.largest_u = if u > own.largest_u { u } else { own.largest_u };
+                    least_u = if u < least_u { u } else { least_u };
+                }
+                let before = if begin == 0 { Some((own, least_u)) } else { sizes[l] };
+                sizes[l] = before.filter(|_| !(most > fit::MOST || least < fit::LEAST)).map(
+                    |(own_before, u_before): (Sizes, f64)| {
+                        let both = Sizes {
+                            weighed: own.weighed.max(own_before.weighed),
+                            largest_u: own.largest_u.max(own_before.largest_u),
+                        };
+                        (both, least_u.min(u_before))
+                    },
+                );
+            }
+        }
+        // rows of very different weight want the refinement of a fit of their own
+        sizes.map(|own| own.filter(|(own, least_u)| !(own.largest_u > UNLIKE * least_u)).map(|(own, _)| own))
+    }
+}
+
+/// A line at many places, by the widest instructions that there are.
+struct Gradient<'a> {
+    line: &'a ColumnLine,
+    places: usize,
+    inputs: &'a [f64],
+    room: &'a mut Lists,
+    values: &'a mut [f64],
+    gradient: &'a mut [f64],
+}
+
+impl WithSimd for Gradient<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.line.gradient(self.places, self.inputs, self.room, self.values, self.gradient);
+    }
+}
+
+/// The cell of each row of one device: rows of one cell have the same inputs. How many cells there are comes back.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    /// Cell of each row.
+    pub(super) of: Vec<usize>,
+    /// Row (and sensor) at which each cell was met first.
+    firsts: Vec<(usize, usize)>,
+    table: Vec<u32>,
+}
+
+impl Own {
+    /// Part a device's rows, in the order of the system's, by their inputs.
+    pub(super) fn cells(&self, device: &Device, cells: &mut Cells) -> usize {
+        use std::hash::Hasher;
+        let Cells { of, firsts, table } = cells;
+        (of.clear(), firsts.clear());
+        let size = (4 * device.rows * self.lines.len()).next_power_of_two();
+        table.clear();
+        table.resize(size, u32::MAX);
+        let word = |x: f64| (x + 0.0).to_bits();
+        for (slot, line) in self.lines.iter().enumerate() {
+            let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, word);
+            let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
+            for row in 0..device.rows {
+                if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
+                    continue;
+                }
+                let mut hash = crate::mix::Mix(slot as u64);
+                used().for_each(|k| hash.write_u64(at(row, k)));
+                let mut place = hash.finish() as usize & (size - 1);
+                let cell = loop {
+                    let Some(entry) = table.get_mut(place) else { break firsts.len() };
+                    match firsts.get(*entry as usize) {
+                        None => {
+                            *entry = firsts.len() as u32;
+                            firsts.push((row, slot));
+                            break firsts.len() - 1;
+                        }
+                        Some((first, own)) if *own == slot && used().all(|k| at(row, k) == at(*first, k)) => {
+                            break *entry as usize;
+                        }
+                        Some(_) => place = (place + 1) & (size - 1),
+                    }
+                };
+                of.push(cell);
+            }
+        }
+        firsts.len()
+    }
+
+    /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.
+    pub(super) fn order(&self, device: &Device) -> Vec<(usize, usize)> {
+        let sensors = self.lines.len();
+        let read = |slot: usize, row: usize| device.values.get(row * sensors + slot).is_some_and(|y| !y.is_nan());
+        let rows = (0..sensors).flat_map(|slot| (0..device.rows).filter(move |row| read(slot, *row)));
+        let mut order: Vec<(usize, usize)> = rows.enumerate().map(|(row, reading)| (reading, row)).collect();
+        order.sort_unstable();
+        order
+    }
+}
+
+/// Residuals of one system of eight, in the order of its rows.
+pub(super) fn lane(of: &[Lane], l: usize) -> impl Iterator<Item = f64> + '_ {
+    of.iter().map(move |own| own[l])
+}
