@@ -49,6 +49,12 @@ pub(crate) fn below(bits: u64, below: usize) -> usize {
     ((u128::from(bits) * below as u128) >> 64) as usize
 }
 
+/// The lower 32 bits.
+#[cfg(feature = "parquet")]
+pub(crate) const fn low_half(bits: u64) -> u32 {
+    bits as u32
+}
+
 /// The nearest number of single precision; infinite above its range.
 pub(crate) const fn single(x: f64) -> f32 {
     x as f32
@@ -96,6 +102,12 @@ mod tests {
         // the bits cut [0, 2^64) into `below` equal parts
         assert_eq!((below((1 << 63) - 1, 2), below(1 << 63, 2)), (0, 1));
         assert_eq!(below(u64::MAX, usize::MAX), usize::MAX - 1);
+    }
+
+    #[cfg(feature = "parquet")]
+    #[test]
+    fn lower_bits_are_kept() {
+        assert_eq!((low_half(0x1_2345_6789), low_half(7)), (0x2345_6789, 7));
     }
 
     #[test]

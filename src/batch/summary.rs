@@ -186,7 +186,7 @@ impl Summary {
             Some(*values.select_nth_unstable_by(inside, f64::total_cmp).1)
         };
         let (first, last) = (at(0)?, at(n - 1)?);
-        let share = |share: f64| (share * (n - 1) as f64).round() as usize;
+        let share = |share: f64| number::count((share * (n - 1) as f64).round());
         let quantiles = [first, at(share(0.05))?, at(share(0.5))?, at(share(0.95))?, last];
         let mean = first + values.iter().map(|x| x - first).sum::<f64>() / n as f64;
         let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
