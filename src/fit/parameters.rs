@@ -122,7 +122,7 @@ fn known_inputs<'a>(
 }
 
 /// What every budget of a fit needs.
-pub(super) struct Grounds<'a> {
+pub(super) struct BudgetInputs<'a> {
     campaign: &'a Campaign,
     estimate: &'a Estimate,
     noise: &'a Noise,
@@ -132,7 +132,7 @@ pub(super) struct Grounds<'a> {
     judged_at: Option<&'a [f64]>,
 }
 
-impl<'a> Grounds<'a> {
+impl<'a> BudgetInputs<'a> {
     pub(super) fn new(
         campaign: &'a Campaign,
         at_solution: &DesignMatrix,
@@ -142,7 +142,7 @@ impl<'a> Grounds<'a> {
         (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
     ) -> Self {
         let known = known_inputs(campaign, at_solution, noise);
-        Grounds { campaign, estimate, noise, known, level, weak, judged_at }
+        BudgetInputs { campaign, estimate, noise, known, level, weak, judged_at }
     }
 
     /// How the estimated parameters follow each known input that has an uncertainty.
@@ -155,9 +155,9 @@ impl<'a> Grounds<'a> {
     pub(super) fn covariance(&self) -> Mat<f64> {
         let mut covariance = self.noise.covariance.clone();
         for (_, input, c) in &self.known {
-            for i in 0..covariance.nrows().min(c.len()) {
-                for j in 0..covariance.ncols().min(c.len()) {
-                    covariance[(i, j)] += c[i] * c[j] * input.u * input.u;
+            for (i, a) in c.iter().enumerate().take(covariance.nrows()) {
+                for (j, b) in c.iter().enumerate().take(covariance.ncols()) {
+                    covariance[(i, j)] += a * b * input.u * input.u;
                 }
             }
         }

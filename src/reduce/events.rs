@@ -1,5 +1,6 @@
 //! What is odd in a channel, named and counted: spikes, stuck values, saturation, absent values. Nothing is changed.
 
+use crate::number;
 use crate::vocabulary::vocabulary;
 
 vocabulary! {
@@ -166,7 +167,7 @@ impl Watch {
         }
         let share = (self.repeats.0 as f64 / self.repeats.1.max(1) as f64).clamp(1e-3, 1.0);
         // so long a run by chance once in a thousand million samples
-        let chance = if share < 0.9 { (-20.7 / share.ln()).ceil() as u64 } else { u64::MAX };
+        let chance = if share < 0.9 { number::count_u64((-20.7 / share.ln()).ceil()) } else { u64::MAX };
         if length >= chance && events.len() < KEPT {
             events.push(Event { kind: EventKind::Stuck, sample, length });
         }
