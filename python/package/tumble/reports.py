@@ -2841,11 +2841,13 @@ class PredictedDerivedReport(Node):
     line: str
     """Its line of algebra."""
     u: float | None
-    """Predicted standard uncertainty, in the unit that follows from the line; null where not estimable."""
+    """Predicted standard uncertainty, in `unit`; null where not estimable, or where it depends on values that are not known."""
     u_arcsec: float | None
     """The same in arcseconds, for angles."""
+    unit: str | None
+    """Its unit, as asked for or as the line has it; absent where a parameter in it has none."""
 
-    _keys = frozenset(["id", "is_largest", "line", "u", "u_arcsec"])
+    _keys = frozenset(["id", "is_largest", "line", "u", "u_arcsec", "unit"])
 
 
 class PredictedReport(Node):
