@@ -51,7 +51,7 @@ fn what_cancels_cancels_exactly() {
 fn faults_have_their_place() {
     for (text, fault, span) in [
         ("furlong", Fault::UnknownName, (0, 7)),
-        ("V/(deg/sec)", Fault::UnknownName, (7, 3)),
+        ("V/(deg/secs)", Fault::UnknownName, (7, 4)),
         ("V/(rad*/s)", Fault::Syntax, (7, 1)),
         ("V/(deg/s", Fault::Syntax, (8, 1)),
         ("V)", Fault::Syntax, (1, 1)),

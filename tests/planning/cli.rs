@@ -201,7 +201,7 @@ fn derived_quantities_have_their_units() {
         tumble(&example(), &["plan", "../01-gyro-table/table1.campaign.json", "--noise", "V=9e-4", "--json", "-"]);
     let report: serde_json::Value = serde_json::from_str(&stdout).unwrap_or_else(|_| panic!("{stdout}{stderr}"));
     let derived = |id: &str| {
-        report["judgement"]["derived"].as_array().unwrap().iter().find(|own| own["id"] == id).cloned().unwrap()
+        report["schedule"]["derived"].as_array().unwrap().iter().find(|own| own["id"] == id).cloned().unwrap()
     };
     let (gamma, misalignment, bias) = (derived("gamma"), derived("misalignment"), derived("bias"));
     assert_eq!((misalignment["unit"].as_str(), bias["unit"].as_str()), (Some("urad"), Some("deg/h")));

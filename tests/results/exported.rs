@@ -167,7 +167,7 @@ fn bad_records_are_answered_with_their_place() {
         (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
     };
     let (code, _, error) = answer("time_s,U\n0,1\n", &[]);
-    assert!(code == Some(1) && error.contains("no column 'V'") && error.contains("time_s, U"), "{error}");
+    assert!(code == Some(1) && error.contains("no column 'V'") && error.contains("'time_s', 'U'"), "{error}");
     let (code, _, error) = answer("time_s,V\n0,1\n1,x\n", &[]);
     assert!(code == Some(1) && error.contains("'x' is no number") && error.contains("line 3"), "{error}");
     let (code, out, error) = answer("time_s,V\n0,\n1,-2.9\n", &["--u"]);
