@@ -183,7 +183,8 @@ impl WithSimd for Judge<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Judge { eight, tests, judged: Judged { gain, studentized, least_redundancy, sums, normality } } = self;
-        (gain.clear(), studentized.clear());
+        gain.clear();
+        studentized.clear();
         *least_redundancy = [1.0; LANES];
         for ((v, w), h) in eight.residuals.iter().zip(&eight.weight).zip(&eight.leverage) {
             let r: Lane = std::array::from_fn(|l| 1.0 - h[l]);

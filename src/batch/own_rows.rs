@@ -1,4 +1,8 @@
 //! Devices of different schedules: which of them can go side by side, and their rows of the design from the columns of the table.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`shape` and `resize` make lists for the form's rows and the line's places just before they are filled, cells of inputs are below `width`, which devices are compared with, and a `Lane` has `LANES` numbers"
+)]
 
 use super::block::{LANES, Lane};
 use super::common::{NETWORK, UNLIKE, is_plain, is_uncertain};
@@ -347,7 +351,8 @@ impl Own {
     pub(super) fn cells(&self, device: &Device, cells: &mut Cells) -> usize {
         use std::hash::Hasher;
         let Cells { of, firsts, table } = cells;
-        (of.clear(), firsts.clear());
+        of.clear();
+        firsts.clear();
         let size = (4 * device.rows * self.lines.len()).next_power_of_two();
         table.clear();
         table.resize(size, u32::MAX);

@@ -69,7 +69,8 @@ impl Pages {
 
     /// Decode a page; `false` after the last.
     fn page(&mut self, labels: &mut Labels) -> Read<bool> {
-        (self.rows.clear(), self.next = 0);
+        self.rows.clear();
+        self.next = 0;
         let Some(page) = self.reader.get_next_page()? else { return Ok(false) };
         let (bytes, count, encoding) = (page.buffer().clone(), page.num_values() as usize, page.encoding());
         if count > MOST {
