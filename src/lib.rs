@@ -16,12 +16,12 @@
 //! # Ok::<(), tumble::Malformed>(())
 //! ```
 //!
-//! # The pipeline, and the map of the rooms
+//! # The pipeline, and the map of the modules
 //!
-//! Data flows one way; a room knows only the rooms that stand before it. The edge, [`wire`], is beside the line: it knows the types of every
-//! room that has files; built-in data, reports and the program use it.
+//! Data flows one way; a module knows only the modules that stand before it. The edge, [`wire`], is beside the line: it knows the types of every
+//! module that has files; built-in data, reports and the program use it.
 //!
-//! | room | what is in it |
+//! | module | what is in it |
 //! |---|---|
 //! | [`error`] | the question is malformed: where, what was expected, what was found |
 //! | [`language`] | the sentences and terms of the reports in English and Chinese |
@@ -48,7 +48,7 @@
 //! | [`report`] | results as stable JSON and as tables |
 //! | [`stop`] | work that may be stopped while it runs |
 //! | [`theory`] | the equations with their sources, page by page, each with a number worked by hand |
-//! | [`cli`] | the program: the only room that reads files, writes files and prints |
+//! | [`cli`] | the program: the only module that reads files, writes files and prints |
 //!
 //! # Features
 //!
@@ -83,7 +83,10 @@
         clippy::panic,
         clippy::unreachable,
         clippy::todo,
-        clippy::unimplemented
+        clippy::unimplemented,
+        clippy::indexing_slicing,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss
     )
 )]
 
@@ -101,10 +104,12 @@ pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod language;
+mod linear;
 mod mix;
 #[cfg(feature = "navigate")]
 pub mod navigate;
 pub mod noise;
+mod number;
 pub mod plan;
 pub mod quality;
 pub mod record;

@@ -68,7 +68,7 @@ impl Stop {
 
 /// A place where long work looks whether it should stop; it unwinds to [`Stop::run`] if so.
 #[inline]
-pub fn look() {
+pub fn poll() {
     let asked = OBEYED.with_borrow(|stop| stop.as_ref().is_some_and(Stop::is_asked));
     if asked {
         resume_unwind(Box::new(Stopped));

@@ -334,7 +334,7 @@ pub fn fit_array<'py>(
     interruptible(py, move || {
         let (mut known, mut rows) = (Schedules::default(), Vec::with_capacity(arrays.devices));
         for first in (0..arrays.devices).step_by(TOGETHER) {
-            tumble::stop::look();
+            tumble::stop::poll();
             let devices: Vec<Device> =
                 (first..arrays.devices.min(first + TOGETHER)).map(|k| arrays.device(k)).collect();
             rows.extend(arrays.asking.fit(&devices, &arrays.layout, &mut known));

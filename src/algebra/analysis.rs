@@ -2,6 +2,7 @@
 
 use super::expression::{Expression, Node};
 use super::function::{Function, Operator, number_of};
+use crate::number;
 
 /// What a name is while one joint turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -166,7 +167,7 @@ fn binary_harmonics(operator: Operator, left: Harmonics, right: Harmonics) -> (O
 
 /// The size of a number that is whole, and not too large.
 fn whole(number: f64) -> Option<usize> {
-    (number == number.trunc() && number.abs() <= HIGHEST as f64).then_some(number.abs() as usize)
+    (number == number.trunc() && number.abs() <= HIGHEST as f64).then_some(number::count(number.abs()))
 }
 
 /// Whether a smooth node depends on the names; `None` where it is not smooth in them.

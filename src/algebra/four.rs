@@ -1,4 +1,8 @@
 //! A tape at four places at once: the operations of `tape.rs`, each on four numbers side by side.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`run` sizes registers and bars to inputs, constants and steps, and a compiled tape refers to these only; a lane has four numbers"
+)]
 
 use super::function::{Operator, integer_power};
 use super::tape::{Scratch, Step, Tape};

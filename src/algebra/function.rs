@@ -1,5 +1,6 @@
 //! The operators and functions of a model line: their names, values and derivatives.
 
+use crate::number;
 use std::f64::consts::PI;
 
 /// A function of one argument that a model line may call.
@@ -146,7 +147,7 @@ impl Operator {
 
 /// The number as an exponent for repeated multiplication: an integer of at most 64 in size.
 pub(super) fn small_integer(number: f64) -> Option<i32> {
-    (number.abs() <= 64.0 && number == number.trunc()).then_some(number as i32)
+    (number.abs() <= 64.0 && number == number.trunc()).then_some(number::whole(number))
 }
 
 /// `x^exponent` by repeated multiplication; `x^0` is 1.

@@ -2,6 +2,10 @@
 //!
 //! The registers of a tape are the inputs that it uses, its constants, and one result per step. The gradient is one sweep
 //! back over the steps (reverse mode): `bar(operand) += bar(result) * d result / d operand`.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`compile` gives every operand a register among inputs, constants and earlier steps, and `forward` sizes registers and bars to all of them"
+)]
 
 use super::expression::{Expression, Node};
 use super::four::Lane;

@@ -2,6 +2,7 @@
 
 use super::expression::{Expression, Node};
 use super::function::{Function, Operator, number_of};
+use crate::number;
 
 /// One term of a sum: names and their powers; numbers, and functions of anything, are left out.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -84,5 +85,5 @@ fn power(terms: &[Term], exponent: f64) -> Option<Vec<Term>> {
     if exponent.fract() != 0.0 || !(1.0..=4.0).contains(&exponent) {
         return None;
     }
-    (1..exponent as usize).try_fold(terms.to_vec(), |so_far, _| product(Some(so_far), Some(terms.to_vec())))
+    (1..number::count(exponent)).try_fold(terms.to_vec(), |so_far, _| product(Some(so_far), Some(terms.to_vec())))
 }

@@ -6,6 +6,10 @@
 //!
 //! `P = (A' W A)^-1 A' W` comes from the QR factorisation. A step of refinement takes the error of the first product down to
 //! the rounding of the residuals. Instructions are chosen at run time (`pulp`).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`j < n` and `q < width`, and the chunk of unknowns has `n * width` registers"
+)]
 
 use pulp::{Arch, Simd, WithSimd};
 

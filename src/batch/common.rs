@@ -1,16 +1,18 @@
 //! A schedule factorised once: what is left for each device are products, sums and tests.
+#![allow(clippy::indexing_slicing, reason = "`lane` is a remainder by `LANES`, the length of every `Lane`")]
 
 use super::answer::Memory;
 use super::block::{Kernel, LANES, Lane};
 use super::inputs::{Input, inputs};
-use super::lanes::{self, Sums};
 use super::replicates::Replicates;
+use super::simd_tests::{self, Sums};
 use super::{Device, Row};
 use crate::algebra::Tape;
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, Model};
 use crate::estimate::{Estimate, Group, adjust};
 use crate::fit::{self, Estimator, Remount, Settings};
+use crate::number;
 use crate::quality::{self, NormalScores, Whitened};
 use crate::uncertainty::quantiles;
 use faer::Mat;
@@ -191,7 +193,7 @@ impl Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
             cells: Replicates::new(&fit::cells(campaign, &design, m), &system.u, estimate.dof),
             scores: NormalScores::new(studentizing.len()),
-            network: lanes::network(if studentizing.len() <= NETWORK { studentizing.len() } else { 0 }),
+            network: simd_tests::network(if studentizing.len() <= NETWORK { studentizing.len() } else { 0 }),
             weight: system.u.iter().map(|u| 1.0 / u).collect(),
             priors: system.observed.iter().skip(readings).copied().collect(),
             campaign: campaign.with_readings(Default::default()),
@@ -258,7 +260,7 @@ impl Common {
                     self.studentizing.iter().filter_map(|(i, factor)| Some(v.get(*i)?.map(|v| v * factor)));
                 work.ordered_lanes.clear();
                 work.ordered_lanes.extend(studentized);
-                lanes::normality(scores, &self.network, &mut work.ordered_lanes)
+                simd_tests::normality(scores, &self.network, &mut work.ordered_lanes)
             });
             work.sums.push((Sums::of(v, &self.weight, &self.gain), normality));
         }
@@ -275,7 +277,7 @@ impl Common {
                     gain: sums.gain[lane],
                     // zeros have no sign, and rows in another order have another order of signs
                     runs: (alone && map.is_none() && sums.zero[lane] == 0.0)
-                        .then(|| (sums.positive[lane] as usize, 1 + sums.changes[lane] as usize)),
+                        .then(|| (number::count(sums.positive[lane]), 1 + number::count(sums.changes[lane]))),
                     normality: normality.map(|p| p[lane]),
                 };
                 let take = |from: &[Lane], width: usize, to: &mut Vec<f64>| {

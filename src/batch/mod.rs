@@ -18,7 +18,7 @@
 //! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
 //! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
 //! | `block.rs` | estimates and residuals of eight devices side by side |
-//! | `lanes.rs` | tests of the residuals of eight devices side by side |
+//! | `simd_tests.rs` | tests of the residuals of eight devices side by side |
 //! | `fleet.rs` | which device is fitted how |
 //! | `parts.rs` | one linear step where the readings of a device come in parts, which merge |
 //! | `parts_row.rs` | the row of a device from its parts |
@@ -37,7 +37,6 @@ mod common_row;
 mod device;
 mod fleet;
 mod inputs;
-mod lanes;
 mod layout;
 mod own;
 mod own_rows;
@@ -47,6 +46,7 @@ mod positions;
 mod repeat;
 mod replicates;
 mod row;
+mod simd_tests;
 mod stream;
 mod summary;
 

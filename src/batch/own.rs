@@ -1,18 +1,23 @@
 //! Devices of different schedules, eight side by side: a system for each, solved together, and each device's row from its own.
 //!
 //! What is not far from a rank defect, or checked by no other reading, is for the fit of that device by itself.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a `Lane` has `LANES` numbers, and devices are put into lanes by remainders by that"
+)]
 
 use super::answer::{Answer, Memory, Question, least_variance};
 use super::block::{LANES, Lane};
 use super::common::ILL;
 use super::common_row::may_be_suspicious;
-use super::lanes::{self, Sums};
 use super::own_rows::{Cells, Form, Own, Placed, Places, Sizes, Tests, lane};
 use super::positions::Positions;
 use super::replicates::{Sorted, runs_of, runs_p};
 use super::row::Solved;
+use super::simd_tests::{self, Sums};
 use super::{Device, Row};
 use crate::estimate::eight::Eight;
+use crate::number;
 use crate::quality::{self, Whitened};
 use faer::Mat;
 use pulp::{Arch, Simd, WithSimd};
@@ -116,8 +121,8 @@ impl Own {
         let lack_of_fit_p =
             if count < m { sorted.lack_of_fit((&cells.of, count), (v, lane(&eight.weight, l)), dof) } else { None };
         let runs_p = if form.is_of_one() && sums.zero[l] == 0.0 {
-            let positive = sums.positive[l] as usize;
-            runs_of(positive, m - positive, 1 + sums.changes[l] as usize)
+            let positive = number::count(sums.positive[l]);
+            runs_of(positive, m - positive, 1 + number::count(sums.changes[l]))
         } else {
             let parts = form.parts().filter_map(|(begin, count)| v.get(begin..begin + count));
             parts.map(|own| runs_p(own.iter().copied())).fold(f64::NAN, f64::min)
@@ -195,6 +200,6 @@ impl WithSimd for Judge<'_> {
         }
         *sums = Some(Sums::of_own(&eight.residuals, eight.weight.iter().copied(), gain.iter().copied()));
         let scores = tests.scores.as_ref().filter(|_| !tests.network.is_empty());
-        *normality = scores.map(|scores| lanes::normality(scores, &tests.network, studentized));
+        *normality = scores.map(|scores| simd_tests::normality(scores, &tests.network, studentized));
     }
 }

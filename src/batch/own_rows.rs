@@ -1,15 +1,20 @@
 //! Devices of different schedules: which of them can go side by side, and their rows of the design from the columns of the table.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`fill` gives every list the size of the form before it is written, and a `Lane` has `LANES` numbers; a row's inputs are as wide as said"
+)]
 
 use super::block::{LANES, Lane};
 use super::common::{NETWORK, UNLIKE, is_plain, is_uncertain};
 use super::positions::Positions;
-use super::{Device, Layout, Use, lanes};
+use super::{Device, Layout, Use, simd_tests};
 use crate::algebra::{Lists, Tape};
 use crate::campaign::{Campaign, Readings, Role};
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Settings, Weighting};
 use crate::mix::Mix;
+use crate::number;
 use crate::quality::NormalScores;
 use crate::uncertainty::quantiles;
 use pulp::{Arch, Simd, WithSimd};
@@ -243,7 +248,11 @@ impl Own {
             (true, 2..) => quantiles::fisher_f_quantile(1.0 - single, 1.0, dof as f64 - 1.0),
             _ => None,
         };
-        Tests { scores: NormalScores::new(m), network: lanes::network(if m <= NETWORK { m } else { 0 }), threshold }
+        Tests {
+            scores: NormalScores::new(m),
+            network: simd_tests::network(if m <= NETWORK { m } else { 0 }),
+            threshold,
+        }
     }
 
     /// Eight devices of a shape into a system each (where there are fewer, the last one again), and what is known of their sizes; `None` for a
@@ -417,12 +426,13 @@ impl Own {
                 }
                 let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));
-                let mut place = hash.finish() as usize & (size - 1);
+                let mut place = number::index(hash.finish() & (size as u64 - 1));
                 let cell = loop {
                     let Some(entry) = table.get_mut(place) else { break firsts.len() };
                     match firsts.get(*entry as usize) {
                         None => {
-                            *entry = firsts.len() as u32;
+                            // beyond u32 it stays an empty place, and the cell has no other row
+                            *entry = u32::try_from(firsts.len()).unwrap_or(u32::MAX);
                             firsts.push((row, slot));
                             break firsts.len() - 1;
                         }

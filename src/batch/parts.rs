@@ -24,7 +24,7 @@ pub struct Parts {
     pub(super) settings: Settings,
     pub(super) model: Model,
     pub(super) reference: Vec<f64>,
-    pub(super) carried: Vec<Carried>,
+    pub(super) carried: Vec<PropagatedCalibration>,
     pub(super) derived: Vec<Tape>,
     /// Unknown, prior less its reference, standard uncertainty.
     pub(super) priors: Vec<(usize, f64, f64)>,
@@ -32,7 +32,7 @@ pub struct Parts {
 
 /// A column that is carried along for the budget of a known input: `df/dp`, or how much it changes with an unknown.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Carried {
+pub(super) struct PropagatedCalibration {
     pub(super) parameter: usize,
     pub(super) known: Known,
     pub(super) by: Option<usize>,
@@ -199,13 +199,15 @@ impl Parts {
     pub fn push(&self, part: &mut Part, values: &[(&Line, Observation)]) -> Result<()> {
         let (k, n) = (values.len(), self.template.unknowns() + self.carried.len());
         let u = |own: &Observation| own.u.unwrap_or(1.0 / own.samples.sqrt());
-        let rows = Mat::from_fn(k, n, |i, j| values[i].0.columns.get(j).copied().unwrap_or(f64::NAN));
+        let rows = Mat::from_fn(k, n, |i, j| {
+            values.get(i).and_then(|(line, _)| line.columns.get(j)).copied().unwrap_or(f64::NAN)
+        });
         let observed: Vec<f64> = values.iter().map(|(line, own)| own.value - line.predicted).collect();
         let us: Vec<f64> = values.iter().map(|(_, own)| u(own)).collect();
         part.fold.push(rows.as_ref(), &observed, &us)?;
         for (_, own) in values {
-            if let Some(met) = part.met.get_mut(own.sensor) {
-                met[usize::from(own.u.is_none())] = true;
+            if let Some([stated, open]) = part.met.get_mut(own.sensor) {
+                *(if own.u.is_none() { open } else { stated }) = true;
             }
             part.largest = part.largest.max(own.value.abs());
             if own.u.is_none() || self.settings.weighting == Weighting::Relative {
@@ -233,20 +235,20 @@ impl Parts {
 }
 
 /// What is carried along: `df/dp` of every known input with an uncertainty, and its derivative by each unknown that it depends on.
-fn carried(campaign: &Campaign) -> Vec<Carried> {
+fn carried(campaign: &Campaign) -> Vec<PropagatedCalibration> {
     let mut list = Vec::new();
     for (parameter, own) in campaign.parameters.iter().enumerate() {
         let Role::Known(known) = own.role else { continue };
         if known.u == 0.0 {
             continue;
         }
-        list.push(Carried { parameter, known, by: None });
+        list.push(PropagatedCalibration { parameter, known, by: None });
         for (j, unknown) in campaign.estimated().iter().enumerate() {
             let both = [own.id.as_str(), unknown.id.as_str()];
             let apart = own.kind == Kind::Coefficient
                 && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&both));
             if !apart {
-                list.push(Carried { parameter, known, by: Some(j) });
+                list.push(PropagatedCalibration { parameter, known, by: Some(j) });
             }
         }
     }

@@ -91,7 +91,7 @@ impl Parts {
         };
         let mut point = self.reference.clone();
         point.iter_mut().zip(&folded.solution).for_each(|(x, dx)| *x += dx);
-        let grounds = Grounds {
+        let budget_inputs = BudgetInputs {
             known: self.known(fold, &folded)?,
             own: self.priors.is_empty().then_some(&folded.cofactor),
             readings: part.fold.triangle(),
@@ -103,7 +103,7 @@ impl Parts {
         let mut results: Vec<(Option<f64>, Option<Combined>)> = Vec::with_capacity(n + self.derived.len());
         for (j, x) in point.iter().enumerate().take(n) {
             if folded.estimable.get(j) == Some(&true) {
-                results.push((Some(*x), grounds.combine(&[(j, 1.0)], |_| 0.0, coverage)));
+                results.push((Some(*x), budget_inputs.combine(&[(j, 1.0)], |_| 0.0, coverage)));
             } else {
                 results.push((None, None));
             }
@@ -116,7 +116,7 @@ impl Parts {
                 gradient.iter().copied().enumerate().take(n).filter(|(_, c)| *c != 0.0).collect();
             if finite && determines(&folded, &gradient) {
                 let own = |k: usize| gradient.get(k).copied().unwrap_or_default();
-                results.push((Some(value), grounds.combine(&along, own, coverage)));
+                results.push((Some(value), budget_inputs.combine(&along, own, coverage)));
             } else {
                 results.push((None, None));
             }
@@ -194,7 +194,7 @@ fn determines(folded: &Folded, gradient: &[f64]) -> bool {
 }
 
 /// What every uncertainty of a device needs.
-struct Grounds<'a> {
+struct BudgetInputs<'a> {
     known: Vec<(usize, Known, Vec<f64>)>,
     /// The cofactor, where all of it comes from readings.
     own: Option<&'a Mat<f64>>,
@@ -205,7 +205,7 @@ struct Grounds<'a> {
     level: f64,
 }
 
-impl Grounds<'_> {
+impl BudgetInputs<'_> {
     /// Combined uncertainty of `c . x`, on which a known input acts by itself (`own`) too.
     fn combine(&self, along: &[(usize, f64)], own: impl Fn(usize) -> f64, coverage: &mut Coverage) -> Option<Combined> {
         let of = &self.folded.cofactor;
@@ -217,7 +217,8 @@ impl Grounds<'_> {
             None => {
                 let n = of.ncols();
                 let t: Vec<f64> = (0..n).map(|i| along.iter().map(|(j, c)| c * of[(i, *j)]).sum()).collect();
-                let row = |i: usize| -> f64 { (i..n).map(|k| self.readings[(i, k)] * t[k]).sum() };
+                let row =
+                    |i: usize| -> f64 { t.iter().enumerate().skip(i).map(|(k, t)| self.readings[(i, k)] * t).sum() };
                 (0..n).map(|i| row(i).powi(2)).sum()
             }
         };

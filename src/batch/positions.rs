@@ -98,7 +98,7 @@ impl Positions {
                 .iter()
                 .enumerate()
                 .filter(move |(row, _)| read(slot, *row))
-                .map(move |(_, first)| first + slot as u32)
+                .map(move |(_, first)| first + u32::try_from(slot).unwrap_or(0))
         };
         Some((0..sensors).flat_map(of_slot).collect())
     }
@@ -129,7 +129,7 @@ impl Positions {
             let (n, predicted) = (self.width - 1, *design.predicted.get(i)?);
             self.rows.extend((0..n).map(|j| design.jacobian[(i, j)]));
             self.rows.push(predicted);
-            let next = self.keys.len() as u32;
+            let next = u32::try_from(self.keys.len()).ok()?;
             self.cell.push(*self.keys.entry(fit::cell_key(&campaign, origin)).or_insert(next));
         }
         Some(first)

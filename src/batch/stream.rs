@@ -2,6 +2,7 @@
 
 use super::{Device, Layout, Use};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 use crate::record::{As, Block, Record};
 use std::collections::{HashMap, HashSet};
 
@@ -63,7 +64,7 @@ pub fn count(files: usize, open: &dyn Fn(usize) -> Result<Record>, by: &str) -> 
 
 /// The place of a label in the record's list, plus one; 0 for a row without one.
 fn place(number: f64) -> usize {
-    if number.is_nan() { 0 } else { number as usize + 1 }
+    if number.is_nan() { 0 } else { number::count(number) + 1 }
 }
 
 fn label(record: &Record, place: usize) -> String {

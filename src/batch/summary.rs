@@ -2,6 +2,7 @@
 
 use super::{Row, Solved, Verdict};
 use crate::fit::Conformity;
+use crate::number;
 use crate::uncertainty::quantiles;
 use std::collections::HashMap;
 
@@ -109,17 +110,17 @@ impl Summary {
     pub fn add(&mut self, row: &Row) {
         self.devices += 1;
         let verdict = match row.verdict {
-            Verdict::Accepted => 0,
-            Verdict::Rejected => 1,
-            Verdict::Malformed => 2,
+            Verdict::Accepted => &mut self.verdicts[0],
+            Verdict::Rejected => &mut self.verdicts[1],
+            Verdict::Malformed => &mut self.verdicts[2],
         };
-        self.verdicts[verdict] += 1;
+        *verdict += 1;
         let solved = match row.solved {
-            Solved::Together => 0,
-            Solved::Alone => 1,
-            Solved::Not => 2,
+            Solved::Together => &mut self.solved[0],
+            Solved::Alone => &mut self.solved[1],
+            Solved::Not => &mut self.solved[2],
         };
-        self.solved[solved] += 1;
+        *solved += 1;
         match row.conformity {
             Some(Conformity::Pass) => self.conformity[0] += 1,
             Some(Conformity::Undecided) => self.conformity[1] += 1,
@@ -185,17 +186,17 @@ impl Summary {
             Some(*values.select_nth_unstable_by(inside, f64::total_cmp).1)
         };
         let (first, last) = (at(0)?, at(n - 1)?);
-        let share = |share: f64| (share * (n - 1) as f64).round() as usize;
+        let share = |share: f64| number::count((share * (n - 1) as f64).round());
         let quantiles = [first, at(share(0.05))?, at(share(0.5))?, at(share(0.95))?, last];
         let mean = first + values.iter().map(|x| x - first).sum::<f64>() / n as f64;
         let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
         let variance = (n > 1).then(|| squares / (n - 1) as f64);
-        let rms = |which: usize| {
-            let own: Vec<f64> = self.column(quantity).map(|(_, own)| own[which]).filter(|u| u.is_finite()).collect();
+        let rms = |which: fn([f64; 3]) -> f64| {
+            let own: Vec<f64> = self.column(quantity).map(|(_, own)| which(own)).filter(|u| u.is_finite()).collect();
             (!own.is_empty()).then(|| (own.iter().map(|u| u * u).sum::<f64>() / own.len() as f64).sqrt())
         };
         let u_dof: f64 = self.column(quantity).filter_map(|(k, _)| self.dofs.get(k)).sum();
-        let scattering = variance.zip(rms(1).filter(|u| *u > 0.0)).and_then(|(variance, u)| {
+        let scattering = variance.zip(rms(|own| own[1]).filter(|u| *u > 0.0)).and_then(|(variance, u)| {
             let (f, dof) = (variance / (u * u), (n - 1) as f64);
             let p = match u_dof.is_finite() {
                 true => quantiles::fisher_f_survival(f, dof, u_dof),
@@ -203,7 +204,7 @@ impl Summary {
             }?;
             Some(Scattering { u, f, dof, u_dof, p, sd_of_devices: (variance - u * u).max(0.0).sqrt() })
         });
-        Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(2), scattering })
+        Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(|own| own[2]), scattering })
     }
 
     /// Devices that stand apart from the others in some quantity, at 1 % over all devices and quantities, the farthest first.

@@ -1,5 +1,6 @@
 //! Rotations about the coordinate axes, exact at multiples of 90 degrees.
 
+use crate::number;
 use nalgebra::Vector3;
 
 /// A coordinate axis of a frame.
@@ -63,7 +64,7 @@ pub fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
     let turn = angle_deg % 360.0;
     let quarter = (turn / 90.0).round();
     let (sin, cos) = (turn - 90.0 * quarter).to_radians().sin_cos();
-    match quarter as i64 {
+    match number::whole_i64(quarter) {
         -3 | 1 => (cos, -sin),
         -2 | 2 => (-sin, -cos),
         -1 | 3 => (-cos, sin),

@@ -11,6 +11,7 @@ use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
 use crate::language::Language;
+use crate::number;
 use crate::record::{Column, Record};
 use crate::report::{self, Input};
 use crate::wire::{self, CampaignFile, ReadingFile, ReadingsRef, Source};
@@ -312,7 +313,7 @@ fn guessed(path: &Path) -> u64 {
     let (lines, size) =
         (head.iter().filter(|b| **b == b'\n').count(), std::fs::metadata(path).map_or(0, |own| own.len()));
     match read {
-        Ok(length) if lines > 0 => (size as f64 / length as f64 * lines as f64) as u64,
+        Ok(length) if lines > 0 => number::count_u64(size as f64 / length as f64 * lines as f64),
         _ => 0,
     }
 }

@@ -1,4 +1,4 @@
-//! The command line: the only room that reads files, writes files and prints.
+//! The command line: the only module that reads files, writes files and prints.
 //!
 //! Results go to stdout, progress, notes and errors to stderr. Exit codes: 0 done; 1 the question is malformed; 2 done, and the answer is
 //! "rejected" (rank defect, failed global test, missing effect).

@@ -4,11 +4,12 @@ use super::outputs::{self, Outputs, Stream};
 use super::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
-use crate::navigate::carry::{self, SourceCovariance};
 use crate::navigate::measured::{CHANNELS, Measured, MeasuredRow, channels, si_per_unit};
 use crate::navigate::mission::Mission;
+use crate::navigate::propagation::{self, SourceCovariance};
 use crate::navigate::run::{Continue, Row, Scenario};
 use crate::navigate::study::{self, Progress};
+use crate::number;
 use crate::report::{self, series::Series};
 use crate::wire::{self, MissionFile};
 use clap::Args;
@@ -58,8 +59,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             let path = arguments.mission.with_file_name(&calibration.report);
             let found = wire::read_covariance(&files::read(&path)?)?;
             let factors = calibration.factors();
-            let covariance = carry::combine(&found.order, &found.matrix, &factors);
-            Some((covariance.map_err(|error| wire::locate(error, &source))?, calibration.monte_carlo as usize))
+            let covariance = propagation::combine(&found.order, &found.matrix, &factors);
+            Some((covariance.map_err(|error| wire::locate(error, &source))?, number::index(calibration.monte_carlo)))
         }
         None => None,
     };
@@ -109,9 +110,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn carried(mission: &Mission, covariance: &SourceCovariance, draws: usize) -> Vec<study::Carried> {
+fn carried(mission: &Mission, covariance: &SourceCovariance, draws: usize) -> Vec<study::PropagatedCalibration> {
     let bar = bar("carrying the covariance");
-    let carried = study::carry(mission, covariance, draws, &mut |progress| {
+    let carried = study::propagate_calibration(mission, covariance, draws, &mut |progress| {
         show(&bar, progress);
         Continue::Yes
     });

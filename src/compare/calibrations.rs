@@ -245,31 +245,38 @@ fn holm(changes: &mut [Change], alpha: f64) {
 
 fn together(a: &Determination, b: &Determination, pairs: &[(usize, usize)], shared: bool) -> Option<Together> {
     // derived quantities depend on the parameters: only those whose covariance is known take part
-    let known = |d: &Determination, k: usize| d.covariance.nrows() > k && d.covariance[(k, k)].is_finite();
+    let known = |d: &Determination, k: usize| d.covariance.get((k, k)).is_some_and(|variance| variance.is_finite());
     let pairs: Vec<(usize, usize)> = pairs.iter().copied().filter(|(i, j)| known(a, *i) && known(b, *j)).collect();
     let n = pairs.len();
     let of = |k: usize| Some((a.quantities.get(pairs.get(k)?.0)?, b.quantities.get(pairs.get(k)?.1)?));
     if n == 0 {
         return None;
     }
-    let mut c =
-        DMatrix::from_fn(n, n, |x, y| a.covariance[(pairs[x].0, pairs[y].0)] + b.covariance[(pairs[x].1, pairs[y].1)]);
+    let covariance = |x: usize, y: usize| {
+        let ((ax, bx), (ay, by)) = (pairs.get(x)?, pairs.get(y)?);
+        Some(a.covariance.get((*ax, *ay))? + b.covariance.get((*bx, *by))?)
+    };
+    // not a number, and so no test, where a covariance is none
+    let mut c = DMatrix::from_fn(n, n, |x, y| covariance(x, y).unwrap_or(f64::NAN));
     if shared {
         let cross = |p: &Quantity, q: &Quantity| shared_inputs(p, q).map(|(s, t)| s.c * t.c * s.u * s.u).sum::<f64>();
         for x in 0..n {
             for y in 0..n {
                 let ((ax, bx), (ay, by)) = (of(x)?, of(y)?);
-                c[(x, y)] -= cross(ax, by) + cross(ay, bx);
+                if let Some(c) = c.get_mut((x, y)) {
+                    *c -= cross(ax, by) + cross(ay, bx);
+                }
             }
         }
     }
-    let d = DVector::from_iterator(n, (0..n).filter_map(|k| of(k).map(|(a, b)| b.value - a.value)));
-    let scale: Vec<f64> = (0..n).map(|k| c[(k, k)].sqrt()).collect();
+    let d: Vec<f64> = (0..n).filter_map(|k| of(k).map(|(a, b)| b.value - a.value)).collect();
+    let scale: Vec<f64> = c.diagonal().iter().map(|c| c.sqrt()).collect();
     if scale.iter().any(|s| !(*s > 0.0)) {
         return None;
     }
-    let r = DMatrix::from_fn(n, n, |x, y| c[(x, y)] / (scale[x] * scale[y]));
-    let z = DVector::from_fn(n, |k, _| d[k] / scale[k]);
+    let scales = DVector::from_column_slice(&scale);
+    let r = c.component_div(&(&scales * scales.transpose()));
+    let z = DVector::from_iterator(n, d.iter().zip(&scale).map(|(d, scale)| d / scale));
     let statistic = z.dot(&r.cholesky()?.solve(&z));
     let dofs: Vec<f64> =
         (0..n).filter_map(of).flat_map(|(a, b)| [a.dof, b.dof]).filter(|dof| dof.is_finite() && *dof > 0.0).collect();

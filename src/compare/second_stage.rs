@@ -3,6 +3,7 @@
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Group, System};
 use crate::fit::Fit;
+use crate::linear::Triangle;
 use faer::Mat;
 
 /// Generalised least squares on parameters of a fit: `y = B d + e`, `V(e) = C`, `C` the fit's full covariance of these parameters.
@@ -34,48 +35,19 @@ pub fn second_stage(fit: &Fit, ids: &[&str], rows: &Mat<f64>) -> Result<Estimate
         .expected(ids.len().to_string())
         .found(rows.nrows().to_string()));
     }
-    let lower = cholesky(&index, &fit.covariance)?;
+    let covariance = |i: usize, j: usize| match (index.get(i), index.get(j)) {
+        (Some(row), Some(column)) => fit.covariance[(*row, *column)],
+        // both are below `index.len()`
+        _ => f64::NAN,
+    };
+    let Some(lower) = Triangle::of(index.len(), covariance, |_| 0.0) else {
+        return Err(Malformed::new(Fault::Value, "the first stage's covariance is not positive definite")
+            .expected("parameters of which none is a combination of the others"));
+    };
+    lower.forward(&mut observed);
     let mut whitened = rows.clone();
-    for (i, weights) in lower.iter().enumerate() {
-        let pivot = weights.get(i).copied().unwrap_or(1.0);
-        for (k, weight) in weights.iter().enumerate().take(i) {
-            let earlier = observed.get(k).copied().unwrap_or_default();
-            if let Some(own) = observed.get_mut(i) {
-                *own -= weight * earlier;
-            }
-            for j in 0..whitened.ncols() {
-                whitened[(i, j)] -= weight * whitened[(k, j)];
-            }
-        }
-        if let Some(own) = observed.get_mut(i) {
-            *own /= pivot;
-        }
-        for j in 0..whitened.ncols() {
-            whitened[(i, j)] /= pivot;
-        }
-    }
+    (0..whitened.ncols()).for_each(|j| lower.forward(whitened.col_as_slice_mut(j)));
     let count = ids.len();
     let system = System { rows: whitened, observed, u: vec![1.0; count], group: vec![Group::Known; count] };
     estimate::adjust(&system, &estimate::Settings::default())
-}
-
-/// Lower triangle `L` of the chosen rows and columns of a covariance, `C = L L'`; row i has i + 1 entries.
-fn cholesky(index: &[usize], covariance: &Mat<f64>) -> Result<Vec<Vec<f64>>> {
-    let mut lower: Vec<Vec<f64>> = Vec::with_capacity(index.len());
-    for (i, row) in index.iter().enumerate() {
-        let mut own: Vec<f64> = Vec::with_capacity(i + 1);
-        for (other, column) in lower.iter().zip(index) {
-            let dot: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
-            let pivot = other.last().copied().unwrap_or(1.0);
-            own.push((covariance[(*row, *column)] - dot) / pivot);
-        }
-        let square = covariance[(*row, *row)] - own.iter().map(|a| a * a).sum::<f64>();
-        if !(square > 0.0) {
-            return Err(Malformed::new(Fault::Value, "the first stage's covariance is not positive definite")
-                .expected("parameters of which none is a combination of the others"));
-        }
-        own.push(square.sqrt());
-        lower.push(own);
-    }
-    Ok(lower)
 }

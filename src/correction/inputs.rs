@@ -112,7 +112,9 @@ fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<Inpu
 fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector3<f64>)], inputs: &mut Vec<Input>) {
     let prefix = if quantity == Quantity::Rate { "w_" } else { "a_" };
     let unit = |v: &Vector3<f64>| v / v.norm();
-    let directions = DMatrix::from_fn(group.len().max(3), 3, |i, j| group.get(i).map_or(0.0, |(_, v)| unit(v)[j]));
+    let directions = DMatrix::from_fn(group.len().max(3), 3, |i, j| {
+        group.get(i).map_or(0.0, |(_, v)| unit(v).get(j).copied().unwrap_or_default())
+    });
     let singular = directions.singular_values();
     if group.len() >= 3 && singular.iter().all(|s| *s > INDEPENDENT * singular.max()) {
         for (axis, direction) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {

@@ -1,4 +1,8 @@
 //! The lines solved for their inputs.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`Corrector::new` makes bias, matrix and sensitivity over its lines and solved inputs, and parts over all inputs; numbers in `which` are places of inputs"
+)]
 
 use super::inputs::{Input, InputRole, Quantity};
 use super::{Calibration, Line};

@@ -43,8 +43,8 @@ pub fn linearity(calibration: &Calibration, corrector: &Corrector) -> Linearity 
         let inputs: Vec<f64> = point.iter().zip(&range).map(|(level, range)| level * range).collect();
         let Some(covariance) = corrector.covariance(&inputs, &given) else { continue };
         let largest = u.get_or_insert_with(|| vec![0.0; range.len()]);
-        for (k, own) in largest.iter_mut().enumerate() {
-            *own = own.max(covariance[(k, k)].max(0.0).sqrt());
+        for (own, variance) in largest.iter_mut().zip(covariance.diagonal().iter()) {
+            *own = own.max(variance.max(0.0).sqrt());
         }
     }
     let share = u.as_ref().map(|u| {
@@ -77,9 +77,7 @@ fn grid(inputs: usize) -> Vec<Vec<f64>> {
     if inputs > 3 {
         for k in 0..inputs {
             for level in LEVELS {
-                let mut point = vec![0.0; inputs];
-                point[k] = level;
-                points.push(point);
+                points.push((0..inputs).map(|i| if i == k { level } else { 0.0 }).collect());
             }
         }
     }

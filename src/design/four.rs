@@ -1,6 +1,10 @@
 //! Four instants of a reading side by side: rate and specific force at the sensor, and their derivatives by the tilts.
 //!
 //! The operations of `kinematics.rs` on four numbers each; a joint that stands, and a tilt that follows none, has one angle for all four.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lanes have four numbers and vectors three; axes and instants are enumerated over these lengths"
+)]
 
 use super::Instant;
 use super::kinematics::{Ground, shown};

@@ -2,6 +2,7 @@
 
 use super::Instant;
 use crate::campaign::{JointState, Reading};
+use crate::number;
 
 /// How the model line depends on the angle of the turning joint; decides how many instants its mean needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,7 +126,7 @@ fn part_turns(start_deg: f64, rate_deg_s: f64, turns: f64, smoothness: Smoothnes
         Smoothness::Smooth => 10.0,
         Smoothness::Rough => 1.0,
     };
-    let panels = ((part * 360.0 / panel_deg).ceil().max(1.0)) as usize;
+    let panels = number::count((part * 360.0 / panel_deg).ceil().max(1.0));
     let width = part * 360.0 / panels as f64;
     for panel in 0..panels {
         for (x, weight) in GAUSS_8.iter().flat_map(|(x, w)| [(-x, *w), (*x, *w)]) {

@@ -78,7 +78,7 @@ fn nearest_turn(campaign: &Campaign, origin: Option<&RowOrigin>, value: f64) -> 
 ///
 /// Errors: `Missing` for a column that a model line uses and a reading lacks, with the reading's place.
 pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<DesignMatrix> {
-    crate::stop::look();
+    crate::stop::poll();
     let rows = rows(campaign);
     let parameters = campaign.parameters.len();
     let mut jacobian = Mat::zeros(rows.len(), parameters);

@@ -1,4 +1,8 @@
 //! Model lines bound to a campaign, ready to predict readings: inputs once for each reading, the lines of all its sensors, means over turns.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "vectors have three components and lanes four numbers, and the loops run over these lengths"
+)]
 
 use super::four::{FourInstants, Vectors};
 use super::line::{SensorModel, Slot};

@@ -10,12 +10,12 @@
 
 use super::candidates::Candidate;
 use super::evidence::Evidence;
-use super::linear::solve;
 use super::noise::Weighted;
 use super::search::Question;
 use super::sets::Rival;
+use crate::linear::Triangle;
 
-/// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + handicap - handicap of the member) / 2)`.
+/// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + plausibility penalty - plausibility penalty of the member) / 2)`.
 pub(super) fn shares(question: &Question<'_>, set: &[usize], rivals: &[Rival]) -> Vec<f64> {
     let share = |rival: &Rival| {
         let named = question.burden(set);
@@ -68,11 +68,12 @@ pub(super) fn moved_by(
 /// What a set of effects does to the unknowns: `-A+ C_S k`.
 fn moved(candidates: &[Candidate], evidence: &Evidence, weighted: &Weighted, set: &[usize]) -> Option<Vec<f64>> {
     let cosine = |a: usize, b: usize| evidence.cosines(a).get(b).copied().unwrap_or_default();
-    let gram = faer::Mat::from_fn(set.len(), set.len(), |i, k| {
-        set.get(i).zip(set.get(k)).map_or(0.0, |(a, b)| if i == k { 1.0 } else { cosine(*a, *b) })
-    });
+    let gram = |i: usize, k: usize| {
+        set.get(i).zip(set.get(k)).map_or(f64::NAN, |(a, b)| if i == k { 1.0 } else { cosine(*a, *b) })
+    };
     let scores = set.iter().map(|j| evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
-    let sizes = solve(gram, scores)?;
+    // directions of which less than a thousandth is their own are one
+    let sizes = Triangle::of(set.len(), gram, |_| 1e-6)?.solve(&scores);
     let mut moved = vec![0.0; weighted.estimate.solution.len()];
     for (member, size) in set.iter().zip(sizes) {
         let candidate = candidates.get(*member)?;

@@ -4,6 +4,7 @@ use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
 use super::remainder::{Remainders, Standing};
 use super::strata::Strata;
+use crate::linear::{dot, norm};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
 use faer::Mat;
 use std::cell::OnceCell;
@@ -354,12 +355,4 @@ impl Pure {
         let score = (0..k.min(self.columns.ncols())).map(|j| dot(self.columns.col_as_slice(j), &residual)).collect();
         (dot(&residual, &residual), self.dof.saturating_sub(basis.len()), score)
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }

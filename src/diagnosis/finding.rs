@@ -144,7 +144,7 @@ pub(super) fn conclude(
     repaired: Option<(Campaign, Fit)>,
     settings: &Settings,
 ) -> Result<Diagnosis> {
-    let Seen { candidates, evidence, weighted, design, handicap, found } = seen;
+    let Seen { candidates, evidence, weighted, design, plausibility_penalty, found } = seen;
     let ordered = match &found {
         Found::Set { set, .. } if repaired.is_some() => steps::order(&evidence, set),
         _ => Vec::new(),
@@ -214,7 +214,7 @@ pub(super) fn conclude(
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
     let basis = weighted.estimate.factor.thin_q();
     let support = Support { weighted: &weighted, basis, columns: &columns, positions: &[] };
-    let question = Question::without_families(settings, &handicap, &support);
+    let question = Question::without_families(settings, &plausibility_penalty, &support);
     let rivals: Vec<Rival> = match &found {
         // places are those of the order in which the effects are reported
         Found::Set { set: own, rivals, .. } => rivals

@@ -269,8 +269,9 @@ fn hides_in(estimate: &estimate::Estimate, shifts: &[f64]) -> Vec<usize> {
 /// Effects with one direction, plainest first, and all cosines.
 fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
     let cosines = pool.all_cosines();
-    let mut order: Vec<usize> = (0..prospects.len()).filter(|j| prospects[*j].fate == Fate::Detectable).collect();
-    order.sort_by_key(|j| (prospects[*j].effect.rank, *j));
+    let mut order: Vec<usize> =
+        prospects.iter().enumerate().filter(|(_, p)| p.fate == Fate::Detectable).map(|(j, _)| j).collect();
+    order.sort_by_key(|j| (prospects.get(*j).map(|p| p.effect.rank), *j));
     let mut groups: Vec<Alike> = Vec::new();
     for j in order {
         let same =
@@ -280,7 +281,9 @@ fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
             Some(group) => group.members.push(j),
             None => groups.push(Alike { members: vec![j], near: Vec::new() }),
         }
-        prospects[j].group = Some(own);
+        if let Some(prospect) = prospects.get_mut(j) {
+            prospect.group = Some(own);
+        }
     }
     (groups, cosines)
 }

@@ -38,7 +38,6 @@
 //! | `ambiguity.rs` | what the aliases do to the parameters |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
-//! | `linear.rs` | small systems |
 //!
 //! Honesty: probabilities count everything that was tried; what the schedule cannot tell apart is one finding with aliases; a set that only
 //! approximates the pattern is not named. Priors and constraints stand while the model is diagnosed, and may be found wrong themselves.
@@ -54,7 +53,6 @@ mod finding;
 mod foresee;
 mod holdout;
 mod level;
-mod linear;
 mod noise;
 mod pass;
 mod passes;

@@ -48,7 +48,7 @@ pub(super) struct Seen {
     pub weighted: Weighted,
     pub design: DesignMatrix,
     /// Of each candidate, in noise variances.
-    pub handicap: Vec<f64>,
+    pub plausibility_penalty: Vec<f64>,
     pub found: Found,
 }
 
@@ -257,13 +257,13 @@ impl<'a> Pass<'a> {
     fn once(&mut self) -> Result<Seen> {
         let (design, weighted, candidates, evidence) = self.evidence()?;
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-        let handicap: Vec<f64> = candidates
+        let plausibility_penalty: Vec<f64> = candidates
             .iter()
             .map(|candidate| {
                 let small = if candidate.vanishing { self.settings.small_handicap() } else { 0.0 };
                 // what was only asserted is the first to be doubted
                 let asserted = if assumptions::is_assumption(candidate) { 0.3 } else { 0.0 };
-                self.settings.rank_handicap * f64::from(candidate.rank) + small - asserted
+                self.settings.rank_penalty * f64::from(candidate.rank) + small - asserted
             })
             .collect();
         let found = if weighted.estimate.dof == 0 {
@@ -279,7 +279,7 @@ impl<'a> Pass<'a> {
             let harmonics_of = |j: usize| families::harmonics_of(&candidates, j);
             let question = Question {
                 settings: &self.settings,
-                handicap: &handicap,
+                plausibility_penalty: &plausibility_penalty,
                 support: &support,
                 is_pattern: &is_pattern,
                 needs_all: &needs_all,
@@ -288,7 +288,7 @@ impl<'a> Pass<'a> {
             };
             search::search(&evidence, &question)
         };
-        Ok(Seen { candidates, evidence, weighted, design, handicap, found })
+        Ok(Seen { candidates, evidence, weighted, design, plausibility_penalty, found })
     }
 }
 

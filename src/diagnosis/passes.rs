@@ -102,10 +102,10 @@ fn price_in_all((seen, repaired): &Outcome, weighted: &Weighted, settings: &Sett
     Some(search::misfit(&seen.evidence, set, rss) + prices(seen, set, settings))
 }
 
-/// Prices and handicaps of the members of a set.
+/// Prices and plausibility penalties of the members of a set.
 fn prices(seen: &Seen, set: &[usize], settings: &Settings) -> f64 {
-    let handicap = |j: &usize| seen.handicap.get(*j).copied().unwrap_or_default();
-    set.iter().map(|j| search::price(&seen.evidence, *j, settings) + handicap(j)).sum()
+    let plausibility_penalty = |j: &usize| seen.plausibility_penalty.get(*j).copied().unwrap_or_default();
+    set.iter().map(|j| search::price(&seen.evidence, *j, settings) + plausibility_penalty(j)).sum()
 }
 
 /// Tilts each of which takes off most of the gap by itself: where they stand, the inputs of everything else are others.

@@ -8,6 +8,7 @@
 //! direction to the basis and updates norms and scores by one product (updating QR in its lazy form; Å. Björck, Numerical Methods for
 //! Least Squares Problems, 3.2).
 
+use crate::linear::dot;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -136,7 +137,7 @@ impl Pool {
         let mut basis: Vec<Vec<f64>> = Vec::new();
         let mut chosen: Vec<(usize, f64)> = Vec::new();
         while chosen.len() < most {
-            crate::stop::look();
+            crate::stop::poll();
             let gain = |j: usize| match (score.get(j), left.get(j)) {
                 (Some(s), Some(n)) if *n > 1e-9 => s * s / n,
                 _ => 0.0,
@@ -181,17 +182,4 @@ fn project(column: &mut [f64], q: MatRef<'_, f64>) -> f64 {
         }
     }
     dot(column, column).sqrt()
-}
-
-/// Inner product in four lanes.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = left.remainder().iter().zip(right.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in left.zip(right) {
-        for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
-            *lane += x * y;
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
 }

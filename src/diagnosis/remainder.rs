@@ -122,7 +122,9 @@ impl Remainders {
         let mut basis = Mat::zeros(count, self.rank);
         for (i, (g, z)) in group.iter().zip(&z).enumerate() {
             let Some(g) = g else { continue };
-            size[*g] += z * z;
+            if let Some(size) = size.get_mut(*g) {
+                *size += z * z;
+            }
             for k in 0..self.rank {
                 basis[(*g, k)] += z * self.basis[(i, k)];
             }
@@ -382,7 +384,11 @@ fn groupings(campaign: &Campaign, design: &DesignMatrix) -> Vec<(String, bool, V
         let mut next = 0;
         for sensor in 0..campaign.bench.sensors.len() {
             for stretch in in_time(campaign, design, sensor).chunks(length) {
-                stretch.iter().for_each(|row| labels[*row] = Some(next));
+                for row in stretch {
+                    if let Some(label) = labels.get_mut(*row) {
+                        *label = Some(next);
+                    }
+                }
                 next += 1;
             }
         }

@@ -157,7 +157,7 @@ fn system(campaign: &Campaign, design: &DesignMatrix, further: &[Vec<f64>]) -> R
     let rows = &system.rows;
     let wider = Mat::from_fn(rows.nrows(), n + further.len(), |i, j| match j.checked_sub(n) {
         None => rows[(i, j)],
-        Some(k) => further[k].get(i).copied().unwrap_or_default(),
+        Some(k) => further.get(k).and_then(|column| column.get(i)).copied().unwrap_or_default(),
     });
     system.rows = wider;
     Ok(system)

@@ -12,6 +12,7 @@ use super::candidates::breaks;
 use super::noise::Weighted;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
+use crate::linear::{dot, norm};
 use std::collections::{HashMap, HashSet};
 
 /// A family with no more members than this gets all its columns.
@@ -327,12 +328,4 @@ impl<'a> Rows<'a> {
             *sum += w * direction.get(i).copied().unwrap_or_default();
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }

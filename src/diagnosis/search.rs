@@ -28,7 +28,7 @@ pub(super) enum Found {
 pub(super) struct Question<'a> {
     pub settings: &'a Settings,
     /// Of each candidate (in noise variances): decides among sets that fit alike.
-    pub handicap: &'a [f64],
+    pub plausibility_penalty: &'a [f64],
     pub support: &'a Support<'a>,
     /// May several of these stand in one set? Members of a family that can build any pattern may not.
     pub is_pattern: &'a dyn Fn(&[usize]) -> bool,
@@ -42,10 +42,10 @@ pub(super) struct Question<'a> {
 
 impl<'a> Question<'a> {
     /// For what has been found: probabilities ask for no families.
-    pub fn without_families(settings: &'a Settings, handicap: &'a [f64], support: &'a Support<'a>) -> Self {
+    pub fn without_families(settings: &'a Settings, plausibility_penalty: &'a [f64], support: &'a Support<'a>) -> Self {
         Question {
             settings,
-            handicap,
+            plausibility_penalty,
             support,
             is_pattern: &|_| false,
             needs_all: &|_| false,
@@ -55,13 +55,13 @@ impl<'a> Question<'a> {
     }
 
     pub fn burden(&self, set: &[usize]) -> f64 {
-        set.iter().map(|j| self.handicap.get(*j).copied().unwrap_or_default()).sum()
+        set.iter().map(|j| self.plausibility_penalty.get(*j).copied().unwrap_or_default()).sum()
     }
 
     /// Is a member of the set seen only through small tilts?
     pub fn is_doubtful(&self, set: &[usize]) -> bool {
         let small = self.settings.small_handicap();
-        set.iter().any(|j| self.handicap.get(*j).is_some_and(|h| *h >= small))
+        set.iter().any(|j| self.plausibility_penalty.get(*j).is_some_and(|h| *h >= small))
     }
 }
 
@@ -91,7 +91,7 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
             1 => sets::singles(evidence),
             2 => sets::pairs(evidence, settings.indistinguishable),
             _ => {
-                let mut sets = sets::triples(evidence, settings.indistinguishable, question.handicap);
+                let mut sets = sets::triples(evidence, settings.indistinguishable, question.plausibility_penalty);
                 for own in sets::larger(evidence, smaller, size) {
                     if !sets.iter().any(|(_, set)| own.1.iter().all(|j| set.contains(j))) {
                         sets.push(own);

@@ -4,7 +4,7 @@ use super::candidates::Candidate;
 use crate::campaign::{Campaign, JointState, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::fit::{self, Fit};
-use crate::plan::{self, Costs, Noise, NoiseSource, Offer, SensorNoise, Telling, Term};
+use crate::plan::{self, Costs, DiscriminatingPosition, Noise, NoiseSource, Offer, SensorNoise, Term};
 use crate::simulate::Regressor;
 use std::collections::HashSet;
 
@@ -29,7 +29,7 @@ pub struct Separation {
 /// Positions that tell the effect from its aliases when one of them is added to the readings at hand.
 ///
 /// The first tells the aliases best on the whole, the second tells the least told of them best, and so on. T-optimal: against each alias,
-/// with its own coefficient and its own parameters, see [`plan::telling`]. Rows are taken where the fit stands.
+/// with its own coefficient and its own parameters, see [`plan::discriminating_positions`]. Rows are taken where the fit stands.
 pub(super) fn positions(
     campaign: &Campaign,
     design: &DesignMatrix,
@@ -59,16 +59,16 @@ pub(super) fn positions(
     };
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
     let terms: Vec<Term> = rivals.iter().map(|c| term(c)).collect();
-    let least = plan::telling(&there, &offer, &term(effect), &terms).unwrap_or_default();
+    let least = plan::discriminating_positions(&there, &offer, &term(effect), &terms).unwrap_or_default();
     let told: HashSet<usize> = least.iter().flat_map(|t| t.told.iter().copied()).collect();
     let never = rivals.iter().enumerate().filter(|(k, _)| !told.contains(k)).map(|(_, c)| c.regressor.clone());
     let never: Vec<String> = never.collect();
-    let is_new = |t: &Telling| !campaign.readings.rows.iter().any(|own| own.joints == t.position.joints);
-    let least: Vec<Telling> = least.into_iter().filter(|t| !t.told.is_empty() && is_new(t)).collect();
+    let is_new = |t: &DiscriminatingPosition| !campaign.readings.rows.iter().any(|own| own.joints == t.position.joints);
+    let least: Vec<DiscriminatingPosition> = least.into_iter().filter(|t| !t.told.is_empty() && is_new(t)).collect();
     let mut mean = least.clone();
     let rounded = |v: f64| (v * 1e3).round();
     mean.sort_by(|a, b| rounded(b.mean).total_cmp(&rounded(a.mean)));
-    let in_turn: Vec<Telling> = mean.into_iter().zip(least).flat_map(|(a, b)| [a, b]).collect();
+    let in_turn: Vec<DiscriminatingPosition> = mean.into_iter().zip(least).flat_map(|(a, b)| [a, b]).collect();
     let positions = distinct(in_turn.iter().map(|t| t.position.joints.clone()));
     let count = |joints: &Vec<JointState>| in_turn.iter().find(|t| t.position.joints == *joints).map(|t| t.told.len());
     let told = positions.iter().filter_map(count).collect();

@@ -90,15 +90,19 @@ pub(super) fn pairs(evidence: &Evidence, indistinguishable: f64) -> Vec<(f64, Ve
     drops.into_iter().map(|(drop, a, b)| (evidence.rss - drop, vec![a, b])).collect()
 }
 
-/// The best triples of all, best first, one candidate for each direction: that with the least handicap.
+/// The best triples of all, best first, one candidate for each direction: that with the least plausibility penalty.
 ///
 /// `drop = s_a^2 + (u_j^2 + u_k^2 - 2 g u_j u_k) / (1 - g^2)` with scores and cosines outside `a`.
-pub(super) fn triples(evidence: &Evidence, indistinguishable: f64, handicap: &[f64]) -> Vec<(f64, Vec<usize>)> {
+pub(super) fn triples(
+    evidence: &Evidence,
+    indistinguishable: f64,
+    plausibility_penalty: &[f64],
+) -> Vec<(f64, Vec<usize>)> {
     let score = |j: usize| evidence.pool.scores().get(j).copied().unwrap_or_default();
     let mut order: Vec<usize> =
         (0..evidence.pool.len()).filter(|j| evidence.pool.visible().get(*j).is_some_and(|v| *v > 0.0)).collect();
     order.sort_by(|a, b| score(*b).abs().total_cmp(&score(*a).abs()));
-    let cost = |j: usize| handicap.get(j).copied().unwrap_or_default();
+    let cost = |j: usize| plausibility_penalty.get(j).copied().unwrap_or_default();
     let mut own: Vec<usize> = Vec::new();
     for j in order {
         // columns of one direction have scores of one size, and stand next to each other

@@ -40,8 +40,8 @@ pub struct Settings {
     pub other_phase: f64,
     /// Odds by which a set of several effects must outweigh an unknown remainder (twice their logarithm). Default 6: odds of 20.
     pub outweighs: f64,
-    /// Handicap, in noise variances, of one rank of the catalogue among explanations that fit alike. Default 0.4: a fifth of a nat.
-    pub rank_handicap: f64,
+    /// Plausibility penalty, in noise variances, of one rank of the catalogue among explanations that fit alike. Default 0.4: a fifth of a nat.
+    pub rank_penalty: f64,
     /// Largest value of a term over what its inputs could make of it, below which only small tilts leave anything of it. Default 0.02: tilts of
     /// a degree. Such a term never stands before a plain one that fits as well.
     pub vanishing: f64,
@@ -70,7 +70,7 @@ impl Default for Settings {
             whole_pattern: 0.01,
             other_phase: 0.003,
             outweighs: 6.0,
-            rank_handicap: 0.4,
+            rank_penalty: 0.4,
             vanishing: 0.02,
             absorbed: 0.01,
             roundings: 64.0,
@@ -114,7 +114,7 @@ impl Settings {
         self.serial_share * self.significance
     }
 
-    /// Handicap of a term that only small tilts leave: as wide as what is not told apart, so that a plain term always stands before it.
+    /// Plausibility penalty of a term that only small tilts leave: as wide as what is not told apart, so that a plain term always stands before it.
     pub(super) fn small_handicap(&self) -> f64 {
         self.indistinguishable
     }

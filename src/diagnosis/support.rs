@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
+use crate::linear::dot;
 
 /// What is needed to leave a position out.
 pub(super) struct Support<'a> {
@@ -71,8 +72,4 @@ impl Support<'_> {
         }
         set.get(place).map_or(0.0, |member| push(column(*member)))
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

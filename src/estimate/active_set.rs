@@ -6,10 +6,15 @@
 //!
 //! With planes only the first step is exact (a projection on their intersection); on balls it converges quadratically. A constraint whose
 //! multiplier comes out negative is let go, one that is violated is taken up, until none is left.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "active faces are numbers below `faces.len()` that `polish` chooses itself; multipliers have one entry for each"
+)]
 
 use super::cone_program::Face;
+use crate::linear::{norm, normalise, project};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{Solve, SolveLstsq};
 
 /// A point that satisfies the Lagrange conditions.
 pub(super) struct Polished {
@@ -85,22 +90,16 @@ fn depends(faces: &[Face], active: &[usize], k: usize, v: &[f64]) -> bool {
     let mut span: Vec<Vec<f64>> = Vec::new();
     for other in active.iter().chain([&k]) {
         let mut rest = gradient(&faces[*other], v);
-        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let whole = norm(&rest);
-        for _ in 0..2 {
-            for unit in &span {
-                let along: f64 = unit.iter().zip(&rest).map(|(u, r)| u * r).sum();
-                rest.iter_mut().zip(unit).for_each(|(r, u)| *r -= along * u);
-            }
-        }
-        let left = norm(&rest);
+        project(&mut rest, &span);
+        project(&mut rest, &span);
+        let left = normalise(&mut rest);
         if !(left > 1e-9 * whole) {
             if *other == k {
                 return true;
             }
             continue;
         }
-        rest.iter_mut().for_each(|r| *r /= left);
         span.push(rest);
     }
     false
@@ -157,7 +156,11 @@ fn least_squares_multipliers(faces: &[Face], active: &[usize], v: &[f64]) -> Vec
     let gradients: Vec<Vec<f64>> = active.iter().map(|k| gradient(&faces[*k], v)).collect();
     let a = Mat::from_fn(v.len(), active.len(), |i, k| gradients[k][i]);
     let b = Mat::from_fn(v.len(), 1, |i, _| -v[i]);
-    let found = (a.transpose() * &a).full_piv_lu().solve(a.transpose() * b);
+    if a.nrows() < a.ncols() {
+        // gradients that `depends` let in are independent and so no more than unknowns; were there more, Newton starts from zeros
+        return vec![0.0; active.len()];
+    }
+    let found = a.col_piv_qr().solve_lstsq(b);
     (0..active.len()).map(|k| if found[(k, 0)].is_finite() { found[(k, 0)] } else { 0.0 }).collect()
 }
 

@@ -1,4 +1,8 @@
 //! One call from a system to an estimate.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`System::check` has made observed, u and group as long as the rows, and group numbers smaller; per-group lists have `groups::count` entries, per-unknown ones the columns"
+)]
 
 use super::basis::Combination;
 use super::compress::Compressed;
@@ -93,7 +97,7 @@ pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
 
 /// The same with what is known of the groups' scales beforehand.
 pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Estimate> {
-    crate::stop::look();
+    crate::stop::poll();
     system.check()?;
     let count = groups::count(&system.group);
     let alone = is_alone(system, count);

@@ -2,6 +2,10 @@
 //!
 //! With the independent columns factorised, `A_d = A_b C` (columns scaled). Then `n' = (-C, I)` spans the null space, and
 //! `z_b + C z_d` is what the readings do determine, `z = D x` being the scaled unknowns.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "columns are numbers below `scaled.ncols()` that the factorisation has ordered; every vector of the null space has as many entries"
+)]
 
 use super::factor::{Pivoted, pivoted_qr};
 use faer::Mat;

@@ -2,6 +2,10 @@
 //!
 //! An orthogonal change within a group alters neither the solution nor the group's sum of squares nor its share of the information, whatever
 //! its scale. So the scales, and steps that need the solution alone, work on a few dozen rows instead of all.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`adjust` runs `System::check` first: one observed value, u and group for each row, and `count` is above every group's number"
+)]
 
 use super::factor::Factor;
 use super::fold::triangle;

@@ -2,6 +2,10 @@
 //!
 //! P. J. Goulart, Y. Chen, "Clarabel: an interior-point solver for conic programs with quadratic objectives" (2024). Its answer is good to
 //! some nine digits and says which constraints are active; `active_set.rs` carries it to the last digit.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`dual` and `slack` have one entry for each face, and owners are numbers of faces"
+)]
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};

@@ -8,6 +8,10 @@
 //! reflections are (A. Bjorck, Solving linear least squares problems by Gram-Schmidt orthogonalization, BIT 7 (1967)), and needs neither
 //! roots nor columns of length 1. No columns are exchanged: what is not far from any rank defect is told by the condition number, and
 //! everything else is for `adjust`. Instructions are chosen at run time (`pulp`).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`shape` makes every list as long as `m` and `n` say, in lanes of eight; indices run below `m`, `n` and the registers of a lane"
+)]
 
 use pulp::{Arch, Simd, WithSimd};
 

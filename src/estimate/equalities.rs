@@ -2,6 +2,10 @@
 //!
 //! Elimination with complete pivoting on scaled columns; the unknowns that are kept stay unknowns of the user's, so a rank defect that
 //! remains is still named in them. Deliberately absent: heavy weights instead of equations.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "rows, values and origins have one entry for each equation, each row one for each of the `n` unknowns; terms about others are left out when rows are made"
+)]
 
 use super::basis::Combination;
 use super::factor::Embedding;

@@ -2,6 +2,10 @@
 //!
 //! The factorisation is faer's, sequential: Householder reflections with column pivoting, thin `Q` formed explicitly so
 //! that leverages and projections cost one pass. See G. H. Golub, C. F. Van Loan, Matrix Computations, 5.4-5.5.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`r` and `r_inverse` are rank by rank and `basis` has rank entries below the number of columns, of which `scale` has one each; callers' columns go through `check_rows`"
+)]
 
 use super::basis::{self, Coupling, Dependence};
 use super::small_qr;

@@ -1,4 +1,8 @@
 //! The same estimate from rows that come in blocks: memory depends on the unknowns, not on the readings.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`check` compares observed and u with the rows before they are used; the triangle has `unknowns + carried + 1` columns, square, from the constructor on"
+)]
 
 use super::basis::Combination;
 use super::compensated::accumulate;

@@ -1,8 +1,13 @@
 //! Folds of parts of the rows: joined, and sent from one process to another.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the triangle is square, so column j has more than j entries; `unpack` compares the length of what it is given with the triangle's first"
+)]
 
 use super::fold::triangle;
 use super::{Fold, panel};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 use faer::Mat;
 
 impl Fold {
@@ -71,7 +76,7 @@ impl Fold {
         let mut fold = Fold::carrying(unknowns, columns);
         let size = unknowns + columns + 1;
         let (head, rest) = packed.split_at_checked(2).unwrap_or_default();
-        let point = head.get(1).map_or(0, |length| *length as usize);
+        let point = head.get(1).map_or(0, |length| number::count(*length));
         let whole = rest.len() == point.saturating_add(size * (size + 1) / 2) && (point == 0 || point == unknowns);
         if !whole || !packed.iter().all(|x| x.is_finite()) || !head.iter().all(|x| *x >= 0.0) {
             return Err(Malformed::new(Fault::Value, "these numbers are no packed fold")
@@ -80,7 +85,7 @@ impl Fold {
         }
         let (about, mut rest) = rest.split_at(point);
         fold.about = about.to_vec();
-        fold.rows = head.first().map_or(0, |rows| *rows as usize);
+        fold.rows = head.first().map_or(0, |rows| number::count(*rows));
         for j in 0..size {
             let (own, after) = rest.split_at(j + 1);
             fold.triangle.col_as_slice_mut(j)[..=j].copy_from_slice(own);

@@ -5,6 +5,10 @@
 //! the region of trust, Foerstner's simplification `theta_g = q_g / r_g` takes the step; near the end Newton's does. All have the same
 //! fixed point, the maximum of the restricted likelihood.
 //! K.-R. Koch, Parameter Estimation and Hypothesis Testing in Linear Models (1999), 3.6.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`Compressed::new` gives ranges, sizes, own and magnitudes one entry for each group and one for the known ones; `determined` holds numbers of groups only"
+)]
 
 use super::compress::Compressed;
 use super::factor::Factor;

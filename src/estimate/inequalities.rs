@@ -3,6 +3,10 @@
 //! With the free estimate `x^` and `x = x^ + T v`, `T = D^-1 R^-1`, the sum of squares is that of `x^` plus `|v|^2`: the constrained
 //! estimate is the point of the feasible set that is nearest to the origin of `v`. An estimate that satisfies every constraint is
 //! returned as it is. Deliberately absent: constraints that would make a rank defect look determined.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`restrict` refuses inequalities about unknowns that the estimate has not; sides are numbered by `add` itself"
+)]
 
 use crate::vocabulary::vocabulary;
 
@@ -73,7 +77,8 @@ pub enum Restricted {
     },
     /// No values satisfy all; each of these inequalities is needed for the contradiction.
     Infeasible(Vec<usize>),
-    /// The readings do not determine all unknowns, or the solver failed: the constraints were not applied.
+    /// The readings do not determine all unknowns, a constraint is about an unknown which the estimate has not, or the solver failed: the
+    /// constraints were not applied.
     NotApplied,
 }
 
@@ -99,7 +104,13 @@ pub fn restrict(system: &System, estimate: &Estimate, inequalities: &[Inequality
     if inequalities.is_empty() {
         return free(&estimate.solution);
     }
-    if !estimate.not_estimable.is_empty() {
+    let unknowns = estimate.solution.len();
+    let is_of_another = |inequality: &Inequality| match inequality {
+        Inequality::Range { terms: list, .. } | Inequality::Norm { of: list, .. } => {
+            list.iter().any(|(j, _)| *j >= unknowns)
+        }
+    };
+    if !estimate.not_estimable.is_empty() || inequalities.iter().any(is_of_another) {
         return Restricted::NotApplied;
     }
     let along = estimate.factor.whitened_directions();

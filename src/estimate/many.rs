@@ -1,4 +1,8 @@
 //! Many observations of one design: their solutions by products.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the observations are a multiple of the rows, and blocks of unknowns end where these end; both are asked before any is read"
+)]
 
 use super::Factor;
 use crate::error::{Fault, Malformed, Result};

@@ -1,4 +1,4 @@
-//! Least-squares adjustment of plain matrices; this room knows nothing of benches.
+//! Least-squares adjustment of plain matrices; this module knows nothing of benches.
 //!
 //! ```text
 //! y = A x + e,   E(e) = 0,   V(e) = diag((s_g u)^2)

@@ -7,6 +7,10 @@
 //! The zeros of the triangle take no part (G. H. Golub, C. F. Van Loan, Matrix Computations, 6.5.3). A panel's columns lie one after the other in
 //! lines of eight rows and stay in the first-level cache; what is missing to a whole pair of lines are rows of zeros, which change nothing. Each
 //! reflection is applied to four columns at once. Instructions are chosen at run time (`pulp`).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "arrays of two registers, indexed by remainders by two and by loops over their length"
+)]
 
 use faer::{Mat, MatRef};
 use pulp::{Arch, Simd, WithSimd};

@@ -3,6 +3,10 @@
 //! The augmented system `v + A x = y`, `A' W^2 v = 0` is solved for corrections with the factorisation at hand: A. Bjorck,
 //! "Iterative refinement of linear least squares solutions I", BIT 7 (1967). It makes the error of the solution nearly
 //! independent of the condition number, and of the size of the residuals.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the factor's basis holds columns of the system, and solution and scale have one entry for each column"
+)]
 
 use super::compensated::{accumulate, dot};
 use super::factor::Factor;

@@ -1,5 +1,9 @@
 //! Column-pivoted Householder QR of few rows by plain loops: what blocks of reflections and their scratch cost is more than such a
 //! factorisation itself. G. H. Golub, C. F. Van Loan, Matrix Computations, 5.4.2.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`work` holds `k` columns of `m` rows, squares and computed have `k` entries and reflections `min(m, k)`, all made here"
+)]
 
 use super::factor::Pivoted;
 use faer::Mat;

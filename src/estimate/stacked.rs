@@ -1,4 +1,8 @@
 //! Many systems of one shape, each with a design of its own: estimates and uncertainties, eight systems side by side.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`adjust_stacked` compares the numbers of rows, observations and u with the shape before any of them is read; a lane has `LANES` numbers"
+)]
 
 use super::eight::{Eight, LANES};
 use super::{Group, Settings, System, adjust};

@@ -11,6 +11,7 @@ use crate::design::{self, DesignMatrix, Model};
 use crate::error::Result;
 use crate::estimate::{Coupling, Estimate, Group, System};
 use crate::language::{Sentence, sentence};
+use crate::number;
 use crate::vocabulary::vocabulary;
 
 /// What Gauss-Newton did.
@@ -78,7 +79,7 @@ pub struct Iteration {
 impl Iteration {
     /// How often the step was halved: a share of `2^-k` is the k-th half.
     fn halvings(&self) -> usize {
-        (-self.share.max(1e-12).log2()).round() as usize
+        number::count((-self.share.max(1e-12).log2()).round())
     }
 }
 

@@ -325,16 +325,16 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let step::Step { system, estimate, noise, constraints, robust, settled, scattered, .. } = step;
-    let grounds = parameters::Grounds::new(campaign, at_solution, &estimate, &noise, settings.level, &weak);
+    let budget_inputs = parameters::BudgetInputs::new(campaign, at_solution, &estimate, &noise, settings.level, &weak);
     let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
     let at_bound = rules::at_bound(campaign, &constraints);
     let bounded = matches!(constraints, Constraints::Met { .. });
     let allowed = |k| if bounded { rules::allowed(campaign, k) } else { (f64::NEG_INFINITY, f64::INFINITY) };
-    let parameters = grounds.parameters(&point, &free, &at_bound, allowed);
-    let covariance = grounds.covariance();
-    let derived = grounds.derived(&point)?;
-    let combinations = grounds.combinations(&point);
-    let known_sensitivities = grounds.known_sensitivities();
+    let parameters = budget_inputs.parameters(&point, &free, &at_bound, allowed);
+    let covariance = budget_inputs.covariance();
+    let derived = budget_inputs.derived(&point)?;
+    let combinations = budget_inputs.combinations(&point);
+    let known_sensitivities = budget_inputs.known_sensitivities();
     let quality = quality::rows(&system, &estimate);
     // with an estimated variance among them, chi-square is what that variance makes it
     let stated = noise.sources.iter().all(|source| !source.estimated);

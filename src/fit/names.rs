@@ -2,6 +2,7 @@
 
 use crate::campaign::{Campaign, Kind, Role};
 use crate::estimate::Combination;
+use crate::number;
 
 /// A combination of estimated parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +64,7 @@ fn six_digits(size: f64) -> String {
     if !(-4.0..6.0).contains(&exponent) {
         return format!("{size:.5e}");
     }
-    let digits = (5.0 - exponent).max(0.0) as usize;
+    let digits = number::count((5.0 - exponent).max(0.0));
     let number = format!("{size:.digits$}");
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.').to_string() } else { number }
 }

@@ -101,8 +101,7 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
 fn share(sensitivities: &Mat<f64>, rows: &[usize], u: &[f64], variance: f64) -> Mat<f64> {
     let n = sensitivities.nrows();
     let scaled = Mat::from_fn(n, rows.len(), |j, k| {
-        let i = rows[k];
-        sensitivities[(j, i)] * u.get(i).copied().unwrap_or_default()
+        rows.get(k).map_or(0.0, |i| sensitivities[(j, *i)] * u.get(*i).copied().unwrap_or_default())
     });
     let mut out = Mat::zeros(n, n);
     matmul(&mut out, Accum::Replace, &scaled, scaled.transpose(), variance, Par::Seq);

@@ -116,7 +116,7 @@ fn known_inputs<'a>(
 }
 
 /// What every budget of a fit needs.
-pub(super) struct Grounds<'a> {
+pub(super) struct BudgetInputs<'a> {
     campaign: &'a Campaign,
     estimate: &'a Estimate,
     noise: &'a Noise,
@@ -125,7 +125,7 @@ pub(super) struct Grounds<'a> {
     weak: &'a [usize],
 }
 
-impl<'a> Grounds<'a> {
+impl<'a> BudgetInputs<'a> {
     pub(super) fn new(
         campaign: &'a Campaign,
         at_solution: &DesignMatrix,
@@ -135,7 +135,7 @@ impl<'a> Grounds<'a> {
         weak: &'a [usize],
     ) -> Self {
         let known = known_inputs(campaign, at_solution, noise);
-        Grounds { campaign, estimate, noise, known, level, weak }
+        BudgetInputs { campaign, estimate, noise, known, level, weak }
     }
 
     /// How the estimated parameters follow each known input that has an uncertainty.
@@ -148,9 +148,9 @@ impl<'a> Grounds<'a> {
     pub(super) fn covariance(&self) -> Mat<f64> {
         let mut covariance = self.noise.covariance.clone();
         for (_, input, c) in &self.known {
-            for i in 0..covariance.nrows().min(c.len()) {
-                for j in 0..covariance.ncols().min(c.len()) {
-                    covariance[(i, j)] += c[i] * c[j] * input.u * input.u;
+            for (i, a) in c.iter().enumerate().take(covariance.nrows()) {
+                for (j, b) in c.iter().enumerate().take(covariance.ncols()) {
+                    covariance[(i, j)] += a * b * input.u * input.u;
                 }
             }
         }

@@ -92,8 +92,8 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
     };
     let agrees = (0..names.len())
         .map(|k| {
-            let (low, high) = first_order[k]?;
-            let (own, u) = (trials.outputs.get(k)?, spread[k].filter(|u| *u > 0.0)?);
+            let (low, high) = first_order.get(k).copied().flatten()?;
+            let (own, u) = (trials.outputs.get(k)?, spread.get(k).copied().flatten().filter(|u| *u > 0.0)?);
             let digit = 10f64.powf(u.log10().floor() - 1.0);
             let within = |end: f64, (least, most): (f64, f64)| end >= least - 0.5 * digit && end <= most + 0.5 * digit;
             Some(within(low, own.ends[0]) && within(high, own.ends[1]))
@@ -101,9 +101,12 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
         .collect();
     let several = names.len() - parameters >= 2;
     let which = if several { parameters..names.len() } else { 0..parameters };
-    let joint = (which.len() >= 2).then(|| Joint {
-        names: names[which.clone()].to_vec(),
-        covariance: trials.covariance[which.clone()].iter().map(|row| row[which.clone()].to_vec()).collect(),
+    let (from, count) = (which.start, which.len());
+    let joint = (count >= 2).then(|| Joint {
+        names: names.iter().skip(from).take(count).cloned().collect(),
+        covariance: (trials.covariance.iter().skip(from).take(count))
+            .map(|row| row.iter().skip(from).take(count).copied().collect())
+            .collect(),
         ellipsoid_factor: trials.ellipsoid_factor,
     });
     Ok(Some(Drawn { names, parameters, trials, first_order, agrees, joint }))
@@ -113,10 +116,15 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
 pub(super) fn factor(covariance: &Mat<f64>) -> Mat<f64> {
     let n = covariance.nrows();
     let sd: Vec<f64> = (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
-    let correlation =
-        Mat::from_fn(n, n, |i, j| if sd[i] > 0.0 && sd[j] > 0.0 { covariance[(i, j)] / (sd[i] * sd[j]) } else { 0.0 });
+    let sd_of = |i: usize| sd.get(i).copied().unwrap_or_default();
+    let correlation = Mat::from_fn(n, n, |i, j| match sd_of(i) * sd_of(j) {
+        product if product > 0.0 => covariance[(i, j)] / product,
+        _ => 0.0,
+    });
     let Ok(eigen) = correlation.self_adjoint_eigen(Side::Lower) else { return Mat::zeros(n, 0) };
-    let values: Vec<f64> = eigen.S().column_vector().iter().copied().collect();
-    let kept: Vec<usize> = (0..n).filter(|k| values[*k] > 1e-14).collect();
-    Mat::from_fn(n, kept.len(), |i, k| sd[i] * eigen.U()[(i, kept[k])] * values[kept[k]].sqrt())
+    let values = eigen.S().column_vector().iter().copied().enumerate();
+    let kept: Vec<(usize, f64)> = values.filter(|(_, value)| *value > 1e-14).collect();
+    Mat::from_fn(n, kept.len(), |i, k| {
+        kept.get(k).map_or(0.0, |(k, value)| sd_of(i) * eigen.U()[(i, *k)] * value.sqrt())
+    })
 }

@@ -3,6 +3,7 @@
 use super::Fit;
 use crate::campaign::{Campaign, JointState};
 use crate::language::{Sentence, sentence};
+use crate::number;
 use std::f64::consts::TAU;
 
 /// Above this the scaled columns are so nearly dependent that units cannot be the reason.
@@ -28,7 +29,7 @@ pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
         let so_far = most.unwrap_or(0);
         most = Some(so_far.max((so_far..=PLACES).chain(0..so_far).find(written)?));
     }
-    most.map(|places| 10f64.powi(-(places as i32)))
+    most.map(|places| 10f64.powi(-number::signed(places)))
 }
 
 /// Powers of ten, exact.

@@ -7,9 +7,14 @@
 //! P. J. Huber, Robust Statistics (1981), 7.6-7.10; A. E. Beaton, J. W. Tukey, Technometrics 16 (1974); the covariance is Huber's
 //! `K^2 s^2 (sum psi^2 / (m - n)) / mean(psi')^2 (A' P A)^-1`, for L1 that of J. W. McKean and R. M. Schrader (1987). Priors are not
 //! downweighted. Deliberately absent: throwing readings away.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "weights, residuals and leverages are those of an adjustment of this very system, and `System::check` has compared u and group with its rows"
+)]
 
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, System, adjust};
+use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 use crate::vocabulary::vocabulary;
 use faer::Mat;
@@ -168,7 +173,7 @@ fn scales(system: &System, estimate: &Estimate, groups: usize) -> Vec<f64> {
             let mut sizes: Vec<f64> = rows.iter().map(|i| (estimate.residuals[*i] / system.u[*i]).abs()).collect();
             sizes.sort_by(f64::total_cmp);
             let spent: f64 = rows.iter().map(|i| estimate.leverage[*i]).sum();
-            let kept = sizes.get((spent.round() as usize).min(sizes.len())..).unwrap_or_default();
+            let kept = sizes.get(number::count(spent.round()).min(sizes.len())..).unwrap_or_default();
             let middle = |k: usize| kept.get(k).copied().unwrap_or(0.0);
             let half = kept.len() / 2;
             let median =
@@ -235,7 +240,7 @@ fn least_absolute_spread(deviations: &[f64], rank: usize) -> f64 {
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
     let z = normal_quantile(0.975).unwrap_or(1.96);
-    let lower = ((n + 1.0) / 2.0 - z * (n / 4.0).sqrt()).round().max(1.0) as usize;
+    let lower = number::count(((n + 1.0) / 2.0 - z * (n / 4.0).sqrt()).round().max(1.0));
     let at = |k: usize| sorted.get(k.min(sorted.len().saturating_sub(1))).copied().unwrap_or_default();
     let width = at(sorted.len().saturating_sub(lower)) - at(lower - 1);
     n.sqrt() * width / (2.0 * z)

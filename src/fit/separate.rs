@@ -4,6 +4,7 @@ use super::names::{NamedCombination, describe};
 use crate::campaign::{Campaign, JointState, Readings, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::estimate::{self, Estimate, Group, ScaleHints, System};
+use crate::number;
 use faer::Mat;
 
 /// One rank defect.
@@ -119,7 +120,7 @@ impl<'a> Search<'a> {
             }
         }
         // of those that are equal in single precision the first: fewest joints moved
-        found.sort_by(|a, b| (b.0 as f32).total_cmp(&(a.0 as f32)).then(a.1.cmp(&b.1)));
+        found.sort_by(|a, b| number::single(b.0).total_cmp(&number::single(a.0)).then(a.1.cmp(&b.1)));
         let raises = |row: &[f64]| rank_with(self.campaign, self.design, row) > self.rank;
         let best = found.iter().take(VERIFIED).find(|(_, _, row)| raises(row))?;
         self.schedule.readings.rows.get(best.1).map(|reading| reading.joints.clone())

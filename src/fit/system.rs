@@ -59,8 +59,8 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
     let mut rows = Mat::zeros(readings + priors.len(), unknowns);
     for j in 0..unknowns.min(design.jacobian.ncols()) {
         let column = rows.col_as_slice_mut(j);
-        column[..readings].copy_from_slice(design.jacobian.col_as_slice(j));
-        for (own, _) in column[readings..].iter_mut().zip(&priors).filter(|(_, (k, _, _))| *k == j) {
+        column.iter_mut().zip(design.jacobian.col_as_slice(j)).for_each(|(own, slope)| *own = *slope);
+        for (own, _) in column.iter_mut().skip(readings).zip(&priors).filter(|(_, (k, _, _))| *k == j) {
             *own = 1.0;
         }
     }

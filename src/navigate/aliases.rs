@@ -21,7 +21,8 @@ impl Walk<'_> {
             let source = *linear.causes.get(j)?;
             let mut other = set.to_vec();
             *other.get_mut(place)? = j;
-            let value = linear.products.solve(&other).map(|solved| solved.values[place] / linear.norms[j]);
+            let value =
+                linear.products.solve(&other).and_then(|solved| Some(solved.values.get(place)? / linear.norms.get(j)?));
             let absurd = value.is_some_and(|value| self.case.is_absurd(&source, value));
             let excess = (excess / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
             Some(Alias { source, value, exact, excess, absurd, together_with: None })
@@ -45,7 +46,7 @@ impl Walk<'_> {
             }
             None => true,
         });
-        let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, a.source.rank() as u8);
+        let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, crate::number::whole(a.source.rank()));
         aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(a.excess.total_cmp(&b.excess)));
         aliases
     }

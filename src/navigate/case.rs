@@ -6,11 +6,11 @@ use super::diagnose::Gap;
 use super::errors::{ImuErrors, Source};
 use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
-use super::search::dot;
 use super::signatures;
 use super::whiten::whiten;
 use crate::diagnosis::{NoiseFrom, Settings};
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
 use std::rc::Rc;
 
@@ -150,14 +150,14 @@ impl<'a> Case<'a> {
     /// Stated standard uncertainties; where there are none, the gap's own size.
     pub fn first_u(&self, gap: &[f64]) -> Vec<f64> {
         let sizes = self.sizes(gap, 0);
-        self.measured.cells().map(|cell| cell.u.unwrap_or(sizes[cell.channel.min(CHANNELS - 1)])).collect()
+        self.measured.cells().map(|cell| cell.u.or(sizes.get(cell.channel).copied()).unwrap_or(1.0)).collect()
     }
 
     /// The same from what a fit left; no less than what rounding makes of the gap.
     pub fn u_of(&self, left: &[f64], fitted: usize, gap: &[f64]) -> Vec<f64> {
         let (sizes, first) = (self.sizes(left, fitted), self.sizes(gap, 0));
-        let of = |channel: usize| sizes[channel].max(1e-9 * first[channel]);
-        self.measured.cells().map(|cell| cell.u.unwrap_or(of(cell.channel.min(CHANNELS - 1)))).collect()
+        let of = |channel: usize| Some(sizes.get(channel)?.max(1e-9 * first.get(channel)?));
+        self.measured.cells().map(|cell| cell.u.or(of(cell.channel)).unwrap_or(1.0)).collect()
     }
 
     /// Root mean square of each channel, less the share of degrees of freedom that a fit took.

@@ -203,7 +203,7 @@ impl Cause {
 pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize) -> Vec<Cause> {
     let mut causes: Vec<Cause> = Source::catalogue().into_iter().map(Cause::Constant).collect();
     let times: Vec<f64> = (1..steps).map(|k| duration * k as f64 / steps as f64).collect();
-    let channels = || (0..CHANNELS).filter(|channel| measured[*channel]);
+    let channels = || measured.iter().enumerate().filter(|(_, is)| **is).map(|(channel, _)| channel);
     causes.extend(channels().map(|channel| Cause::Reference(channel, None)));
     causes.extend(channels().map(|channel| Cause::Reference(channel, Some(Change::Ramp))));
     let biases: Vec<Source> = Source::first_order().into_iter().filter(|source| source.kind == Kind::Bias).collect();

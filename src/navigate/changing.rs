@@ -8,12 +8,17 @@
 //! ```
 //!
 //! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "channels are arrays of `CHANNELS` numbers, indexed by `from_fn` over that length"
+)]
 
 use super::cause::{Cause, Change};
 use super::errors::{ImuErrors, Kind, Source};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures::{Instant, instants, motion, predicted_together, times};
+use crate::number;
 use nalgebra::{SMatrix, SVector};
 
 type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
@@ -53,7 +58,7 @@ impl Run {
     ) -> Run {
         let end = own.last().copied().unwrap_or_default();
         let step = (mission.duration() / GRID).max(2.0 * mission.step);
-        let count = (end / step).ceil().max(1.0) as usize;
+        let count = number::count((end / step).ceil().max(1.0));
         let grid: Vec<f64> = (0..=count).map(|k| (k as f64 * step).min(end)).collect();
         // both lists are in rising order; one pass serves both
         let mut union: Vec<(f64, bool)> =

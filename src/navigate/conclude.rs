@@ -4,10 +4,10 @@ use super::cause::Cause;
 use super::diagnose::{Finding, NavigationDiagnosis, Suspect, Unexplained};
 use super::refine::{State, Walk};
 use super::remainder::Remainder;
-use super::search::dot;
 use super::separate;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::Result;
+use crate::linear::dot;
 use crate::uncertainty::quantiles::normal_survival;
 
 impl Walk<'_> {
@@ -69,7 +69,7 @@ impl Walk<'_> {
             noise: case.from,
             gap: [before, if found { after } else { before }],
             channels: rest.channels(),
-            courses: rest.courses(),
+            gaps_over_time: rest.gaps_over_time(),
             unexplained,
             suspects,
             steps: steps.collect(),
@@ -106,7 +106,8 @@ impl Walk<'_> {
         let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);
         let mut findings = Vec::new();
         for (place, cause) in state.set.iter().enumerate() {
-            let (value, u) = (state.values[place], scale * state.u[place]);
+            let (Some(value), Some(u)) = (state.values.get(place).copied(), state.u.get(place)) else { continue };
+            let u = scale * u;
             let mut others = set.clone();
             others.remove(place);
             let without = linear.products.solve(&others).map_or(rss, |solved| solved.rss);
@@ -149,7 +150,7 @@ impl Walk<'_> {
                 u: Some(u),
                 t: value / u,
                 p: p_of(value / u, case.values.len() as f64),
-                explains: (white[0].get(*at).map_or(0.0, |_| (gap[*at] / u).powi(2)) / whole).clamp(0.0, 1.0),
+                explains: (gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole).clamp(0.0, 1.0),
                 aliases: Vec::new(),
                 separate_by: Vec::new(),
             });

@@ -22,7 +22,7 @@ use super::errors::{ImuErrors, Source};
 use super::measured::{Cell, Measured};
 use super::mission::Mission;
 use super::refine::Walk;
-use super::remainder::{self, ChannelGap, Course};
+use super::remainder::{self, ChannelGap, GapOverTime};
 use super::separate::Separation;
 use super::walk;
 use crate::diagnosis::{NoiseFrom, Settings, Step, Verdict};
@@ -121,7 +121,7 @@ pub struct NavigationDiagnosis {
     /// The same by run and channel, in the channel's own unit.
     pub channels: Vec<ChannelGap>,
     /// The gap in time, for a picture.
-    pub courses: Vec<Course>,
+    pub gaps_over_time: Vec<GapOverTime>,
     /// What is unexplained.
     pub unexplained: Option<Unexplained>,
     /// Single values that noise does not explain after all that was found, the furthest first; none where only residuals tell the noise.

@@ -11,14 +11,18 @@
 //!
 //! (Titterton and Weston, *Strapdown Inertial Navigation Technology*, 2nd ed., section 12.3; Benson 1975 for the name.)
 //! `dw` and `df` are linear in the sources, so that 39 signatures and 7 of the start, integrated once, hold every small error.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "arrays of fixed lengths: seven states, three axes, two triads, `NODES` nodes; a source's axis and input are below three by the catalogue"
+)]
 
-use super::course::{Block, Course, NodeValues};
 use super::earth::{self, Curvature, EARTH_RATE};
 use super::errors::{ImuErrors, Instrument, Kind, Source};
 use super::mission::{Mission, Site};
 use super::motion::Motion;
 use super::quadrature::{NODES, Quadrature};
 use super::run::{Continue, NavigationError};
+use super::trajectory::{Block, NodeValues, Trajectory};
 
 /// Number of states.
 pub const STATES: usize = 7;
@@ -154,7 +158,7 @@ pub fn propagate_to(
     let rule = Quadrature::new(1);
     let mean = rule.whole;
     let moment: [f64; NODES] = std::array::from_fn(|j| rule.whole[j] * (0.5 - rule.nodes[j]));
-    let mut course = Course::new(mission, motion);
+    let mut trajectory = Trajectory::new(mission, motion);
     let mut block = Block::default();
     let mut signatures = Signatures {
         time: 0.0,
@@ -162,7 +166,7 @@ pub fn propagate_to(
         noise: [[0.0; STATES]; STATES],
         metres: [0.0; 2],
     };
-    let place = course.truth();
+    let place = trajectory.truth();
     let radii = Curvature::at(place.latitude, mission.site.altitude);
     let metres = [radii.prime_vertical * place.latitude.cos(), radii.meridian];
     for (source, state) in sources.iter().zip(&mut signatures.states) {
@@ -170,23 +174,23 @@ pub fn propagate_to(
     }
     let mut next = 0;
     loop {
-        if course.done() >= next {
-            let truth = course.truth();
+        if trajectory.done() >= next {
+            let truth = trajectory.truth();
             let radii = Curvature::at(truth.latitude, mission.site.altitude);
             signatures.time = truth.time;
             signatures.metres = [radii.prime_vertical * truth.latitude.cos(), radii.meridian];
-            if sink(&signatures) == Continue::Stop || course.done() >= mission.steps {
+            if sink(&signatures) == Continue::Stop || trajectory.done() >= mission.steps {
                 return;
             }
-            next = next_row(course.done()).clamp(course.done() + 1, mission.steps);
+            next = next_row(trajectory.done()).clamp(trajectory.done() + 1, mission.steps);
         }
-        let before = course.truth();
-        let ahead = next - course.done();
-        course.advance_smooth(ahead, &mut block);
+        let before = trajectory.truth();
+        let steps = next - trajectory.done();
+        trajectory.advance_smooth(steps, &mut block);
         let span = block.steps as f64 * mission.step;
-        let after = course.truth();
-        let drive = Drive::over(course.nodes(), &mean, span);
-        let lever = Drive::over(course.nodes(), &moment, span * span);
+        let after = trajectory.truth();
+        let drive = Drive::over(trajectory.nodes(), &mean, span);
+        let lever = Drive::over(trajectory.nodes(), &moment, span * span);
         let kinematics = Kinematics {
             latitude: 0.5 * (before.latitude + after.latitude),
             altitude: mission.site.altitude,

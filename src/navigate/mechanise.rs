@@ -23,10 +23,14 @@
 //!
 //! In attitude it is of fourth order in the step for a smooth motion (the Magnus step's third commutators are the first
 //! thing left out); terms that hang on the position are linear over a block, and exact at its start.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a chunk has `CHUNK` steps at most (`steps` is the smaller of that and what is left), errors and state have fixed columns, steps of a block are taken modulo its length"
+)]
 
-use super::course::Block;
 use super::earth::{EARTH_RATE, ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS};
 use super::quadrature::MAX_STEPS;
+use super::trajectory::Block;
 use super::vector::{Real, Triple};
 use pulp::Simd;
 

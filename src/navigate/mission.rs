@@ -3,6 +3,7 @@
 use super::errors::ImuErrors;
 use super::motion::{Motion, Path};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 
 /// The fastest rotation that one step may hold, rad: beyond it the series of the attitude update lose digits.
 const FASTEST_STEP: f64 = 0.05;
@@ -79,7 +80,7 @@ impl Mission {
         if !(row_interval > 0.0 && row_interval.is_finite()) {
             return Err(wrong("rows need a time between them", "output_every_s", "more than 0 s", row_interval));
         }
-        let pairs = |time: f64| 2 * (0.5 * time / step).round().max(1.0) as u64;
+        let pairs = |time: f64| 2 * number::count_u64((0.5 * time / step).round().max(1.0));
         let steps = pairs(duration);
         let steps_per_row = pairs(row_interval.min(duration));
         let mission = Mission {

@@ -7,8 +7,8 @@
 //! | file | what |
 //! |---|---|
 //! | [`mission`], [`motion`], [`errors`] | the question: site, step, motion, what is wrong with the unit |
-//! | [`earth`], [`quadrature`], [`course`] | the truth: WGS-84, exact increments, where the vehicle really is |
-//! | `mechanise`, `vector`, `lanes` | the navigator: one step in all lanes of a register, groups of eight scenarios |
+//! | [`earth`], [`quadrature`], [`trajectory`] | the truth: WGS-84, exact increments, where the vehicle really is |
+//! | `mechanise`, `vector`, `simd_batch` | the navigator: one step in all lanes of a register, groups of eight scenarios |
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | [`cause`], `changing` | what can be behind a gap, and what it does |
@@ -21,21 +21,19 @@
 //! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
 
 mod aliases;
-pub mod carry;
 mod case;
 pub mod cause;
 mod changing;
 mod conclude;
-pub mod course;
 pub mod diagnose;
 pub mod earth;
 pub mod errors;
-mod lanes;
 pub mod linear;
 pub mod measured;
 mod mechanise;
 pub mod mission;
 pub mod motion;
+pub mod propagation;
 pub mod quadrature;
 mod refine;
 pub mod remainder;
@@ -44,8 +42,10 @@ mod search;
 pub mod separate;
 mod sharpen;
 pub mod signatures;
+mod simd_batch;
 mod single;
 pub mod study;
+pub mod trajectory;
 mod vector;
 mod walk;
 mod wander;

@@ -4,6 +4,10 @@
 //! interpolant is one fixed row of weights: `increments = weights * samples`. A block is kept so short (a tenth of the
 //! motion's shortest period) that the interpolation error is below rounding: an analytic signal of angular frequency
 //! `w` leaves `(w T/2)^16 / (2^15 16!)` of its amplitude, 1e-26 at `w T/2 = 0.3`.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "polynomials have `NODES + 1` values and edges `MAX_STEPS + 1`; `steps` is clamped to `MAX_STEPS`"
+)]
 
 use std::f64::consts::PI;
 

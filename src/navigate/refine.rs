@@ -2,9 +2,10 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
-use super::search::{Products, Solved, dot};
+use super::search::{Products, Solved};
 use super::wander::Wander;
 use crate::diagnosis::NoiseFrom;
+use crate::linear::{dot, normalise};
 
 /// Gauss-Newton steps of one refinement, at most.
 const STEPS: usize = 25;
@@ -98,7 +99,13 @@ impl<'a> Walk<'a> {
                 solved.values.iter().zip(&norms).map(|(x, norm)| if *norm > 0.0 { x / norm } else { 0.0 }).collect()
             };
             let solved = products.damped(&all, least)?;
-            u = solved.inverse.iter().enumerate().map(|(k, row)| row[k].max(0.0).sqrt() / norms[k]).collect();
+            u = solved
+                .inverse
+                .iter()
+                .zip(&norms)
+                .enumerate()
+                .map(|(k, (row, norm))| row.get(k).map_or(f64::NAN, |v| v.max(0.0).sqrt() / norm))
+                .collect();
             // where the noise is what is left, its size counts, not one
             let size = if self.case.from == NoiseFrom::Residuals {
                 (rss / residual.len().max(1) as f64).sqrt().max(1e-3)
@@ -163,13 +170,4 @@ impl<'a> Walk<'a> {
         self.case.weigh(self.u, out, &mut left);
         dot(&left[0], &left[0])
     }
-}
-
-/// Divide a column by its norm, which comes back; a column of nothing stays.
-pub(super) fn normalise(column: &mut [f64]) -> f64 {
-    let norm = dot(column, column).sqrt();
-    if norm > 0.0 {
-        column.iter_mut().for_each(|v| *v /= norm);
-    }
-    norm
 }

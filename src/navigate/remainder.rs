@@ -1,4 +1,4 @@
-//! The gap by channel and in time: how large, what course, and what pattern it has where nothing explains it.
+//! The gap by channel and in time: how large, how it goes in time, and what pattern it has where nothing explains it.
 
 use super::measured::{CHANNEL_NAMES, CHANNELS, Cell as Value, Measured};
 use super::mission::Mission;
@@ -23,7 +23,7 @@ pub struct ChannelGap {
 
 /// The gap in one channel of one run against time, SI units, thinned for a picture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct GapOverTime {
     /// Name of the motion.
     pub motion: String,
     /// The channel.
@@ -49,7 +49,7 @@ pub struct Cell {
     pub z: f64,
 }
 
-/// Points of a course at most.
+/// Points of a channel's gap over time at most.
 const DRAWN: usize = 300;
 /// Parts of a run.
 const PARTS: usize = 4;
@@ -104,11 +104,11 @@ impl Remainder<'_> {
         self.groups().into_iter().map(one).collect()
     }
 
-    pub fn courses(&self) -> Vec<Course> {
+    pub fn gaps_over_time(&self) -> Vec<GapOverTime> {
         let one = |(motion, channel, group): (String, usize, Vec<Entry>)| {
             let every = group.len().div_ceil(DRAWN).max(1);
             let points = group.iter().step_by(every).map(|(cell, _, before, after)| (cell.time, *before, *after));
-            Course { motion, channel, points: points.collect() }
+            GapOverTime { motion, channel, points: points.collect() }
         };
         self.groups().into_iter().map(one).collect()
     }

@@ -2,11 +2,11 @@
 //!
 //! Rows go to a sink one at a time, so that memory does not depend on the duration.
 
-use super::course::{Course, Truth, metres};
 use super::errors::ImuErrors;
-use super::lanes::{Belief, Fleet};
 use super::mission::Mission;
 use super::motion::Motion;
+use super::simd_batch::{Belief, Fleet};
+use super::trajectory::{Trajectory, Truth, metres};
 
 /// One set of errors with a name.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,16 +159,16 @@ pub fn fly_to(
     next_row: &mut dyn FnMut(u64) -> u64,
     sink: &mut dyn FnMut(&Row<'_>) -> Continue,
 ) -> Flight {
-    let mut course = Course::new(mission, motion);
+    let mut trajectory = Trajectory::new(mission, motion);
     let errors: Vec<ImuErrors> = scenarios.iter().map(|scenario| scenario.errors).collect();
-    let mut fleet = Fleet::new(mission, &mut course, &errors, mission.seed);
+    let mut fleet = Fleet::new(mission, &mut trajectory, &errors, mission.seed);
     let mut tallies = vec![Tally::default(); scenarios.len()];
     let mut now = vec![NavigationError::default(); scenarios.len()];
     let mut rows = 0;
     let mut next = 0;
     loop {
-        if course.done() >= next {
-            let truth = course.truth();
+        if trajectory.done() >= next {
+            let truth = trajectory.truth();
             for (i, error) in now.iter_mut().enumerate() {
                 if let Some(belief) = fleet.belief(i) {
                     *error = NavigationError::of(&belief, &truth, mission.site.altitude);
@@ -178,13 +178,13 @@ pub fn fly_to(
                 tally.add(error);
             }
             rows += 1;
-            if sink(&Row { truth, errors: &now }) == Continue::Stop || course.done() >= mission.steps {
+            if sink(&Row { truth, errors: &now }) == Continue::Stop || trajectory.done() >= mission.steps {
                 break;
             }
-            next = next_row(course.done()).clamp(course.done() + 1, mission.steps);
+            next = next_row(trajectory.done()).clamp(trajectory.done() + 1, mission.steps);
         }
-        let ahead = next - course.done();
-        fleet.advance(&mut course, ahead);
+        let steps = next - trajectory.done();
+        fleet.advance(&mut trajectory, steps);
     }
     let outcomes = scenarios.iter().zip(&tallies).zip(&now).map(|((scenario, tally), last)| Outcome {
         id: scenario.id.clone(),
@@ -194,7 +194,7 @@ pub fn fly_to(
         velocity: tally.summary(2, rows),
         position: tally.summary(3, rows),
     });
-    Flight { time: course.truth().time, rows, outcomes: outcomes.collect() }
+    Flight { time: trajectory.truth().time, rows, outcomes: outcomes.collect() }
 }
 
 /// Last, largest and sum of squares of tilt, azimuth, velocity, position.

@@ -1,12 +1,17 @@
 //! Which few of many columns explain a residual: forward selection, removal and exchange on inner products alone.
 //!
 //! ```text
-//! score(set) = |r - C_set x|^2 + sum_set (penalty + handicap)          penalty = z^2,  2 (1 - Phi(z)) = significance / distinct columns
+//! score(set) = |r - C_set x|^2 + sum_set (penalty + plausibility penalty)          penalty = z^2,  2 (1 - Phi(z)) = significance / distinct columns
 //! ```
 //!
 //! A column takes part only where it lowers the score: its evidence, given the others, must be beyond chance among all that were tried.
 //! Nothing here knows what the columns are.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "products and norms have one entry for each column, and sets hold numbers of columns that the search itself has counted"
+)]
 
+use crate::linear::{Triangle, dot};
 use crate::uncertainty::quantiles::normal_survival;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -26,7 +31,7 @@ pub(super) struct Products {
     /// `r' r`.
     pub square: f64,
     /// For each column, what it costs beside the penalty; infinite for one that must not be taken.
-    pub handicap: Vec<f64>,
+    pub plausibility_penalty: Vec<f64>,
     /// What any column costs.
     pub penalty: f64,
 }
@@ -40,11 +45,11 @@ pub(super) struct Solved {
 
 impl Products {
     /// All products; columns may be zero (they are never taken).
-    pub fn new(columns: Vec<Vec<f64>>, residual: &[f64], handicap: Vec<f64>, penalty: f64) -> Products {
+    pub fn new(columns: Vec<Vec<f64>>, residual: &[f64], plausibility_penalty: Vec<f64>, penalty: f64) -> Products {
         let along = columns.iter().map(|column| dot(column, residual)).collect();
         let squares = columns.iter().map(|column| dot(column, column)).collect();
         let gram = RefCell::new(vec![None; columns.len()]);
-        Products { columns, gram, squares, along, square: dot(residual, residual), handicap, penalty }
+        Products { columns, gram, squares, along, square: dot(residual, residual), plausibility_penalty, penalty }
     }
 
     /// Products of one column with all.
@@ -67,7 +72,7 @@ impl Products {
     }
 
     fn cost(&self, j: usize) -> f64 {
-        self.penalty + self.handicap.get(j).copied().unwrap_or(f64::INFINITY)
+        self.penalty + self.plausibility_penalty.get(j).copied().unwrap_or(f64::INFINITY)
     }
 
     /// Least squares of a set; `None` where its columns are not independent.
@@ -77,41 +82,17 @@ impl Products {
 
     /// The same with so much added to the square of each column (Levenberg and Marquardt's step); what is left is that of the linear model.
     pub fn damped(&self, set: &[usize], damping: f64) -> Option<Solved> {
-        let m = set.len();
-        // Cholesky, then the inverse column by column
-        let mut l = vec![vec![0.0; m]; m];
-        for a in 0..m {
-            for b in 0..=a {
-                let sum: f64 = (0..b).map(|k| l[a][k] * l[b][k]).sum();
-                let more = if a == b { damping * self.product(set[a], set[a]) } else { 0.0 };
-                let own = self.product(set[a], set[b]) + more - sum;
-                if a == b {
-                    if !(own > INDEPENDENT * self.product(set[a], set[a])) {
-                        return None;
-                    }
-                    l[a][a] = own.sqrt();
-                } else {
-                    l[a][b] = own / l[b][b];
-                }
-            }
-        }
-        let substitute = |right: &[f64]| -> Vec<f64> {
-            let mut x = right.to_vec();
-            for a in 0..m {
-                let sum: f64 = (0..a).map(|k| l[a][k] * x[k]).sum();
-                x[a] = (x[a] - sum) / l[a][a];
-            }
-            for a in (0..m).rev() {
-                let sum: f64 = (a + 1..m).map(|k| l[k][a] * x[k]).sum();
-                x[a] = (x[a] - sum) / l[a][a];
-            }
-            x
+        let entry = |a: usize, b: usize| match (set.get(a), set.get(b)) {
+            (Some(a), Some(b)) => self.product(*a, *b) * if a == b { 1.0 + damping } else { 1.0 },
+            // both are below `set.len()`
+            _ => f64::NAN,
         };
-        let along: Vec<f64> = set.iter().map(|j| self.along[*j]).collect();
-        let values = substitute(&along);
-        let inverse = (0..m).map(|k| substitute(&(0..m).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>()));
-        let taken: f64 = values.iter().zip(&along).map(|(x, b)| x * b).sum();
-        Some(Solved { inverse: inverse.collect(), rss: (self.square - taken).max(0.0), values })
+        let least = |a: usize| set.get(a).map_or(f64::NAN, |a| INDEPENDENT * self.product(*a, *a));
+        let triangle = Triangle::of(set.len(), entry, least)?;
+        let along: Vec<f64> = set.iter().map(|j| self.along.get(*j).copied()).collect::<Option<_>>()?;
+        let values = triangle.solve(&along);
+        let taken = dot(&values, &along);
+        Some(Solved { inverse: triangle.inverse(), rss: (self.square - taken).max(0.0), values })
     }
 
     /// What each column takes off the sum of squares beside a set; zero for members and what is in their span.
@@ -199,7 +180,7 @@ impl Products {
         let gains = self.gains(&others, &solved);
         let found = gains.iter().enumerate().filter(|(j, _)| j != own && !set.contains(j));
         let found = found.map(|(j, gain)| (j, solved.rss - gain - with.rss));
-        let near = found.filter(|(j, worse)| *worse <= excess && self.handicap[*j].is_finite());
+        let near = found.filter(|(j, worse)| *worse <= excess && self.plausibility_penalty[*j].is_finite());
         near.map(|(j, worse)| (j, worse, self.product(*own, j).abs() > 1.0 - 1e-6)).collect()
     }
 
@@ -216,7 +197,9 @@ impl Products {
             let along: Vec<f64> = others.iter().map(|k| self.product(*k, *j)).collect();
             let taken: Vec<f64> = solved.inverse.iter().map(|row| dot(row, &along)).collect();
             let left = own - dot(&along, &taken);
-            let usable = own > 0.0 && left > INDEPENDENT * own && self.handicap.get(*j).is_some_and(|h| h.is_finite());
+            let usable = own > 0.0
+                && left > INDEPENDENT * own
+                && self.plausibility_penalty.get(*j).is_some_and(|h| h.is_finite());
             let score = self.along.get(*j)? - dot(&along, &solved.values);
             usable.then(|| (*j, along, taken, left.sqrt(), score / left.sqrt()))
         };
@@ -252,19 +235,6 @@ pub(super) fn penalty(significance: f64, count: usize) -> f64 {
         if beyond > tail { low = middle } else { high = middle }
     }
     low * low
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // four sums side by side: faster, and with smaller errors
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a4.zip(b4) {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

@@ -18,6 +18,8 @@ use super::signatures::System;
 use super::study;
 use super::whiten::whiten;
 use crate::error::Result;
+use crate::linear::{norm, orthonormal, project};
+use crate::number;
 use std::f64::consts::FRAC_PI_2;
 
 /// A motion that tells an error from some of its aliases.
@@ -104,26 +106,10 @@ pub(super) fn separate(
 
 /// Norm of a column outside the span of others.
 fn left(mut column: Vec<f64>, others: Vec<Vec<f64>>) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    let project = |vector: &mut Vec<f64>, basis: &[Vec<f64>]| {
-        for _ in 0..2 {
-            for direction in basis {
-                let along = dot(direction, vector);
-                vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
-            }
-        }
-        dot(vector, vector).sqrt()
-    };
-    for mut other in others {
-        let before = dot(&other, &other).sqrt();
-        let size = project(&mut other, &basis);
-        if size > 1e-9 * before {
-            other.iter_mut().for_each(|v| *v /= size);
-            basis.push(other);
-        }
-    }
-    project(&mut column, &basis)
+    let basis = orthonormal(others, 1e-18);
+    project(&mut column, &basis);
+    project(&mut column, &basis);
+    norm(&column)
 }
 
 /// Further runs with the channels, the times and the noise of the first one at hand.
@@ -146,7 +132,7 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         if motion.path == Path::Stays && motion.fastest_rate() == 0.0 {
             // nothing changes at rest but Schuler's oscillation, which seconds are short against
             flown.step = mission.step.max(AT_REST);
-            flown.steps = 2 * (0.5 * mission.duration() / flown.step).ceil() as u64;
+            flown.steps = 2 * number::count_u64((0.5 * mission.duration() / flown.step).ceil());
         }
         let mut run = Measured::default();
         for row in first.rows.iter().step_by(every) {

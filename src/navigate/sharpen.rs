@@ -1,8 +1,9 @@
 //! The time of a step or a warm-up, finer than the grid of candidates.
 
 use super::cause::{Cause, Change};
-use super::refine::{State, Walk, normalise};
-use super::search::{INDEPENDENT, dot};
+use super::refine::{State, Walk};
+use super::search::INDEPENDENT;
+use crate::linear::{dot, orthonormal, project};
 
 impl Walk<'_> {
     /// The time of a step or a warm-up is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
@@ -43,7 +44,7 @@ impl Walk<'_> {
             fixed.push(laid.clone());
             self.case.weigh(self.u, &[], &mut fixed);
             let Some(mut residual) = fixed.pop() else { continue };
-            let basis = orthonormal(fixed);
+            let basis = orthonormal(fixed, INDEPENDENT);
             project(&mut residual, &basis);
             let square = dot(&residual, &residual);
             let try_at = |time: f64| -> Option<(f64, f64)> {
@@ -73,34 +74,12 @@ impl Walk<'_> {
                 }
                 width *= 1.5 / f64::from(PARTS);
             }
-            if before - rss > 0.5 {
-                (set[k], values[k], moved) = (make(time), value, true);
+            if before - rss > 0.5
+                && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))
+            {
+                (*cause, *size, moved) = (make(time), value, true);
             }
         }
         moved
-    }
-}
-
-/// Gram and Schmidt, twice; columns in the span of those before them are left out.
-fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
-    for mut column in columns {
-        let before = normalise(&mut column);
-        project(&mut column, &basis);
-        let left = normalise(&mut column);
-        if before > 0.0 && left * left > INDEPENDENT {
-            project(&mut column, &basis);
-            normalise(&mut column);
-            basis.push(column);
-        }
-    }
-    basis
-}
-
-/// Take the part in the span of a basis out of a column.
-fn project(column: &mut [f64], basis: &[Vec<f64>]) {
-    for direction in basis {
-        let along = dot(direction, column);
-        column.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
     }
 }

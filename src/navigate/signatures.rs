@@ -6,12 +6,13 @@
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ImuErrors, Source};
-use super::linear::{self, STATES, Square, State};
+use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Scenario};
 use super::study;
+use crate::number;
 
 /// What every source does at one instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +39,7 @@ impl Between {
         let exact = (pairs - near).abs() < 1e-6;
         let before = if exact { near } else { pairs.floor() };
         let after = if exact { before } else { before + 1.0 };
-        let step = |pair: f64| (2 * pair as u64).min(mission.steps);
+        let step = |pair: f64| (2 * number::count_u64(pair)).min(mission.steps);
         Between { before: step(before), after: step(after), share: if exact { 0.0 } else { pairs - before } }
     }
 }
@@ -65,7 +66,7 @@ impl Stops {
 
     /// Is there a stop at this time, and is it the last?
     fn at(&self, mission: &Mission, time: f64) -> (bool, Continue) {
-        let step = (time / mission.step).round() as u64;
+        let step = number::count_u64((time / mission.step).round());
         let last = self.steps.last().is_none_or(|last| step >= *last);
         (self.steps.binary_search(&step).is_ok(), if last { Continue::Stop } else { Continue::Yes })
     }
@@ -113,7 +114,7 @@ fn walk(noise: &Square, metres: [f64; 2]) -> [Channels; CHANNELS] {
     let mut walk = [[0.0; CHANNELS]; CHANNELS];
     for ((row, i), a) in walk.iter_mut().zip(STATE_OF).zip(scale) {
         for ((slot, j), b) in row.iter_mut().zip(STATE_OF).zip(scale) {
-            *slot = if i < STATES && j < STATES { noise[i][j] * a * b } else { 0.0 };
+            *slot = noise.get(i).and_then(|row| row.get(j)).map_or(0.0, |noise| noise * a * b);
         }
     }
     walk

@@ -3,6 +3,7 @@
 use super::measured::CHANNELS;
 use super::refine::{State, Walk};
 use crate::diagnosis::NoiseFrom;
+use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 
 /// Share of the rows that single wrong values may make up.
@@ -21,10 +22,10 @@ impl Walk<'_> {
         self.case.weigh(self.u, &[], &mut white);
         let [white] = white;
         let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
-        let most = ((SINGLE * rows as f64).floor() as usize).max(1);
+        let most = number::count(SINGLE * rows as f64).max(1);
         let level = 0.1 * self.case.settings.significance / white.len().max(1) as f64;
         let far = normal_quantile(1.0 - 0.5 * level).unwrap_or(6.0);
-        let beyond: Vec<usize> = (0..white.len()).filter(|i| white[*i].abs() > far).collect();
+        let beyond: Vec<usize> = white.iter().enumerate().filter(|(_, v)| v.abs() > far).map(|(i, _)| i).collect();
         if beyond.len() <= most {
             return beyond;
         }
@@ -37,7 +38,7 @@ impl Walk<'_> {
                 if own.len() < 8 {
                     continue;
                 }
-                let at = |k: usize| own.get(k).map_or(0.0, |i| white[*i]);
+                let at = |k: usize| own.get(k).and_then(|i| white.get(*i)).copied().unwrap_or_default();
                 let bend = |k: usize| match k {
                     0 => at(0) - 2.0 * at(1) + at(2),
                     k if k + 1 == own.len() => at(k) - 2.0 * at(k - 1) + at(k - 2),
@@ -47,13 +48,14 @@ impl Walk<'_> {
                 let mut sizes: Vec<f64> = bends.iter().map(|b| b.abs()).collect();
                 sizes.sort_by(f64::total_cmp);
                 // 1.4826 median is the standard deviation of normal values; that of a bend of noise alone is 1.22
-                let scale = (1.4826 * sizes[sizes.len() / 2]).max(1.5_f64.sqrt());
-                for (k, bend) in bends.iter().enumerate() {
-                    let around = bends[k.saturating_sub(1)..(k + 2).min(bends.len())].iter();
+                let median = sizes.get(sizes.len() / 2).copied().unwrap_or_default();
+                let scale = (1.4826 * median).max(1.5_f64.sqrt());
+                for (k, (cell, bend)) in own.iter().zip(&bends).enumerate() {
+                    let around = bends.iter().take(k + 2).skip(k.saturating_sub(1));
                     let largest = around.fold(0.0_f64, |most, b| most.max(b.abs()));
                     let edge = if k == 0 || k + 1 == own.len() { 2.0 } else { 1.0 };
                     if bend.abs() > 8.0 * scale * edge && bend.abs() >= largest {
-                        found.push((own[k], bend.abs()));
+                        found.push((*cell, bend.abs()));
                     }
                 }
             }

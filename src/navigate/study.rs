@@ -3,12 +3,13 @@
 //! The mission's own motion is the reference (at rest, in the papers); each motion beside it is compared with it by the
 //! ratio of root mean squares over the mission.
 
-use super::carry::{NavigationUncertainty, SourceCovariance};
 use super::errors::{ImuErrors, Source};
 use super::linear;
 use super::mission::Mission;
 use super::motion::Motion;
+use super::propagation::{NavigationUncertainty, SourceCovariance};
 use super::run::{self, Continue, Flight, NavigationError, Outcome, Row, Scenario};
+use crate::number;
 
 /// Rows kept of each motion for plots and reports, whatever the mission's duration.
 pub const KEPT: u64 = 400;
@@ -60,7 +61,7 @@ pub struct Ratio {
 
 /// Uncertainty of the navigation errors in time, by linear covariance, and by Monte Carlo at the end.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Carried {
+pub struct PropagatedCalibration {
     /// The motion's name.
     pub motion: String,
     /// Times, s.
@@ -157,7 +158,7 @@ pub fn fly(
                 }
             }
             count += 1;
-            let steps = (row.truth.time / mission.step).round() as u64;
+            let steps = number::count_u64((row.truth.time / mission.step).round());
             let next = sink(&name, row, Progress { done: mission.steps * index as u64 + steps, of });
             stopped = next == Continue::Stop;
             next
@@ -176,7 +177,13 @@ pub fn floors(mission: &Mission, flown: &Flown) -> [f64; 4] {
     let perfect = flown.flight.outcomes.iter().find(|outcome| outcome.id == PERFECT);
     let own = perfect.map_or([0.0; 4], sizes);
     let felt = [1.0, 1.0, 7.9e3, 6.4e6].map(|scale| scale * rounding);
-    std::array::from_fn(|i| felt[i].max(3.0 * own[i]))
+    together(felt, own, |felt, own| felt.max(3.0 * own))
+}
+
+/// Tilt, azimuth, velocity and position of two lists, one by one.
+fn together<A, B, C>(a: [A; 4], b: [B; 4], of: impl Fn(A, B) -> C) -> [C; 4] {
+    let ([a, c, e, g], [b, d, f, h]) = (a, b);
+    [of(a, b), of(c, d), of(e, f), of(g, h)]
 }
 
 /// Root mean squares of tilt, azimuth, velocity and position.
@@ -193,7 +200,9 @@ pub fn ratios(mission: &Mission, flown: &[Flown]) -> Vec<Ratio> {
         for other in others {
             let Some(outcome) = other.flight.outcomes.get(i) else { continue };
             let (a, b) = (sizes(outcome), sizes(base));
-            let [tilt, azimuth, velocity, position] = std::array::from_fn(|k| (b[k] > floors[k]).then(|| a[k] / b[k]));
+            let shares = together(a, b, |a, b| a / b);
+            let seen = together(b, floors, |b, floor| b > floor);
+            let [tilt, azimuth, velocity, position] = together(shares, seen, |share, seen| seen.then_some(share));
             let (scenario, motion) = (base.id.clone(), other.motion.clone());
             ratios.push(Ratio { scenario, motion, tilt, azimuth, velocity, position });
         }
@@ -222,7 +231,9 @@ pub fn unresolved(mission: &Mission, flown: &[Flown]) -> Vec<Unresolved> {
         let of = |id: &str| own.flight.outcomes.iter().find(|outcome| outcome.id == id).map(sizes);
         let (Some(perfect), Some(all)) = (of(PERFECT), of("all")) else { continue };
         let felt = [1.0, 1.0, 7.9e3, 6.4e6].map(|scale| 10.0 * scale * rounding);
-        if (0..4).any(|i| perfect[i] > felt[i] && !(perfect[i] <= 0.1 * all[i])) {
+        let beyond = together(perfect, felt, |own, felt| own > felt);
+        let counts = together(perfect, all, |own, all| !(own <= 0.1 * all));
+        if together(beyond, counts, |a, b| a && b).contains(&true) {
             found.push(Unresolved { motion: own.motion.clone(), own: perfect, period });
         }
     }
@@ -232,12 +243,12 @@ pub fn unresolved(mission: &Mission, flown: &[Flown]) -> Vec<Unresolved> {
 /// Carry a covariance of error sources along each motion of a mission.
 ///
 /// The draws of the Monte Carlo run are flown with the full simulation, eight and eight in lanes.
-pub fn carry(
+pub fn propagate_calibration(
     mission: &Mission,
     covariance: &SourceCovariance,
     draws: usize,
     sink: &mut dyn FnMut(Progress) -> Continue,
-) -> Vec<Carried> {
+) -> Vec<PropagatedCalibration> {
     let motions = motions(mission);
     let of = 2 * mission.steps * motions.len() as u64;
     let every = (mission.steps / mission.steps_per_row.max(1)).div_ceil(KEPT).max(1);
@@ -245,7 +256,7 @@ pub fn carry(
     let mut before = 0;
     for (name, motion) in motions {
         let (mut times, mut linear, mut count) = (Vec::new(), Vec::new(), 0);
-        let steps = |time: f64| (time / mission.step).round() as u64;
+        let steps = |time: f64| number::count_u64((time / mission.step).round());
         let mut stopped = false;
         linear::propagate(mission, motion, &mut |signatures| {
             if count % every == 0 || signatures.time >= mission.duration() {
@@ -268,7 +279,7 @@ pub fn carry(
             monte_carlo = Some(deviation(&flight.outcomes));
         }
         before += 2 * mission.steps;
-        all.push(Carried { motion: name, times, linear, draws, monte_carlo });
+        all.push(PropagatedCalibration { motion: name, times, linear, draws, monte_carlo });
         if stopped {
             break;
         }
@@ -282,8 +293,8 @@ fn deviation(outcomes: &[Outcome]) -> NavigationUncertainty {
         (squares / outcomes.len().max(1) as f64).sqrt()
     };
     NavigationUncertainty {
-        attitude: [0, 1, 2].map(|i| rms(&move |e| e.attitude[i])),
-        velocity: [0, 1].map(|i| rms(&move |e| e.velocity[i])),
-        position: [0, 1].map(|i| rms(&move |e| e.position[i])),
+        attitude: [rms(&|e| e.attitude[0]), rms(&|e| e.attitude[1]), rms(&|e| e.attitude[2])],
+        velocity: [rms(&|e| e.velocity[0]), rms(&|e| e.velocity[1])],
+        position: [rms(&|e| e.position[0]), rms(&|e| e.position[1])],
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! [`Real`] holds as many `f64` as the machine's registers do. Fused multiply-add is used where the hardware has it and
 //! is a multiplication and an addition where it has not (never the slow software routine behind `f64::mul_add`).
+#![allow(clippy::indexing_slicing, reason = "`K` registers, indexed by loops over `K`")]
 
 use pulp::Simd;
 use std::ops::{Add, Mul, Neg, Sub};

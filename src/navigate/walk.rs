@@ -3,8 +3,9 @@
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
-use super::refine::{Seen, State, Walk, normalise};
-use super::search::{self, Products, dot};
+use super::refine::{Seen, State, Walk};
+use super::search::{self, Products};
+use crate::linear::{dot, normalise};
 
 /// Rounds of improving and refining, at most.
 const ROUNDS: usize = 24;
@@ -182,7 +183,7 @@ impl<'a> Walk<'a> {
         columns.push(laid);
         self.case.weigh(self.u, &state.out, &mut columns);
         let residual = columns.pop().unwrap_or_default();
-        let mut handicap = Vec::with_capacity(causes.len());
+        let mut plausibility_penalty = Vec::with_capacity(causes.len());
         let mut norms = Vec::with_capacity(causes.len());
         for (cause, column) in causes.iter().zip(&mut columns) {
             let norm = normalise(column);
@@ -192,10 +193,10 @@ impl<'a> Walk<'a> {
             }
             let alone = if seen { dot(column, &residual) / norm } else { 0.0 };
             let absurd = if self.case.is_absurd(cause, alone) { 5.0 } else { 0.0 };
-            handicap.push(if seen { RANK * cause.rank() + absurd } else { f64::INFINITY });
+            plausibility_penalty.push(if seen { RANK * cause.rank() + absurd } else { f64::INFINITY });
             norms.push(norm);
         }
-        let products = Products::new(columns, &residual, handicap, self.penalty);
+        let products = Products::new(columns, &residual, plausibility_penalty, self.penalty);
         Linear { causes, products, norms }
     }
 
@@ -229,7 +230,9 @@ impl<'a> Walk<'a> {
             self.record(&state, &linear, &now);
             let mut set: Vec<Cause> = better.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
             let Some(solved) = linear.products.solve(&better) else { break };
-            let mut values: Vec<f64> = better.iter().zip(&solved.values).map(|(j, x)| x / linear.norms[*j]).collect();
+            let mut values: Vec<f64> = (better.iter().zip(&solved.values))
+                .map(|(j, x)| linear.norms.get(*j).map_or(0.0, |norm| x / norm))
+                .collect();
             if better.len() == now.len() && better.iter().all(|j| now.contains(j)) {
                 break;
             }
@@ -238,8 +241,9 @@ impl<'a> Walk<'a> {
             (self.progress)(&names.join(" + "));
             let refined = self.refine(&set, &values, &state.out).or_else(|| {
                 // too far for the linear model: from where the walk stands
-                let from =
-                    |cause: &Cause| state.set.iter().position(|own| own == cause).map_or(0.0, |k| state.values[k]);
+                let from = |cause: &Cause| {
+                    state.set.iter().zip(&state.values).find(|(own, _)| *own == cause).map_or(0.0, |(_, x)| *x)
+                };
                 let values: Vec<f64> = set.iter().map(from).collect();
                 self.refine(&set, &values, &state.out)
             });
@@ -268,8 +272,9 @@ pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
         case.causes.iter().zip(case.raw.iter().cloned()).filter(|(cause, _)| !is_step(cause)).unzip();
     case.weigh(u, &[], &mut columns);
     let norms: Vec<f64> = columns.iter_mut().map(|column| normalise(column)).collect();
-    let seen = |j: usize| norms[j] > 0.0 && !case.is_invisible(causes[j], norms[j]);
-    let is_new = |i: usize| seen(i) && (0..i).all(|j| !seen(j) || dot(&columns[i], &columns[j]).abs() < 1.0 - 1e-6);
-    let distinct = steps + (0..causes.len()).filter(|i| is_new(*i)).count();
+    let seen = causes.iter().zip(&norms).map(|(cause, norm)| *norm > 0.0 && !case.is_invisible(cause, *norm));
+    let seen: Vec<&Vec<f64>> = columns.iter().zip(seen).filter(|(_, seen)| *seen).map(|(column, _)| column).collect();
+    let is_new = |(i, own): &(usize, &&Vec<f64>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
+    let distinct = steps + seen.iter().enumerate().filter(is_new).count();
     (search::penalty(case.settings.significance, distinct), distinct)
 }

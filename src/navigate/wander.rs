@@ -13,12 +13,13 @@ use super::cause::Cause;
 use super::errors::{ImuErrors, Instrument};
 use super::measured::CHANNELS;
 use super::mission::Mission;
-use super::refine::{State, Walk, normalise};
-use super::search::{Products, dot};
+use super::refine::{State, Walk};
+use super::search::Products;
 use super::signatures::{Instant, instants, motion, times};
 use super::walk::RANK;
 use super::whiten::whiten;
 use crate::diagnosis::NoiseFrom;
+use crate::linear::{dot, normalise};
 
 /// Densities that are tried first, rad/sqrt(s) or (m/s)/sqrt(s) alike: their range, and the factor between them.
 const RANGE: (f64, f64) = (1e-9, 1e-2);

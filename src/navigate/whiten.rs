@@ -8,6 +8,10 @@
 //!
 //! `Psi` holds the signatures of the start, `W` the covariance of the random walks ([`linear`](super::linear)). Least squares on
 //! innovations is generalised least squares on the data (Kailath, Sayed and Hassibi, *Linear Estimation*, 2000, chapter 9).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrices and vectors over the seven channels, indexed by `from_fn` and loops over that length"
+)]
 
 use super::errors::Source;
 use super::measured::{CHANNELS, Measured};

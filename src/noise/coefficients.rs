@@ -1,4 +1,8 @@
 //! The coefficients of IEEE Std 952 by weighted least squares on Allan variances, with the covariance of correlated points.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "five terms, indexed by loops over five; gram matrices refer to points by number, and columns and variances have one entry for each point"
+)]
 
 use super::covariance::{Gram, covariance, gram};
 use crate::uncertainty::quantiles::chi_square_survival;

@@ -40,8 +40,10 @@ pub(super) fn gram((m1, n1): (u64, u64), (m2, n2): (u64, u64)) -> Option<Gram> {
         for (i, row) in gram.iter_mut().enumerate() {
             for (j, cell) in row.iter_mut().enumerate() {
                 // lags of the quantization are single ones, all others stand for a step
-                if (i == 0 || j == 0) == only {
-                    *cell += weight * r[i] * r[j];
+                if (i == 0 || j == 0) == only
+                    && let (Some(a), Some(b)) = (r.get(i), r.get(j))
+                {
+                    *cell += weight * a * b;
                 }
             }
         }

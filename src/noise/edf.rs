@@ -3,6 +3,7 @@
 //! Greenhall and Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003; NIST SP 1065, section 5.4.1. Its
 //! notation is kept: `d` order of the differences, `alpha` power of the frequency in the spectral density, `F` filter factor, `S` stride factor.
 
+use crate::number;
 use crate::uncertainty::quantiles::chi_square_quantile;
 
 /// Which deviation.
@@ -56,7 +57,7 @@ pub fn equivalent_dof(kind: Kind, alpha: i32, m: u64, phases: u64) -> Option<f64
         let f = if modified || m * (d + 1.0) <= MOST || alpha == 1 { f } else { f64::INFINITY };
         basic_sum(terms, count, s, f, alpha, d)
     } else if r > d + 1.0 {
-        let (a0, a1) = asymptote(modified, alpha, d as usize);
+        let (a0, a1) = asymptote(modified, alpha, number::count(d));
         let log = if !modified && alpha == 1 { logarithm(d, m) } else { 1.0 };
         (a0 - a1 / r) / (r * log)
     } else {

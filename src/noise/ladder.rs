@@ -3,6 +3,12 @@
 //! Averaging over m samples is a second difference of the running sum x at distance m (third, for Hadamard). Up to 2048 samples every difference
 //! counts. Beyond, x is kept at every 2nd, 4th, 8th, ... sample only, so that each octave has its history of a few thousand values: differences
 //! then begin every 2^L samples, at least 1024 to an averaging time, which no deviation notices. Each value that is kept is exact.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`x` and `s` of a level have the same length and pairs are counted from it; pieces of eight are asked with `get` before they are indexed"
+)]
+
+use crate::number;
 
 /// Longest distance of a difference within a level, in its own steps.
 const REACH: usize = 2048;
@@ -84,9 +90,9 @@ impl Ladder {
         let mut levels = vec![Level::default(); LEVELS];
         let mut sums: Vec<Sums> = Vec::new();
         for k in 0..per_octave * (LEVELS + 10) {
-            let wanted = 2f64.powf(k as f64 / per_octave as f64).round() as u64;
+            let wanted = number::count_u64(2f64.powf(k as f64 / per_octave as f64).round());
             let level = (0..LEVELS).find(|level| wanted >> level <= REACH as u64).unwrap_or(LEVELS - 1);
-            let distance = ((wanted as f64 / (1_u64 << level) as f64).round() as usize).min(REACH);
+            let distance = number::count((wanted as f64 / (1_u64 << level) as f64).round()).min(REACH);
             let m = (distance as u64) << level;
             if sums.last().is_some_and(|last| m <= last.m) {
                 continue;

@@ -1,4 +1,10 @@
 //! Candidates as blocks of whitened rows, and the sums over all of them that the exchanges need.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrices are `n x n` row by row and indices run below `n`: callers give what `information`, `weighted` or a border of 2 k rows made of that size"
+)]
+
+use crate::linear::{Triangle, dot};
 
 /// `count` candidates, each `rows` whitened rows in `unknowns` coordinates; element (row, unknown) of all candidates lies together.
 ///
@@ -195,11 +201,6 @@ pub(super) fn times(a: &[f64], v: &[f64]) -> Vec<f64> {
     a.chunks_exact(v.len().max(1)).map(|row| dot(row, v)).collect()
 }
 
-/// Scalar product.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// `A += s v v'`.
 pub(super) fn add_outer(a: &mut [f64], s: f64, v: &[f64]) {
     for (row, vi) in a.chunks_exact_mut(v.len().max(1)).zip(v) {
@@ -210,45 +211,23 @@ pub(super) fn add_outer(a: &mut [f64], s: f64, v: &[f64]) {
 
 /// Inverse and logarithm of the determinant of a symmetric positive definite matrix, row by row, by Cholesky; `None` where it is singular.
 pub(super) fn invert(m: &[f64], n: usize) -> Option<(Vec<f64>, f64)> {
-    inverse_and_root(m, n).map(|(inverse, _, log_det)| (inverse, log_det))
+    let triangle = triangle(m, n)?;
+    Some((triangle.inverse().concat(), triangle.log_determinant()))
 }
 
 /// The same with `L^-1`, `M = L L'`.
 pub(super) fn inverse_and_root(m: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>, f64)> {
-    let largest = (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d));
-    let mut l = m.to_vec();
-    let mut log_det = 0.0;
-    for j in 0..n {
-        let pivot = l[j * n + j] - (0..j).map(|k| l[j * n + k] * l[j * n + k]).sum::<f64>();
-        if !(pivot > 1e-12 * largest) {
-            return None;
-        }
-        let root = pivot.sqrt();
-        log_det += 2.0 * root.ln();
-        l[j * n + j] = root;
-        for i in j + 1..n {
-            let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
-            l[i * n + j] = (l[i * n + j] - sum) / root;
-        }
-    }
-    // columns of L^-1, then L^-T L^-1
-    let mut inverse_l = vec![0.0; n * n];
-    for j in 0..n {
-        for i in j..n {
-            let unit = if i == j { 1.0 } else { 0.0 };
-            let sum: f64 = (j..i).map(|k| l[i * n + k] * inverse_l[k * n + j]).sum();
-            inverse_l[i * n + j] = (unit - sum) / l[i * n + i];
-        }
-    }
-    let mut inverse = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let sum: f64 = (i..n).map(|k| inverse_l[k * n + i] * inverse_l[k * n + j]).sum();
-            inverse[i * n + j] = sum;
-            inverse[j * n + i] = sum;
-        }
-    }
-    Some((inverse, inverse_l, log_det))
+    let triangle = triangle(m, n)?;
+    let columns = triangle.inverse_columns();
+    let root = (0..n).flat_map(|i| columns.iter().map(move |column| column.get(i).copied().unwrap_or_default()));
+    Some((triangle.inverse().concat(), root.collect(), triangle.log_determinant()))
+}
+
+/// Cholesky's triangle of a matrix whose smallest pivot is above 1e-12 of its largest diagonal element.
+fn triangle(m: &[f64], n: usize) -> Option<Triangle> {
+    let entry = |i: usize, j: usize| m.get(i * n + j).copied().unwrap_or(f64::NAN);
+    let largest = (0..n).fold(0.0_f64, |most, i| most.max(entry(i, i)));
+    Triangle::of(n, entry, |_| 1e-12 * largest)
 }
 
 /// Determinant of `t` and trace of `t^-1 f`, both `n x n` row by row, by elimination with row pivots; `t` and `f` are overwritten.

@@ -8,10 +8,16 @@
 //! the value that the iteration has reached but the tangent's: the objectives are convex in `w`, so it holds however early one stops. The
 //! largest prediction is at least any weighted mean of predictions, `max_i d_i >= sum m_i d_i = tr(W_m M^-1)`, so it is bounded by the
 //! trace for weights `m` of the predicted rows that grow where `d_i` is large; the largest eigenvalue by `tr(Z C)` in the same way.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`active` holds numbers of candidates, with one weight each; matrices are `n x n` row by row, made here"
+)]
 
-use super::blocks::{Blocks, add_outer, dot, invert};
+use super::blocks::{Blocks, add_outer, invert};
 use super::eigenvalue::Mixture;
 use super::exchange::Objective;
+use crate::linear::dot;
+use crate::number;
 
 /// What weights instead of repeats could reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +62,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
     let mut least = 0.0;
     let determinant = matches!(objective, Objective::Determinant);
     let size = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
-    let most = ((EFFORT / (2.0 * (size * n * n) as f64)) as usize).clamp(50, ITERATIONS);
+    let most = number::count(EFFORT / (2.0 * (size * n * n) as f64)).clamp(50, ITERATIONS);
     for iteration in 0..most {
         let Some((inverse, log_det)) = invert(&weighted(&rows, base, total, &weights), n) else {
             // the best weights for one quantity may leave others undetermined: from then on every candidate keeps a little weight
@@ -179,7 +185,7 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
         for a in 0..n {
             let scaled: Vec<f64> = blocks.column(r, a).iter().zip(weights).map(|(x, w)| total * x * w).collect();
             for b in 0..=a {
-                let sum = lanes(&scaled, blocks.column(r, b));
+                let sum = dot(&scaled, blocks.column(r, b));
                 m[a * n + b] += sum;
                 if a != b {
                     m[b * n + a] += sum;
@@ -210,17 +216,4 @@ pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
 /// `M(w)^-1` of an approximate design.
 pub(super) fn inverse(blocks: &Blocks, base: &[f64], total: f64, bound: &Bound) -> Option<Vec<f64>> {
     invert(&weighted(blocks, base, total, &bound.weights), blocks.unknowns()).map(|(inverse, _)| inverse)
-}
-
-/// Scalar product of long vectors, in eight lanes.
-fn lanes(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest = dot(left.remainder(), right.remainder());
-    for (x, y) in left.zip(right) {
-        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
-            *sum += x * y;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }

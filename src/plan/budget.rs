@@ -1,14 +1,20 @@
 //! The best positions for a budget: how many mountings, and how many readings at each, when a remounting costs more than a rate change.
 //!
-//! Exchanges as for a fixed number, among partners that the budget allows; what is left is spent on what tells most for its cost; then whole
+//! Exchanges as for a fixed number, among replacements that the budget allows; what is left is spent on what tells most for its cost; then whole
 //! mountings are moved, states of a mounting replaced, mountings and states given up and the money spent anew. From every optimum that is
 //! found, a mounting is closed or opened at random and the search goes on from there.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`chosen` holds numbers of the problem's candidates, of which `used` has one entry each"
+)]
 
-use super::blocks::{add_outer, dot, invert, times};
+use super::blocks::{add_outer, invert, times};
 use super::bound::sandwich;
 use super::exchange::{Design, FEW, Objective, Problem, WORTH, improve_state, information, value};
 use super::prices::{Prices, Till};
 use super::state::State;
+use crate::linear::dot;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -37,10 +43,11 @@ pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) 
 }
 
 fn searched(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) -> Option<Design> {
-    let mut draw = |below: usize| ((u128::from(rng.next_u64()) * below.max(1) as u128) >> 64) as usize;
+    let mut draw = |below: usize| number::below(rng.next_u64(), below);
     let count = problem.blocks.count();
     let least = (0..count).map(|j| prices.alone(j)).fold(f64::INFINITY, f64::min);
-    let most = if least > 0.0 { (prices.budget / least).min(prices.places as f64) as usize } else { prices.places };
+    let most =
+        if least > 0.0 { number::count((prices.budget / least).min(prices.places as f64)) } else { prices.places };
     let mountings = 1 + draw(most);
     let mut chosen: Vec<usize> = Vec::new();
     let mut till = Till::new(prices, &[]);

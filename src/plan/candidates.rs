@@ -3,6 +3,7 @@
 use super::effort::mounting;
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 
 /// In what portions readings are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -96,7 +97,7 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
             .found(format!("more than {total:.0}")));
         }
         if stands {
-            let held = (0..steps as usize).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
+            let held = (0..number::count(steps)).map(|k| JointState::Held { angle_deg: k as f64 * step_deg });
             seen.retain(|state| !matches!(state, JointState::Held { .. }));
             seen = held.chain(seen).collect();
         }
@@ -261,7 +262,7 @@ pub(super) fn portions(joints: &[&str], candidates: &Readings, unit: Unit) -> Re
     let size = groups.iter().map(Vec::len).max().unwrap_or(1);
     if let Some(short) = groups.iter().find(|group| group.len() != size) {
         let what = match unit {
-            Unit::Pair => "a candidate has no partner of the opposite sense",
+            Unit::Pair => "a candidate has no replacement of the opposite sense",
             _ => "the mountings of the candidates have different numbers of readings",
         };
         let place = short.first().map(|r| described(joints, r)).unwrap_or_default();

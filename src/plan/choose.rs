@@ -49,7 +49,8 @@ pub fn choose(
         Objective::Largest(rows) => rows.unknowns() == n,
         Objective::Eigenvalue(combinations) => combinations.fits(n),
     };
-    if !fits {
+    // without a row or an unknown nothing can be determined
+    if !fits || n == 0 || blocks.rows() == 0 || blocks.count() == 0 {
         return None;
     }
     let base = vec![0.0; n * n];

@@ -56,7 +56,9 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
             let n = pool.blocks.unknowns();
             match rows.as_slice() {
                 [only] => Ok(Objective::Trace(weight_matrix(&[(1.0, only.clone())], n))),
-                _ => Ok(Objective::Largest(Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows[j][c]))),
+                _ => Ok(Objective::Largest(Blocks::from_fn(rows.len(), 1, n, |j, _, c| {
+                    rows.get(j).and_then(|row| row.get(c)).copied().unwrap_or_default()
+                }))),
             }
         }
     }

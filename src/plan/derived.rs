@@ -29,8 +29,11 @@ pub(super) fn derived(
                 .iter()
                 .enumerate()
                 .all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.estimable.get(k).copied().unwrap_or(false)));
-            let variance: f64 =
-                (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| g[i] * g[j] * covariance[(i, j)]).sum();
+            let variance: f64 = g
+                .iter()
+                .enumerate()
+                .flat_map(|(i, a)| g.iter().enumerate().map(move |(j, b)| a * b * covariance[(i, j)]))
+                .sum();
             (usable && variance.is_finite()).then(|| variance.max(0.0).sqrt())
         };
         let here = u_at(&design.point).filter(|u| *u > 0.0);

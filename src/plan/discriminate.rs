@@ -9,7 +9,7 @@
 //! (A. C. Atkinson, V. V. Fedorov, Biometrika 62 (1975) 57: T-optimality; for linear rivals it is the c-criterion of the rival's coefficient.)
 //! Which of two is true nobody knows, so both take part, each in units of what all candidates could reach.
 
-use super::blocks::{dot, invert, times};
+use super::blocks::{invert, times};
 use super::candidates::Unit;
 use super::criterion::weight_matrix;
 use super::effort::{Offer, planned};
@@ -25,6 +25,7 @@ use super::whitened::{Term, whitened};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::dot;
 use crate::simulate::Regressor;
 
 /// Positions that tell two terms apart.

@@ -4,13 +4,18 @@
 //! E = max over |v| = 1 of v' T M^-1 T' v = lambda_max(T M^-1 T'),     rows of T: what is asked for, in units in which it is compared
 //! ```
 //!
-//! (F. Pukelsheim, Optimal Design of Experiments, 1993, 6.4.) Taking block `i` out first, `Mi = M - Xi'Xi`, a partner `j` leaves
+//! (F. Pukelsheim, Optimal Design of Experiments, 1993, 6.4.) Taking block `i` out first, `Mi = M - Xi'Xi`, a replacement `j` leaves
 //! `T Mi^-1 T' - B' S^-1 B`, with `B = Xj Mi^-1 T'` and `S = I + Xj Mi^-1 Xj'`. Along the worst direction `v` of `T Mi^-1 T'` alone that is a
-//! bound from below, so partners are weighed in the order of their bounds until none can be better.
+//! bound from below, so replacements are weighed in the order of their bounds until none can be better.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`Combinations::fits` has made sure of a row at least and of the unknowns in each; spread and along are made here over the block's rows"
+)]
 
-use super::blocks::{add_outer, dot, times};
+use super::blocks::{add_outer, times};
 use super::largest::{Worst, inverse_root};
 use super::state::{State, packed};
+use crate::linear::dot;
 use faer::{Mat, Side};
 
 /// What is asked for: rows of `T`, in the coordinates of the blocks.
@@ -67,7 +72,7 @@ impl Worst for Combinations {
         largest_eigenvalue(&self.image(inverse))
     }
 
-    fn partner(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)> {
+    fn replacement(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)> {
         let (blocks, n, k) = (state.problem.blocks, state.problem.blocks.unknowns(), state.problem.blocks.rows());
         let own = self.image(inverse);
         let eigen = own.self_adjoint_eigen(Side::Lower).ok()?;
@@ -89,12 +94,12 @@ impl Worst for Combinations {
             (0..k).map(|r| (0..=r).map(|s| root[packed(s, r)] * b(s)).sum::<f64>().powi(2)).sum::<f64>()
         };
         let bound = |j: usize| most - less(&root_of(j), &|s| along[s].get(j).copied().unwrap_or_default());
-        let mut partners: Vec<(f64, usize)> = state.partners(at).into_iter().map(|j| (bound(j), j)).collect();
-        partners.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut replacements: Vec<(f64, usize)> = state.replacements(at).into_iter().map(|j| (bound(j), j)).collect();
+        replacements.sort_by(|a, b| a.0.total_cmp(&b.0));
         state.effort += (blocks.count() * (n * n + 2 * k * n) * k) as f64;
         let columns: Vec<Vec<f64>> = self.0.iter().map(|row| times(inverse, row)).collect();
         let mut best: Option<(usize, f64)> = None;
-        for (bound, j) in partners {
+        for (bound, j) in replacements {
             if bound >= best.map_or(now, |(_, value)| value) {
                 break;
             }

@@ -1,4 +1,5 @@
 //! Every design there is, where there are few enough: the best of them is proven to be the best.
+#![allow(clippy::indexing_slicing, reason = "`ways` has `choose + 1` entries and is indexed by 0 to `choose`")]
 
 use super::blocks::{add_outer, rank};
 use super::exchange::{Design, Problem, information, value};
@@ -25,7 +26,7 @@ pub(super) fn best(problem: &Problem<'_>) -> Option<(Option<Design>, u64)> {
     match problem.prices {
         None => {
             let count = number(problem.blocks.count(), problem.choose, problem.most_repeats)?;
-            designs.reserve(count as usize);
+            designs.reserve(crate::number::index(count));
             all(problem.blocks.count(), problem.choose, problem.most_repeats, &mut Vec::new(), &mut designs);
         }
         Some(_) => within_budget(problem, &mut designs)?,
@@ -119,7 +120,7 @@ fn within_budget(problem: &Problem<'_>, out: &mut Vec<Vec<(usize, usize)>>) -> O
     // so many portions can be paid for whichever they are: all lists of so many can be completed in some way, each way for a few of them
     let count = problem.blocks.count();
     let dearest = (0..count).map(|j| prices.alone(j)).fold(0.0, f64::max);
-    let surely = ((prices.budget / dearest) as usize).min(problem.choose);
+    let surely = crate::number::count(prices.budget / dearest).min(problem.choose);
     number(count, surely.saturating_sub(1), problem.most_repeats)?;
     let mut nodes = 0;
     grow(problem, &Till::new(prices, &[]), &mut Vec::new(), &mut nodes, out)

@@ -8,15 +8,21 @@
 //! ```
 //!
 //! (V. V. Fedorov, Theory of Optimal Experiments, 1972, 3.1; the order of trials is that of R. D. Cook, C. J. Nachtsheim, Technometrics 22
-//! (1980) 315: the best partner of one chosen block at a time). Partners are weighed in `partners.rs`, `M^-1` and the sums over candidates
+//! (1980) 315: the best replacement of one chosen block at a time). Replacements are weighed in `exchange_gains.rs`, `M^-1` and the sums over candidates
 //! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each; draws are below the length"
+)]
 
-use super::blocks::{Blocks, add_outer, dot, invert};
+use super::blocks::{Blocks, add_outer, invert};
 use super::bound::Bound;
 use super::eigenvalue::Combinations;
 use super::largest::{Worst, lower};
 use super::prices::Prices;
 use super::state::State;
+use crate::linear::dot;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -101,7 +107,7 @@ pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Ve
 
 /// The objective's value for an information matrix of `n` unknowns; `None` where it is singular.
 pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
-    crate::stop::look();
+    crate::stop::poll();
     let (inverse, log_det) = invert(m, n)?;
     Some(match objective {
         Objective::Determinant => -log_det,
@@ -134,7 +140,7 @@ pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, gu
     let mut best = finished(problem, state.chosen)?;
     for _ in 0..KICKS {
         let mut chosen = best.chosen.clone();
-        let mut draw = |below: usize| ((u128::from(rng.next_u64()) * below.max(1) as u128) >> 64) as usize;
+        let mut draw = |below: usize| number::below(rng.next_u64(), below);
         for _ in 0..1 + draw(3.min(chosen.len())) {
             let (at, j) = (draw(chosen.len()), draw(problem.blocks.count()));
             if chosen.iter().filter(|own| **own == j).count() < problem.most_repeats {
@@ -204,16 +210,16 @@ fn improve_worst(state: &mut State<'_>, worst: &impl Worst, smooth: &Objective) 
 /// With so few predicted rows, the sum of their variances is near their largest.
 pub(super) const FEW: usize = 64;
 
-/// Sweep over the chosen blocks until none has a better partner.
+/// Sweep over the chosen blocks until none has a better replacement.
 fn sweeps(state: &mut State<'_>, objective: &Objective) {
     let n = state.problem.blocks.unknowns();
     let mut since_refactor = 0;
     for _ in 0..SWEEPS {
         let mut improved = false;
-        // blocks that have no better partner as things stand
+        // blocks that have no better replacement as things stand
         let mut settled = vec![false; state.problem.blocks.count()];
         for at in 0..state.chosen.len() {
-            crate::stop::look();
+            crate::stop::poll();
             if settled[state.chosen[at]] {
                 continue;
             }

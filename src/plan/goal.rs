@@ -2,7 +2,7 @@
 //!
 //! What is made small is the largest `u^2 / limit^2`; a derived quantity without a derivative at the point counts with every direction nearby.
 
-use super::blocks::{Blocks, dot, times};
+use super::blocks::{Blocks, times};
 use super::bound::bound;
 use super::candidates::frozen;
 use super::criterion::weight_matrix;
@@ -20,6 +20,7 @@ use super::scheduled::{schedule_rows, scheduled};
 use super::search::{EFFORT, Limits, search};
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::dot;
 
 /// A limit on the standard uncertainty of one estimated parameter (radians for a tilt) or derived quantity.
 #[derive(Debug, Clone, PartialEq)]

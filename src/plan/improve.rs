@@ -21,7 +21,7 @@ use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Separation;
 
-/// How exchanges look for partners.
+/// How exchanges look for replacements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
     /// All candidates (Fedorov).

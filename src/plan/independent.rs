@@ -1,4 +1,8 @@
 //! Rows of a schedule made independent of each other, as they are judged.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a design has one row of its derivatives for each of its readings, and priors follow"
+)]
 
 use super::effort::Noise;
 use super::judge::{own_noise, priors};

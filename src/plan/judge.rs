@@ -140,9 +140,9 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     let (known, through_tilts) = contributions(campaign, &model, &design, (&independent, &estimate), noise)?;
     let mut covariance = Mat::from_fn(n, n, |i, j| estimate.covariance[(i, j)]);
     for c in &known {
-        for i in 0..n {
-            for j in 0..n {
-                covariance[(i, j)] += c[i] * c[j];
+        for (i, a) in c.iter().enumerate().take(n) {
+            for (j, b) in c.iter().enumerate().take(n) {
+                covariance[(i, j)] += a * b;
             }
         }
     }
@@ -157,7 +157,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             unit: parameter.unit.clone(),
             u: estimable(k).then(|| covariance[(k, k)].sqrt()),
             from_readings: estimable(k).then(|| estimate.covariance[(k, k)].sqrt()),
-            from_known: known.iter().map(|c| c[k] * c[k]).sum::<f64>().sqrt(),
+            from_known: known.iter().filter_map(|c| c.get(k)).map(|c| c * c).sum::<f64>().sqrt(),
         })
         .collect();
     let rows = &campaign.readings.rows;
@@ -283,7 +283,8 @@ fn drift(parts: &[Vec<f64>], rows: &[Reading], costs: &Costs) -> Option<f64> {
     let (first, last) = (times.first()?, times.last().filter(|_| times.len() > 1)?);
     let count = parts.first().map_or(0, Vec::len);
     let shift = |k: usize| {
-        let own = parts.iter().zip(&times).map(|(part, t)| part[k] * ((t - first) / (last - first) - 0.5));
+        let own = parts.iter().zip(&times);
+        let own = own.filter_map(|(part, t)| Some(part.get(k)? * ((t - first) / (last - first) - 0.5)));
         own.sum::<f64>().abs()
     };
     (0..count).map(shift).reduce(f64::max)

@@ -1,26 +1,31 @@
-//! Exchanges for what is largest: the worst of several variances is not smooth in the design, so every partner is weighed by all of them.
+//! Exchanges for what is largest: the worst of several variances is not smooth in the design, so every replacement is weighed by all of them.
 //!
-//! Taking block `i` out first, `Mi = M - Xi'Xi`, a partner `j` leaves for a predicted row `r`
+//! Taking block `i` out first, `Mi = M - Xi'Xi`, a replacement `j` leaves for a predicted row `r`
 //!
 //! ```text
 //! r' (Mi + Xj'Xj)^-1 r = r' Mi^-1 r - b' T^-1 b,    T = I + Xj Mi^-1 Xj',   b = Xj Mi^-1 r
 //! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`t`, roots and along are made here, packed over the rows of a block, with one entry for each candidate or replacement"
+)]
 
-use super::blocks::{Blocks, add_outer, dot, invert, times};
+use super::blocks::{Blocks, add_outer, invert, times};
 use super::exchange::{SWEEPS, WORTH, information};
 use super::state::{State, packed};
+use crate::linear::dot;
 
-/// Partners that are tried one by one where the block cannot be taken out.
-const PARTNERS: usize = 60;
-/// Products of predicted rows, candidates and unknowns beyond which only the most informative partners are weighed.
+/// Replacements that are tried one by one where the block cannot be taken out.
+const REPLACEMENTS: usize = 60;
+/// Products of predicted rows, candidates and unknowns beyond which only the most informative replacements are weighed.
 const ALL: usize = 20_000_000;
 
 /// The worst of several variances: what the design makes small where it is not smooth.
 pub(super) trait Worst {
     /// Its value for `M^-1`, row by row.
     fn of(&self, inverse: &[f64]) -> f64;
-    /// The partner that leaves the smallest value below `now`, and that value; `inverse` is that without the block at `at`.
-    fn partner(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)>;
+    /// The replacement that leaves the smallest value below `now`, and that value; `inverse` is that without the block at `at`.
+    fn replacement(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)>;
 }
 
 impl Worst for Blocks {
@@ -28,8 +33,8 @@ impl Worst for Blocks {
         self.largest_quadratic(inverse)
     }
 
-    fn partner(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)> {
-        best_partner(state, at, self, inverse, now)
+    fn replacement(&self, state: &mut State<'_>, at: usize, inverse: &[f64], now: f64) -> Option<(usize, f64)> {
+        best_replacement(state, at, self, inverse, now)
     }
 }
 
@@ -49,7 +54,7 @@ pub(super) fn lower(state: &mut State<'_>, worst: &impl Worst) {
                 add_outer(&mut without, -1.0, &blocks.row(state.chosen[at], r));
             }
             let best = match invert(&without, blocks.unknowns()) {
-                Some((inverse, _)) => worst.partner(state, at, &inverse, now),
+                Some((inverse, _)) => worst.replacement(state, at, &inverse, now),
                 None => one_by_one(state, at, worst, &without, now),
             };
             match best.filter(|(_, value)| *value < now * (1.0 - WORTH)) {
@@ -69,8 +74,8 @@ pub(super) fn lower(state: &mut State<'_>, worst: &impl Worst) {
     }
 }
 
-/// The partner that leaves the smallest largest variance; `inverse` is that without the block at `at`.
-fn best_partner(
+/// The replacement that leaves the smallest largest variance; `inverse` is that without the block at `at`.
+fn best_replacement(
     state: &mut State<'_>,
     at: usize,
     predicted: &Blocks,
@@ -87,19 +92,19 @@ fn best_partner(
             blocks.quadratic(r, s, inverse, &mut t[packed(r, s)], &mut work);
         }
     }
-    let mut partners = state.partners(at);
+    let mut replacements = state.replacements(at);
     let most = ALL / (rows * n * k).max(1);
-    if partners.len() > most.max(PARTNERS) {
+    if replacements.len() > most.max(REPLACEMENTS) {
         let told = |j: usize| (0..k).map(|r| t[packed(r, r)][j]).sum::<f64>();
-        partners.sort_by(|a, b| told(*b).total_cmp(&told(*a)));
-        partners.truncate(most.max(PARTNERS));
+        replacements.sort_by(|a, b| told(*b).total_cmp(&told(*a)));
+        replacements.truncate(most.max(REPLACEMENTS));
     }
-    let few = blocks.subset(&partners);
+    let few = blocks.subset(&replacements);
     state.effort += (rows * few.count() * n * k) as f64 + (blocks.count() * n * n * k) as f64;
-    // L^-1 of every partner, packed by rows
-    let roots: Vec<Vec<f64>> = partners.iter().map(|j| inverse_root(k, |r, s| t[packed(r, s)][*j])).collect();
-    let mut worst = vec![0.0_f64; partners.len()];
-    let mut along = vec![vec![0.0; partners.len()]; k];
+    // L^-1 of every replacement, packed by rows
+    let roots: Vec<Vec<f64>> = replacements.iter().map(|j| inverse_root(k, |r, s| t[packed(r, s)][*j])).collect();
+    let mut worst = vec![0.0_f64; replacements.len()];
+    let mut along = vec![vec![0.0; replacements.len()]; k];
     for p in 0..predicted.count() {
         for q in 0..predicted.rows() {
             let x = predicted.row(p, q);
@@ -120,7 +125,7 @@ fn best_partner(
         }
     }
     let mut best: Option<(usize, f64)> = None;
-    for (j, value) in partners.iter().zip(&worst) {
+    for (j, value) in replacements.iter().zip(&worst) {
         if *value < now && best.is_none_or(|(_, before)| *value < before) {
             best = Some((*j, *value));
         }
@@ -148,14 +153,14 @@ pub(super) fn inverse_root(k: usize, g: impl Fn(usize, usize) -> f64) -> Vec<f64
     inverse
 }
 
-/// The same where the block cannot be taken out: the most informative partners, each with a factorisation of its own.
+/// The same where the block cannot be taken out: the most informative replacements, each with a factorisation of its own.
 fn one_by_one(state: &mut State<'_>, at: usize, worst: &impl Worst, without: &[f64], now: f64) -> Option<(usize, f64)> {
     let (blocks, n) = (state.problem.blocks, state.problem.blocks.unknowns());
     let told = |j: usize| (0..blocks.rows()).map(|r| state.spread[packed(r, r)][j]).sum::<f64>();
-    let mut partners: Vec<usize> = (0..blocks.count()).filter(|j| state.allowed(at, *j)).collect();
-    partners.sort_by(|a, b| told(*b).total_cmp(&told(*a)));
+    let mut replacements: Vec<usize> = (0..blocks.count()).filter(|j| state.allowed(at, *j)).collect();
+    replacements.sort_by(|a, b| told(*b).total_cmp(&told(*a)));
     let mut best: Option<(usize, f64)> = None;
-    for j in partners.into_iter().take(PARTNERS) {
+    for j in replacements.into_iter().take(REPLACEMENTS) {
         let mut m = without.to_vec();
         for r in 0..blocks.rows() {
             add_outer(&mut m, 1.0, &blocks.row(j, r));
@@ -166,6 +171,6 @@ fn one_by_one(state: &mut State<'_>, at: usize, worst: &impl Worst, without: &[f
             best = Some((j, value));
         }
     }
-    state.effort += (PARTNERS * n * n * n) as f64;
+    state.effort += (REPLACEMENTS * n * n * n) as f64;
     best
 }

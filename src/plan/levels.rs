@@ -61,7 +61,11 @@ pub(super) fn levels(candidates: &Readings) -> Vec<(Readings, Vec<usize>)> {
     }
     levels.push((all, candidates.clone()));
     let grids: Vec<usize> = levels.iter().map(|(steps, _)| *steps).collect();
-    let within = |own: usize| (0..own).filter(|k| grids[own].is_multiple_of(grids[*k])).collect::<Vec<usize>>();
+    let within = |own: usize| {
+        let all = grids.get(own).copied().unwrap_or_default();
+        let coarser = grids.iter().enumerate().take(own);
+        coarser.filter(|(_, grid)| all.is_multiple_of(**grid)).map(|(k, _)| k).collect::<Vec<usize>>()
+    };
     levels.into_iter().enumerate().map(|(own, (_, readings))| (readings, within(own))).collect()
 }
 

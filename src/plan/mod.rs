@@ -24,7 +24,7 @@
 //! | `levels.rs` | coarser sweeps within a finer one |
 //! | `exchange.rs` | the exchange problem, one start and its sweeps |
 //! | `state.rs` | one start: what is chosen, and the sums that follow it by rank-one updates |
-//! | `partners.rs` | every candidate weighed as the partner of one chosen portion |
+//! | `exchange_gains.rs` | every candidate weighed as the replacement of one chosen portion |
 //! | `largest.rs` | exchanges for the largest of several variances |
 //! | `eigenvalue.rs` | exchanges for the worst determined combination |
 //! | `prices.rs` | what chosen portions cost together |
@@ -38,7 +38,7 @@
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that tell two effects apart |
 //! | `extended.rs` | effects as further unknowns |
-//! | `telling.rs` | one position that tells an effect from many |
+//! | `discriminating_positions.rs` | one position that tells an effect from many |
 //! | `order.rs` | the order to run |
 //!
 //! Deliberately absent: readings (what was measured plays no part, except as a source of the noise), nonlinear design over unknown
@@ -52,10 +52,12 @@ mod choose;
 mod criterion;
 mod derived;
 mod discriminate;
+mod discriminating_positions;
 mod effort;
 mod eigenvalue;
 mod enumerate;
 mod exchange;
+mod exchange_gains;
 mod extended;
 mod goal;
 mod improve;
@@ -65,7 +67,6 @@ mod known;
 mod largest;
 mod levels;
 mod order;
-mod partners;
 mod point;
 mod pool;
 mod prices;
@@ -74,7 +75,6 @@ mod refine;
 mod scheduled;
 mod search;
 mod state;
-mod telling;
 mod whitened;
 
 pub use blocks::Blocks;
@@ -83,6 +83,7 @@ pub use choose::{Choice, choose};
 pub use criterion::Criterion;
 pub use derived::is_angle;
 pub use discriminate::{Discrimination, Separated, discriminate, separate};
+pub use discriminating_positions::{DiscriminatingPosition, discriminating_positions};
 pub use effort::{Costs, Noise, NoiseSource, Offer, SensorNoise, Work, mountings, planned, positions_only};
 pub use eigenvalue::Combinations;
 pub use exchange::Objective;
@@ -97,5 +98,4 @@ pub use point::{Judged, Lacking, PointSource, judged_at};
 pub use reasons::Reason;
 pub use refine::{Refined, Refinement};
 pub use search::Progress;
-pub use telling::{Telling, telling};
 pub use whitened::Term;

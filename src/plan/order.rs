@@ -12,6 +12,7 @@ use super::effort::{Costs, Noise, mounting};
 use super::judge::weighted_sensitivities;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::Result;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
@@ -126,7 +127,7 @@ fn timed(mut readings: Readings, costs: &Costs, fixed: usize) -> Readings {
     let value = |row: &Reading| row.columns.get(column).copied().flatten();
     let mut own: Vec<f64> = readings.rows.iter().skip(fixed).filter_map(value).collect();
     own.sort_by(f64::total_cmp);
-    let distinct = own.windows(2).all(|pair| pair[0] < pair[1]) && own.len() + fixed == readings.rows.len();
+    let distinct = own.is_sorted_by(|a, b| a < b) && own.len() + fixed == readings.rows.len();
     let last = readings.rows.iter().take(fixed).filter_map(value).reduce(f64::max);
     let after = last.is_none_or(|last| own.first().is_none_or(|first| *first > last));
     if !(distinct && after) {
@@ -200,7 +201,7 @@ impl<'a> Drift<'a> {
     fn way(&self, groups: &[Vec<usize>]) -> (usize, f64) {
         let firsts: Vec<usize> =
             (self.fixed.checked_sub(1).into_iter()).chain(groups.iter().filter_map(|g| g.first().copied())).collect();
-        let steps = firsts.windows(2).map(|pair| way(self.rows, pair[0], pair[1]));
+        let steps = firsts.iter().zip(firsts.iter().skip(1)).map(|(a, b)| way(self.rows, *a, *b));
         steps.fold((0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 
@@ -211,12 +212,12 @@ impl<'a> Drift<'a> {
         let mut now = self.harm(&groups);
         let joints_moved = self.way(&groups).0;
         let readings: usize = groups.iter().map(Vec::len).sum();
-        // each look costs a pass over the readings
-        let mut looks = 40_000_000 / (readings * self.parts.first().map_or(1, Vec::len)).max(1);
+        // each evaluation costs a pass over the readings
+        let mut evaluations = 40_000_000 / (readings * self.parts.first().map_or(1, Vec::len)).max(1);
         for _ in 0..ROUNDS {
             let before = now;
             for g in 0..groups.len() {
-                let own = groups[g].clone();
+                let Some(own) = groups.get(g).cloned() else { continue };
                 let blocks = blocks(self.rows, own.clone(), self.costs);
                 let mut others = vec![
                     abba(self.rows, own.clone(), self.costs, true),
@@ -230,16 +231,17 @@ impl<'a> Drift<'a> {
                     swapped.concat()
                 }));
                 for other in others {
-                    if looks == 0 {
+                    if evaluations == 0 {
                         return groups.concat();
                     }
-                    looks -= 1;
-                    let kept = std::mem::replace(&mut groups[g], other);
+                    evaluations -= 1;
+                    let Some(slot) = groups.get_mut(g) else { continue };
+                    let kept = std::mem::replace(slot, other);
                     let harm = self.harm(&groups);
                     if harm < now - 1e-12 {
                         now = harm;
-                    } else {
-                        groups[g] = kept;
+                    } else if let Some(slot) = groups.get_mut(g) {
+                        *slot = kept;
                     }
                 }
             }
@@ -249,12 +251,12 @@ impl<'a> Drift<'a> {
                     let mut swapped = groups.clone();
                     swapped.swap(a, b);
                     let mut turned = groups.clone();
-                    turned[a..=b].reverse();
+                    turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
                     for other in [swapped, turned] {
-                        if looks == 0 {
+                        if evaluations == 0 {
                             break;
                         }
-                        looks -= 1;
+                        evaluations -= 1;
                         let harm = self.harm(&other);
                         let better = harm < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
                         if better && self.way(&other).0 <= joints_moved {
@@ -266,7 +268,7 @@ impl<'a> Drift<'a> {
             if let Some((harm, other)) = best {
                 (now, groups) = (harm, other);
             }
-            if looks == 0 || !(now < before - 1e-9 * before) {
+            if evaluations == 0 || !(now < before - 1e-9 * before) {
                 break;
             }
         }
@@ -276,7 +278,7 @@ impl<'a> Drift<'a> {
 
 fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
     for k in (1..list.len()).rev() {
-        let j = ((u128::from(rng.next_u64()) * (k as u128 + 1)) >> 64) as usize;
+        let j = number::below(rng.next_u64(), k + 1);
         list.swap(k, j);
     }
 }
@@ -317,12 +319,9 @@ fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>) -> Vec<V
         let first = |group: &Vec<usize>| group.first().copied().unwrap_or_default();
         let next = match last {
             None => 0,
-            Some(last) => (0..groups.len())
-                .min_by(|&a, &b| {
-                    let (wa, wb) = (way(rows, last, first(&groups[a])), way(rows, last, first(&groups[b])));
-                    wa.0.cmp(&wb.0).then(wa.1.total_cmp(&wb.1))
-                })
-                .unwrap_or(0),
+            Some(last) => (groups.iter().map(|group| way(rows, last, first(group))).enumerate())
+                .min_by(|(_, a), (_, b)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
+                .map_or(0, |(k, _)| k),
         };
         let group = groups.remove(next);
         last = group.first().copied();

@@ -189,7 +189,9 @@ impl Till {
             }
             let slots = prices.slots(j);
             for (at, slot) in slots.iter().enumerate() {
-                if let Some(count) = self.uses.get_mut(*slot).filter(|_| !slots[..at].contains(slot)) {
+                if let Some(count) =
+                    self.uses.get_mut(*slot).filter(|_| !slots.iter().take(at).any(|before| before == slot))
+                {
                     step(count);
                 }
             }

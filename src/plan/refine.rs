@@ -11,6 +11,7 @@ use super::scheduled::criterion_of;
 use super::search::Progress;
 use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 
 /// How finely angles are moved after the choice.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,7 +122,7 @@ pub(super) fn refined(
             }
         }
         share /= 2.0;
-        progress.tell("degrees of resolution", 0, (widest * share).ceil() as usize);
+        progress.tell("degrees of resolution", 0, number::count((widest * share).ceil()));
     }
     let n = pool.blocks.unknowns().max(1) as f64;
     let gain = match objective {
@@ -154,8 +155,9 @@ fn freedoms(pool: &Pool, joints: usize) -> Vec<Freedom> {
         .filter_map(|joint| {
             let angles = angles(joint);
             let (low, high) = (*angles.first()?, *angles.last()?);
-            let step = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-            let widest = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+            let steps = || angles.iter().zip(angles.iter().skip(1)).map(|(before, angle)| angle - before);
+            let step = steps().fold(f64::INFINITY, f64::min);
+            let widest = steps().fold(0.0, f64::max);
             if !(step.is_finite() && step > 0.0) {
                 return None;
             }

@@ -92,7 +92,7 @@ pub(super) fn criterion_of(
     Ok(match objective {
         Objective::Determinant => Some(log_det_of(&pool.estimate) - log_det_of(&fresh)),
         _ if fresh.rank < n => None,
-        Objective::Trace(w) => Some(super::blocks::dot(w, &in_coordinates(pool, &fresh))),
+        Objective::Trace(w) => Some(crate::linear::dot(w, &in_coordinates(pool, &fresh))),
         Objective::Largest(rows) => Some(rows.of(&in_coordinates(pool, &fresh))),
         Objective::Eigenvalue(combinations) => Some(combinations.of(&in_coordinates(pool, &fresh))),
     })
@@ -110,5 +110,9 @@ fn in_coordinates(pool: &Pool, fresh: &Estimate) -> Vec<f64> {
     };
     let half: Vec<Vec<f64>> =
         (0..n).map(|i| (0..n).map(|l| (i..n).map(|k| t(i, k) * c(k, l)).sum()).collect()).collect();
-    half.iter().flat_map(|row| (0..n).map(move |j| (j..n).map(|l| row[l] * t(j, l)).sum::<f64>())).collect()
+    half.iter()
+        .flat_map(|row| {
+            (0..n).map(move |j| row.iter().enumerate().skip(j).map(|(l, half)| half * t(j, l)).sum::<f64>())
+        })
+        .collect()
 }

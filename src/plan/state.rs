@@ -1,8 +1,14 @@
 //! The state of one start: what is chosen, `M^-1`, and the sums over all candidates that follow it by rank-one updates.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`State::empty` sizes the sums by the block's rows and all candidates; `chosen` holds numbers of candidates below `blocks.count()`"
+)]
 
-use super::blocks::{add_outer, dot, inverse_and_root, largest, times};
+use super::blocks::{add_outer, inverse_and_root, largest, times};
 use super::exchange::{Problem, information};
 use super::prices::Till;
+use crate::linear::dot;
+use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -76,9 +82,9 @@ impl<'a> State<'a> {
         }
         let mut state = State::empty(problem);
         // some at random; the rest by the largest gain, on top of a little information everywhere that is taken away again
-        let random = ((problem.choose as f64 * share).ceil() as usize).min(problem.choose);
+        let random = number::count((problem.choose as f64 * share).ceil()).min(problem.choose);
         while state.chosen.len() < random {
-            let j = ((u128::from(rng.next_u64()) * count as u128) >> 64) as usize;
+            let j = number::below(rng.next_u64(), count);
             state.choose(j);
         }
         let mut m = information(problem.blocks, problem.base, &state.chosen);
@@ -118,8 +124,8 @@ impl<'a> State<'a> {
         let mut rest: Vec<(f64, usize)> = Vec::with_capacity(weights.len());
         for (j, w) in weights.iter().enumerate() {
             let times = (w * total).floor().min(problem.most_repeats as f64);
-            chosen.extend(std::iter::repeat_n(j, times as usize));
-            if (times as usize) < problem.most_repeats {
+            chosen.extend(std::iter::repeat_n(j, number::count(times)));
+            if number::count(times) < problem.most_repeats {
                 let jitter = (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
                 rest.push((w * total - times + 0.3 * jitter, j));
             }
@@ -259,7 +265,7 @@ impl<'a> State<'a> {
     }
 
     /// Candidates that may come in for the block at `at`: all, or its neighbours.
-    pub fn partners(&self, at: usize) -> Vec<usize> {
+    pub fn replacements(&self, at: usize) -> Vec<usize> {
         let own = self.chosen.get(at).and_then(|i| self.problem.neighbours.get(*i));
         match own {
             Some(list) => list.iter().copied().filter(|j| self.allowed(at, *j)).collect(),

@@ -1,4 +1,8 @@
 //! Rows of a schedule made independent of each other: what pools, checks and comparisons of positions are adjusted from.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`with_priors` and `whitened` make every row as long as the unknowns and the terms; members are rows of the schedule that was whitened"
+)]
 
 use super::effort::{Noise, mountings};
 use super::judge::priors;

@@ -4,6 +4,7 @@
 //! most from the sum of squares is a suspect if that is significant over *all* readings (Sidak), and the search goes on with its shift
 //! estimated. Where the variance is estimated, the test is the t test of the shift (A. J. Pope 1976, in its exact form).
 
+use crate::linear::{self, Triangle};
 use crate::uncertainty::quantiles;
 use faer::MatRef;
 
@@ -99,12 +100,8 @@ impl<'a> Whitened<'a> {
     /// The part of a reading's standardised error that no unknown and none of `extra` explains.
     fn remainder(&self, extra: &[Vec<f64>], row: usize) -> Vec<f64> {
         let mut rest = (self.remainder)(row);
-        for _ in 0..2 {
-            for unit in extra {
-                let along: f64 = rest.iter().zip(unit).map(|(r, u)| r * u).sum();
-                rest.iter_mut().zip(unit).for_each(|(r, u)| *r -= along * u);
-            }
-        }
+        linear::project(&mut rest, extra);
+        linear::project(&mut rest, extra);
         rest
     }
 
@@ -152,8 +149,7 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
         let mut unit = system.remainder(&extra, row);
         let length = norm(&unit).sqrt();
         unit.iter_mut().for_each(|u| *u /= length);
-        let along: f64 = unit.iter().zip(&residuals).map(|(u, v)| u * v).sum();
-        residuals.iter_mut().zip(&unit).for_each(|(v, u)| *v -= along * u);
+        linear::project(&mut residuals, &[&unit]);
         for (row, left) in redundancies.iter_mut().enumerate() {
             *left -= unit.get(row).copied().unwrap_or_default().powi(2);
         }
@@ -200,23 +196,28 @@ fn together(system: &Whitened<'_>, rows: &[usize], tested: usize) -> Option<Vec<
     }
     let count = rows.len();
     let dof = system.dof - count;
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let normal = faer::Mat::from_fn(count, count, |a, b| dot(&all[a], &all[b]));
-    let right = faer::Mat::from_fn(count, 1, |a, _| dot(&all[a], &system.residuals));
-    use faer::linalg::solvers::Solve;
-    let factor = normal.full_piv_lu();
-    let shift = factor.solve(right);
-    let inverse = factor.solve(faer::Mat::<f64>::identity(count, count));
+    // R of the columns' QR: the shifts solve R s = Q'v, and their covariance is R^-1 R^-T
+    let qr = faer::Mat::from_fn(system.residuals.len(), count, |i, a| {
+        all.get(a).and_then(|column| column.get(i)).copied().unwrap_or_default()
+    })
+    .qr();
+    let r = qr.thin_R();
+    let triangle = Triangle::of_upper(count, |i, j| r[(i, j)]);
+    let right =
+        faer::Mat::from_fn(system.residuals.len(), 1, |i, _| system.residuals.get(i).copied().unwrap_or_default());
+    let along = qr.compute_thin_Q().transpose() * right;
+    let mut shifts: Vec<f64> = along.col_as_slice(0).to_vec();
+    triangle.backward(&mut shifts);
     let mut rest = system.residuals.clone();
-    for (a, column) in all.iter().enumerate() {
-        rest.iter_mut().zip(column).for_each(|(v, c)| *v -= shift[(a, 0)] * c);
+    for (shift, column) in shifts.iter().zip(&all) {
+        rest.iter_mut().zip(column).for_each(|(v, c)| *v -= shift * c);
     }
-    let variance = if system.variance_known { 1.0 } else { dot(&rest, &rest) / dof.max(1) as f64 };
-    for (a, row) in rows.iter().enumerate() {
+    let variance = if system.variance_known { 1.0 } else { linear::dot(&rest, &rest) / dof.max(1) as f64 };
+    for ((row, shift), column) in rows.iter().zip(shifts).zip(triangle.inverse_columns()) {
         // the shift of a standardised reading, in the reading's unit
         let sd = system.sd(*row);
-        let u = (variance * inverse[(a, a)]).sqrt() * sd;
-        let w = shift[(a, 0)] * sd / u;
+        let u = variance.sqrt() * linear::norm(&column) * sd;
+        let w = shift * sd / u;
         let single = if system.variance_known {
             quantiles::chi_square_survival(w * w, 1.0)?
         } else if u > 0.0 {
@@ -225,7 +226,7 @@ fn together(system: &Whitened<'_>, rows: &[usize], tested: usize) -> Option<Vec<
             0.0
         };
         let p = -(tested as f64 * (-single).ln_1p()).exp_m1();
-        suspects.push(Suspect { row: *row, shift: shift[(a, 0)] * sd, u, w, p });
+        suspects.push(Suspect { row: *row, shift: shift * sd, u, w, p });
     }
     Some(suspects)
 }

@@ -179,7 +179,7 @@ impl Clock {
         let mut found: Vec<Stretch> = Vec::new();
         let (Some(factor), Some(times)) = (self.factor, times) else {
             let start = self.rows as f64 * self.step;
-            let place = |t: f64| (((t - start) / self.step).ceil().max(0.0) as usize).min(count);
+            let place = |t: f64| crate::number::count(((t - start) / self.step).ceil()).min(count);
             let rows = place(from)..place(to);
             self.rows += count as u64;
             if !rows.is_empty() {
@@ -188,7 +188,12 @@ impl Clock {
             return Ok(found);
         };
         if self.step == 0.0 {
-            let mut steps: Vec<f64> = times.windows(2).take(4001).map(|w| (w[1] - w[0]) * factor).collect();
+            let mut steps: Vec<f64> = times
+                .iter()
+                .zip(times.iter().skip(1))
+                .take(4001)
+                .map(|(before, time)| (time - before) * factor)
+                .collect();
             steps.retain(|step| *step > 0.0);
             steps.sort_by(f64::total_cmp);
             self.step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
@@ -210,7 +215,12 @@ impl Clock {
                 _ => None,
             };
             if let Some(kind) = kind {
-                let count = &mut self.counts[kind as usize];
+                let [back, gaps, short] = &mut self.counts;
+                let count = match kind {
+                    JumpKind::Back => back,
+                    JumpKind::Gap => gaps,
+                    JumpKind::Short => short,
+                };
                 *count += 1;
                 if kind == JumpKind::Back {
                     if *count * RARE > self.rows {

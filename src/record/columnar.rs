@@ -101,7 +101,7 @@ impl Columnar {
 
     /// How many rows it has.
     pub fn rows(&self) -> u64 {
-        self.reader.metadata().file_metadata().num_rows().max(0) as u64
+        self.reader.metadata().file_metadata().num_rows().max(0).unsigned_abs()
     }
 
     /// The labels met so far.

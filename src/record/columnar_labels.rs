@@ -183,7 +183,7 @@ fn hybrid(mut bytes: &[u8], width: u8, count: usize, to: &mut Vec<u32>) -> Read<
                 bits |= u64::from(*from.next().ok_or_else(cut_off)?) << held;
                 held += 8;
             }
-            to.push((bits & ((1_u64 << width) - 1)) as u32);
+            to.push(crate::number::low_half(bits & ((1_u64 << width) - 1)));
             bits >>= width;
             held -= u32::from(width);
         }

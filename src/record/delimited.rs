@@ -140,7 +140,7 @@ impl Delimited {
         match read {
             Ok(n) => self.ended = (n as u64) < most,
             Err(error) => {
-                return Err(text::broken(&self.name, &error).at_line(self.line as usize + 1, 1));
+                return Err(text::broken(&self.name, &error).at_line(crate::number::index(self.line) + 1, 1));
             }
         }
         if self.buffer.len() > 64 * CHUNK {
@@ -247,7 +247,7 @@ impl Delimited {
             return Err(Malformed::new(Fault::Syntax, "a row has another number of cells than the rows before it")
                 .expected(format!("{width} cells"))
                 .found(format!("{} cells", found.len()))
-                .at_line(self.line as usize, 1)
+                .at_line(crate::number::index(self.line), 1)
                 .in_file(&self.name));
         }
         let mut values = vec![0.0; self.selected];
@@ -280,7 +280,7 @@ impl Delimited {
                 "a number; an empty cell or NaN where nothing was read".into()
             })
             .found(format!("'{}'", text::decoded(cell).chars().take(40).collect::<String>()))
-            .at_line(self.line as usize, 1)
+            .at_line(crate::number::index(self.line), 1)
             .at_path(title)
             .in_file(&self.name)
     }

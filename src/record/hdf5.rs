@@ -108,7 +108,7 @@ fn compound(
             _ => continue,
         };
         let Some(decode) = decoder(kind, big) else { continue };
-        let offset = place.byte_offset as usize;
+        let offset = crate::number::index(place.byte_offset);
         let values: Vec<f64> =
             raw.chunks_exact(size.max(1)).map(|row| row.get(offset..).and_then(&decode).unwrap_or(f64::NAN)).collect();
         if values.len() == rows {

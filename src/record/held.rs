@@ -139,7 +139,7 @@ impl Held {
     /// The next rows.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
         block.columns.resize_with(self.wanted.len(), Vec::new);
-        let end = (self.at + ROWS).min(self.rows() as usize);
+        let end = (self.at + ROWS).min(crate::number::index(self.rows()));
         if self.at >= end || self.wanted.is_empty() {
             block.columns.iter_mut().for_each(Vec::clear);
             return Ok(false);

@@ -112,7 +112,7 @@ fn matrix(
         return Some(());
     }
     let flags = reader.integers()?;
-    let class = (flags.first()? & 0xFF) as u8;
+    let class = flags.first()?.to_le_bytes()[0];
     let complex = flags.first()? & 0x800 != 0;
     if class > 15 {
         return Some(());

@@ -231,9 +231,9 @@ fn imu(data: &[u8], serial: Serial) -> Option<(i128, [f64; 6])> {
     }
     // orientation 4, its covariance 9, rate 3, covariance 9, specific force 3
     let mut values = [0.0; 6];
-    for (k, place) in [13, 14, 15, 25, 26, 27].into_iter().enumerate() {
+    for (value, place) in values.iter_mut().zip([13, 14, 15, 25, 26, 27]) {
         let own = <[u8; 8]>::try_from(at.0.get(8 * place..8 * place + 8)?).ok()?;
-        values[k] = if big { f64::from_be_bytes(own) } else { f64::from_le_bytes(own) };
+        *value = if big { f64::from_be_bytes(own) } else { f64::from_le_bytes(own) };
     }
     Some((stamp, values))
 }

@@ -150,7 +150,7 @@ impl Record {
         };
         let format = match file.metadata().is_ok_and(|there| there.is_file()) {
             true => {
-                let read = file.by_ref().take(FIRST).read_to_end(&mut first);
+                let read = file.by_ref().take(FIRST as u64).read_to_end(&mut first);
                 read.and_then(|_| file.rewind()).map_err(|error| self::text::broken(&name, &error))?;
                 Format::of(&first)
             }
@@ -188,7 +188,7 @@ impl Record {
         if !path.is_file() {
             return true;
         }
-        let read = File::open(path).and_then(|file| file.take(FIRST).read_to_end(&mut first));
+        let read = File::open(path).and_then(|file| file.take(FIRST as u64).read_to_end(&mut first));
         read.is_err() || first.is_empty() || matches!(Format::of(&first), Format::Text | Format::Unread(_))
     }
 
@@ -197,7 +197,7 @@ impl Record {
         mut file: File,
         text: impl Fn(&str, Box<dyn Read + Send>) -> Result<Delimited>,
     ) -> Result<Self> {
-        let mut first = [0_u8; FIRST as usize];
+        let mut first = [0_u8; FIRST];
         let read = file.read(&mut first).map_err(|error| self::text::broken(name, &error))?;
         let first = first.get(..read).unwrap_or_default();
         match Format::of(first) {
@@ -251,7 +251,7 @@ impl Record {
     ///
     /// Errors: cells that are no numbers, rows of another length, a file that was cut off; with line and column.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
-        crate::stop::look();
+        crate::stop::poll();
         match self {
             Record::Delimited(table) => table.next(block),
             Record::Columnar(table) => table.next(block),
@@ -365,7 +365,7 @@ impl Labels {
 }
 
 /// Bytes that a format is told by.
-const FIRST: u64 = 8;
+const FIRST: usize = 8;
 
 /// Formats by their first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -43,8 +43,7 @@ impl Read for Utf16 {
         if self.at == self.ready.len() {
             let mut raw = Vec::with_capacity(CHUNK);
             (&mut self.from).take(CHUNK as u64).read_to_end(&mut raw)?;
-            let mut units: Vec<u16> =
-                raw.chunks_exact(2).map(|pair| (self.unit)([pair[0], pair.get(1).copied().unwrap_or(0)])).collect();
+            let mut units: Vec<u16> = raw.as_chunks::<2>().0.iter().map(|pair| (self.unit)(*pair)).collect();
             if units.last().is_some_and(|last| (0xD800..0xDC00).contains(last)) {
                 let mut pair = [0; 2];
                 if self.from.read_exact(&mut pair).is_ok() {

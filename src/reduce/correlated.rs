@@ -9,6 +9,7 @@
 //! costs is in u, and no degrees of freedom need to be carried.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
+use crate::number;
 use crate::uncertainty::quantiles::{fisher_f_survival, normal_quantile, student_t_two_sided};
 
 /// One segment of one channel.
@@ -161,7 +162,7 @@ pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<Me
     lengths.sort_by(f64::total_cmp);
     let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0);
     let most = lengths.last().copied().unwrap_or(1.0);
-    let wide = (most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0) as usize;
+    let wide = number::count((most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0));
     let width = wide as f64;
     // blocks of the likelihood, in pieces that it can look at
     let pieces: Vec<Vec<Vec<f64>>> = segments
@@ -201,7 +202,7 @@ pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<Me
     let mut later = Some(between);
     while !queue.is_empty() {
         for description in std::mem::take(&mut queue) {
-            crate::stop::look();
+            crate::stop::poll();
             let Some(process) = Process::new(&description.covariance) else { continue };
             let (mut log, mut q) = (0.0, 0.0);
             let (mut slopes, mut own) = (Vec::new(), Vec::new());
@@ -317,7 +318,7 @@ fn lag1(pieces: &[Vec<f64>]) -> f64 {
     let (mut cross, mut own) = (0.0, 0.0);
     for piece in pieces {
         own += piece.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-        cross += piece.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>();
+        cross += piece.iter().zip(piece.iter().skip(1)).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     }
     if own > 0.0 { cross / own } else { 0.0 }
 }

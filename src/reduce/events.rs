@@ -1,5 +1,6 @@
 //! What is odd in a channel, named and counted: spikes, stuck values, saturation, absent values. Nothing is changed.
 
+use crate::number;
 use crate::vocabulary::vocabulary;
 
 vocabulary! {
@@ -96,7 +97,8 @@ impl Watch {
         let carried = self.before.len();
         let mut all = std::mem::take(&mut self.before);
         all.extend_from_slice(values);
-        let odd = |k: usize| all[k] - 0.5 * (all[k - 1] + all[k + 1]);
+        let at = |k: usize| all.get(k).copied().unwrap_or(f64::NAN);
+        let odd = |k: usize| at(k) - 0.5 * (at(k - 1) + at(k + 1));
         let last = all.len().saturating_sub(1);
         let mut scales: Vec<f64> = Vec::new();
         for start in (1..last).step_by(WINDOW) {
@@ -104,7 +106,7 @@ impl Watch {
             if sizes.len() >= 16 {
                 let middle = sizes.len() / 2;
                 sizes.select_nth_unstable_by(middle, f64::total_cmp);
-                scales.push(sizes[middle] / 0.6745);
+                scales.push(sizes.get(middle).copied().unwrap_or_default() / 0.6745);
             }
         }
         scales.sort_by(f64::total_cmp);
@@ -115,7 +117,7 @@ impl Watch {
                 && (k < 2 || odd(k - 1).abs() < 0.8 * size)
                 && (k + 2 > last || odd(k + 1).abs() < 0.8 * size);
             // a step or a bend has neighbours on one side only: a spike comes back
-            let back = (all[k + 1] - all[k - 1]).abs() < 0.5 * size;
+            let back = (at(k + 1) - at(k - 1)).abs() < 0.5 * size;
             if alone && back && events.len() < KEPT {
                 events.push(Event { kind: EventKind::Spike, sample: first + k as u64 - carried as u64, length: 1 });
             }
@@ -132,7 +134,7 @@ impl Watch {
         self.low.see(-value, sample, length);
         let share = (self.repeats.0 as f64 / self.repeats.1.max(1) as f64).clamp(1e-3, 1.0);
         // so long a run by chance once in a thousand million samples
-        let chance = if share < 0.9 { (-20.7 / share.ln()).ceil() as u64 } else { u64::MAX };
+        let chance = if share < 0.9 { number::count_u64((-20.7 / share.ln()).ceil()) } else { u64::MAX };
         if length >= LEAST_STUCK.max(chance) && events.len() < KEPT {
             events.push(Event { kind: EventKind::Stuck, sample, length });
         }

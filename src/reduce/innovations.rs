@@ -37,7 +37,7 @@ impl Process {
             weights.push(now.clone());
             variances.push(variance);
             let Some(next) = covariance.get(t + 1) else { break };
-            let known: f64 = now.iter().enumerate().map(|(j, w)| w * covariance[t - j]).sum();
+            let known: f64 = now.iter().zip(covariance.iter().skip(1).take(t).rev()).map(|(w, c)| w * c).sum();
             let reflection = (next - known) / variance;
             let back: Vec<f64> = now.iter().rev().map(|w| reflection * w).collect();
             now.iter_mut().zip(back).for_each(|(w, b)| *w -= b);

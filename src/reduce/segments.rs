@@ -1,6 +1,7 @@
 //! Segments: by a column's labels, by times, or where the record stands still.
 
 use super::{Stillness, Trace, still};
+use crate::number;
 use std::ops::Range;
 
 /// A segment that becomes a reading.
@@ -92,7 +93,7 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
             joined(trace, found, 4.0 * window, stillness.as_ref())
         }
     };
-    let margin = (guard / trace.interval).round() as u64;
+    let margin = number::count_u64((guard / trace.interval).round());
     let (mut segments, mut rejected): (Vec<Segment>, Vec<Rejected>) = Default::default();
     for mut segment in candidates {
         let (start, end) = segment.span();
@@ -147,7 +148,7 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
         {
             // near the jerk, so that a slow drift does not look like another position; or where the drifts on both sides meet, a little
             // away from it, so that its rest in the first half window does not
-            let near = (0.25 * most / (trace.interval * trace.block as f64)).ceil() as usize;
+            let near = number::count((0.25 * most / (trace.interval * trace.block as f64)).ceil());
             let apart = (range.start - before.end) as f64 / trace.block as f64;
             let same = (0..trace.observed).all(|k| {
                 let (mut a, b) = (level(&before, k), level(&range, k));

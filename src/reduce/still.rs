@@ -1,6 +1,7 @@
 //! Where a record stands still: windows whose variance is that of the still sensor.
 
 use super::Trace;
+use crate::number;
 
 /// What the detector judged by.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +25,7 @@ const STRIDE: usize = 8;
 /// Still stretches in blocks, and what they were judged by. `window` and `least` in seconds.
 pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (Vec<(usize, usize)>, Stillness) {
     let seconds = trace.block as f64 * trace.interval;
-    let length = ((window / seconds).round() as usize).max(4);
+    let length = number::count((window / seconds).round()).max(4);
     let stride = (length / STRIDE).max(1);
     let blocks = trace.channels.first().map_or(0, |c| c.means.len());
     let starts: Vec<usize> = (0..).map(|k| k * stride).take_while(|start| start + length <= blocks).collect();
@@ -33,25 +34,28 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
     for (place, channel) in trace.channels.iter().enumerate() {
         // prefix sums about a middle value, so that squares keep their digits
         let middle = channel.means.get(blocks / 2).copied().unwrap_or(0.0);
-        let (mut sums, mut squares) = (vec![0.0; blocks + 1], vec![0.0; blocks + 1]);
+        let (mut sum, mut square) = (0.0, 0.0);
+        let mut sums = vec![(0.0, 0.0)];
         for (k, v) in channel.means.iter().enumerate() {
             let d = v - middle;
             let inside = channel.squares.get(k).copied().unwrap_or(0.0) / trace.block as f64;
-            sums[k + 1] = sums[k] + d;
-            squares[k + 1] = squares[k] + d * d + inside;
+            (sum, square) = (sum + d, square + d * d + inside);
+            sums.push((sum, square));
         }
         let variances: Vec<f64> = starts
             .iter()
             .map(|start| {
                 let n = length as f64;
-                let (s, q) = (sums[start + length] - sums[*start], squares[start + length] - squares[*start]);
+                // every channel has `blocks` blocks; a window that did not fit would be no number, and never still
+                let (Some(from), Some(to)) = (sums.get(*start), sums.get(start + length)) else { return f64::NAN };
+                let (s, q) = (to.0 - from.0, to.1 - from.1);
                 ((q - s * s / n) / (n - 1.0)).max(0.0)
             })
             .collect();
         let mut apart: Vec<f64> = variances.iter().step_by(STRIDE).copied().collect();
         apart.sort_by(f64::total_cmp);
         let step = channel.resolution();
-        let quantile = apart.get((apart.len() as f64 * QUANTILE) as usize).copied().unwrap_or(0.0);
+        let quantile = apart.get(number::count(apart.len() as f64 * QUANTILE)).copied().unwrap_or(0.0);
         let variance = (quantile / OF_STILL).max(step * step / 12.0);
         still_sd.push(variance.sqrt());
         if variance > 0.0 && place < trace.observed {

@@ -2,6 +2,7 @@
 
 use super::events::{Event, EventKind, Watch};
 use super::{Block, Segment};
+use crate::number;
 
 /// Most blocks of a channel.
 const MOST: usize = 1 << 21;
@@ -134,7 +135,7 @@ impl Trace {
     pub fn sample(&self, time: f64) -> u64 {
         let (from, start) = self.resumes.iter().rev().find(|(_, t)| *t <= time).copied().unwrap_or((0, 0.0));
         let next = self.resumes.iter().map(|(sample, _)| *sample).find(|sample| *sample > from);
-        let sample = from + ((time - start) / self.interval - 1e-6).ceil().max(0.0) as u64;
+        let sample = from.saturating_add(number::count_u64(((time - start) / self.interval - 1e-6).ceil()));
         sample.min(next.unwrap_or(self.samples)).min(self.samples)
     }
 
@@ -142,7 +143,7 @@ impl Trace {
     pub fn blocks(&self, start: u64, end: u64) -> std::ops::Range<usize> {
         let block = self.block as u64;
         let most = self.channels.first().map_or(0, |c| c.means.len());
-        let (first, last) = (start.div_ceil(block) as usize, (end / block) as usize);
+        let (first, last) = (number::index(start.div_ceil(block)), number::index(end / block));
         first.min(most)..last.min(most).max(first.min(most))
     }
 
@@ -192,23 +193,18 @@ impl Channel {
         if self.squares.len() != self.means.len() {
             self.squares = vec![0.0; self.means.len()];
         }
-        let pairs = self.means.len() / 2;
-        if self.means.len() % 2 == 1 {
+        if let ([mean], [square]) = (self.means.as_chunks::<2>().1, self.squares.as_chunks::<2>().1) {
             // the last block waits for its partner, together with what is open
-            let (mean, square) = (self.means[2 * pairs], self.squares[2 * pairs]);
             let (open, open_square, n) = self.open;
             let all = (block + n) as f64;
             let apart = open - mean;
             let joined = square + open_square + apart * apart * block as f64 * n as f64 / all;
             self.open = (mean + apart * n as f64 / all, joined, block + n);
         }
-        for k in 0..pairs {
-            let (a, b) = (self.means[2 * k], self.means[2 * k + 1]);
-            self.means[k] = 0.5 * (a + b);
-            self.squares[k] = self.squares[2 * k] + self.squares[2 * k + 1] + 0.5 * block as f64 * (a - b) * (a - b);
-        }
-        self.means.truncate(pairs);
-        self.squares.truncate(pairs);
+        let squares = self.squares.as_chunks::<2>().0.iter().zip(self.means.as_chunks::<2>().0);
+        let joined = |([p, q], [a, b]): (&[f64; 2], &[f64; 2])| p + q + 0.5 * block as f64 * (a - b) * (a - b);
+        self.squares = squares.map(joined).collect();
+        self.means = self.means.as_chunks::<2>().0.iter().map(|[a, b]| 0.5 * (a + b)).collect();
     }
 
     /// The blocks of a segment, what repeats with a turn taken out.

@@ -2,6 +2,7 @@
 
 use super::segments::one;
 use super::{Rejected, Segmentation, Trace};
+use crate::number;
 
 /// Shorten segments in which a joint turned to whole turns, in their middle; `turn_s` has the duration of a turn. Those without one are rejected.
 pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Option<f64>]) -> Vec<Option<f64>> {
@@ -18,7 +19,7 @@ pub fn whole_turns(trace: &Trace, segmentation: &mut Segmentation, turn_s: &[Opt
                 segmentation.rejected.push(Rejected { samples: start..end, reason });
                 continue;
             }
-            let samples = (whole * turn / trace.interval).round() as u64;
+            let samples = number::count_u64((whole * turn / trace.interval).round());
             let from = start + (end - start - samples.min(end - start)) / 2;
             segment.pieces = one(from..(from + samples).min(end));
             segment.notes.push(format!("{whole} whole turns"));

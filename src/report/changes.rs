@@ -4,6 +4,7 @@ use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
 use super::{ARCSEC, FitReport, VERSION};
 use crate::compare::calibrations::{Changes, Determination, Input, Quantity, Trend};
 use crate::language::{Language, say};
+use crate::number;
 use crate::report::ReportKind;
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
@@ -443,7 +444,7 @@ pub fn history_table(report: &HistoryReport, lang: Language) -> String {
 
 /// The date of a day counted from 1970-01-01.
 pub fn date_of(day: f64) -> String {
-    let shifted = day.floor() as i64 + 719_468;
+    let shifted = number::whole_i64(day.floor()) + 719_468;
     let era = shifted.div_euclid(146_097);
     let of_era = shifted.rem_euclid(146_097);
     let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;

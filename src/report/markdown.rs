@@ -3,6 +3,7 @@
 use super::html::{Align, Block, MarkedLine, Page, Section, Table, Tone};
 use super::wrap::columns;
 use crate::language::Language;
+use crate::number;
 
 /// A page as markdown (CommonMark with tables).
 ///
@@ -76,7 +77,7 @@ fn marked(line: &MarkedLine) -> Vec<String> {
 fn bar(cell: &str) -> String {
     let share = cell.parse::<f64>().unwrap_or(0.0).clamp(-1.0, 1.0);
     let sign = if share < 0.0 { "-" } else { "+" };
-    sign.repeat((8.0 * share.abs()).round() as usize)
+    sign.repeat(number::count((8.0 * share.abs()).round()))
 }
 
 fn facts(list: &[(String, String)]) -> Option<String> {

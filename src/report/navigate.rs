@@ -2,13 +2,13 @@
 
 use super::{ARCSEC, VERSION, finite};
 use crate::language::{Language, say};
-use crate::navigate::carry::NavigationUncertainty;
 use crate::navigate::earth::EARTH_RATE;
 use crate::navigate::errors::{ImuErrors, Source};
 use crate::navigate::linear;
 use crate::navigate::mission::Mission;
+use crate::navigate::propagation::NavigationUncertainty;
 use crate::navigate::run::{NavigationError, Scenario, Summary};
-use crate::navigate::study::{self, Carried, Flown};
+use crate::navigate::study::{self, Flown, PropagatedCalibration};
 use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -181,7 +181,7 @@ pub fn navigate_report(
     mission: &Mission,
     scenarios: &[Scenario],
     flown: &[Flown],
-    carried: &[Carried],
+    carried: &[PropagatedCalibration],
 ) -> NavigateReport {
     let against = flown.first().map(|f| f.motion.clone()).unwrap_or_default();
     NavigateReport {
@@ -213,7 +213,7 @@ pub fn navigate_report(
                 position: r.position,
             })
             .collect(),
-        carried: carried.iter().map(carry).collect(),
+        carried: carried.iter().map(propagated).collect(),
     }
 }
 
@@ -272,7 +272,7 @@ fn results(flown: &Flown) -> impl Iterator<Item = ResultReport> {
     })
 }
 
-fn carry(carried: &Carried) -> CarriedReport {
+fn propagated(carried: &PropagatedCalibration) -> CarriedReport {
     CarriedReport {
         motion: carried.motion.clone(),
         linear: carried.linear.last().map(uncertainty),

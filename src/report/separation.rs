@@ -57,8 +57,8 @@ pub struct CombinationReport {
 pub(super) fn not_estimable(campaign: &Campaign, separation: &Separation) -> NotEstimableReport {
     let direction = &separation.direction.terms;
     let hides = match direction.split_last() {
-        Some(((last, _), others @ [.., (before, _)])) if others.len() > 1 => {
-            let names: Vec<&str> = others[..others.len() - 1].iter().map(|(id, _)| id.as_str()).collect();
+        Some(((last, _), [others @ .., (before, _)])) if !others.is_empty() => {
+            let names: Vec<&str> = others.iter().map(|(id, _)| id.as_str()).collect();
             Some(sentence!("hides-in-and", last, join = names.join(", "), before))
         }
         _ => None,

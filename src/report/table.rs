@@ -5,6 +5,7 @@
 pub use super::compare_table::compare;
 pub use super::fit_table::fit;
 use super::wrap::{self, WIDTH};
+use crate::number;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// Spaces between two columns, and where the table would be too wide.
@@ -110,7 +111,7 @@ fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows
         table.add_row(block.iter().enumerate().map(|(k, &c)| within(k, row.get(c).map_or("", String::as_str))));
     }
     for (k, column) in table.column_iter_mut().enumerate() {
-        column.set_padding((if k == 0 { 0 } else { gap as u16 - 1 }, 1));
+        column.set_padding((if k == 0 { 0 } else { u16::try_from(gap).unwrap_or(u16::MAX).saturating_sub(1) }, 1));
         if block.get(k).and_then(|&c| columns.get(c)).is_some_and(|column| column.numeric) {
             column.set_cell_alignment(CellAlignment::Right);
         }
@@ -157,7 +158,7 @@ pub fn rounded(value: f64, uncertainty: Option<f64>) -> String {
             if !(-6..=12).contains(&digits) {
                 return format!("{value:.6e}");
             }
-            let text = format!("{value:.*}", digits.max(0) as usize);
+            let text = format!("{value:.*}", number::unsigned(digits));
             let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
             if zero { text.trim_start_matches('-').to_string() } else { text }
         }
@@ -175,9 +176,9 @@ pub fn significant(value: f64, digits: i32) -> String {
     }
     let lead = leading_digit(value);
     if !(-5..9).contains(&lead) {
-        return format!("{value:.*e}", (digits - 1).max(0) as usize);
+        return format!("{value:.*e}", number::unsigned(digits - 1));
     }
-    format!("{value:.*}", (digits - 1 - lead).max(0) as usize)
+    format!("{value:.*}", number::unsigned(digits - 1 - lead))
 }
 
 /// Six digits at most, no idle zeros.
@@ -191,7 +192,7 @@ pub fn trimmed(value: f64) -> String {
 
 /// Exponent of the leading digit.
 fn leading_digit(value: f64) -> i32 {
-    value.abs().log10().floor() as i32
+    number::whole(value.abs().log10().floor())
 }
 
 /// A number, or a dash where there is none.

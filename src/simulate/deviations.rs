@@ -55,14 +55,17 @@ pub(super) fn deviations(
         let mut drawn: Vec<f64> = (0..line.levels()).map(|_| StandardNormal.sample(&mut random)).collect();
         if let Some(memory) = &line.memory {
             let tau = told.and_then(|own| own.tau).or(memory.tau).ok_or_else(|| missing("the correlation time"))?;
-            let mut order: Vec<usize> = (0..drawn.len()).collect();
-            order.sort_by(|a, b| memory.run[*a].cmp(&memory.run[*b]).then(memory.time[*a].total_cmp(&memory.time[*b])));
-            for pair in order.windows(2) {
-                let (from, to) = (pair[0], pair[1]);
-                if memory.run[from] == memory.run[to] {
-                    let left = (-(memory.time[to] - memory.time[from]).abs() / tau).exp();
-                    drawn[to] = left * drawn[from] + (1.0 - left * left).sqrt() * drawn[to];
+            // in the order of time within each run; a level has one time and one run
+            let levels = drawn.iter_mut().zip(memory.run.iter().zip(&memory.time));
+            let mut order: Vec<(&mut f64, (&usize, &f64))> = levels.collect();
+            order.sort_by(|(_, (run, time)), (_, (other, at))| run.cmp(other).then(time.total_cmp(at)));
+            let mut before: Option<(usize, f64, f64)> = None;
+            for (own, (run, time)) in order {
+                if let Some((_, at, from)) = before.filter(|(before, ..)| before == run) {
+                    let left = (-(time - at).abs() / tau).exp();
+                    *own = left * from + (1.0 - left * left).sqrt() * *own;
                 }
+                before = Some((*run, *time, *own));
             }
         }
         for felt in &line.felt {

@@ -1,13 +1,14 @@
 //! What a Monte Carlo keeps of its trials: the ends of each sequence, and sums.
 
 use super::monte_carlo::reach;
+use crate::number;
 
 /// How many of the smallest values an interval's lower end can be among: the shortest interval leaves `1 - level` on one side alone.
 pub(super) fn tail(trials: usize, level: f64) -> usize {
     let m = trials as f64;
     let p = 0.5 * (1.0 - level);
     let shortest = m - (level * m + 0.5).floor();
-    (shortest.max(m * p + reach(m, p)) as usize + 3).min(trials)
+    number::count(shortest.max(m * p + reach(m, p))).saturating_add(3).min(trials)
 }
 
 pub(super) fn slack(keep: usize) -> usize {
@@ -91,11 +92,10 @@ impl Sums {
         for trial in block.chunks_exact(count.max(1)) {
             self.trials += 1;
             off.iter_mut().zip(trial.iter().zip(&self.centre)).for_each(|(off, (x, c))| *off = x - c);
-            for (i, x) in off.iter().enumerate() {
-                first[i] += x;
-                for (sum, y) in second[i * n..].iter_mut().zip(&off[..=i]) {
-                    *sum += x * y;
-                }
+            first.iter_mut().zip(&off).for_each(|(sum, x)| *sum += x);
+            // rows of the lower triangle
+            for (i, (x, row)) in off.iter().zip(second.chunks_exact_mut(n)).enumerate() {
+                row.iter_mut().zip(&off).take(i + 1).for_each(|(sum, y)| *sum += x * y);
             }
         }
         self.first.iter_mut().zip(first).for_each(|(sum, own)| *sum += own);
@@ -108,9 +108,10 @@ impl Sums {
 
     pub fn covariance(&self) -> Vec<Vec<f64>> {
         let (n, m) = (self.centre.len(), self.trials as f64);
+        let at = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(f64::NAN);
         let of = |i: usize, j: usize| {
             let (i, j) = (i.max(j), i.min(j));
-            (self.second[i * n + j] - self.first[i] * self.first[j] / m) / (m - 1.0)
+            (at(&self.second, i * n + j) - at(&self.first, i) * at(&self.first, j) / m) / (m - 1.0)
         };
         (0..n).map(|i| (0..n).map(|j| if i == j { of(i, i).max(0.0) } else { of(i, j) }).collect()).collect()
     }

@@ -10,6 +10,8 @@
 use super::kept::{Sorted, Sums, Tail, slack, tail};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Distribution, Known};
+use crate::linear::{Triangle, dot};
+use crate::number;
 use faer::Mat;
 use rand_distr::{ChiSquared, Distribution as _, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
@@ -136,8 +138,10 @@ pub fn monte_carlo(
     let means = sums.means();
     let covariance = sums.covariance();
     let ellipsoid_factor = if twice {
-        let joint: Vec<Vec<f64>> = covariance[several.clone()].iter().map(|r| r[several.clone()].to_vec()).collect();
-        ellipsoid_factor(&blocks, several.start, (&means[several.clone()], &joint), (kept, level), progress)
+        let (from, n) = (several.start, several.len());
+        let part = |list: &[f64]| list.iter().skip(from).take(n).copied().collect::<Vec<f64>>();
+        let joint: Vec<Vec<f64>> = covariance.iter().skip(from).take(n).map(|row| part(row)).collect();
+        ellipsoid_factor(&blocks, from, (&part(&means), &joint), (kept, level), progress)
     } else {
         None
     };
@@ -148,7 +152,9 @@ pub fn monte_carlo(
             let sorted = Sorted { low: low.sorted(), high: high.sorted(), len: kept };
             let (symmetric, shortest) = intervals(&sorted, level);
             let ends = sampling(&sorted, level);
-            Propagated { mean: means[k], sd: covariance[k][k].sqrt(), symmetric, shortest, ends }
+            let mean = means.get(k).copied().unwrap_or(f64::NAN);
+            let variance = covariance.get(k).and_then(|row| row.get(k)).copied().unwrap_or(f64::NAN);
+            Propagated { mean, sd: variance.sqrt(), symmetric, shortest, ends }
         })
         .collect();
     Some(MonteCarlo { trials: kept, asked: trials, seed, outputs, covariance, ellipsoid_factor })
@@ -223,7 +229,7 @@ fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
     let mut point = model.point.clone();
     let mut work = Scratch::default();
     let mut values = Vec::with_capacity(size * model.outputs.len());
-    crate::stop::look();
+    crate::stop::poll();
     for _ in 0..size {
         point.copy_from_slice(&model.point);
         for (source, chi) in model.scatter.iter().zip(&chi_square) {
@@ -273,7 +279,7 @@ fn deviate(distribution: Distribution, random: &mut Pcg64Mcg) -> f64 {
 /// Symmetric and shortest intervals of sorted values (JCGM 101, 7.7).
 fn intervals(sorted: &Sorted, level: f64) -> ((f64, f64), (f64, f64)) {
     let m = sorted.len;
-    let q = ((level * m as f64 + 0.5).floor() as usize).clamp(1, m.saturating_sub(1).max(1));
+    let q = number::count(level * m as f64 + 0.5).clamp(1, m.saturating_sub(1).max(1));
     let first = (m - q).div_ceil(2).saturating_sub(1);
     let symmetric = (sorted.at(first), sorted.at(first + q));
     let mut shortest = symmetric;
@@ -290,7 +296,7 @@ fn intervals(sorted: &Sorted, level: f64) -> ((f64, f64), (f64, f64)) {
 /// `sqrt(m p (1 - p))` places in the order (the sampling error that JCGM 101, 7.9 is about).
 fn sampling(sorted: &Sorted, level: f64) -> [(f64, f64); 2] {
     let m = sorted.len as f64;
-    let at = |place: f64| sorted.at(place.max(0.0) as usize);
+    let at = |place: f64| sorted.at(number::count(place));
     let end = |p: f64| {
         let reach = reach(m, p);
         (at((m * p - reach).floor()), at((m * p + reach).ceil()))
@@ -314,29 +320,22 @@ fn ellipsoid_factor(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Option<f64> {
     let n = means.len();
-    let sd: Vec<f64> = (0..n).map(|k| covariance[k][k].sqrt()).collect();
-    let mut lower = vec![vec![0.0; n]; n];
-    for j in 0..n {
-        let own = 1.0 - (0..j).map(|k| lower[j][k] * lower[j][k]).sum::<f64>();
-        if !(own > 1e-10) {
-            return None;
-        }
-        lower[j][j] = own.sqrt();
-        for i in j + 1..n {
-            let sum: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
-            lower[i][j] = (covariance[i][j] / (sd[i] * sd[j]) - sum) / lower[j][j];
-        }
-    }
-    let distance = |trial: &[f64], white: &mut [f64]| {
-        let mut square = 0.0;
-        for i in 0..n {
-            let before: f64 = lower[i][..i].iter().zip(white.iter()).map(|(l, w)| l * w).sum();
-            white[i] = ((trial[first + i] - means[i]) / sd[i] - before) / lower[i][i];
-            square += white[i] * white[i];
-        }
-        square
+    let sd: Vec<f64> =
+        covariance.iter().enumerate().map(|(k, row)| row.get(k).copied().unwrap_or(f64::NAN).sqrt()).collect();
+    let correlation = |i: usize, j: usize| {
+        let own = covariance.get(i).and_then(|row| row.get(j)).zip(sd.get(i).zip(sd.get(j)));
+        own.map_or(f64::NAN, |(covariance, (a, b))| if i == j { 1.0 } else { covariance / (a * b) })
     };
-    let at = ((level * trials as f64).ceil() as usize).clamp(1, trials) - 1;
+    let lower = Triangle::of(n, correlation, |_| 1e-10)?;
+    let distance = |trial: &[f64], white: &mut [f64]| {
+        let own = trial.get(first..).unwrap_or_default();
+        for (white, ((y, mean), sd)) in white.iter_mut().zip(own.iter().zip(means).zip(&sd)) {
+            *white = (y - mean) / sd;
+        }
+        lower.forward(white);
+        dot(white, white)
+    };
+    let at = number::count((level * trials as f64).ceil()).clamp(1, trials) - 1;
     let mut farthest = Tail::new(trials - at);
     blocks.visit(|drawn| {
         let squares: Vec<Vec<f64>> = drawn

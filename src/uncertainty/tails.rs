@@ -4,6 +4,7 @@
 //! terms, so that large parameters lose digits. Here the factor is a saddle-point form (C. Loader, "Fast and accurate
 //! computation of binomial probabilities", 2000), and as many terms are taken as are needed.
 
+use crate::number;
 use std::f64::consts::TAU;
 
 /// Two complementary probabilities, and the density on a logarithmic scale, `x d(lower)/dx` up to sign.
@@ -167,7 +168,7 @@ fn stirling_error(z: f64) -> f64 {
     // half the degrees of freedom of anything counted
     let halves = 2.0 * z;
     if halves < 32.0 && halves.fract() == 0.0 {
-        let known = (halves as usize).checked_sub(1).and_then(|k| STIRLING_OF_HALVES.get(k));
+        let known = number::count(halves).checked_sub(1).and_then(|k| STIRLING_OF_HALVES.get(k));
         if let Some(error) = known {
             return *error;
         }

@@ -1,5 +1,7 @@
 //! The size of a unit, factor by factor, so that what cancels cancels exactly.
 
+use crate::number;
+
 /// Standard gravity, in metres per second squared for each g (CGPM 1901).
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
@@ -60,7 +62,7 @@ impl Conversion {
 
     fn multiply(&mut self, factor: f64, power: f64) {
         let raised = |power: f64| match power.round() {
-            whole if (power - whole).abs() < 1e-9 && whole.abs() < 300.0 => factor.powi(whole as i32),
+            whole if (power - whole).abs() < 1e-9 && whole.abs() < 300.0 => factor.powi(number::whole(whole)),
             _ => factor.powf(power),
         };
         if power > 0.0 {

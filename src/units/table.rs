@@ -1,4 +1,5 @@
 //! The table of units: names, dimensions and sizes. A new unit is a new line here.
+#![allow(clippy::indexing_slicing, reason = "evaluated when this is compiled: an index that is none would not build")]
 
 use super::dimension::{ANGLE, BASES, COUNT, CURRENT, LENGTH, MASS, TEMPERATURE, TIME};
 use super::scale::{ONE, Scale};

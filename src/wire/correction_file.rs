@@ -249,7 +249,7 @@ impl CorrectionFile {
             mounting: self.mounting.map(|m| Mounting {
                 tilts: m.tilts,
                 missing: m.missing,
-                rotation: Matrix3::from_fn(|i, j| m.rotation[i][j]),
+                rotation: Matrix3::from_row_iterator(m.rotation.into_iter().flatten()),
             }),
         })
     }

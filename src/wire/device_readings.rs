@@ -30,21 +30,21 @@ pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Resul
 
 fn cells(layout: &Layout, device: &Device, row: usize) -> ReadingFile {
     let count = |of: &dyn Fn(&Use) -> bool| layout.uses.iter().filter(|kind| of(kind)).count();
-    let widths = [
+    let [inputs, values, others] = [
         count(&|kind| *kind == Use::Input),
         count(&|kind| matches!(kind, Use::Value(_))),
         count(&|kind| *kind == Use::Other),
     ];
-    let mut next = [0_usize; 3];
+    let (mut next_input, mut next_value, mut next_other) = (0, 0, 0);
     let mut found = Vec::with_capacity(layout.keys.len());
     for (key, kind) in layout.keys.iter().zip(&layout.uses) {
-        let list = match kind {
-            Use::Input => 0,
-            Use::Value(_) => 1,
-            Use::Other => 2,
+        let (width, next) = match kind {
+            Use::Input => (inputs, &mut next_input),
+            Use::Value(_) => (values, &mut next_value),
+            Use::Other => (others, &mut next_other),
         };
-        let place = row * widths[list] + next[list];
-        next[list] += 1;
+        let place = row * width + *next;
+        *next += 1;
         let cell = match kind {
             Use::Input => number(device.inputs.get(place).copied()),
             Use::Value(_) => number(device.values.get(place).copied()),

@@ -142,7 +142,10 @@ fn columns(headers: &csv::StringRecord, line: u64, source: &Source) -> Result<Ve
         columns.push(column);
     }
     let missing = |what: &str, expected: String| {
-        Malformed::new(Fault::Missing, what).expected(expected).at_line(line as usize, 1).in_file(&source.name)
+        Malformed::new(Fault::Missing, what)
+            .expected(expected)
+            .at_line(crate::number::index(line), 1)
+            .in_file(&source.name)
     };
     if !columns.contains(&Column::Time) {
         return Err(missing("the column 'time_s' is missing", "the time since the start, s".into()));
@@ -224,7 +227,7 @@ pub fn write_measured(measured: &Measured, mission: &Mission) -> String {
                 let unit = si_per_unit(*channel);
                 let value = row.value.get(*channel).copied().flatten().map(|value| value / unit);
                 let u = row.u.get(*channel).copied().flatten().map(|u| u / unit);
-                let digits = u.map_or(9, |u| (2.0 - u.log10().floor()).clamp(0.0, 15.0) as usize);
+                let digits = u.map_or(9, |u| crate::number::count((2.0 - u.log10().floor()).clamp(0.0, 15.0)));
                 cells.push(value.map_or(String::new(), |value| format!("{value:.digits$}")));
                 cells.extend(stated(*channel).then(|| u.map_or(String::new(), |u| format!("{}", significant(u)))));
             }

@@ -1,6 +1,6 @@
 //! Files at the edge: JSON and CSV in, domain types out, once, with errors that point at file, line, column and path.
 //!
-//! The only room that knows serde, csv and schemars for input. It reads no files itself: whoever calls it brings the text and a
+//! The only module that knows serde, csv and schemars for input. It reads no files itself: whoever calls it brings the text and a
 //! function that fetches what the text refers to (a bench file, a CSV of readings).
 
 mod bench_file;

@@ -6,6 +6,7 @@
 
 use super::{ReducedReading, Schedule};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 use crate::record::{self, As, Block, Clock, Jump, Record};
 use crate::reduce::{self, By, Reduction, Run, Segmentation, Trace, Unwrap};
 use crate::units::Conversion;
@@ -242,7 +243,7 @@ impl Recipe {
         trace.runs = runs
             .into_iter()
             .map(|(label, start, end)| Run {
-                label: labels.get(label as usize).cloned().unwrap_or_default(),
+                label: labels.get(number::count(label)).cloned().unwrap_or_default(),
                 start,
                 end,
             })
@@ -316,7 +317,7 @@ pub fn times(table: &mut Record) -> Result<Vec<(String, f64, f64)>> {
                     .in_file(table.name()));
             }
             let labelled = position.map(|_| number(2)).filter(|n| n.is_finite());
-            let label = labelled.and_then(|n| table.labels().get(n as usize)).cloned().unwrap_or_default();
+            let label = labelled.and_then(|n| table.labels().get(number::count(n))).cloned().unwrap_or_default();
             list.push((label, number(0), number(1)));
         }
     }

@@ -38,7 +38,7 @@ fn of_record(bench: &Bench, mut record: Record, map: &Named<String>) -> Result<R
                 let cell = match kind {
                     Use::Input | Use::Value(_) => number(Some(own)),
                     Use::Other if own.is_nan() => Cell::Nothing(()),
-                    Use::Other => text(key, record.labels().get(own as usize).map_or("", String::as_str)),
+                    Use::Other => text(key, record.labels().get(crate::number::count(own)).map_or("", String::as_str)),
                 };
                 cells.push((key.clone(), cell));
             }

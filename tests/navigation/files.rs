@@ -3,7 +3,7 @@ use assert_cmd::Command;
 use std::fs;
 use std::path::Path;
 use tumble::error::Malformed;
-use tumble::navigate::carry;
+use tumble::navigate::propagation;
 use tumble::wire::{self, MissionFile, Source};
 
 fn base() -> serde_json::Value {
@@ -108,13 +108,13 @@ fn reports_that_cannot_be_carried() {
     let matrix = vec![vec![Some(1.0), None], vec![None, None]];
     let carry = |source: &str, parameter: &str| {
         let factors = [(source.to_string(), vec![(parameter.to_string(), 1.0)])];
-        carry::combine(&order, &matrix, &factors).map(|_| ()).map_err(|e| e.to_string())
+        propagation::combine(&order, &matrix, &factors).map(|_| ()).map_err(|e| e.to_string())
     };
     assert_eq!(carry("gyro_bias_x", "a"), Ok(()));
     assert!(carry("gyro_bais_x", "a").unwrap_err().contains("no error source is called 'gyro_bais_x'"));
     assert!(carry("gyro_bias_x", "c").unwrap_err().contains("no parameter 'c'"));
     assert!(carry("gyro_bias_x", "b").unwrap_err().contains("not estimable"));
-    let ragged = carry::combine(&order, &matrix[..1], &[]).unwrap_err();
+    let ragged = propagation::combine(&order, &matrix[..1], &[]).unwrap_err();
     assert!(ragged.to_string().contains("not a square"));
 }
 

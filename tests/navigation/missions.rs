@@ -3,7 +3,7 @@ use tumble::error::Malformed;
 use tumble::navigate::errors::{ImuErrors, Source};
 use tumble::navigate::mission::Mission;
 use tumble::navigate::run::{self, Continue, Flight, Scenario};
-use tumble::navigate::{carry, study};
+use tumble::navigate::{propagation, study};
 use tumble::report;
 use tumble::wire::{self, MissionFile};
 
@@ -199,7 +199,7 @@ fn a_matrix_that_is_no_covariance_is_refused() {
     let order: Vec<String> = ["a", "b", "c"].map(String::from).into();
     let carry = |matrix: [[f64; 3]; 3]| {
         let matrix: Vec<Vec<Option<f64>>> = matrix.iter().map(|row| row.iter().map(|v| Some(*v)).collect()).collect();
-        carry::combine(&order, &matrix, &[]).map(|_| ()).map_err(|e| e.to_string())
+        propagation::combine(&order, &matrix, &[]).map(|_| ()).map_err(|e| e.to_string())
     };
     assert_eq!(carry([[4.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 0.0]]), Ok(()));
     let cases = [

@@ -1,11 +1,12 @@
 //! The navigator: zero stays zero, orders, the linear model, periods, closed forms.
 use std::f64::consts::TAU;
 use tumble::navigate::{
-    carry, earth,
+    earth,
     errors::{ImuErrors, Kind, Source},
     linear,
     mission::{Mission, Site},
     motion::{Attitude, Leg, Legs, Motion, Oscillation},
+    propagation,
     run::{self, Continue, NavigationError, Scenario},
     study,
 };
@@ -266,14 +267,14 @@ fn covariance_carried_two_ways() {
         factor("gyro_scale_factor_z", "k", 1.0),
         factor("accelerometer_installation_yz", "t", 1000.0),
     ];
-    let covariance = carry::combine(&order, &matrix, &factors).unwrap();
+    let covariance = propagation::combine(&order, &matrix, &factors).unwrap();
     let mut mission = Mission::new(site(), 0.02, 4.0 * HOUR, 600.0, swing()).unwrap();
     mission.errors.gyro.random_walk = 0.001f64.to_radians() / 60.0;
     mission.seed = 11;
     let draws = 160;
-    let carried = study::carry(&mission, &covariance, draws, &mut |_| Continue::Yes);
+    let carried = study::propagate_calibration(&mission, &covariance, draws, &mut |_| Continue::Yes);
     let (linear, sampled) = (carried[0].linear.last().unwrap(), carried[0].monte_carlo.unwrap());
-    let all = |u: &carry::NavigationUncertainty| [&u.attitude[..], &u.velocity, &u.position].concat();
+    let all = |u: &propagation::NavigationUncertainty| [&u.attitude[..], &u.velocity, &u.position].concat();
     println!("linear {:?}\nMonte Carlo {:?}", all(linear), all(&sampled));
     // A standard deviation from n draws has the relative uncertainty 1/sqrt(2 n) = 3.5 %; three of them, seeded.
     for (a, b) in all(linear).iter().zip(all(&sampled)) {

@@ -136,7 +136,7 @@ fn positions_that_tell_are_best_first() {
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise: noise.clone(), costs: Costs::default() };
     let term = |text: &str| Term { sensor: Some(0), regressor: Regressor::Term(Expression::parse(text).unwrap()) };
     let [a, b] = [term("x^2"), term("x^3")];
-    let list = plan::telling(&campaign, &offer, &a, std::slice::from_ref(&b)).unwrap();
+    let list = plan::discriminating_positions(&campaign, &offer, &a, std::slice::from_ref(&b)).unwrap();
     // T = 1 / variance of the coefficient of x^2 beside 1, x, x^3
     let t = |xs: &[f64]| {
         let rows: Vec<Vec<f64>> = xs.iter().map(|x| vec![1.0, *x, x * x * x, x * x]).collect();
@@ -147,14 +147,14 @@ fn positions_that_tell_are_best_first() {
         if rest > 1e-12 { whole / rest } else { 0.0 }
     };
     let own = [-1.0, -1.0, 1.0, 1.0, 0.5];
-    let x_of = |t: &plan::Telling| t.position.columns[0].unwrap();
+    let x_of = |t: &plan::DiscriminatingPosition| t.position.columns[0].unwrap();
     let gain = |x: f64| t(&[own.as_slice(), &[x]].concat()) - t(&own);
     let most = gain(x_of(&list[0]));
     for pair in list.windows(2) {
         assert!(gain(x_of(&pair[0])) >= gain(x_of(&pair[1])) - 1e-3 * most);
     }
-    for telling in &list {
-        assert_close(telling.least, gain(x_of(telling)) / most, 1e-6);
+    for position in &list {
+        assert_close(position.least, gain(x_of(position)) / most, 1e-6);
     }
     assert!(list.len() >= 5);
 }

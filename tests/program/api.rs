@@ -1,21 +1,21 @@
 //! The public items of the crate as committed text, `docs/public-api.txt`: a change of what others build on is seen.
 //!
 //! `UPDATE=1 cargo test --release --test program api` writes it anew. The scan reads the formatted sources: items begin in the first column,
-//! methods of inherent `impl` blocks in the fifth. What stands in a private module is public if its room says `pub use` of its name. The
+//! methods of inherent `impl` blocks in the fifth. What stands in a private module is public if its module says `pub use` of its name. The
 //! program (`cli`) is no library, and fields are in the schemas and the documentation.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// One source file: its room, whether all modules down to it are public, its lines.
+/// One source file: its module, whether all modules down to it are public, its lines.
 struct File {
-    room: String,
+    module: String,
     is_open: bool,
     lines: Vec<String>,
 }
 
 /// All files of the crate, by the `mod` lines that lead to them.
-fn files(path: PathBuf, room: &str, is_open: bool, found: &mut Vec<File>) {
+fn files(path: PathBuf, module: &str, is_open: bool, found: &mut Vec<File>) {
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let stem = path.file_stem().expect("a name").to_string_lossy().to_string();
     let parent = path.parent().expect("a folder");
@@ -31,11 +31,15 @@ fn files(path: PathBuf, room: &str, is_open: bool, found: &mut Vec<File>) {
         let Some(name) = rest.strip_suffix(';').filter(|name| *name != "cli") else { continue };
         let own = [folder.join(format!("{name}.rs")), folder.join(name).join("mod.rs")];
         let Some(file) = own.into_iter().find(|file| file.exists()) else { continue };
-        let inner = if room.is_empty() { name } else { room };
+        let inner = if module.is_empty() { name } else { module };
         files(file, inner, is_open && open, found);
     }
     let end = text.lines().position(|line| line == "#[cfg(test)]").unwrap_or(usize::MAX);
-    found.push(File { room: room.to_string(), is_open, lines: text.lines().take(end).map(str::to_string).collect() });
+    found.push(File {
+        module: module.to_string(),
+        is_open,
+        lines: text.lines().take(end).map(str::to_string).collect(),
+    });
 }
 
 /// The text from a line on to the end of its head: what stands before the body, in one line.
@@ -87,13 +91,13 @@ fn listed() -> String {
     files(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs"), "", true, &mut all);
     let mut open: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for file in &all {
-        open.entry(file.room.clone()).or_default().extend(exported(&file.lines));
+        open.entry(file.module.clone()).or_default().extend(exported(&file.lines));
     }
     let mut items: BTreeSet<String> = BTreeSet::new();
     let mut types: BTreeSet<String> = BTreeSet::new();
     let keywords = ["fn", "const fn", "struct", "enum", "trait", "const", "static", "type"];
     for file in &all {
-        let room = if file.room.is_empty() { "tumble" } else { &file.room };
+        let module = if file.module.is_empty() { "tumble" } else { &file.module };
         for (k, line) in file.lines.iter().enumerate() {
             let item = keywords
                 .iter()
@@ -108,8 +112,8 @@ fn listed() -> String {
                 }
                 None => continue,
             };
-            if file.is_open || open.get(&file.room).is_some_and(|names| names.contains(&own)) {
-                items.insert(format!("{room}: {text}"));
+            if file.is_open || open.get(&file.module).is_some_and(|names| names.contains(&own)) {
+                items.insert(format!("{module}: {text}"));
                 if matches!(kind, "struct" | "enum" | "trait") {
                     types.insert(own);
                 }
@@ -136,15 +140,16 @@ fn listed() -> String {
                 } else {
                     text
                 };
-                items.insert(format!("{}: {own}: {text}", file.room));
+                items.insert(format!("{}: {own}: {text}", file.module));
             }
         }
     }
-    for reexport in &all.iter().find(|file| file.room.is_empty()).map(|root| exported(&root.lines)).unwrap_or_default()
+    for reexport in
+        &all.iter().find(|file| file.module.is_empty()).map(|root| exported(&root.lines)).unwrap_or_default()
     {
         items.insert(format!("tumble: pub use {reexport}"));
     }
-    let head = "Public items of the library, one a line: the room, the type for its methods, the item.\n\n";
+    let head = "Public items of the library, one a line: the module, the type for its methods, the item.\n\n";
     head.to_string() + &items.into_iter().collect::<Vec<_>>().join("\n") + "\n"
 }
 

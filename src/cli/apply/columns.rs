@@ -4,6 +4,7 @@ use super::text::{cell, unwritten};
 use super::{Correction, Counts, Plan, Stream, plan, titles};
 use crate::cli::log;
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 use crate::record::{As, Block, Record, UNREADABLE};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
@@ -115,7 +116,7 @@ fn texts(path: &Path, kept: &[usize]) -> Result<Vec<bool>> {
 
 /// A label by its number.
 fn label(labels: &[String], number: f64) -> &str {
-    let place = number.is_finite().then_some(number as usize);
+    let place = number.is_finite().then_some(number::count(number));
     place.and_then(|k| labels.get(k)).map_or("", String::as_str)
 }
 

@@ -192,7 +192,9 @@ fn turned(
         if places.len() == 3 {
             for (i, row) in places.iter().enumerate() {
                 for (j, column) in places.iter().enumerate() {
-                    all[(*row, *column)] = rotation[(i, j)];
+                    if let (Some(to), Some(from)) = (all.get_mut((*row, *column)), rotation.get((i, j))) {
+                        *to = *from;
+                    }
                 }
             }
         }

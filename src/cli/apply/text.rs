@@ -2,13 +2,14 @@
 
 use super::{Correction, Counts, plan, titles};
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 use std::io::{Read, Write};
 
 pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: impl Write) -> Result<Counts> {
     let name = correction.arguments.log.display().to_string();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(input);
     let fault = |error: csv::Error| {
-        let line = error.position().map_or(0, |p| p.line() as usize);
+        let line = error.position().map_or(0, |p| number::index(p.line()));
         Malformed::new(Fault::Syntax, format!("the record cannot be read: {error}"))
             .expected("CSV with one header line and as many cells in every row, or a Parquet file")
             .at_line(line, 1)
@@ -36,7 +37,7 @@ pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: imp
                     .expected("a number with a decimal point, or an empty cell")
                     .found(format!("'{cell}'"))
                     .at_path(header.get(column).cloned().unwrap_or_default())
-                    .at_line(row.position().map_or(0, |p| p.line() as usize), 1)
+                    .at_line(row.position().map_or(0, |p| number::index(p.line())), 1)
                     .in_file(&name)
             })
         };

@@ -6,7 +6,7 @@ use crate::correction::{Calibration, Corrector, Quantity};
 use crate::error::Result;
 
 /// Rows (sensors) that measure a quantity, and its three columns; `None` where the unit does not measure all of it.
-fn block(calibration: &Calibration, corrector: &Corrector, quantity: Quantity) -> Option<(Vec<usize>, [usize; 3])> {
+fn block(calibration: &Calibration, corrector: &Corrector, quantity: Quantity) -> Option<([usize; 3], [usize; 3])> {
     let prefix = if quantity == Quantity::Rate { "w_" } else { "a_" };
     let column = |axis: &str| calibration.solved().position(|i| i.name == format!("{prefix}{axis}"));
     let columns = [column("x")?, column("y")?, column("z")?];
@@ -19,7 +19,7 @@ fn block(calibration: &Calibration, corrector: &Corrector, quantity: Quantity) -
             own && (quantity == Quantity::Rate || others.iter().all(|j| sensitivity[(*i, *j)] == 0.0))
         })
         .collect();
-    (rows.len() == 3).then_some((rows, columns))
+    Some((<[usize; 3]>::try_from(rows).ok()?, columns))
 }
 
 fn si(calibration: &Calibration, quantity: Quantity) -> f64 {
@@ -91,16 +91,21 @@ pub(super) fn ros(calibration: &Calibration, corrector: &Corrector, origin: &Ori
         return Err(needs("imu_calib", "three accelerometers"));
     };
     let factor = si(calibration, Quantity::Force);
-    let sensitivity = nalgebra::Matrix3::from_fn(|i, j| corrector.sensitivity()[(rows[i], columns[j])] * factor);
+    let sensitivity = nalgebra::Matrix3::from_iterator(
+        columns
+            .iter()
+            .flat_map(|j| rows.map(|i| corrector.sensitivity().get((i, *j)).map_or(f64::NAN, |s| s * factor))),
+    );
     let Some(inverse) = sensitivity.try_inverse() else { return Err(needs("imu_calib", "three accelerometers")) };
-    let bias = nalgebra::Vector3::from_fn(|i, _| corrector.bias().get(rows[i]).copied().unwrap_or_default());
+    let bias =
+        nalgebra::Vector3::from_iterator(rows.iter().map(|i| corrector.bias().get(*i).copied().unwrap_or_default()));
     let offset = inverse * bias;
     let mut text = head(
         calibration,
         origin,
         "Accelerometer calibration for the ROS package imu_calib: corrected = SM*raw - bias, m/s^2.",
     );
-    let cells: Vec<String> = (0..9).map(|k| number(inverse[(k / 3, k % 3)])).collect();
+    let cells: Vec<String> = inverse.transpose().iter().map(|cell| number(*cell)).collect();
     text.push_str(&format!(
         "SM: [{}]\nbias: [{}, {}, {}]\n",
         cells.join(", "),

@@ -1,4 +1,8 @@
 //! From the variances to what an adjustment reports.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lists over lines, groups and components have the lengths that `Problem::new` gave them; components in `kept` and `free` are below `members.count` or were added here"
+)]
 
 use super::memory;
 use super::problem::Problem;

@@ -12,6 +12,10 @@
 //! A variance may be negative as long as `V` is positive definite: its deviations' own rows then count with the sign -1, and reflections keep
 //! `sum s_i y_i^2` instead of the length. Negative deviations come last and their pivots are rows of their own sign, so that readings stay
 //! readings.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "fronts hold deviations and rows of the pattern, and vectors over both have the pattern's lengths: whoever gives values from outside has them filled up first (`whiten`, `carry_back`)"
+)]
 
 use super::{Line, Pattern};
 use faer::{Mat, MatRef};
@@ -152,23 +156,26 @@ impl Whitening {
         for ((line, start), variance) in lines.iter().zip(&pattern.first).zip(variance) {
             let size = if negative(line, *variance) {
                 sign.resize(pattern.deviations, 1.0);
-                sign[*start..start + line.levels()].fill(-1.0);
+                sign.iter_mut().skip(*start).take(line.levels()).for_each(|sign| *sign = -1.0);
                 -variance
             } else {
                 variance.max(0.0)
             };
             let size = size.sqrt();
-            for own in line.felt.iter().filter(|own| own.row < pattern.rows) {
-                felt[own.row].push((start + own.level, own.by * size / sd[own.row]));
+            for own in &line.felt {
+                if let (Some(felt), Some(sd)) = (felt.get_mut(own.row), sd.get(own.row)) {
+                    felt.push((start.saturating_add(own.level), own.by * size / sd));
+                }
             }
             let Some(memory) = &line.memory else { continue };
             let tau = memory.tau.unwrap_or(0.0);
             for level in 0..line.levels() {
-                let Some(from) = pattern.before[start + level] else { continue };
+                let before = pattern.before.get(start + level).copied().flatten();
+                let (Some(from), Some(own)) = (before, chain.get_mut(start + level)) else { continue };
                 let at = |l: usize| memory.time.get(l).copied().unwrap_or(0.0);
-                let dt = (at(level) - at(from - start)).abs() / tau;
+                let dt = (at(level) - at(from.saturating_sub(*start))).abs() / tau;
                 let left = (-(-2.0 * dt).exp_m1()).max(f64::MIN_POSITIVE).sqrt();
-                chain[start + level] = if dt < 40.0 { (1.0 / left, -(-dt).exp() / left) } else { (1.0, 0.0) };
+                *own = if dt < 40.0 { (1.0 / left, -(-dt).exp() / left) } else { (1.0, 0.0) };
             }
         }
         let mut pattern = pattern.clone();
@@ -213,7 +220,13 @@ impl Whitening {
             }
             for (i, row) in front.rows.iter().enumerate() {
                 for (d, value) in &felt[*row] {
-                    matrix[place[*d] * rows + carried + front.entering.len() + i] += value;
+                    // lines that are not the pattern's may name deviations which it has not, or not in this front
+                    let column = place.get(*d).filter(|column| **column < columns);
+                    if let Some(slot) =
+                        column.and_then(|k| matrix.get_mut(k * rows + carried + front.entering.len() + i))
+                    {
+                        *slot += value;
+                    }
                 }
             }
             let mut own: Vec<f64> = Vec::new();
@@ -245,15 +258,21 @@ impl Whitening {
         if self.sign.is_empty() { plain.sum() } else { plain.zip(&self.sign[among]).map(|(ab, s)| ab * s).sum() }
     }
 
-    /// `W y`: as many independent values of unit variance.
+    /// Values of the rows, as many as the pattern has: what is lacking is not a number.
+    fn of_rows(&self, mut rows: Vec<f64>) -> Augmented {
+        rows.resize(self.pattern.rows, f64::NAN);
+        Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }
+    }
+
+    /// `W y`: as many independent values of unit variance; none is a number where `y` is shorter than the rows.
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
-        let rows = values.iter().zip(&self.sd).map(|(y, sd)| y / sd).collect();
-        self.forward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }).rows
+        let rows: Vec<f64> = values.iter().zip(&self.sd).map(|(y, sd)| y / sd).collect();
+        self.forward(self.of_rows(rows)).rows
     }
 
     /// `W A`, column by column.
     pub fn whiten_columns(&self, columns: &Mat<f64>) -> Mat<f64> {
-        let mut out = Mat::zeros(columns.nrows(), columns.ncols());
+        let mut out = Mat::zeros(self.pattern.rows, columns.ncols());
         for j in 0..out.ncols() {
             let white = self.whiten(columns.col_as_slice(j));
             out.col_as_slice_mut(j).copy_from_slice(&white);
@@ -263,7 +282,7 @@ impl Whitening {
 
     /// `W' w`: a vector of whitened rows carried back to the readings, `W' W y = V^-1 y`.
     pub fn carry_back(&self, white: &[f64]) -> Vec<f64> {
-        let back = self.backward(Augmented { rows: white.to_vec(), deviations: vec![0.0; self.pattern.deviations] });
+        let back = self.backward(self.of_rows(white.to_vec()));
         back.rows.iter().zip(&self.sd).map(|(v, sd)| v / sd).collect()
     }
 
@@ -277,8 +296,8 @@ impl Whitening {
         let mut white = self.forward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }).rows;
         for _ in 0..2 {
             for k in 0..q.ncols() {
-                let along: f64 = white.iter().enumerate().map(|(i, r)| q[(i, k)] * r).sum();
-                white.iter_mut().enumerate().for_each(|(i, r)| *r -= along * q[(i, k)]);
+                let along: f64 = white.iter().zip(q.col(k).iter()).map(|(r, q)| q * r).sum();
+                white.iter_mut().zip(q.col(k).iter()).for_each(|(r, q)| *r -= along * q);
             }
         }
         let back = self.backward(Augmented { rows: white, deviations: vec![0.0; self.pattern.deviations] });
@@ -290,7 +309,7 @@ impl Whitening {
         let mut left: Vec<f64> = self.norms().rows.iter().map(|norm| 1.0 - norm).collect();
         for k in 0..q.ncols() {
             let rows = q.col(k).iter().copied().collect();
-            let back = self.backward(Augmented { rows, deviations: vec![0.0; self.pattern.deviations] });
+            let back = self.backward(self.of_rows(rows));
             left.iter_mut().zip(back.rows).for_each(|(left, g)| *left -= g * g);
         }
         left.iter_mut().for_each(|left| *left = left.max(0.0));

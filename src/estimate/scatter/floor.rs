@@ -4,6 +4,10 @@
 //! l = a unit direction of whitened rows,   l'l = sum_k g_k(l),    g_k = the share of component k in the variance of l . y
 //! dof of that variance = 2 / (g' S g),     S = relative covariance of the estimated variances      F. E. Satterthwaite, Biometrics Bulletin 2 (1946), 110
 //! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`Pattern::new` gives each line a start, and as many deviations after it as the line has levels"
+)]
 
 use super::elimination::{Augmented, Whitening};
 use super::{Line, Pattern, Scattered};

@@ -10,9 +10,14 @@
 //! W. Foerstner 1979; K.-R. Koch 1999, 3.6, in the form of pseudo-observations: the restricted likelihood is the same. Long chains have no small
 //! basis: there `v_g' P v_h` stands for `S_gh`, twice the average information (A. R. Gilmour, R. Thompson, B. R. Cullis 1995). Rows of negative
 //! deviations count with the sign -1 in every product: the formulas are those of an imaginary standard deviation.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "members, fronts and norms have the pattern's rows and deviations; per-component lists have `members.count` entries or were added to together (`add`)"
+)]
 
 use super::elimination::{Augmented, Whitening};
 use crate::estimate::Estimate;
+use crate::linear::dot;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -47,10 +52,6 @@ pub(super) struct Inference {
     moved: Vec<Vec<f64>>,
     /// Squared norms of the rows of `Q1`.
     norms: Augmented,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `A' B`, added to what is there.

@@ -1,4 +1,8 @@
 //! Correlation times: the search for those that are not stated, and what a change of one does to the covariance.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`open` holds numbers of lines, with one range, value and curvature each; `felt`, `forward` and `backward` have a line's levels, and `before` refers within them"
+)]
 
 use super::problem::Problem;
 use super::reml::{FULL, Limits};

@@ -82,7 +82,7 @@ pub struct Memory {
 impl Line {
     /// Number of levels.
     pub fn levels(&self) -> usize {
-        self.felt.iter().map(|felt| felt.level + 1).max().unwrap_or(0)
+        self.felt.iter().map(|felt| felt.level.saturating_add(1)).max().unwrap_or(0)
     }
 }
 

@@ -3,6 +3,10 @@
 //! Rows that share a deviation, directly or through others, are a block; blocks are independent. A small block is one front. In a large one
 //! (positions within days, a chain in time) the rows come in the order of time, or of the line with the most levels, and a deviation leaves
 //! the front as soon as no later row feels it: the front stays small, and the work linear in the rows.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`own` has an entry for each row and `before`, `time` and `line_of` one for each deviation, numbered by the lines' starts; felt rows beyond are left out at the beginning"
+)]
 
 use super::Line;
 

@@ -1,9 +1,13 @@
 //! The question of the variances, prepared: which row and which deviation belongs to which component, and the adjustment at given variances.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`theta`, `floor` and the inference have `members.count` entries, rows and deviations hold components below it, and `System::check` has compared u with the rows"
+)]
 
 use super::elimination::Whitening;
 use super::inference::{Inference, Membership};
 use super::{Line, LineState, Pattern};
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Elimination, Estimate, Group, Settings, System, adjust, adjust_on, groups};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -14,6 +18,8 @@ pub(super) const UNSEEN: f64 = 1e-9;
 const SEPARATED: f64 = 1e-8;
 /// Steps that change no variance by more than this are Newton's.
 const NEAR: f64 = 0.3;
+/// Levels of all lines together, at most.
+const MOST_LEVELS: usize = 1 << 24;
 
 /// The question, prepared.
 pub(super) struct Problem<'a> {
@@ -49,6 +55,13 @@ impl<'a> Problem<'a> {
         settings: &'a Settings,
     ) -> Result<Self> {
         system.check()?;
+        let levels = lines.iter().map(Line::levels).fold(0_usize, usize::saturating_add);
+        if levels > MOST_LEVELS {
+            return Err(Malformed::new(Fault::Value, "the lines of scatter have too many levels")
+                .at_path("lines")
+                .expected(format!("{MOST_LEVELS} levels at most, numbered from 0 in each line"))
+                .found(levels.to_string()));
+        }
         let m = system.observed.len();
         let pattern = Pattern::new(m, lines);
         let groups = groups::count(&system.group);

@@ -10,6 +10,10 @@
 //! and Student's interval is exact whatever the true variance (W. W. Stroup, R. C. Littell, "Impact of variance component estimates on fixed
 //! effect inference in unbalanced linear mixed models", 2002; the NOBOUND of R. C. Littell et al., SAS for Mixed Models, 2006). What is reported
 //! as the variance stays the restricted one.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`theta`, `kept`, `at_floor`, `could_be` and the inference are all over the `members.count` components of one problem"
+)]
 
 use super::inference::Inference;
 use super::problem::{Point, Problem, UNSEEN, step};
@@ -111,7 +115,7 @@ impl Problem<'_> {
         (*iterations, *converged) = (0, kept.is_empty());
         let mut before = f64::INFINITY;
         while !*converged && *iterations < limits.steps {
-            crate::stop::look();
+            crate::stop::poll();
             *iterations += 1;
             let floor = self.floors(theta);
             for g in kept.iter() {

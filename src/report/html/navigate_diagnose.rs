@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::language::{Language, say};
 use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
-use crate::navigate::remainder::Course;
+use crate::navigate::remainder::GapOverTime;
 use crate::report::diagnose::words::p;
 use crate::report::navigate_diagnose_table::{alias, grouped, runs, sentence as words, tried, unit};
 use crate::report::plot::{Curve, curves};
@@ -166,22 +166,22 @@ pub fn navigate_diagnose_svg(
     lang: Language,
 ) -> Result<String> {
     let found = !report.effects.is_empty();
-    let pairs = diagnosis.courses.iter().zip(&diagnosis.channels);
+    let pairs = diagnosis.gaps_over_time.iter().zip(&diagnosis.channels);
     let size = |channel: &crate::navigate::remainder::ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
     let worst = pairs.max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
-    let Some((course, _)) = worst else { return curves(&[], say!(lang, "gap"), "", say!(lang, "time-h")) };
-    let (what, unit) = TITLES.get(course.channel).copied().unwrap_or_default();
+    let Some((series, _)) = worst else { return curves(&[], say!(lang, "gap"), "", say!(lang, "time-h")) };
+    let (what, unit) = TITLES.get(series.channel).copied().unwrap_or_default();
     let what = lang.word(what);
-    let title = say!(lang, "measured-minus-predicted", what, motion = course.motion);
-    curves(&lines(course, found, lang), &title, unit, say!(lang, "time-h"))
+    let title = say!(lang, "measured-minus-predicted", what, motion = series.motion);
+    curves(&lines(series, found, lang), &title, unit, say!(lang, "time-h"))
 }
 
 /// The gap in one channel, before and with what was found.
-fn lines(course: &Course, found: bool, lang: Language) -> Vec<Curve> {
-    let scale = 1.0 / si_per_unit(course.channel);
+fn lines(series: &GapOverTime, found: bool, lang: Language) -> Vec<Curve> {
+    let scale = 1.0 / si_per_unit(series.channel);
     let line = |label: &str, of: &dyn Fn(&(f64, f64, f64)) -> f64| Curve {
         label: label.into(),
-        points: course.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
+        points: series.points.iter().map(|point| (point.0 / 3600.0, scale * of(point))).collect(),
         dashed: false,
     };
     let mut lines = vec![line(say!(lang, "before-repair"), &|point| point.1)];
@@ -195,12 +195,12 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis, lan
     let found = !report.effects.is_empty();
     let several = report.runs.len() > 1;
     let mut figures = Vec::new();
-    for (course, channel) in diagnosis.courses.iter().zip(&diagnosis.channels) {
-        let (what, unit) = TITLES.get(course.channel).copied().unwrap_or_default();
+    for (series, channel) in diagnosis.gaps_over_time.iter().zip(&diagnosis.channels) {
+        let (what, unit) = TITLES.get(series.channel).copied().unwrap_or_default();
         let what = lang.word(what);
-        let name = CHANNEL_NAMES.get(course.channel).copied().unwrap_or_default();
-        let scale = 1.0 / si_per_unit(course.channel);
-        let where_ = if several { format!(" ({})", course.motion) } else { String::new() };
+        let name = CHANNEL_NAMES.get(series.channel).copied().unwrap_or_default();
+        let scale = 1.0 / si_per_unit(series.channel);
+        let where_ = if several { format!(" ({})", series.motion) } else { String::new() };
         figures.push(Figure {
             caption: say!(lang, "gap-of", name, where_),
             description: say!(
@@ -211,15 +211,15 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis, lan
                 before = significant(scale * channel.before.0, 3),
                 after = significant(scale * channel.after.0, 3)
             ),
-            svg: curves(&lines(course, found, lang), what, unit, say!(lang, "time-h"))?,
+            svg: curves(&lines(series, found, lang), what, unit, say!(lang, "time-h"))?,
             wide: false,
         });
         if found {
             // the band of two u as a box around the time of the run
-            let (first, last) = (course.points.first().map_or(0.0, |p| p.0), course.points.last().map_or(0.0, |p| p.0));
+            let (first, last) = (series.points.first().map_or(0.0, |p| p.0), series.points.last().map_or(0.0, |p| p.0));
             let corners = [(first, 2.0), (last, 2.0), (last, -2.0), (first, -2.0), (first, 2.0)];
             let band = corners.map(|(time, size)| (time / 3600.0, size * scale * channel.u)).to_vec();
-            let left = course.points.iter().map(|point| (point.0 / 3600.0, scale * point.2)).collect();
+            let left = series.points.iter().map(|point| (point.0 / 3600.0, scale * point.2)).collect();
             let lines = [
                 Curve { label: say!(lang, "two-u").into(), points: band, dashed: true },
                 Curve { label: say!(lang, "what-is-left").into(), points: left, dashed: false },

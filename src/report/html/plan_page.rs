@@ -5,6 +5,7 @@ use crate::campaign::Kind;
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use crate::report::Effort;
 use crate::report::foresight::{group_lines, hidden, lacking, not_exercised, rule_text};
 use crate::report::foresight_table::some_of;
@@ -187,7 +188,7 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
         let mut count: BTreeMap<(i64, i64), Spot> = BTreeMap::new();
         for position in list {
             let (Some(x), y) = (at(&position, across), at(&position, up).unwrap_or(0.0)) else { continue };
-            let key = ((x * 1e6) as i64, (y * 1e6) as i64);
+            let key = (number::whole_i64(x * 1e6), number::whole_i64(y * 1e6));
             count.entry(key).or_insert(Spot { x, y, readings: 0 }).readings += 1;
         }
         count.into_values().collect::<Vec<Spot>>()

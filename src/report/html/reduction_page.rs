@@ -3,6 +3,7 @@
 use super::{Align, Figure, Page, Section, Table, Tone};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use crate::reduce::{Segment, Trace};
 use crate::report::reduction::ReduceReport;
 use crate::report::table::{rounded, significant};
@@ -56,7 +57,7 @@ pub fn reduce_page(
         stretches = lang.count(report.rejected.len(), "stretch"),
         sloping,
         all,
-        odd = lang.count(odd as usize, "odd-sample")
+        odd = lang.count(number::index(odd), "odd-sample")
     );
     let figure = Figure {
         caption: say!(lang, "the-whole-record-segments-are-shaded").into(),

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -40,8 +41,8 @@ type Source<'a> = (&'a str, bool, RGBColor);
 pub fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: Language) -> Result<String> {
     let sources = sources(rows);
     let legend = legend_rows(&sources, width as i32, lang);
-    let height = ROW * rows.len() as i32 + 96 + 36 * legend;
-    svg(width, height as u32, |area| {
+    let height = ROW * number::signed(rows.len()) + 96 + 36 * legend;
+    svg(width, height.unsigned_abs(), |area| {
         draw(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend), lang)
     })
 }
@@ -98,14 +99,14 @@ fn draw(
     let high = if high > 0.0 { 1.03 * high } else { 1.0 };
     let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
     let (right, bottom) = (width - 24, height - 84);
-    let x = |v: f64| left + (v / high * f64::from(right - left)).round() as i32;
+    let x = |v: f64| left + number::whole((v / high * f64::from(right - left)).round());
     let ticks = scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 });
     rules::upright(area, ticks, bottom, x)?;
     area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
     let title = scale::title(what, unit, exponent);
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     for (k, row) in rows.iter().enumerate() {
-        let y = ROW * k as i32;
+        let y = ROW * number::signed(k);
         let label = fitted(&row.label, TEXT, left - 20);
         area.draw(&Text::new(label, (left - 16, y + ROW / 2), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
         let mut from = 0.0;

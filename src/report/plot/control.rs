@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, HALF, INK, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
 use crate::error::Result;
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -46,8 +47,8 @@ fn draw(area: &Area<'_>, own: &Control) -> Drawn {
     let (low, high) = scale::range(ends().map(at), 0.08);
     let (left, right) = (LEFT, HALF as i32 - 20);
     let step = f64::from(right - left) / own.lots.len().max(1) as f64;
-    let x = |k: f64| left + ((k + 0.5) * step).round() as i32;
-    let level = |tick: f64| TOP + ((high - tick) / (high - low) * f64::from(BOTTOM - TOP)).round() as i32;
+    let x = |k: f64| left + number::whole(((k + 0.5) * step).round());
+    let level = |tick: f64| TOP + number::whole(((high - tick) / (high - low) * f64::from(BOTTOM - TOP)).round());
     let y = |v: f64| level(at(v));
     let (ticks, decimals) = scale::ticks(low, high, 5);
     for tick in ticks {
@@ -80,7 +81,7 @@ fn draw(area: &Area<'_>, own: &Control) -> Drawn {
     }
     // as many names as there is room for
     let longest = own.lots.iter().map(|(name, ..)| name.chars().count()).max().unwrap_or(1).max(3) as f64;
-    let every = ((longest + 1.5) * 15.0 / step).ceil().max(1.0) as usize;
+    let every = number::count(((longest + 1.5) * 15.0 / step).ceil().max(1.0));
     for (k, (name, ..)) in own.lots.iter().enumerate().step_by(every) {
         let place = (x(k as f64), BOTTOM + 10);
         area.draw(&Text::new(name.clone(), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;

@@ -2,6 +2,7 @@
 
 use super::{Area, BLUE, Drawn, HALF, INK, RULE, SMALL, SOFT, TINT, VERMILLION, WIDE, fitted, style, svg, text_width};
 use crate::error::Result;
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -13,17 +14,17 @@ pub fn correlation(names: &[&str], matrix: &[Vec<Option<f64>>]) -> Result<String
     let wide = names.len() > 14;
     let left = names.iter().map(|n| text_width(n, SMALL)).max().unwrap_or(0).clamp(60, 220) + 20;
     let width = if wide { WIDE } else { HALF } as i32;
-    let cells = names.len().max(1) as i32;
+    let cells = number::signed(names.len().max(1));
     let cell = ((width - left - 24) / cells, ((width - left - 24) / cells).min(64).max(if wide { 34 } else { 0 }));
     let height = cell.1 * cells + left + 24;
-    svg(width as u32, height.max(1) as u32, |area| draw(area, names, matrix, left, cell))
+    svg(width.unsigned_abs(), height.max(1).unsigned_abs(), |area| draw(area, names, matrix, left, cell))
 }
 
 fn draw(area: &Area<'_>, names: &[&str], matrix: &[Vec<Option<f64>>], left: i32, cell: (i32, i32)) -> Drawn {
-    let n = names.len() as i32;
+    let n = number::signed(names.len());
     for (i, name) in names.iter().enumerate() {
         let name = fitted(name, SMALL, left - 16);
-        let i = i as i32;
+        let i = number::signed(i);
         let row = (left - 12, cell.1 * i + cell.1 / 2);
         area.draw(&Text::new(name.clone(), row, style(SMALL, &INK, HPos::Right, VPos::Center)))?;
         let turned = style(SMALL, &INK, HPos::Right, VPos::Center).transform(FontTransform::Rotate270);
@@ -31,7 +32,7 @@ fn draw(area: &Area<'_>, names: &[&str], matrix: &[Vec<Option<f64>>], left: i32,
     }
     for (i, row) in matrix.iter().enumerate() {
         for (j, value) in row.iter().enumerate() {
-            let (x, y) = (left + cell.0 * j as i32, cell.1 * i as i32);
+            let (x, y) = (left + cell.0 * number::signed(j), cell.1 * number::signed(i));
             let corners = [(x, y), (x + cell.0, y + cell.1)];
             let middle = (x + cell.0 / 2, y + cell.1 / 2);
             match value.filter(|v| v.is_finite()).map(|v| v.clamp(-1.0, 1.0)) {

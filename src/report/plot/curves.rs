@@ -4,6 +4,7 @@ use super::{
     Area, BLUE, Drawn, GREEN, HALF, ORANGE, PURPLE, RULE, SMALL, SOFT, VERMILLION, scale, style, svg, text_width,
 };
 use crate::error::Result;
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -41,8 +42,8 @@ fn draw(area: &Area<'_>, curves: &[Curve], what: &str, unit: &str, along: &str) 
     let (left, right) = (LEFT, HALF as i32 - 20);
     let (first, last) = scale::range(finite().map(|(x, _)| *x), 0.0);
     let (low, high) = scale::range(finite().map(|(_, y)| at(*y)).chain([0.0]), 0.05);
-    let x = |v: f64| left + ((v - first) / (last - first) * f64::from(right - left)).round() as i32;
-    let y = |v: f64| TOP + ((high - v) / (high - low) * f64::from(BOTTOM - TOP)).round() as i32;
+    let x = |v: f64| left + number::whole(((v - first) / (last - first) * f64::from(right - left)).round());
+    let y = |v: f64| TOP + number::whole(((high - v) / (high - low) * f64::from(BOTTOM - TOP)).round());
 
     let (ticks, decimals) = scale::ticks(low, high, 5);
     for tick in ticks {

@@ -3,6 +3,7 @@
 use super::{Area, BLUE, Drawn, INK, RULE, SMALL, SOFT, VERMILLION, WIDE, style, svg};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -39,8 +40,8 @@ pub fn deviations(points: &[DeviationPoint], title: &str, lang: Language) -> Res
 fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
     let (mut low, mut high) = (i32::MAX, i32::MIN);
     for value in values.filter(|v| v.is_finite() && *v > 1e-290) {
-        low = low.min(value.log10().floor() as i32);
-        high = high.max((value.log10() - 1e-9).ceil() as i32);
+        low = low.min(number::whole(value.log10().floor()));
+        high = high.max(number::whole((value.log10() - 1e-9).ceil()));
     }
     if low > high { (0, 1) } else { (low, high.max(low + 1)) }
 }
@@ -56,18 +57,20 @@ fn draw(area: &Area<'_>, points: &[DeviationPoint], title: &str, lang: Language)
     let (left, right) = (LEFT, WIDE as i32 - 30);
     let (first, last) = decades(points.iter().map(|p| p.tau));
     let (low, high) = decades(points.iter().flat_map(|p| [Some(p.value), p.fitted].into_iter().flatten()));
-    let x = |v: f64| left + ((v.log10() - f64::from(first)) / f64::from(last - first) * f64::from(right - left)) as i32;
+    let x = |v: f64| {
+        left + number::whole((v.log10() - f64::from(first)) / f64::from(last - first) * f64::from(right - left))
+    };
     let y = |v: f64| {
         let at = (f64::from(high) - v.max(1e-300).log10()) / f64::from(high - low);
-        TOP + (at.clamp(-0.02, 1.02) * f64::from(BOTTOM - TOP)) as i32
+        TOP + number::whole(at.clamp(-0.02, 1.02) * f64::from(BOTTOM - TOP))
     };
-    let step = ((last - first) / 12 + 1) as usize;
+    let step = number::unsigned((last - first) / 12 + 1);
     for exponent in (first..=last).step_by(step) {
         let at = x(10f64.powi(exponent));
         area.draw(&PathElement::new([(at, TOP), (at, BOTTOM)], RULE.stroke_width(1)))?;
         area.draw(&Text::new(power(exponent), (at, BOTTOM + 10), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     }
-    let step = ((high - low) / 12 + 1) as usize;
+    let step = number::unsigned((high - low) / 12 + 1);
     for exponent in (low..=high).step_by(step) {
         let at = y(10f64.powi(exponent));
         area.draw(&PathElement::new([(left, at), (right, at)], RULE.stroke_width(1)))?;

@@ -3,6 +3,7 @@
 use super::{Area, BLUE, Drawn, HALF, INK, RULE, SKY, SMALL, SOFT, VERMILLION, scale, style, svg};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -43,7 +44,7 @@ pub fn distribution(distribution: &Distribution, lang: Language) -> Result<Strin
 fn draw(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
     let mut sorted: Vec<f64> = own.values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
-    let at = |share: f64| sorted.get((share * (sorted.len().max(1) - 1) as f64).round() as usize).copied();
+    let at = |share: f64| sorted.get(number::count((share * (sorted.len().max(1) - 1) as f64).round())).copied();
     let (Some(least), Some(most), Some(q1), Some(q3)) = (at(0.0), at(1.0), at(0.25), at(0.75)) else { return Ok(()) };
     let reach = FAR * (q3 - q1).max(1e-12 * (least.abs() + most.abs()));
     let (mut low, mut high) = (least.max(q1 - reach), most.min(q3 + reach));
@@ -54,10 +55,10 @@ fn draw(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
         }
     }
     let (low, high) = scale::range([low, high].into_iter(), 0.04);
-    let bins = ((sorted.len() as f64).sqrt().ceil() as usize).clamp(6, 60);
+    let bins = number::count((sorted.len() as f64).sqrt().ceil()).clamp(6, 60);
     let mut counts = vec![0_usize; bins];
     for x in &sorted {
-        let k = ((x - low) / (high - low) * bins as f64).floor().clamp(0.0, bins as f64 - 1.0) as usize;
+        let k = number::count(((x - low) / (high - low) * bins as f64).floor().clamp(0.0, bins as f64 - 1.0));
         counts.iter_mut().skip(k).take(1).for_each(|n| *n += 1);
     }
     let width = (high - low) / bins as f64;
@@ -70,8 +71,8 @@ fn draw(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
     let highest = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
     let exponent = scale::readable_exponent([low, high].into_iter());
     let (left, right) = (LEFT, HALF as i32 - 20);
-    let x = |v: f64| left + ((v - low) / (high - low) * f64::from(right - left)).round() as i32;
-    let y = |n: f64| BOTTOM - (n / (1.05 * highest) * f64::from(BOTTOM - TOP)).round() as i32;
+    let x = |v: f64| left + number::whole(((v - low) / (high - low) * f64::from(right - left)).round());
+    let y = |n: f64| BOTTOM - number::whole((n / (1.05 * highest) * f64::from(BOTTOM - TOP)).round());
     let (ticks, decimals) = scale::ticks(0.0, highest, 4);
     for tick in ticks.into_iter().filter(|_| decimals == 0) {
         area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
@@ -96,7 +97,7 @@ fn draw(area: &Area<'_>, own: &Distribution, lang: Language) -> Drawn {
     for tick in ticks {
         let share =
             (tick - scale::scaled(low, exponent)) / (scale::scaled(high, exponent) - scale::scaled(low, exponent));
-        let place = left + (share * f64::from(right - left)).round() as i32;
+        let place = left + number::whole((share * f64::from(right - left)).round());
         area.draw(&PathElement::new([(place, BOTTOM), (place, BOTTOM + 6)], SOFT.stroke_width(1)))?;
         let text = scale::label(tick, decimals);
         area.draw(&Text::new(text, (place, BOTTOM + 12), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;

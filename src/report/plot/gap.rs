@@ -6,6 +6,7 @@ use super::{
 };
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -52,11 +53,11 @@ const LINKED: usize = 150;
 /// ```
 pub fn gap(panels: &[GapPanel], factor: &str, lang: Language) -> Result<String> {
     let height = panel_height(panels.len());
-    let total = LEGEND + panels.len() as i32 * (height + LABELS) + 40;
-    svg(WIDE, total as u32, |area| {
+    let total = LEGEND + number::signed(panels.len()) * (height + LABELS) + 40;
+    svg(WIDE, total.unsigned_abs(), |area| {
         legend(area, panels, lang)?;
         for (k, panel) in panels.iter().enumerate() {
-            draw(area, panel, LEGEND + k as i32 * (height + LABELS), height)?;
+            draw(area, panel, LEGEND + number::signed(k) * (height + LABELS), height)?;
         }
         let title = if factor.is_empty() {
             say!(lang, "readings-in-their-order").into()
@@ -115,8 +116,8 @@ fn draw(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
     let reach = reach.max(band.min(2.0 * reach));
     let (low, high) = if reach > 0.0 { (-1.1 * reach, 1.1 * reach) } else { (-1.0, 1.0) };
     let step = f64::from(right() - LEFT) / points.len().max(1) as f64;
-    let x = |k: f64| LEFT + (step * k).round() as i32;
-    let y = |v: f64| top + ((high - v.clamp(low, high)) / (high - low) * f64::from(height)).round() as i32;
+    let x = |k: f64| LEFT + number::whole((step * k).round());
+    let y = |v: f64| top + number::whole(((high - v.clamp(low, high)) / (high - low) * f64::from(height)).round());
     let groups = runs(points, |a, b| a.group == b.group);
     for (k, (first, end)) in groups.iter().enumerate() {
         if k % 2 == 0 && groups.len() > 1 {
@@ -132,7 +133,7 @@ fn draw(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
     let ticks = scale::ticks(low, high, if height > 300 { 6 } else { 3 });
     rules::level(area, ticks, (LEFT, right()), y)?;
     area.draw(&PathElement::new([(LEFT, y(0.0)), (right(), y(0.0))], SOFT.stroke_width(2)))?;
-    let size = (step * 0.3).clamp(2.0, 8.0) as i32;
+    let size = number::whole((step * 0.3).clamp(2.0, 8.0));
     let place = |k: usize, v: f64| (x(k as f64 + 0.5), y(at(v)));
     if points.len() <= LINKED {
         for (k, point) in points.iter().enumerate() {

@@ -3,6 +3,7 @@
 use super::{Area, BLUE, Drawn, HALF, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -51,9 +52,9 @@ fn draw(area: &Area<'_>, history: &History, lang: Language) -> Drawn {
     let years = history.points.iter().map(|p| p.0).chain(history.trend.iter().flatten().map(|p| p.0));
     let (first, last) = scale::range(years, 0.06);
     let (left, right) = (LEFT, HALF as i32 - 20);
-    let x = |v: f64| left + ((v - first) / (last - first) * f64::from(right - left)).round() as i32;
-    let y = |v: f64| TOP + ((high - at(v)) / (high - low) * f64::from(BOTTOM - TOP)).round() as i32;
-    let level = |tick: f64| TOP + ((high - tick) / (high - low) * f64::from(BOTTOM - TOP)).round() as i32;
+    let x = |v: f64| left + number::whole(((v - first) / (last - first) * f64::from(right - left)).round());
+    let y = |v: f64| TOP + number::whole(((high - at(v)) / (high - low) * f64::from(BOTTOM - TOP)).round());
+    let level = |tick: f64| TOP + number::whole(((high - tick) / (high - low) * f64::from(BOTTOM - TOP)).round());
     let (ticks, decimals) = scale::ticks(low, high, 5);
     for tick in ticks {
         area.draw(&PathElement::new([(left, level(tick)), (right, level(tick))], RULE.stroke_width(1)))?;

@@ -51,6 +51,7 @@ pub use values::{Interval, values};
 
 use super::xml;
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -104,7 +105,7 @@ fn style<'a>(size: i32, colour: &RGBColor, horizontal: HPos, vertical: VPos) -> 
 /// Width that a text will have, near enough for margins and for leaving labels out.
 fn text_width(text: &str, size: i32) -> i32 {
     let letters: f64 = text.chars().map(letter_width).sum();
-    (letters * f64::from(size)).ceil() as i32
+    number::whole((letters * f64::from(size)).ceil())
 }
 
 /// Width of a character for text of size 1; a Chinese one is as wide as the text is high.

@@ -3,6 +3,7 @@
 use super::{Area, BLUE, Drawn, HALF, SKY, SMALL, SOFT, rules, scale, style, svg};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
@@ -45,8 +46,8 @@ fn draw(area: &Area<'_>, points: &[Point], lang: Language) -> Drawn {
     let (left_z, right_z) = scale::range(points.iter().map(|p| p.z).chain([-1.0, 1.0]), 0.06);
     let ends = points.iter().flat_map(|p| [p.value, p.z - p.band, p.z + p.band]);
     let (low, high) = scale::range(ends.chain([-1.0, 1.0]), 0.06);
-    let x = |z: f64| LEFT + ((z - left_z) / (right_z - left_z) * f64::from(right - LEFT)).round() as i32;
-    let y = |v: f64| ((high - v) / (high - low) * f64::from(PLOT)).round() as i32;
+    let x = |z: f64| LEFT + number::whole(((z - left_z) / (right_z - left_z) * f64::from(right - LEFT)).round());
+    let y = |v: f64| number::whole(((high - v) / (high - low) * f64::from(PLOT)).round());
     rules::upright(area, scale::ticks(left_z, right_z, 7), PLOT, x)?;
     rules::level(area, scale::ticks(low, high, 7), (LEFT, right), y)?;
     let upper = points.iter().map(|p| (x(p.z), y(p.z + p.band)));

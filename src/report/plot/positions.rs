@@ -3,6 +3,7 @@
 use super::{Area, BLUE, Drawn, HALF, RULE, SMALL, SOFT, VERMILLION, scale, style, svg};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -50,8 +51,8 @@ fn draw(
     let (x_low, x_high) = scale::range(all().map(|s| s.x), 0.08);
     let (y_low, y_high) = scale::range(all().map(|s| s.y), 0.08);
     let (left, right, top, bottom) = (110, HALF as i32 - 24, 10, HEIGHT - 96);
-    let x = |v: f64| left + ((v - x_low) / (x_high - x_low) * f64::from(right - left)).round() as i32;
-    let y = |v: f64| bottom - ((v - y_low) / (y_high - y_low) * f64::from(bottom - top)).round() as i32;
+    let x = |v: f64| left + number::whole(((v - x_low) / (x_high - x_low) * f64::from(right - left)).round());
+    let y = |v: f64| bottom - number::whole(((v - y_low) / (y_high - y_low) * f64::from(bottom - top)).round());
     let quarters = |low: f64, high: f64| {
         let step = if high - low > 500.0 { 180 } else { 90 };
         (-8..=8).map(move |k| f64::from(k * step)).filter(move |v| (low..=high).contains(v))

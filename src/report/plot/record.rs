@@ -3,6 +3,7 @@
 use super::{Area, BLUE, Drawn, INK, RULE, SMALL, SOFT, TINT, WIDE, scale, style, svg};
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use crate::reduce::{Segment, Trace};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -13,15 +14,15 @@ const BOTTOM: i32 = 80;
 
 /// All channels of a trace against time, segments shaded.
 pub fn record(trace: &Trace, segments: &[Segment], lang: Language) -> Result<String> {
-    let height = PANEL * trace.channels.len().max(1) as i32 + BOTTOM;
-    svg(WIDE, height as u32, |area| draw(area, trace, segments, lang))
+    let height = PANEL * number::signed(trace.channels.len().max(1)) + BOTTOM;
+    svg(WIDE, height.unsigned_abs(), |area| draw(area, trace, segments, lang))
 }
 
 fn draw(area: &Area<'_>, trace: &Trace, segments: &[Segment], lang: Language) -> Drawn {
     let (left, right) = (LEFT, WIDE as i32 - 20);
     let end = trace.time(trace.samples.saturating_sub(1)).max(trace.interval);
-    let x = |t: f64| left + (t / end * f64::from(right - left)).round() as i32;
-    let bottom = PANEL * trace.channels.len() as i32;
+    let x = |t: f64| left + number::whole((t / end * f64::from(right - left)).round());
+    let bottom = PANEL * number::signed(trace.channels.len());
     for (k, piece) in segments.iter().flat_map(|s| s.pieces.iter().map(|p| p.start..p.end)).enumerate() {
         let (from, to) = (x(trace.time(piece.start)), x(trace.time(piece.end)).max(x(trace.time(piece.start)) + 1));
         area.draw(&Rectangle::new([(from, 4), (to, bottom - 6)], TINT.filled()))?;
@@ -29,12 +30,12 @@ fn draw(area: &Area<'_>, trace: &Trace, segments: &[Segment], lang: Language) ->
         area.draw(&PathElement::new([(to, 4), (to, bottom - 6)], RULE.stroke_width(1)))?;
         let _ = k;
     }
-    let pixels = (right - left) as usize / 2;
+    let pixels = number::unsigned(right - left) / 2;
     for (k, channel) in trace.channels.iter().enumerate() {
-        let top = PANEL * k as i32 + 8;
+        let top = PANEL * number::signed(k) + 8;
         let low_y = top + PANEL - 24;
         let (low, high) = scale::range(channel.means.iter().copied(), 0.05);
-        let y = |v: f64| low_y - ((v - low) / (high - low) * f64::from(low_y - top)).round() as i32;
+        let y = |v: f64| low_y - number::whole(((v - low) / (high - low) * f64::from(low_y - top)).round());
         let (ticks, decimals) = scale::ticks(low, high, 3);
         for tick in ticks {
             let label = scale::label(tick, decimals);

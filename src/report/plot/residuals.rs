@@ -5,6 +5,7 @@ use super::{
 };
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -39,8 +40,8 @@ fn draw(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, lang: Langua
     let (low, high) = if reach > 0.0 { (-1.12 * reach, 1.12 * reach) } else { (-1.0, 1.0) };
     let right = WIDE as i32 - 24;
     let step = f64::from(right - LEFT) / rows.len().max(1) as f64;
-    let x = |k: f64| LEFT + (step * k).round() as i32;
-    let y = |v: f64| ((high - v) / (high - low) * f64::from(PLOT)).round() as i32;
+    let x = |k: f64| LEFT + number::whole((step * k).round());
+    let y = |v: f64| number::whole(((high - v) / (high - low) * f64::from(PLOT)).round());
     let groups = groups(rows);
     for (k, (first, last, _)) in groups.iter().enumerate() {
         if k % 2 == 0 && groups.len() > 1 {
@@ -59,7 +60,7 @@ fn draw(area: &Area<'_>, rows: &[Residual], what: &str, unit: &str, lang: Langua
         }
     }
     area.draw(&PathElement::new([(LEFT, y(0.0)), (right, y(0.0))], SOFT.stroke_width(2)))?;
-    let size = (step * 0.22).clamp(3.0, 7.0) as i32;
+    let size = number::whole((step * 0.22).clamp(3.0, 7.0));
     for (k, row) in rows.iter().enumerate() {
         let point = (x(k as f64 + 0.5), y(at(row.value)));
         if row.far {

@@ -1,12 +1,14 @@
 //! From numbers to axes: powers of a thousand, ranges that are never empty, ticks.
 
+use crate::number;
+
 /// A power of ten, multiple of three, that brings the largest finite size to 1 .. 1000.
 pub(super) fn exponent(values: impl Iterator<Item = f64>) -> i32 {
     let largest = values.filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
     if largest < f64::MIN_POSITIVE {
         return 0;
     }
-    ((largest.log10() / 3.0).floor() as i32 * 3).clamp(-300, 300)
+    (number::whole((largest.log10() / 3.0).floor()) * 3).clamp(-300, 300)
 }
 
 /// An exponent that keeps numbers of everyday size as they are.
@@ -66,8 +68,8 @@ pub(super) fn ticks(low: f64, high: f64, most: usize) -> (Vec<f64>, usize) {
     let rough = width / most.max(1) as f64;
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|step| *step >= rough).unwrap_or(10.0 * power);
-    let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
-    let first = (low / step).ceil() as i64;
+    let decimals = number::count((-(step.log10() + 1e-9).floor()).clamp(0.0, 12.0));
+    let first = number::whole_i64((low / step).ceil());
     let ticks = (first..).take(most + 2).map(|k| k as f64 * step).take_while(|t| *t <= high + 1e-9 * width).collect();
     (ticks, decimals)
 }

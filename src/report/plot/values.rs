@@ -5,6 +5,7 @@ use super::{
 };
 use crate::error::Result;
 use crate::language::{Language, say};
+use crate::number;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -38,8 +39,8 @@ const ROW: i32 = 48;
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn values(rows: &[Interval], unit: &str, lang: Language) -> Result<String> {
-    let height = ROW * rows.len() as i32 + 96;
-    svg(HALF, height as u32, |area| draw(area, rows, unit, height, lang))
+    let height = ROW * number::signed(rows.len()) + 96;
+    svg(HALF, height.unsigned_abs(), |area| draw(area, rows, unit, height, lang))
 }
 
 fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Language) -> Drawn {
@@ -49,9 +50,9 @@ fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Langu
     let (low, high) = scale::range(ends.chain([0.0]), 0.04);
     let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
     let (right, bottom) = (HALF as i32 - 24, height - 84);
-    let x = |v: f64| left + ((v - low) / (high - low) * f64::from(right - left)).round() as i32;
+    let x = |v: f64| left + number::whole(((v - low) / (high - low) * f64::from(right - left)).round());
     for (k, _) in rows.iter().enumerate().filter(|(k, _)| k % 2 == 0) {
-        let top = ROW * k as i32;
+        let top = ROW * number::signed(k);
         area.draw(&Rectangle::new([(left, top), (right, top + ROW)], TINT.filled()))?;
     }
     rules::upright(area, scale::ticks(low, high, 5), bottom, x)?;
@@ -60,7 +61,7 @@ fn draw(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Langu
     let title = scale::title(say!(lang, "estimate-and-expanded-uncertainty"), unit, exponent);
     area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
     for (k, row) in rows.iter().enumerate() {
-        let y = ROW * k as i32 + ROW / 2;
+        let y = ROW * number::signed(k) + ROW / 2;
         let label = fitted(&row.label, TEXT, left - 20);
         area.draw(&Text::new(label, (left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
         let [from, to] = row.ends().map(|end| x(at(end)));

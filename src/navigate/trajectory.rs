@@ -3,11 +3,16 @@
 //! Rates and specific forces are evaluated in closed form at the nodes of a block and integrated by
 //! [`Quadrature`]; sinusoids advance from the block's start by the addition theorem and are evaluated afresh at every
 //! block, so that nothing accumulates. Only the latitude and longitude of a moving vehicle are integrals.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "all arrays are over the `NODES` nodes of a rule or the steps of a block, of which `advance_smooth` takes `MAX_STEPS` at most"
+)]
 
 use super::earth::{self, Curvature};
 use super::mission::{Mission, Site};
 use super::motion::{Attitude, Motion, Oscillation, Path, Stage};
 use super::quadrature::{MAX_STEPS, NODES, Quadrature};
+use crate::number;
 use std::f64::consts::TAU;
 
 /// One quantity at the nodes of a block.
@@ -50,7 +55,7 @@ pub struct NodeValues {
 
 /// Where a motion is in time.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub struct Trajectory {
     site: Site,
     step: f64,
     attitude: Attitude,
@@ -71,9 +76,9 @@ pub struct Course {
     constant: bool,
 }
 
-impl Course {
-    /// The course of one of a mission's motions.
-    pub fn new(mission: &Mission, motion: &Motion) -> Course {
+impl Trajectory {
+    /// The trajectory of one of a mission's motions.
+    pub fn new(mission: &Mission, motion: &Motion) -> Trajectory {
         let end = mission.duration();
         let (schedule, heading) = match &motion.path {
             Path::Stays => (Vec::new(), 0.0),
@@ -82,15 +87,15 @@ impl Course {
         // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's own curvature terms
         // are linear over a block).
         let span = (0.1 * motion.shortest_period()).min(0.64);
-        let longest = 2 * ((0.5 * span / mission.step).round() as usize).clamp(1, MAX_STEPS / 2);
+        let longest = 2 * number::count((0.5 * span / mission.step).round()).clamp(1, MAX_STEPS / 2);
         // Chebyshev nodes hold half a period to rounding
         let parts = if 2.0 * mission.step > 0.5 * motion.shortest_period() {
-            (4.0 * mission.step / motion.shortest_period()).ceil() as usize
+            number::count((4.0 * mission.step / motion.shortest_period()).ceil())
         } else {
             0
         };
         let constant = schedule.is_empty() && motion.shortest_period() == f64::INFINITY;
-        Course {
+        Trajectory {
             site: mission.site,
             step: mission.step,
             attitude: motion.attitude,
@@ -170,16 +175,16 @@ impl Course {
     /// The same without pairs: a block that ends where the motion is not smooth.
     #[inline(always)]
     pub fn advance_smooth(&mut self, limit: u64, block: &mut Block) {
-        crate::stop::look();
+        crate::stop::poll();
         let start = self.done as f64 * self.step;
         let mut steps = (self.longest as u64).min(limit.max(1)).min((self.steps - self.done).max(1));
         for stage in &self.schedule {
-            let edge = (stage.start / self.step).round() as u64;
+            let edge = number::count_u64((stage.start / self.step).round());
             if edge > self.done {
                 steps = steps.min(edge - self.done);
             }
         }
-        let steps = steps as usize;
+        let steps = number::index(steps);
         let filled = self.constant && block.steps >= steps && self.done > 0;
         block.start = start;
         self.done += steps as u64;

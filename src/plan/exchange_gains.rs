@@ -1,4 +1,4 @@
-//! The best partner of one chosen block: every candidate weighed at once, in pieces that stay in the first-level cache.
+//! The best replacement of one chosen block: every candidate weighed at once, in pieces that stay in the first-level cache.
 //!
 //! Taking block `i` out first makes both criteria sums over what a candidate adds: with `G = L^-1 Xi M^-1`, `L L' = I - Xi M^-1 Xi'`,
 //!
@@ -6,9 +6,14 @@
 //! Mi^-1 = M^-1 + G'G,   T = I + Xj Mi^-1 Xj' = I + Xj M^-1 Xj' + C'C,   C = G Xj'
 //! det ratio = det(L)^2 det T,    decrease of the trace = tr(T^-1 Xj Mi^-1 W Mi^-1 Xj') - tr(G W G')
 //! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`State::empty` sizes spread, cross and effect by the block's rows and all candidates; pieces are cut to the length of what they fill"
+)]
 
-use super::blocks::{Blocks, determinant_and_trace, dot, largest, times};
+use super::blocks::{Blocks, determinant_and_trace, largest, times};
 use super::state::{State, packed};
+use crate::linear::dot;
 
 /// Candidates that are weighed together.
 const PIECE: usize = 64;

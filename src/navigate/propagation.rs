@@ -1,5 +1,9 @@
 //! A calibration carried to navigation: the covariance of its parameters becomes one of the unit's errors, and that one
 //! of navigation errors, by the linear signatures and by Monte Carlo beside them.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`combine` has compared the matrix with its order; the sources' covariance is square over `sources`, with one scale and one eigenvalue each"
+)]
 
 use super::errors::{ImuErrors, Source};
 use super::linear::{STATES, Signatures, Square};

@@ -4,13 +4,14 @@
 //! and mechanises. Which instructions are used is decided at run time (`pulp`): a portable binary runs AVX2 and FMA
 //! where they exist, and plain arithmetic elsewhere. One thread; the groups of a block run one after another while its
 //! increments are in the first-level cache.
+#![allow(clippy::indexing_slicing, reason = "a group has `GROUP` lanes, and axes and inputs run over arrays of three")]
 
-use super::course::{Block, Course, Truth};
 use super::earth::Curvature;
 use super::errors::{ImuErrors, StartErrors, TriadErrors};
 use super::mechanise::{self, CHUNK, ERRORS, Memory, STATES, Setting};
 use super::mission::Mission;
 use super::quadrature::MAX_STEPS;
+use super::trajectory::{Block, Trajectory, Truth};
 use pulp::{Arch, Simd, WithSimd};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -53,9 +54,9 @@ pub struct Belief {
 
 impl Fleet {
     /// Navigators that start from the truth but for their errors of the start, one for each set of errors; lane `k` of noise is seeded by `seed` and `k`.
-    pub fn new(mission: &Mission, course: &mut Course, errors: &[ImuErrors], seed: u64) -> Fleet {
-        let truth = course.truth();
-        let past = course.before_start();
+    pub fn new(mission: &Mission, trajectory: &mut Trajectory, errors: &[ImuErrors], seed: u64) -> Fleet {
+        let truth = trajectory.truth();
+        let past = trajectory.before_start();
         let setting = Setting { step: mission.step, altitude: mission.site.altitude };
         let groups = errors
             .chunks(GROUP)
@@ -65,9 +66,9 @@ impl Fleet {
         Fleet { groups, setting, block: Block::default(), arch: Arch::new() }
     }
 
-    /// Advance all navigators by one block of at most `limit` steps of their course; the block's steps are returned.
-    pub fn advance(&mut self, course: &mut Course, limit: u64) -> usize {
-        self.arch.dispatch(Advance { fleet: self, course, limit });
+    /// Advance all navigators by one block of at most `limit` steps of their trajectory; the block's steps are returned.
+    pub fn advance(&mut self, trajectory: &mut Trajectory, limit: u64) -> usize {
+        self.arch.dispatch(Advance { fleet: self, trajectory, limit });
         self.block.steps
     }
 
@@ -87,7 +88,7 @@ impl Fleet {
 
 struct Advance<'a> {
     fleet: &'a mut Fleet,
-    course: &'a mut Course,
+    trajectory: &'a mut Trajectory,
     limit: u64,
 }
 
@@ -96,8 +97,8 @@ impl WithSimd for Advance<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Advance { fleet: Fleet { groups, setting, block, .. }, course, limit } = self;
-        course.advance(limit, block);
+        let Advance { fleet: Fleet { groups, setting, block, .. }, trajectory, limit } = self;
+        trajectory.advance(limit, block);
         for group in groups {
             group.draw(block.steps);
             let Group { used, memory, drawn, .. } = group;

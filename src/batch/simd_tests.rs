@@ -1,4 +1,8 @@
 //! Tests of the residuals of eight devices side by side: sums, signs in their order, and the order of the residuals by size.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a `Lane` has `LANES` numbers; places of the sorting network are asked with `get` first"
+)]
 
 use super::block::{LANES, Lane};
 use crate::quality::NormalScores;

@@ -2,18 +2,23 @@
 //!
 //! Against one rival, the best position is the T-optimal one (see `discriminate.rs`); against several, the one at which the least told rival is
 //! told best (A. C. Atkinson, V. V. Fedorov, Biometrika 62 (1975) 289).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "whitened rows have the unknowns and one column for each term; lists over rivals have one entry for each term but the first"
+)]
 
-use super::blocks::{dot, invert, times};
+use super::blocks::{invert, times};
 use super::candidates::{Unit, portions};
 use super::effort::Offer;
 use super::judge::check_question;
 use super::whitened::{Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::campaign::{Campaign, Reading};
 use crate::error::Result;
+use crate::linear::dot;
 
 /// A position that tells an effect from its rivals.
 #[derive(Debug, Clone)]
-pub struct Telling {
+pub struct DiscriminatingPosition {
     /// The position.
     pub position: Reading,
     /// What it adds to `T` against the rival that it tells least, as a share of the most that any candidate adds.
@@ -35,7 +40,12 @@ const LOOSE: f64 = 1e-3;
 ///
 /// Adding rows `F` updates the products of the residual columns, `P_ab + e_a' (I + F (A'A)^-1 F')^-1 e_b` with `e = f - F x`, and
 /// `T = P_aa - P_ab^2 / P_bb`. Errors: those of [`discriminate`](super::discriminate()).
-pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term]) -> Result<Vec<Telling>> {
+pub fn discriminating_positions(
+    campaign: &Campaign,
+    offer: &Offer,
+    effect: &Term,
+    rivals: &[Term],
+) -> Result<Vec<DiscriminatingPosition>> {
     let Offer { kept, candidates, noise, .. } = offer;
     check_question(campaign)?;
     let n = campaign.unknowns();
@@ -94,7 +104,7 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
         .collect();
     let most: Vec<f64> = (0..before.len()).map(|b| gains.iter().map(|g| g[b]).fold(0.0, f64::max)).collect();
     let told_by_some: Vec<usize> = (0..before.len()).filter(|b| most[*b] > TELLS * own).collect();
-    let mut list: Vec<Telling> = portions
+    let mut list: Vec<DiscriminatingPosition> = portions
         .iter()
         .zip(&gains)
         .filter_map(|(portion, gain)| {
@@ -103,9 +113,9 @@ pub fn telling(campaign: &Campaign, offer: &Offer, effect: &Term, rivals: &[Term
             let least = shares.reduce(f64::min)?;
             let plain = PLAINLY * own / kept.rows.len().max(1) as f64;
             let told = told_by_some.iter().copied().filter(|b| gain[*b] > plain).collect();
-            Some(Telling { position: portion.first()?.clone(), least, mean, told })
+            Some(DiscriminatingPosition { position: portion.first()?.clone(), least, mean, told })
         })
-        .filter(|telling| telling.mean > TELLS)
+        .filter(|own| own.mean > TELLS)
         .collect();
     // shares that differ by rounding must not order positions
     let rounded = |v: f64| (v * 1e3).round();
