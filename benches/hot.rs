@@ -58,6 +58,13 @@ fn estimates() {
     }
 }
 
+/// Ten thousand sets of readings of one design: estimates alone.
+fn products() {
+    let one = adjust(&system(30, 6), &Settings::default()).expect("an estimate");
+    let observed: Vec<f64> = (0..300_000).map(|k| f64::from(k * 7919 % 1009) * 1e-3).collect();
+    show("10000 estimates alone, one design", || drop(black_box(one.factor.solve_many(black_box(&observed)))));
+}
+
 /// A thousand designs of their own: estimates and uncertainties alone.
 fn stacks() {
     let designs: Vec<f64> = (0..1000).flat_map(|k| stacked(k).0).collect();
@@ -110,6 +117,7 @@ fn navigators() {
 
 fn main() {
     estimates();
+    products();
     stacks();
     fleets();
     navigators();

@@ -229,6 +229,7 @@ rows = [
     ("fold 64 x 6", "numba: reflections of columns", best(numba_folding(64, 6)), 64),
     ("fold 4096 x 10", "numba: reflections of columns", best(numba_folding(4096, 10)), 4096),
     ("10000 devices of one schedule", "numpy: y P', estimates alone", best(lambda: Y @ P.T), N),
+    ("10000 estimates alone, one design", "numpy: y P', estimates alone", best(lambda: Y @ P.T), N),
     ("1000 stacked designs 30 x 6", "numpy: stacked QR, estimates alone", best(stacked), 1000),
     ("1000 stacked designs 30 x 6", "numba: Householder, estimates and u", best(lambda: reflected(few, Y[:1000], *into)), 1000),
     ("1000 devices of own schedules", "numpy: stacked QR, estimates alone", best(stacked), 1000),

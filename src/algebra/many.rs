@@ -1,6 +1,10 @@
 //! A tape at many places at once: the operations of `tape.rs`, each on a whole list of numbers, so that reading the tape costs nothing.
 //!
 //! Lists stand one after the other, `places` numbers each. The results are those of single places, to the last bit.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`compile` gives every operand a register among inputs, constants and earlier steps; `gradient_of_many` sizes registers and bars to all of them at `places` numbers each, after comparing the inputs with the tape"
+)]
 
 use super::function::{Operator, integer_power};
 use super::tape::{Step, Tape};
@@ -56,7 +60,8 @@ impl Tape {
                 Step::Binary(operator, x, y) => two(out, of(x), of(y), |a, b| operator.value(a, b)),
             }
         }
-        values.copy_from_slice(&registers[self.result * places..(self.result + 1) * places]);
+        let found = &registers[self.result * places..(self.result + 1) * places];
+        values.iter_mut().zip(found).for_each(|(to, value)| *to = *value);
         bars.clear();
         bars.resize(size, 0.0);
         bars[self.result * places..(self.result + 1) * places].fill(1.0);

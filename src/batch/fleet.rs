@@ -3,7 +3,8 @@
 use super::common::Scratch;
 use super::device::Shape;
 use super::own::Room;
-use super::own_rows::{Form, Own, Tests};
+use super::own_rows::{Form, Own, Placed, Tests};
+use super::positions::Positions;
 use super::{Common, Device, Layout, Row, Solved};
 use crate::campaign::Campaign;
 use crate::error::Result;
@@ -16,6 +17,9 @@ use std::collections::{HashMap, HashSet};
 const MOST: usize = 256;
 /// Devices that are worked on together.
 const BLOCK: usize = 256;
+/// Schedules met together from which on they count as many, and devices that make one of many worth to be factorised.
+const VARIED: usize = 16;
+const WORTH: usize = 48;
 /// Devices of different schedules that are worked on together.
 const SIDE_BY_SIDE: usize = 64;
 
@@ -41,6 +45,8 @@ pub struct Schedules {
     last: Place,
     /// The way of devices of other schedules; inner `None` where there is none, outer where nobody has asked.
     own: Option<Option<Box<Own>>>,
+    /// Positions of devices of other schedules, where joints take part.
+    positions: Option<Positions>,
     /// What the tests of their forms share.
     tests: HashMap<Form, Tests>,
 }
@@ -131,22 +137,35 @@ impl<'a> Fleet<'a> {
             .collect()
     }
 
+    /// Is there a way for devices of schedules that few have? Asked once, of a device that makes a campaign.
+    fn look_for_a_way(&mut self, device: &Device, layout: &Layout) {
+        if self.known.own.is_none()
+            && let Ok(campaign) = (self.question)(device)
+        {
+            let own = Own::new(&campaign, layout, &self.settings).map(Box::new);
+            self.known.positions = own.as_deref().and_then(Own::positions);
+            self.known.own = Some(own);
+        }
+    }
+
     /// Rows of the devices that have none, eight side by side, where that is possible.
     fn side_by_side(&mut self, arch: Arch, devices: &[Device], layout: &Layout, rows: &mut [Option<Row>]) {
-        let mut blocks: Vec<(Form, Vec<usize>)> = Vec::new();
+        let mut blocks: Vec<(Form, Vec<(usize, Vec<u32>)>)> = Vec::new();
         let mut open: HashMap<Form, usize> = HashMap::new();
         for (k, device) in devices.iter().enumerate().filter(|(k, _)| rows.get(*k).is_some_and(Option::is_none)) {
+            self.look_for_a_way(device, layout);
             let way = match &self.known.own {
-                Some(way) => way.as_deref(),
-                None => {
-                    // what makes no campaign says nothing of the others
-                    let Ok(campaign) = (self.question)(device) else { continue };
-                    let own = Own::new(&campaign, layout, &self.settings).map(Box::new);
-                    self.known.own.insert(own).as_deref()
-                }
+                None => continue,
+                Some(None) => return,
+                Some(Some(way)) => way,
             };
-            let Some(way) = way else { return };
             let Some(form) = way.form_of(device) else { continue };
+            let places = match &mut self.known.positions {
+                Some(positions) => positions.of(way, device, layout, self.question),
+                None if way.is_by_position() => return,
+                None => Some(Vec::new()),
+            };
+            let Some(places) = places else { continue };
             if self.known.tests.len() < MOST {
                 self.known.tests.entry(form).or_insert_with(|| way.tests(&form));
             }
@@ -155,23 +174,24 @@ impl<'a> Fleet<'a> {
                 blocks.len() - 1
             });
             let Some((_, members)) = blocks.get_mut(block) else { continue };
-            members.push(k);
+            members.push((k, places));
             if members.len() == SIDE_BY_SIDE {
                 open.remove(&form);
             }
         }
         let Some(Some(way)) = &self.known.own else { return };
-        let tests = &self.known.tests;
-        let solved: Vec<(Vec<usize>, Vec<Option<Row>>)> = blocks
+        let (tests, positions) = (&self.known.tests, self.known.positions.as_ref());
+        let solved: Vec<(Vec<(usize, Vec<u32>)>, Vec<Option<Row>>)> = blocks
             .into_par_iter()
             .map_init(Room::default, |room, (form, members)| {
-                let own: Vec<&Device> = members.iter().filter_map(|k| devices.get(*k)).collect();
-                let found = tests.get(&form).map(|tests| way.rows(arch, (&form, tests), &own, room));
+                let own = members.iter().filter_map(|(k, places)| Some((devices.get(*k)?, places.as_slice())));
+                let own: Vec<Placed<'_>> = own.collect();
+                let found = tests.get(&form).map(|tests| way.rows(arch, (&form, tests), positions, &own, room));
                 (members, found.unwrap_or_default())
             })
             .collect();
         for (members, found) in solved {
-            for (k, row) in members.into_iter().zip(found) {
+            for ((k, _), row) in members.into_iter().zip(found) {
                 if let Some(slot) = rows.get_mut(k) {
                     *slot = row;
                 }
@@ -229,8 +249,19 @@ impl<'a> Fleet<'a> {
             }
             places.push(place);
         }
+        // a schedule that few devices have costs more to factorise than it saves, where these can go side by side as they are
+        let mut fewest = 2;
+        if new.len() > VARIED {
+            if let Some(device) = begun.first().and_then(|hash| devices.get(*new.get(hash)?.first()?)) {
+                self.look_for_a_way(device, layout);
+            }
+            fewest = if matches!(self.known.own, Some(Some(_))) { WORTH } else { 2 };
+        }
         for hash in begun {
             let Some(members) = new.remove(&hash) else { continue };
+            if fewest > 2 && members.len() < fewest {
+                continue;
+            }
             if members.len() < 2 && !self.known.seen.contains(&hash) {
                 if self.known.seen.len() < 1 << 20 {
                     self.known.seen.insert(hash);

@@ -14,6 +14,7 @@
 //! | `answer.rs` | a device's row from its solution |
 //! | `own.rs` | devices of different schedules, eight side by side |
 //! | `own_rows.rs` | their rows of the design, from the columns of the table |
+//! | `positions.rs` | their rows of the design, position by position, where joints stand or turn |
 //! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
 //! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
 //! | `block.rs` | estimates and residuals of eight devices side by side |
@@ -41,6 +42,7 @@ mod own;
 mod own_rows;
 mod parts;
 mod parts_row;
+mod positions;
 mod repeat;
 mod replicates;
 mod row;

@@ -10,7 +10,8 @@ use super::answer::{Answer, Memory, Question, least_variance};
 use super::block::{LANES, Lane};
 use super::common::ILL;
 use super::common_row::may_be_suspicious;
-use super::own_rows::{Cells, Form, Own, Places, Sizes, Tests, lane};
+use super::own_rows::{Cells, Form, Own, Placed, Places, Sizes, Tests, lane};
+use super::positions::Positions;
 use super::replicates::{Sorted, runs_of, runs_p};
 use super::row::Solved;
 use super::simd_tests::{self, Sums};
@@ -54,16 +55,17 @@ impl Own {
         &self,
         arch: Arch,
         (form, tests): (&Form, &Tests),
-        devices: &[&Device],
+        positions: Option<&Positions>,
+        devices: &[Placed<'_>],
         room: &mut Room,
     ) -> Vec<Option<Row>> {
         let mut rows = Vec::with_capacity(devices.len());
         for devices in devices.chunks(LANES) {
-            let sizes = self.fill(arch, form, devices, &mut room.eight, &mut room.places);
+            let sizes = self.fill(arch, (form, positions), devices, &mut room.eight, &mut room.places);
             room.eight.solve(arch, true);
             arch.dispatch(Judge { eight: &room.eight, tests, judged: &mut room.judged });
             let own = devices.iter().zip(sizes).enumerate();
-            rows.extend(own.map(|(l, (device, sizes))| self.row((form, tests), device, l, sizes?, room)));
+            rows.extend(own.map(|(l, (device, sizes))| self.row((form, tests), positions, *device, (l, sizes?), room)));
         }
         rows
     }
@@ -71,9 +73,9 @@ impl Own {
     fn row(
         &self,
         (form, tests): (&Form, &Tests),
-        device: &Device,
-        l: usize,
-        sizes: Sizes,
+        positions: Option<&Positions>,
+        (device, places): Placed<'_>,
+        (l, sizes): (usize, Sizes),
         room: &mut Room,
     ) -> Option<Row> {
         let Room { eight, judged, cells, sorted, memory, cofactor, dx, v, .. } = room;
@@ -115,7 +117,7 @@ impl Own {
         };
         let values = || device.values.iter().copied().filter(|value| !value.is_nan());
         let least = |own| least_variance(values, (own, sizes.weighed, sizes.largest_u));
-        let count = self.cells(device, cells);
+        let count = self.cells((device, places), positions, cells);
         let lack_of_fit_p =
             if count < m { sorted.lack_of_fit((&cells.of, count), (v, lane(&eight.weight, l)), dof) } else { None };
         let runs_p = if form.is_of_one() && sums.zero[l] == 0.0 {
@@ -183,7 +185,8 @@ impl WithSimd for Judge<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Judge { eight, tests, judged: Judged { gain, studentized, least_redundancy, sums, normality } } = self;
-        (gain.clear(), studentized.clear());
+        gain.clear();
+        studentized.clear();
         *least_redundancy = [1.0; LANES];
         for ((v, w), h) in eight.residuals.iter().zip(&eight.weight).zip(&eight.leverage) {
             let r: Lane = std::array::from_fn(|l| 1.0 - h[l]);

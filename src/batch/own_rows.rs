@@ -1,17 +1,25 @@
 //! Devices of different schedules: which of them can go side by side, and their rows of the design from the columns of the table.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`fill` gives every list the size of the form before it is written, and a `Lane` has `LANES` numbers; a row's inputs are as wide as said"
+)]
 
 use super::block::{LANES, Lane};
 use super::common::{NETWORK, UNLIKE, is_plain, is_uncertain};
+use super::positions::Positions;
 use super::{Device, Layout, Use, simd_tests};
 use crate::algebra::{Lists, Tape};
 use crate::campaign::{Campaign, Readings, Role};
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Settings, Weighting};
+use crate::mix::Mix;
 use crate::number;
 use crate::quality::NormalScores;
 use crate::uncertainty::quantiles;
 use pulp::{Arch, Simd, WithSimd};
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 /// Most readings of a device, and most sensors, that go this way.
 const MOST_ROWS: usize = 2048;
@@ -30,12 +38,17 @@ pub(super) struct Own {
     width: usize,
     /// The cell of the number of samples.
     samples: Option<usize>,
+    /// Are rows of the design those of positions, since joints take part?
+    is_by_position: bool,
 }
+
+/// A device, and the place of each row of its system among the positions; none where its rows come from columns.
+pub(super) type Placed<'a> = (&'a Device, &'a [u32]);
 
 /// A sensor's line.
 #[derive(Debug)]
 struct Line {
-    line: ColumnLine,
+    line: Option<ColumnLine>,
     /// What each of its lists is.
     from: Vec<From>,
     /// The cell of its stated uncertainty.
@@ -120,7 +133,6 @@ impl Own {
             && settings.level < 1.0
             && campaign.unknowns() > 0
             && !campaign.parameters.iter().any(prior)
-            && bench.joints().next().is_none()
             && layout.uses.iter().all(|kind| *kind != Use::Other)
             && layout.sensors().count() <= MOST_SENSORS
             && campaign.readings.columns == layout.numeric(bench);
@@ -141,7 +153,13 @@ impl Own {
             .collect();
         let cell = |key: &str| inputs.iter().position(|own| *own == key);
         let n = campaign.unknowns();
+        let has_joints = bench.joints().next().is_some();
+        let is_by_position = has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
         let line = |sensor: usize| {
+            let u = cell(&format!("{}_u", bench.sensors.get(sensor)?.id));
+            if is_by_position {
+                return Some(Line { line: None, from: Vec::new(), u, absent: Vec::new() });
+            }
             let line = model.column_line(sensor)?;
             let from = |read: &Read| match read {
                 Read::Column(k) => cell(campaign.readings.columns.get(*k)?).map(From::Cell),
@@ -150,13 +168,29 @@ impl Own {
             let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
             let has = |j: &usize| from.iter().any(|own| matches!(own, From::Fixed(_, Some(k)) if k == j));
             let absent = (0..n).filter(|j| !has(j)).collect();
-            Some(Line { line, from, u: cell(&format!("{}_u", bench.sensors.get(sensor)?.id)), absent })
+            Some(Line { line: Some(line), from, u, absent })
         };
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
         let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let (width, samples) = (inputs.len(), cell("n"));
-        Some(Own { settings: *settings, derived, reference, lines, width, samples, campaign })
+        Some(Own { settings: *settings, derived, reference, lines, width, samples, is_by_position, campaign })
+    }
+
+    /// Cells of inputs in a row.
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Positions for its devices, where they have joints.
+    pub(super) fn positions(&self) -> Option<Positions> {
+        let weights: Vec<usize> = self.lines.iter().filter_map(|line| line.u).chain(self.samples).collect();
+        if self.is_by_position { Positions::new(&self.campaign, self.width, &weights) } else { None }
+    }
+
+    /// Does it need them?
+    pub(super) fn is_by_position(&self) -> bool {
+        self.is_by_position
     }
 
     /// The shape of a device; `None` for one that its own fit has to answer, or to refuse.
@@ -226,8 +260,8 @@ impl Own {
     pub(super) fn fill(
         &self,
         arch: Arch,
-        form: &Form,
-        devices: &[&Device],
+        (form, positions): (&Form, Option<&Positions>),
+        devices: &[Placed<'_>],
         eight: &mut Eight,
         places: &mut Places,
     ) -> [Option<Sizes>; LANES] {
@@ -242,7 +276,7 @@ impl Own {
                 match from {
                     From::Cell(k) => {
                         for l in 0..LANES {
-                            let Some(device) = devices.get(l).or(devices.last()) else { continue };
+                            let Some((device, _)) = devices.get(l).or(devices.last()) else { continue };
                             let cells = device.inputs.iter().skip(*k).step_by(self.width.max(1));
                             let values = device.values.iter().skip(slot).step_by(self.lines.len());
                             let read = cells.zip(values).filter(|(_, value)| !value.is_nan());
@@ -255,8 +289,22 @@ impl Own {
             let Places { inputs, values, gradient, lists: room } = &mut *places;
             values.resize(places_here, 0.0);
             gradient.resize(lists, 0.0);
-            let inputs = &inputs[..lists];
-            arch.dispatch(Gradient { line: &line.line, places: places_here, inputs, room, values, gradient });
+            if let Some(line) = &line.line {
+                let inputs = &inputs[..lists];
+                arch.dispatch(Gradient { line, places: places_here, inputs, room, values, gradient });
+            }
+            if let Some(positions) = positions {
+                for l in 0..LANES {
+                    let Some((_, places)) = devices.get(l).or(devices.last()) else { continue };
+                    for (i, place) in places.iter().skip(begin).take(count).enumerate() {
+                        let row = positions.row(*place);
+                        for (j, a) in row.iter().take(n).enumerate() {
+                            eight.rows[j * m + begin + i][l] = *a;
+                        }
+                        values[i * LANES + l] = row.last().copied().unwrap_or(f64::NAN);
+                    }
+                }
+            }
             let mut put = |j: usize, from: Option<&[f64]>| {
                 let to = eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut();
                 match from {
@@ -271,7 +319,7 @@ impl Own {
             }
             line.absent.iter().for_each(|j| put(*j, None));
             for l in 0..LANES {
-                let Some(device) = devices.get(l).or(devices.last()) else { continue };
+                let Some((device, _)) = devices.get(l).or(devices.last()) else { continue };
                 let read = (0..device.rows).filter_map(|row| {
                     let value = device.values.get(row * self.lines.len() + slot).filter(|value| !value.is_nan())?;
                     let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
@@ -340,17 +388,34 @@ pub(super) struct Cells {
     /// Row (and sensor) at which each cell was met first.
     firsts: Vec<(usize, usize)>,
     table: Vec<u32>,
+    /// The same by the cells of positions.
+    known: HashMap<u32, usize, BuildHasherDefault<Mix>>,
 }
 
 impl Own {
     /// Part a device's rows, in the order of the system's, by their inputs.
-    pub(super) fn cells(&self, device: &Device, cells: &mut Cells) -> usize {
+    pub(super) fn cells(
+        &self,
+        (device, places): Placed<'_>,
+        positions: Option<&Positions>,
+        cells: &mut Cells,
+    ) -> usize {
         use std::hash::Hasher;
-        let Cells { of, firsts, table } = cells;
-        (of.clear(), firsts.clear());
+        let Cells { of, firsts, table, .. } = &mut *cells;
+        of.clear();
+        firsts.clear();
         let size = (4 * device.rows * self.lines.len()).next_power_of_two();
         table.clear();
         table.resize(size, u32::MAX);
+        if let Some(positions) = positions {
+            let Cells { of, known, .. } = cells;
+            known.clear();
+            for place in places {
+                let next = known.len();
+                of.push(*known.entry(positions.cell(*place)).or_insert(next));
+            }
+            return known.len();
+        }
         let word = |x: f64| (x + 0.0).to_bits();
         for (slot, line) in self.lines.iter().enumerate() {
             let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, word);
@@ -359,7 +424,7 @@ impl Own {
                 if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
                     continue;
                 }
-                let mut hash = crate::mix::Mix(slot as u64);
+                let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));
                 let mut place = number::index(hash.finish() & (size as u64 - 1));
                 let cell = loop {

@@ -342,7 +342,8 @@ impl<'a> Group<'a> {
 
     fn numbers(&mut self, of: impl Fn(&Row) -> f64) -> Written {
         let Some(mut column) = self.group.next_column()? else { return Ok(()) };
-        (self.levels.clear(), self.numbers.clear());
+        self.levels.clear();
+        self.numbers.clear();
         for x in self.rows.iter().map(of) {
             self.levels.push(i16::from(!x.is_nan()));
             if !x.is_nan() {

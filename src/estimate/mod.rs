@@ -13,6 +13,7 @@
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
 //! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
 //! | `stacked.rs` | many systems of one shape, each with a design of its own |
+//! | `many.rs` | many observations of one design |
 //! | `eight.rs` | eight of them side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
@@ -44,6 +45,7 @@ mod fold;
 mod fold_parts;
 mod groups;
 mod inequalities;
+mod many;
 mod panel;
 mod refine;
 pub mod scatter;

@@ -2,7 +2,7 @@
 
 use super::step::Step;
 use crate::campaign::{Campaign, JointState};
-use crate::design::DesignMatrix;
+use crate::design::{DesignMatrix, RowOrigin};
 use crate::estimate::Group;
 use crate::mix::Mix;
 use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
@@ -108,39 +108,12 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
 
 /// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.
 pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
-    let used: Vec<Vec<usize>> = campaign
-        .bench
-        .sensors
-        .iter()
-        .map(|sensor| {
-            let names = sensor.model.names();
-            let columns = campaign.readings.columns.iter().enumerate();
-            columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
-        })
-        .collect();
+    let used: Vec<Vec<usize>> = (0..campaign.bench.sensors.len()).map(|sensor| used_by(campaign, sensor)).collect();
     let mut numbers: HashMap<Vec<u64>, usize, BuildHasherDefault<Mix>> = HashMap::default();
     let mut cells = Vec::with_capacity(rows);
     let mut key = Vec::new();
     for origin in &design.rows {
-        key.clear();
-        key.push(origin.sensor as u64);
-        if let Some(reading) = campaign.readings.rows.get(origin.reading) {
-            for state in &reading.joints {
-                let (kind, numbers): (u64, [f64; 3]) = match *state {
-                    JointState::Held { angle_deg } => (0, [angle_deg, 0.0, 0.0]),
-                    JointState::WholeTurns { rate_deg_s } => (1, [rate_deg_s, 0.0, 0.0]),
-                    JointState::PartTurns { start_deg, rate_deg_s, turns } => (2, [start_deg, rate_deg_s, turns]),
-                    JointState::Passing { angle_deg, rate_deg_s } => (3, [angle_deg, rate_deg_s, 0.0]),
-                };
-                key.push(kind);
-                // minus zero is zero
-                key.extend(numbers.map(|x| (x + 0.0).to_bits()));
-            }
-            for k in used.get(origin.sensor).map(Vec::as_slice).unwrap_or_default() {
-                let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);
-                key.push((value + 0.0).to_bits());
-            }
-        }
+        write_key(campaign, used.get(origin.sensor).map(Vec::as_slice).unwrap_or_default(), origin, &mut key);
         let next = numbers.len();
         cells.push(match numbers.get(&key) {
             Some(cell) => *cell,
@@ -156,4 +129,39 @@ pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
         next += 1;
     }
     cells
+}
+
+/// What tells the cell of a row: equal keys, one cell.
+pub(crate) fn cell_key(campaign: &Campaign, origin: &RowOrigin) -> Vec<u64> {
+    let mut key = Vec::new();
+    write_key(campaign, &used_by(campaign, origin.sensor), origin, &mut key);
+    key
+}
+
+/// Columns that a sensor's line uses.
+fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
+    let names = campaign.bench.sensors.get(sensor).map(|own| own.model.names()).unwrap_or_default();
+    let columns = campaign.readings.columns.iter().enumerate();
+    columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
+}
+
+fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut Vec<u64>) {
+    key.clear();
+    key.push(origin.sensor as u64);
+    let Some(reading) = campaign.readings.rows.get(origin.reading) else { return };
+    for state in &reading.joints {
+        let (kind, numbers): (u64, [f64; 3]) = match *state {
+            JointState::Held { angle_deg } => (0, [angle_deg, 0.0, 0.0]),
+            JointState::WholeTurns { rate_deg_s } => (1, [rate_deg_s, 0.0, 0.0]),
+            JointState::PartTurns { start_deg, rate_deg_s, turns } => (2, [start_deg, rate_deg_s, turns]),
+            JointState::Passing { angle_deg, rate_deg_s } => (3, [angle_deg, rate_deg_s, 0.0]),
+        };
+        key.push(kind);
+        // minus zero is zero
+        key.extend(numbers.map(|x| (x + 0.0).to_bits()));
+    }
+    for k in used {
+        let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);
+        key.push((value + 0.0).to_bits());
+    }
 }

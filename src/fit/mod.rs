@@ -30,7 +30,7 @@ mod system;
 
 pub use azimuth::{Sector, sector};
 pub use checks::Checks;
-pub(crate) use checks::cells;
+pub(crate) use checks::{cell_key, cells};
 pub use conditional::Conditional;
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};

@@ -12,7 +12,7 @@
 //! follow by the rank-one updates of `state.rs`; every start ends with a fresh factorisation, so that no drift of them reaches the answer.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each; draws are below the length"
+    reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
 )]
 
 use super::blocks::{Blocks, add_outer, invert};
@@ -143,8 +143,10 @@ pub(super) fn start(problem: &Problem<'_>, rng: &mut Pcg64Mcg, number: usize, gu
         let mut draw = |below: usize| number::below(rng.next_u64(), below);
         for _ in 0..1 + draw(3.min(chosen.len())) {
             let (at, j) = (draw(chosen.len()), draw(problem.blocks.count()));
-            if chosen.iter().filter(|own| **own == j).count() < problem.most_repeats {
-                chosen[at] = j;
+            let may_repeat = chosen.iter().filter(|own| **own == j).count() < problem.most_repeats;
+            // nothing is exchanged where nothing is chosen
+            if let Some(slot) = chosen.get_mut(at).filter(|_| may_repeat) {
+                *slot = j;
             }
         }
         let Some(mut state) = State::of(problem, chosen) else { continue };

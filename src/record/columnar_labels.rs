@@ -69,7 +69,8 @@ impl Pages {
 
     /// Decode a page; `false` after the last.
     fn page(&mut self, labels: &mut Labels) -> Read<bool> {
-        (self.rows.clear(), self.next = 0);
+        self.rows.clear();
+        self.next = 0;
         let Some(page) = self.reader.get_next_page()? else { return Ok(false) };
         let (bytes, count, encoding) = (page.buffer().clone(), page.num_values() as usize, page.encoding());
         if count > MOST {
@@ -159,7 +160,7 @@ fn hybrid(mut bytes: &[u8], width: u8, count: usize, to: &mut Vec<u32>) -> Read<
         let left = end - to.len();
         if header & 1 == 0 {
             let (own, rest) = bytes.split_at_checked(usize::from(width.div_ceil(8))).ok_or_else(cut_off)?;
-            let value = own.iter().rev().fold(0_u32, |sum, byte| sum << 8 | u32::from(*byte));
+            let value = own.iter().rev().fold(0_u32, |sum, byte| (sum << 8) | u32::from(*byte));
             to.resize(to.len() + left.min(usize::try_from(header >> 1).unwrap_or(usize::MAX)), value);
             bytes = rest;
             if header >> 1 == 0 {
@@ -207,5 +208,61 @@ mod tests {
         // a dictionary of one entry needs no bits
         hybrid(&[6], 0, 3, &mut found).unwrap();
         assert_eq!(found, [0, 0, 0]);
+    }
+
+    /// Texts in runs, some absent, as files of either version with and without dictionaries, and with one that ends midway: what was written.
+    #[test]
+    fn texts_come_back_whatever_their_pages() {
+        use crate::record::{As, Block, Columnar};
+        use parquet::basic::Repetition;
+        use parquet::data_type::{ByteArray, ByteArrayType};
+        use parquet::file::properties::{WriterProperties, WriterVersion};
+        use parquet::file::writer::SerializedFileWriter;
+        use std::sync::Arc;
+        let plain = WriterProperties::builder;
+        let all = [
+            plain(),
+            plain().set_writer_version(WriterVersion::PARQUET_2_0),
+            plain().set_dictionary_enabled(false),
+            plain().set_dictionary_page_size_limit(200).set_data_page_size_limit(500).set_write_batch_size(64),
+        ];
+        for (k, properties) in all.into_iter().enumerate() {
+            for is_optional in [false, true] {
+                let texts: Vec<Option<String>> =
+                    (0..3000).map(|row| (!is_optional || row % 7 > 0).then(|| format!("S{}", row / 30))).collect();
+                let repetition = if is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+                let field = parquet::schema::types::Type::primitive_type_builder("serial", Type::BYTE_ARRAY)
+                    .with_repetition(repetition)
+                    .build()
+                    .unwrap();
+                let schema = parquet::schema::types::Type::group_type_builder("table")
+                    .with_fields(vec![Arc::new(field)])
+                    .build()
+                    .unwrap();
+                let file = tempfile::tempfile().unwrap();
+                let to = file.try_clone().unwrap();
+                let mut writer =
+                    SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties.clone().build())).unwrap();
+                let mut group = writer.next_row_group().unwrap();
+                let mut column = group.next_column().unwrap().unwrap();
+                let values: Vec<ByteArray> =
+                    texts.iter().flatten().map(|text| ByteArray::from(text.as_str())).collect();
+                let levels: Vec<i16> = texts.iter().map(|text| i16::from(text.is_some())).collect();
+                let levels = is_optional.then_some(levels.as_slice());
+                column.typed::<ByteArrayType>().write_batch(&values, levels, None).unwrap();
+                column.close().unwrap();
+                group.close().unwrap();
+                writer.close().unwrap();
+                let mut record = Columnar::open("texts", file).unwrap();
+                record.select(&[(0, As::Label)]);
+                let (mut block, mut found) = (Block::default(), Vec::new());
+                while record.next(&mut block).unwrap() {
+                    for number in &block.columns[0] {
+                        found.push((!number.is_nan()).then(|| record.labels()[*number as usize].clone()));
+                    }
+                }
+                assert_eq!(found, texts, "way {k}");
+            }
+        }
     }
 }

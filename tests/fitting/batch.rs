@@ -297,6 +297,58 @@ fn another_order_is_the_same_schedule() {
     assert!((rows[0].value[0] - rows[1].value[0]).abs() < 1e-14);
 }
 
+/// Accelerometers on a dividing head, each of which lacks readings that others have: their positions are shared, and every row is what the fit
+/// of that device alone says. One has a reading without its angle, which is that device's answer.
+#[test]
+fn devices_that_share_positions() {
+    let mut draws = Draws(0x2545_f491_4f6c_dd1d_u128 << 1 | 1);
+    let mut rows = Vec::new();
+    for device in 0..40 {
+        let lacking = [draws.below(24), draws.below(24), draws.below(24)];
+        for (place, k) in (0..24).filter(|k| !lacking.contains(k)).enumerate() {
+            let theta = 30.0 * (k % 12) as f64;
+            let (sine, cosine) = (30.0_f64 * (k % 12) as f64).to_radians().sin_cos();
+            let a = cosine * (2.0 + 0.01 * cosine + 0.003 * cosine * cosine) + 0.1 - 0.001 * sine;
+            let mut row = Map::new();
+            row.insert("serial".into(), json!(format!("A{device}")));
+            row.insert("theta_deg".into(), if device == 7 && place == 11 { Value::Null } else { json!(theta) });
+            row.insert(
+                "A".into(),
+                json!(a + 1e-4 * draws.normal() + if device == 9 && place == 3 { 0.01 } else { 0.0 }),
+            );
+            rows.push(row);
+        }
+    }
+    let file = json!({ "bench": "accelerometer-dividing-head", "by": "serial", "readings": [],
+        "estimate": { "K0": {}, "K1": {}, "K2": {}, "K3": {}, "KP": {} }, "derived": { "bias": "K0/K1" } });
+    let table = Table { file, rows, large: false };
+    let (found, ..) = together(&table);
+    assert_eq!(
+        found.iter().filter(|row| row.verdict == Verdict::Malformed).map(|row| row.label.as_str()).collect::<Vec<_>>(),
+        ["A7"]
+    );
+    assert!(found.iter().any(|row| row.label == "A9" && !row.suspects.is_empty()));
+    for row in found.iter().filter(|row| row.label != "A7") {
+        let single = alone(&table, &row.label).expect("a fit");
+        assert_eq!((row.rank, row.dof, row.readings), (single.rank, single.dof, single.readings));
+        assert_eq!((row.verdict, &row.suspects, &row.why), (single.verdict, &single.suspects, &single.why));
+        let pairs = [(&row.value, &single.value), (&row.u, &single.u), (&row.expanded, &single.expanded)];
+        for (own, other) in pairs {
+            for ((a, b), u) in own.iter().zip(other).zip(&single.u) {
+                // residuals are known to the rounding of readings of 2 beside a scatter of 1e-4, and an estimate near zero to its u
+                assert!((a - b).abs() <= 2e-11 * b.abs().max(*u), "{row:?} {single:?}");
+            }
+        }
+        let tests = |row: &Row| [row.residual_sd, row.lack_of_fit_p, row.runs_p, row.normality_p];
+        for (own, other) in tests(row).into_iter().zip(tests(&single)) {
+            assert!(
+                (own - other).abs() <= 1e-9 * other.abs() || (own.is_nan() && other.is_nan()),
+                "{row:?} {single:?}"
+            );
+        }
+    }
+}
+
 /// Analysis of variance by hand: values 1, 2, 3 with Type A u of 0.5 and 4 degrees of freedom each have F = 1/0.25 = 4 with 2 and 12.
 #[test]
 fn between_devices_against_u() {
