@@ -45,6 +45,7 @@ pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, U
 pub use build_bench::{BenchBuilder, SensorBuilder};
 pub use build_campaign::{CampaignBuilder, ReadingBuilder};
 pub use campaign_file::{BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef};
+#[cfg(feature = "cli")]
 pub(crate) use columns::from_title;
 pub use constraint_file::ConstraintFile;
 pub use correction_file::{
