@@ -81,6 +81,8 @@ pub struct Coefficients {
     pub dof: usize,
     /// Probability of so large a sum of squares if the line holds.
     pub p: f64,
+    /// The sampling interval where a rate random walk fits better as a walk that is sampled than as one averaged over each interval, s.
+    pub walk_sampled: Option<f64>,
 }
 
 impl Coefficients {
@@ -93,7 +95,9 @@ impl Coefficients {
 impl Coefficients {
     /// The fitted Allan variance at `tau`.
     pub fn variance(&self, tau: f64) -> f64 {
-        self.terms.iter().map(|c| c.value.map_or(0.0, |v| v * v * c.term.variance(tau))).sum()
+        let steps = self.walk_sampled.map_or(0.0, |interval| sampled_walk(interval, tau));
+        let more = |term: Term| if term == Term::RateRandomWalk { steps } else { 0.0 };
+        self.terms.iter().map(|c| c.value.map_or(0.0, |v| v * v * (c.term.variance(tau) + more(c.term)))).sum()
     }
 
     /// Power of the frequency of what dominates at `tau`.
@@ -108,8 +112,16 @@ impl Coefficients {
     }
 }
 
+/// What the Allan variance of a random walk of coefficient one has beside `tau/3` where its samples are values, not means over their interval:
+/// `(2 m^2 + 1) dt/(6 m) - tau/3` with `m = tau/dt`.
+fn sampled_walk(interval: f64, tau: f64) -> f64 {
+    interval * interval / (6.0 * tau)
+}
+
 /// A coefficient is there if its square would be so large by chance less often than this.
 const PRESENT: f64 = 0.001;
+/// What one more coefficient must take off the sum of squares: the square of the normal quantile at that probability.
+const TERM: f64 = 9.55;
 const ROUNDS: usize = 12;
 
 /// What the fit works on.
@@ -125,7 +137,19 @@ struct Points {
 struct Fitted {
     squares: [f64; 5],
     covariance: [[f64; 5]; 5],
+    /// Skewness of each square's estimate: at the longest averaging times few differences are independent.
+    skewness: [f64; 5],
     chi_square: f64,
+}
+
+/// Probability that an estimate of mean zero lies more than `z` standard deviations above it: a chi-square shifted to that mean, with the same
+/// skewness `sqrt(8/nu)` (Pearson's type III), or the normal distribution where there is none.
+fn beyond(z: f64, skewness: f64) -> f64 {
+    let nu = 8.0 / (skewness * skewness);
+    if skewness > 0.0 && nu < 1e4 {
+        return chi_square_survival((nu + z * (2.0 * nu).sqrt()).max(0.0), nu).unwrap_or(1.0);
+    }
+    0.5 * chi_square_survival(z * z, 1.0).unwrap_or(0.0)
 }
 
 /// The coefficients from Allan variances at averaging times `taus` (s); `shapes` has the samples averaged and the number of differences.
@@ -137,14 +161,32 @@ pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], inte
     if taus.len() < Term::ALL.len() || variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
         return None;
     }
-    let column = |term: Term| taus.iter().zip(variances).map(|(tau, v)| term.variance(*tau) / v).collect::<Vec<f64>>();
     let mut grams = Vec::new();
     for (i, first) in shapes.iter().enumerate() {
         for (j, second) in shapes.iter().enumerate().skip(i) {
             grams.extend(gram(*first, *second).map(|gram| (i, j, gram)));
         }
     }
-    let points = Points { variances: variances.to_vec(), columns: Term::ALL.map(column), grams, interval };
+    let column = |term: Term, more: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        taus.iter().zip(variances).map(|(tau, v)| (term.variance(*tau) + more(*tau)) / v).collect()
+    };
+    let columns = Term::ALL.map(|term| column(term, &|_| 0.0));
+    let mut points = Points { variances: variances.to_vec(), columns, grams, interval };
+    let averaged = selected(&points)?;
+    if averaged.get(Term::RateRandomWalk).is_none_or(|walk| walk.value.is_none()) {
+        return Some(averaged);
+    }
+    // whether a logger takes values or means is not known: the one that needs less to be described
+    points.columns[3] = column(Term::RateRandomWalk, &|tau| sampled_walk(interval, tau));
+    let sampled = selected(&points).map(|own| Coefficients { walk_sampled: Some(interval), ..own });
+    let cost = |own: &Coefficients| {
+        own.chi_square + TERM * own.terms.iter().filter(|term| term.value.is_some()).count() as f64
+    };
+    Some(sampled.filter(|own| cost(own) < cost(&averaged)).unwrap_or(averaged))
+}
+
+/// The terms that are there.
+fn selected(points: &Points) -> Option<Coefficients> {
     let mut active = [true; 5];
     let mut p = [1.0; 5];
     let mut fitted = points.fit(active)?;
@@ -160,7 +202,7 @@ pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], inte
                 let Some(less) = points.fit(without) else { continue };
                 let more = points.with_covariance_of(active, &less.squares)?;
                 let drop = (less.chi_square - more.chi_square).max(0.0);
-                let chance = 0.5 * chi_square_survival(drop, 1.0).unwrap_or(0.0);
+                let chance = beyond(drop.sqrt(), more.skewness[k]);
                 p[k] = chance;
                 if chance > PRESENT && weakest.as_ref().is_none_or(|(_, most, _)| chance > *most) {
                     weakest = Some((k, chance, less));
@@ -180,7 +222,7 @@ pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], inte
             _ => break,
         }
     }
-    let dof = taus.len().saturating_sub(active.iter().filter(|a| **a).count());
+    let dof = points.variances.len().saturating_sub(active.iter().filter(|a| **a).count());
     let terms = std::array::from_fn(|k| {
         let term = Term::ALL.get(k).copied().unwrap_or(Term::RandomWalk);
         if active[k] {
@@ -204,7 +246,7 @@ pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], inte
         Coefficient { term, value: None, u: None, p: p[k], below }
     });
     let p = chi_square_survival(fitted.chi_square, dof.max(1) as f64).unwrap_or(0.0);
-    Some(Coefficients { terms, chi_square: fitted.chi_square, dof, p })
+    Some(Coefficients { terms, chi_square: fitted.chi_square, dof, p, walk_sampled: None })
 }
 
 impl Points {
@@ -306,6 +348,20 @@ impl Points {
                 covariance[*k][*m] = inverse[(i, j)] / (scales[i] * scales[j]);
             }
         }
-        chi_square.is_finite().then_some(Fitted { squares, covariance, chi_square })
+        // weights of the estimates, in the given points: L^-T of those in the white ones
+        let mut weights = Mat::from_fn(n, 5, |i, k| {
+            which.iter().enumerate().map(|(j, m)| a[(i, j)] * scales[j] * covariance[k][*m]).sum::<f64>()
+        });
+        faer::linalg::triangular_solve::solve_upper_triangular_in_place(
+            l.transpose(),
+            weights.as_mut(),
+            faer::Par::Seq,
+        );
+        let skewness = std::array::from_fn(|k| {
+            // a variance with nu degrees of freedom: relative variance 2/nu, third cumulant 8/nu^2
+            let third: f64 = (0..n).map(|i| weights[(i, k)].powi(3) * 2.0 * c[(i, i)].powi(2)).sum();
+            third / covariance[k][k].powf(1.5)
+        });
+        chi_square.is_finite().then_some(Fitted { squares, covariance, skewness, chi_square })
     }
 }
