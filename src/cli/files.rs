@@ -98,7 +98,11 @@ pub(super) struct Beside {
 
 impl Beside {
     pub(super) fn new(campaign: &Path) -> Self {
-        Beside { folder: campaign.parent().map(Path::to_path_buf).unwrap_or_default(), inputs: Vec::new(), pipes: Vec::new() }
+        Beside {
+            folder: campaign.parent().map(Path::to_path_buf).unwrap_or_default(),
+            inputs: Vec::new(),
+            pipes: Vec::new(),
+        }
     }
 
     /// A table of readings at a path of the user's.

@@ -126,7 +126,10 @@ fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Res
 }
 
 /// The fit of one device, the campaign as text, and every file that was read.
-fn fitted(question: &batch::Question, settings: &fit::Settings) -> Result<(fit::Fit, wire::Source, Vec<report::Input>)> {
+fn fitted(
+    question: &batch::Question,
+    settings: &fit::Settings,
+) -> Result<(fit::Fit, wire::Source, Vec<report::Input>)> {
     if question.is_streamed() {
         let (fit, inputs) = question.stream(settings)?;
         return Ok((fit, question.source().clone(), inputs));

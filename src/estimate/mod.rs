@@ -66,8 +66,8 @@ pub use scatter::{
     Felt, Floor, Line, LineState, Memory, Pattern, Scattered, Stepped, Variances, Whitening, adjust_scattered,
     step_scattered,
 };
-pub(crate) use sequential::Sum;
 pub use sequential::Sequential;
+pub(crate) use sequential::Sum;
 pub use stacked::{Stacked, adjust_stacked};
 
 use crate::error::{Fault, Malformed, Result};

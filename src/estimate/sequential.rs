@@ -80,9 +80,12 @@ impl Sequential {
     pub fn whiten(&mut self, block: &mut Mat<f64>, time: &[f64], sd: &[f64]) -> Result<()> {
         let (k, n) = block.shape();
         if n != self.mean.len() || time.len() != k || sd.len() != k {
-            return Err(Malformed::new(Fault::Value, "a block of rows, its times and its noise are of different sizes")
-                .expected(format!("{} columns, {k} times, {k} standard deviations", self.mean.len()))
-                .found(format!("{n}, {} and {}", time.len(), sd.len())));
+            return Err(Malformed::new(
+                Fault::Value,
+                "a block of rows, its times and its noise are of different sizes",
+            )
+            .expected(format!("{} columns, {k} times, {k} standard deviations", self.mean.len()))
+            .found(format!("{n}, {} and {}", time.len(), sd.len())));
         }
         self.gains(time, sd)?;
         let correlated = self.variance > 0.0;

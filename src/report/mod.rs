@@ -111,7 +111,6 @@ pub use scatter::ScatterReport;
 pub use separation::{CombinationReport, NotEstimableReport, PositionReport, position_keys};
 pub use site::{GravityBasis, GravityReport, SiteReport, gravity_text, site, site_text};
 
-pub use record::{BinReport, BinsReport, FarReport, LagReport, MeansReport, RecordReport, RecordSensorReport};
 pub use fit_checks::{
     ChecksReport, ExternalReport, LackOfFitReport, NormalityReport, RobustReport, RunsReport, SnoopingReport,
     SuspectReport,
@@ -127,6 +126,7 @@ pub use navigate::{
     CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
     ScenarioReport, SummaryReport, navigate_report,
 };
+pub use record::{BinReport, BinsReport, FarReport, LagReport, MeansReport, RecordReport, RecordSensorReport};
 
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose::{

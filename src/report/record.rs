@@ -156,7 +156,12 @@ fn sensor(fit: &Fit, own: &SensorResiduals) -> RecordSensorReport {
         means: own
             .means
             .iter()
-            .map(|own| MeansReport { rows: crate::number::count_u64(own.rows), pairs: own.pairs, ratio: own.ratio, p: own.p })
+            .map(|own| MeansReport {
+                rows: crate::number::count_u64(own.rows),
+                pairs: own.pairs,
+                ratio: own.ratio,
+                p: own.p,
+            })
             .collect(),
         largest: own
             .largest
@@ -177,7 +182,12 @@ fn bins(fit: &Fit, own: &BinnedResiduals, tests: f64) -> BinsReport {
         bins: own
             .bins
             .iter()
-            .map(|bin| BinReport { low: bin.low, high: bin.high, rows: bin.rows, mean: (bin.rows > 0).then_some(bin.mean) })
+            .map(|bin| BinReport {
+                low: bin.low,
+                high: bin.high,
+                rows: bin.rows,
+                mean: (bin.rows > 0).then_some(bin.mean),
+            })
             .collect(),
     }
 }
@@ -190,7 +200,11 @@ pub(super) fn verdict(fit: &Fit) -> Vec<Sentence> {
     let mut found = Vec::new();
     for own in &record.sensors {
         let all = own.means.len().max(1) as f64;
-        let worst = own.means.iter().filter(|test| test.p * all < level).max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()));
+        let worst = own
+            .means
+            .iter()
+            .filter(|test| test.p * all < level)
+            .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()));
         let rejected: Vec<&BinsReport> =
             record.inputs.iter().filter(|input| input.rejected && input.sensor == own.sensor).collect();
         let is_correlated = worst.is_some_and(|test| test.ratio > 1.0);
@@ -275,13 +289,8 @@ pub(super) fn text(report: &super::FitReport, lang: Language) -> String {
     }
     let rows = inputs_rows(record);
     if !rows.is_empty() {
-        let header = [
-            say!(lang, "sensor"),
-            say!(lang, "lack-of-fit-over"),
-            say!(lang, "chi-square"),
-            say!(lang, "dof"),
-            "p",
-        ];
+        let header =
+            [say!(lang, "sensor"), say!(lang, "lack-of-fit-over"), say!(lang, "chi-square"), say!(lang, "dof"), "p"];
         text.push('\n');
         text.push_str(&plain(&header, &rows));
     }

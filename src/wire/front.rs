@@ -1,7 +1,8 @@
 //! The front door for programs: questions from texts and files in one call.
 
 use super::{
-    BenchRef, Folder, Source, Table, bench_file, campaign_of, locate, read_bench, read_campaign, read_campaign_in, read_rows_of,
+    BenchRef, Folder, Source, Table, bench_file, campaign_of, locate, read_bench, read_campaign, read_campaign_in,
+    read_rows_of,
 };
 use crate::bench::Bench;
 use crate::campaign::Campaign;

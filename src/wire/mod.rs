@@ -74,8 +74,8 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
-pub use record_rows::{RecordRows, read_rows_of};
 pub use recipe::{ClockFrom, Encoder, Recipe, Reduced, SegmentsBy, times};
+pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
 pub use samples_file::{SamplesAs, SamplesFile, TimesFile, TimesLine};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};

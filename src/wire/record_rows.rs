@@ -86,7 +86,10 @@ pub fn read_rows_of<'a>(
     }
     let unused = rows.row - rows.used;
     if unused > 0 {
-        rows.folder.note(format!("{}: {unused} of {} rows lie outside the segments and are not used", samples.samples, rows.row));
+        rows.folder.note(format!(
+            "{}: {unused} of {} rows lie outside the segments and are not used",
+            samples.samples, rows.row
+        ));
     }
     let campaign = file.clone().with(bench, sample.readings.clone()).map_err(at)?;
     Ok((campaign, rows, sample))
@@ -182,10 +185,13 @@ impl<'a> RecordRows<'a> {
     /// What the positions of the campaign say of the rows.
     fn positions(&mut self, list: &[ReadingFile], source: &SegmentSource) -> Result<()> {
         if list.len() > 1 && matches!(source, SegmentSource::All) {
-            return Err(Malformed::new(Fault::Missing, "several positions, and nothing says which rows belong to which")
-                .expected("\"by\": a column of labels, or \"times\"; or one position that stands for all rows")
-                .found(format!("{} positions", list.len()))
-                .at_path("readings.positions"));
+            return Err(Malformed::new(
+                Fault::Missing,
+                "several positions, and nothing says which rows belong to which",
+            )
+            .expected("\"by\": a column of labels, or \"times\"; or one position that stands for all rows")
+            .found(format!("{} positions", list.len()))
+            .at_path("readings.positions"));
         }
         let empty = Named(Vec::new());
         let all = if list.is_empty() { std::slice::from_ref(&empty) } else { list };
@@ -207,7 +213,9 @@ impl<'a> RecordRows<'a> {
                         None if in_order => k,
                         None => {
                             return Err(Malformed::new(Fault::Value, "a segment belongs to none of the positions")
-                                .expected("one position, as many as segments, or segments labelled as the positions are")
+                                .expected(
+                                    "one position, as many as segments, or segments labelled as the positions are",
+                                )
                                 .found(format!("segment {} '{label}', {} positions", k + 1, self.patterns.len()))
                                 .at_path("readings.times"));
                         }
@@ -258,7 +266,8 @@ impl<'a> RecordRows<'a> {
         let first = self.patterns.first();
         let has = |wanted: &dyn Fn(&Meaning) -> bool| self.read.iter().any(|own| wanted(&own.meaning));
         for (k, joint) in self.bench.joints().enumerate() {
-            let stated = first.and_then(|own| own.states.get(k)).is_some_and(|own| own[0].is_some() || own[1].is_some());
+            let stated =
+                first.and_then(|own| own.states.get(k)).is_some_and(|own| own[0].is_some() || own[1].is_some());
             let read = has(&|own| matches!(own, Meaning::Angle(j) | Meaning::Rate(j) if *j == k));
             if !stated && !read {
                 return Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' has no state"))
@@ -273,7 +282,11 @@ impl<'a> RecordRows<'a> {
         let stated = first.is_some_and(|own| own.values.iter().any(|(value, _)| value.is_some()));
         if !stated && !has(&|own| matches!(own, Meaning::Sensor(_))) {
             return Err(Malformed::new(Fault::Missing, "no column of the record is a sensor")
-                .expected(format!("a column {} (or \"columns\": {{ \"{}\": its title }})", sensors.join(" or "), sensors.first().unwrap_or(&"")))
+                .expected(format!(
+                    "a column {} (or \"columns\": {{ \"{}\": its title }})",
+                    sensors.join(" or "),
+                    sensors.first().unwrap_or(&"")
+                ))
                 .found(format!("columns {}", crate::record::listed(record.columns())))
                 .in_file(record.name()));
         }
@@ -282,7 +295,8 @@ impl<'a> RecordRows<'a> {
 
     /// Row `k` of the block as a reading; `false` where it is not used.
     fn fill(&mut self, k: usize, number: u64, file: &str, labels: &[String], into: &mut Reading) -> Result<bool> {
-        let cell = |column: usize| self.block.columns.get(column).and_then(|own| own.get(k)).copied().unwrap_or(f64::NAN);
+        let cell =
+            |column: usize| self.block.columns.get(column).and_then(|own| own.get(k)).copied().unwrap_or(f64::NAN);
         let time_slot = self.names.iter().position(|name| name == "time_s");
         into.columns.clear();
         into.columns.resize(self.names.len(), None);
@@ -318,14 +332,19 @@ impl<'a> RecordRows<'a> {
         let label = label.and_then(|x| labels.get(number::count(x))).map_or("", String::as_str);
         let pattern = match &self.segments {
             Segments::All => Some(0),
-            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|own| own.position.is_empty()) => Some(0),
+            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|own| own.position.is_empty()) => {
+                Some(0)
+            }
             Segments::Labels => self.patterns.iter().position(|own| own.position == label),
             Segments::Times(list) => match time {
                 Some(t) => list.iter().find(|(_, start, end)| t >= *start && t <= *end).map(|(own, ..)| *own),
                 None => {
-                    return Err(Malformed::new(Fault::Missing, "segments are given by their times, and the record has none")
-                        .expected("a column of times (\"time\": its title), or \"rate_hz\"")
-                        .in_file(file));
+                    return Err(Malformed::new(
+                        Fault::Missing,
+                        "segments are given by their times, and the record has none",
+                    )
+                    .expected("a column of times (\"time\": its title), or \"rate_hz\"")
+                    .in_file(file));
                 }
             },
         };
@@ -350,9 +369,12 @@ impl<'a> RecordRows<'a> {
             let Some(value) = value.or(*stated) else { continue };
             let u = u.or(*stated_u);
             if u.is_some_and(|u| !(u > 0.0)) || !(into.samples > 0.0) {
-                return Err(Malformed::new(Fault::Value, "a standard uncertainty or a number of samples is not positive")
-                    .expected("positive numbers (leave them out where they are not known)")
-                    .at_path(into.place.clone()));
+                return Err(Malformed::new(
+                    Fault::Value,
+                    "a standard uncertainty or a number of samples is not positive",
+                )
+                .expected("positive numbers (leave them out where they are not known)")
+                .at_path(into.place.clone()));
             }
             into.observations.push(Observation { sensor, value, u, samples: into.samples });
         }

@@ -121,9 +121,12 @@ impl SamplesFile {
             ("counts_per_turn", self.counts_per_turn.is_some()),
         ];
         if let Some((key, _)) = of_means.iter().find(|(_, given)| *given) {
-            return Err(Malformed::new(Fault::Value, format!("\"{key}\" is of means, and the samples are taken as rows"))
-                .expected("\"by\" or \"times\" for the rows that are used, or samples without \"as\": \"rows\"")
-                .at_path(*key));
+            return Err(Malformed::new(
+                Fault::Value,
+                format!("\"{key}\" is of means, and the samples are taken as rows"),
+            )
+            .expected("\"by\" or \"times\" for the rows that are used, or samples without \"as\": \"rows\"")
+            .at_path(*key));
         }
         let recipe = self.recipe(&Named(Vec::new()), folder)?;
         Ok(match recipe.segments {

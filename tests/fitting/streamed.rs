@@ -158,12 +158,17 @@ fn coverage() {
                 let own = fit.parameters[j].uncertainty.unwrap();
                 hits[j] += usize::from((fit.point[j] - truth).abs() <= own.expanded);
             }
-            let sd = fit.noise.sources.iter().find(|own| own.line == Some(0)).map_or(f64::NAN, |own| own.variance.sqrt());
+            let sd =
+                fit.noise.sources.iter().find(|own| own.line == Some(0)).map_or(f64::NAN, |own| own.variance.sqrt());
             ratio += sd / count as f64;
         }
         let share = hits.map(|hits| hits as f64 / count as f64);
         let part = 5.0 / (rows as f64 * step);
-        println!("{rows:>4}  {part:>10.3}  {name:<9}  {:>4.1}  {:>4.1}  {ratio:.3}", 100.0 * share[0], 100.0 * share[1]);
+        println!(
+            "{rows:>4}  {part:>10.3}  {name:<9}  {:>4.1}  {:>4.1}  {ratio:.3}",
+            100.0 * share[0],
+            100.0 * share[1]
+        );
         assert!(share.iter().all(|share| (low..=high).contains(share)), "{name} {rows}: {share:?}");
     }
 }

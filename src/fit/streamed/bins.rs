@@ -2,7 +2,10 @@
 //!
 //! A step for each bin but the first is a column beside the unknowns; what these columns explain together of the independent rows is `chi^2` with as many degrees
 //! of freedom as they have columns that the model does not have itself.
-#![allow(clippy::indexing_slicing, reason = "a fold's triangle is square: unknowns, steps, observations; bins are counted when they are made")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a fold's triangle is square: unknowns, steps, observations; bins are counted when they are made"
+)]
 
 use super::question::{Chunk, Folding, Noise, Part, Question};
 use super::residuals::{Bin, BinnedResiduals};
@@ -53,7 +56,13 @@ impl Binned {
     }
 
     /// Takes a block; `residuals` are those of the rows as they were read. Gives the rows back made independent: unknowns, steps, observations.
-    pub(super) fn push(&mut self, unknowns: usize, inputs: &[Input], chunk: &Chunk<'_>, residuals: &[f64]) -> Result<Mat<f64>> {
+    pub(super) fn push(
+        &mut self,
+        unknowns: usize,
+        inputs: &[Input],
+        chunk: &Chunk<'_>,
+        residuals: &[f64],
+    ) -> Result<Mat<f64>> {
         let (k, steps) = (chunk.rows.nrows(), inputs.len() * (BINS - 1));
         let mut rows = Mat::zeros(k, unknowns + steps + 1);
         for j in 0..unknowns {

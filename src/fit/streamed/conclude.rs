@@ -1,5 +1,8 @@
 //! The last pass over a record, and the result as that of any fit.
-#![allow(clippy::indexing_slicing, reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand"
+)]
 
 use super::bins::{Binned, Input, MOST};
 use super::cost::{Shape, noise, uncertain};
@@ -69,8 +72,7 @@ pub(super) fn conclude(
         }
         Ok(())
     })?;
-    let parts: Vec<Vec<Part>> =
-        folding.into_iter().map(|list| list.into_iter().map(Folding::part).collect()).collect();
+    let parts: Vec<Vec<Part>> = folding.into_iter().map(|list| list.into_iter().map(Folding::part).collect()).collect();
     let middle: Vec<Option<&Part>> = (0..sensors).map(|s| parts[s].first().filter(|_| question.is_read(s))).collect();
     let solved = together(&question, &middle, &shape.open, &vec![1.0; sensors], &point)?;
     let uncertain = uncertain(&question, &shape, &parts, &middle, &solved, &point)?;
@@ -250,7 +252,8 @@ fn estimate(
     let leverage: Vec<f64> = (0..weighed.observed.len())
         .map(|i| {
             let row = |j: usize| weighed.rows[(i, j)];
-            let form: f64 = (0..n).map(|j| row(j) * (0..n).map(|k| folded.cofactor[(j, k)] * row(k)).sum::<f64>()).sum();
+            let form: f64 =
+                (0..n).map(|j| row(j) * (0..n).map(|k| folded.cofactor[(j, k)] * row(k)).sum::<f64>()).sum();
             let u = at.rows.get(i).map_or(weighed.u[i], |origin| total(shape, solved, origin.sensor, weighed.u[i]));
             (form / (u * u)).clamp(0.0, 1.0)
         })

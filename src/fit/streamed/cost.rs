@@ -2,7 +2,10 @@
 //!
 //! Derivatives of the covariance of the unknowns and of the deviance by the logarithms of the noise's parameters are difference quotients of the triangles
 //! of the last pass; degrees of freedom follow as Satterthwaite's, with the covariance of the estimated variances.
-#![allow(clippy::indexing_slicing, reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand"
+)]
 
 use super::noise::{Coordinate, moved, stencil};
 use super::question::{Noise as Size, Part, Question};
@@ -58,8 +61,11 @@ pub(super) fn uncertain(
 ) -> Result<Uncertain> {
     let sensors = parts.len();
     let none = vec![false; sensors];
-    let mut found =
-        Uncertain { deviation: vec![None; sensors], lean: vec![None; sensors], logarithms: vec![[[0.0; 3]; 3]; sensors] };
+    let mut found = Uncertain {
+        deviation: vec![None; sensors],
+        lean: vec![None; sensors],
+        logarithms: vec![[[0.0; 3]; 3]; sensors],
+    };
     for s in 0..sensors {
         if middle[s].is_none() {
             continue;

@@ -36,7 +36,7 @@ mod rows;
 mod sample;
 mod together;
 
-pub use residuals::{BinnedResiduals, Bin, Far, MeansTest, SensorResiduals};
+pub use residuals::{Bin, BinnedResiduals, Far, MeansTest, SensorResiduals};
 pub use rows::{Held, Rows};
 pub use sample::{Sample, sample};
 

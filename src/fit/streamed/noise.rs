@@ -2,7 +2,10 @@
 //!
 //! The restricted likelihood is looked at on a few points about the one at hand, all in one pass; Newton's step on the parabola through them is the next
 //! one. Scales need no points: they follow from the triangles (`together.rs`).
-#![allow(clippy::indexing_slicing, reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand"
+)]
 
 use super::Rows;
 use super::octaves::{self, Octaves, Stated};
@@ -10,8 +13,8 @@ use super::question::{Noise, Part, Question};
 use super::together::{Together, merged, remainder, together};
 use crate::campaign::{Campaign, Size};
 use crate::error::Result;
-use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
 use crate::fit::Estimator;
+use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
 
 /// Most passes of the search for the noise.
 const PASSES: usize = 30;
@@ -95,7 +98,9 @@ pub(super) fn stencil(h: &[f64]) -> Vec<Vec<f64>> {
 
 /// Gradient and second derivatives from the values on a [`stencil`].
 fn parabola(values: &[f64], h: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let one = |a: usize, h: f64| ((values[a] - values[a + 1]) / (2.0 * h), (values[a] - 2.0 * values[0] + values[a + 1]) / (h * h));
+    let one = |a: usize, h: f64| {
+        ((values[a] - values[a + 1]) / (2.0 * h), (values[a] - 2.0 * values[0] + values[a + 1]) / (h * h))
+    };
     match h {
         [h] => {
             let (slope, bend) = one(1, *h);
@@ -103,7 +108,8 @@ fn parabola(values: &[f64], h: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         }
         [h, k] => {
             let ((s1, b1), (s2, b2)) = (one(1, *h), one(3, *k));
-            let cross = (values[5] + values[6] - values[1] - values[2] - values[3] - values[4] + 2.0 * values[0]) / (2.0 * h * k);
+            let cross = (values[5] + values[6] - values[1] - values[2] - values[3] - values[4] + 2.0 * values[0])
+                / (2.0 * h * k);
             (vec![s1, s2], vec![vec![b1, cross], vec![cross, b2]])
         }
         _ => (Vec::new(), Vec::new()),
@@ -116,8 +122,9 @@ fn inverse(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         [row] => (row[0] > 0.0).then(|| vec![vec![1.0 / row[0]]]),
         [a, b] => {
             let determinant = a[0] * b[1] - a[1] * b[0];
-            (a[0] > 0.0 && determinant > 1e-10 * a[0] * b[1].abs())
-                .then(|| vec![vec![b[1] / determinant, -a[1] / determinant], vec![-b[0] / determinant, a[0] / determinant]])
+            (a[0] > 0.0 && determinant > 1e-10 * a[0] * b[1].abs()).then(|| {
+                vec![vec![b[1] / determinant, -a[1] / determinant], vec![-b[0] / determinant, a[0] / determinant]]
+            })
         }
         _ => None,
     }
@@ -152,7 +159,12 @@ fn effect(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f
 }
 
 /// The solution and the noise; `point` is where it begins and ends.
-pub(super) fn search(question: &mut Question, rows: &mut dyn Rows, point: &mut [f64], lines: &[Option<Stated>]) -> Result<Found> {
+pub(super) fn search(
+    question: &mut Question,
+    rows: &mut dyn Rows,
+    point: &mut [f64],
+    lines: &[Option<Stated>],
+) -> Result<Found> {
     let sensors = question.sensors.len();
     let n = question.unknowns;
     let linear_only = question.settings.estimator == Estimator::Linear;
@@ -346,7 +358,14 @@ impl Search<'_> {
     }
 
     /// Deviance on the points of one sensor, the others as they are.
-    fn values(&self, parts: &[Vec<Part>], middle: &[Option<Part>], s: usize, open: &[bool], found: &Together) -> Result<Vec<f64>> {
+    fn values(
+        &self,
+        parts: &[Vec<Part>],
+        middle: &[Option<Part>],
+        s: usize,
+        open: &[bool],
+        found: &Together,
+    ) -> Result<Vec<f64>> {
         let mut values = vec![found.deviance];
         let ones = vec![1.0; parts.len()];
         for part in parts[s].iter().skip(1) {

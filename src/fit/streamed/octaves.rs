@@ -46,7 +46,9 @@ impl Octaves {
     /// Rows in a mean, pairs of means, variance; for every length of which there are pairs.
     pub(super) fn variances(&self) -> impl Iterator<Item = (f64, u64, f64)> + '_ {
         let levels = self.levels.iter().enumerate().filter(|(_, own)| own.pairs > 0);
-        levels.map(|(j, own)| (f64::from(crate::number::signed(j)).exp2(), own.pairs, own.squares.value() / (2.0 * own.pairs as f64)))
+        levels.map(|(j, own)| {
+            (f64::from(crate::number::signed(j)).exp2(), own.pairs, own.squares.value() / (2.0 * own.pairs as f64))
+        })
     }
 }
 
@@ -73,8 +75,11 @@ pub(super) struct Stated {
 pub(super) fn start(octaves: &Octaves, step: f64, length: f64, stated: Stated) -> Noise {
     const TAUS: usize = 33;
     const RATIOS: i32 = 24;
-    let seen: Vec<(f64, f64, f64)> =
-        octaves.variances().filter(|own| own.2 > 0.0).map(|(m, pairs, variance)| (m, pairs as f64, variance.ln())).collect();
+    let seen: Vec<(f64, f64, f64)> = octaves
+        .variances()
+        .filter(|own| own.2 > 0.0)
+        .map(|(m, pairs, variance)| (m, pairs as f64, variance.ln()))
+        .collect();
     let weight = |pairs: f64| pairs / (1.0 + pairs / 1e3);
     let (shortest, longest) = (step / 3.0, length.max(step));
     let taus: Vec<f64> = match stated.tau {
@@ -88,7 +93,9 @@ pub(super) fn start(octaves: &Octaves, step: f64, length: f64, stated: Stated) -
         for k in -RATIOS..=RATIOS {
             // variance of the deviation in variances of the white noise
             let ratio = 10f64.powf(0.25 * f64::from(k));
-            let model = |white: f64, deviation: f64, (m, ..): &(f64, f64, f64), shape: f64| (white / m + deviation * shape).ln();
+            let model = |white: f64, deviation: f64, (m, ..): &(f64, f64, f64), shape: f64| {
+                (white / m + deviation * shape).ln()
+            };
             let (mut sum, mut all) = (0.0, 0.0);
             for (own, shape) in seen.iter().zip(&shapes) {
                 let weight = weight(own.1);

@@ -74,16 +74,28 @@ pub(super) fn check(campaign: &Campaign, settings: &Settings) -> Result<()> {
             .at_path(path))
     };
     if settings.robust.is_some() {
-        return refuse("a robust estimate is asked for".into(), "its weights belong to single rows, and change in each step", "readings");
+        return refuse(
+            "a robust estimate is asked for".into(),
+            "its weights belong to single rows, and change in each step",
+            "readings",
+        );
     }
     if settings.remount != Remount::No {
-        return refuse("a scatter of remounting is asked for".into(), "rows of a position are not brought together", "readings");
+        return refuse(
+            "a scatter of remounting is asked for".into(),
+            "rows of a position are not brought together",
+            "readings",
+        );
     }
     if !campaign.constraints.is_empty() {
         return refuse("the campaign has constraints".into(), "what they cost is found with all rows", "constraints");
     }
     if let Some(sensor) = campaign.bench.sensors.iter().find(|sensor| sensor.turn.is_some()) {
-        return refuse(format!("{} is a closed circle", sensor.id), "its whole turns are decided with all rows", "bench");
+        return refuse(
+            format!("{} is a closed circle", sensor.id),
+            "its whole turns are decided with all rows",
+            "bench",
+        );
     }
     let mut seen: Vec<usize> = Vec::new();
     for line in &campaign.scatter {
@@ -121,9 +133,10 @@ impl Question {
         let known = campaign.parameters.iter().enumerate();
         let sensors = (0..campaign.bench.sensors.len())
             .map(|s| {
-                let own = campaign.scatter.iter().enumerate().find_map(|(k, line)| {
-                    over(line).filter(|(sensor, _)| *sensor == s).map(|(_, column)| (k, column))
-                });
+                let own =
+                    campaign.scatter.iter().enumerate().find_map(|(k, line)| {
+                        over(line).filter(|(sensor, _)| *sensor == s).map(|(_, column)| (k, column))
+                    });
                 let line = own.and_then(|(k, column)| Some((k, columns.iter().position(|c| c == column)?)));
                 let read = campaign.readings.rows.iter().flat_map(|r| &r.observations).find(|o| o.sensor == s);
                 Sensor { line, stated: read.map(|o| o.u.is_some()) }
@@ -218,9 +231,12 @@ impl Question {
                 let at = match sensor.line {
                     Some((_, column)) => number(column).ok_or_else(|| {
                         let name = self.campaign.readings.columns.get(column).map_or("", String::as_str);
-                        Malformed::new(Fault::Missing, format!("a reading has no {name}, and noise is correlated over it"))
-                            .expected(format!("{name} in every reading"))
-                            .at_path(reading.place.clone())
+                        Malformed::new(
+                            Fault::Missing,
+                            format!("a reading has no {name}, and noise is correlated over it"),
+                        )
+                        .expected(format!("{name} in every reading"))
+                        .at_path(reading.place.clone())
                     })?,
                     None => 0.0,
                 };

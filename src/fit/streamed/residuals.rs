@@ -168,7 +168,9 @@ impl Residuals {
         let third = m3 - 3.0 * m1 * m2 + 2.0 * m1 * m1 * m1;
         let fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1 * m1 * m2 - 3.0 * m1.powi(4);
         let lags: Vec<(u64, f64)> = (0..LAGS)
-            .map(|k| (1_u64 << k, self.products.get(k).map_or(0.0, |sum| sum.value() / (n * m2).max(f64::MIN_POSITIVE))))
+            .map(|k| {
+                (1_u64 << k, self.products.get(k).map_or(0.0, |sum| sum.value() / (n * m2).max(f64::MIN_POSITIVE)))
+            })
             .filter(|(lag, _)| *lag * 8 <= self.rows)
             .collect();
         let squares: f64 = lags.iter().map(|(lag, r)| n * n / (n - *lag as f64) * r * r).sum();

@@ -5,7 +5,10 @@
 //! ```
 //!
 //! That is restricted maximum likelihood for the scales (the estimator of Helmert and of Foerstner at its fixed point), from triangles alone.
-#![allow(clippy::indexing_slicing, reason = "a fold's triangle is square, with the unknowns' columns first and the observations last")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a fold's triangle is square, with the unknowns' columns first and the observations last"
+)]
 
 use super::question::{Part, Question};
 use crate::error::Result;
@@ -131,9 +134,7 @@ pub(super) fn observed(part: &Part) -> Vec<f64> {
 /// Squares of a part's rows at a solution.
 pub(super) fn remainder(part: &Part, solution: &[f64]) -> f64 {
     let triangle = part.fold.triangle();
-    let row = |(i, z): (usize, f64)| {
-        z - solution.iter().enumerate().map(|(j, x)| triangle[(i, j)] * x).sum::<f64>()
-    };
+    let row = |(i, z): (usize, f64)| z - solution.iter().enumerate().map(|(j, x)| triangle[(i, j)] * x).sum::<f64>();
     observed(part).into_iter().enumerate().map(|own| row(own).powi(2)).sum()
 }
 
