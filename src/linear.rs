@@ -5,6 +5,8 @@
 //! names: `compensated_dot` (twice the precision, for refinement), those of `estimate/panel.rs` and `estimate/small_qr.rs` (laid out for one loop),
 //! `determinant_and_trace` and `inverse_root` of the plans (clamped pivots, many candidates side by side).
 
+use crate::elements::Parts;
+
 /// Scalar product, in eight sums side by side (in order below eight elements); of columns of two lengths, the shorter counts.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
@@ -93,8 +95,8 @@ impl Triangle {
         for (i, row) in self.rows.iter().enumerate().skip(first) {
             let (before, own) = x.split_at_mut(i.min(x.len()));
             if let (Some((pivot, row)), Some(own)) = (row.split_last(), own.first_mut()) {
-                let among = row.get(first..).unwrap_or_default();
-                *own = (*own - dot(among, before.get(first..).unwrap_or_default())) / pivot;
+                let among = row.part(first..);
+                *own = (*own - dot(among, before.part(first..))) / pivot;
             }
         }
     }
@@ -140,7 +142,7 @@ impl Triangle {
         // both columns are zero before the later of their pivots
         let product = |(i, a): (usize, &Vec<f64>), (j, b): (usize, &Vec<f64>)| {
             let from = i.max(j);
-            dot(a.get(from..).unwrap_or_default(), b.get(from..).unwrap_or_default())
+            dot(a.part(from..), b.part(from..))
         };
         columns.iter().enumerate().map(|a| columns.iter().enumerate().map(|b| product(a, b)).collect()).collect()
     }

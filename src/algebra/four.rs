@@ -102,6 +102,7 @@ impl Tape {
         let first_step = self.slots.len() + self.constants.len();
         registers.resize(first_step + self.steps.len(), [0.0; 4]);
         for (register, slot) in registers.iter_mut().zip(&self.slots) {
+            // an input that is not given is not a number, and so is what depends on it
             *register = inputs.get(*slot).copied().unwrap_or([f64::NAN; 4]);
         }
         for (register, constant) in registers.iter_mut().skip(self.slots.len()).zip(&self.constants) {

@@ -301,6 +301,7 @@ impl Own {
                         for (j, a) in row.iter().take(n).enumerate() {
                             eight.rows[j * m + begin + i][l] = *a;
                         }
+                        // the prediction stands last
                         values[i * LANES + l] = row.last().copied().unwrap_or(f64::NAN);
                     }
                 }
@@ -325,6 +326,7 @@ impl Own {
                     let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
                     let u = match line.u.and_then(cell).filter(|u| !u.is_nan()) {
                         Some(u) => u,
+                        // no count: one sample, as the format says
                         None => 1.0 / self.samples.and_then(cell).filter(|n| !n.is_nan()).unwrap_or(1.0).sqrt(),
                     };
                     Some((*value, u))

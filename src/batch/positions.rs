@@ -6,6 +6,7 @@ use super::own_rows::Own;
 use super::{Device, Layout};
 use crate::campaign::Campaign;
 use crate::design::{self, Model};
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::fit;
 use crate::mix::Mix;
@@ -98,6 +99,7 @@ impl Positions {
                 .iter()
                 .enumerate()
                 .filter(move |(row, _)| read(slot, *row))
+                // a bench has fewer sensors than the fallback stands for
                 .map(move |(_, first)| first + u32::try_from(slot).unwrap_or(0))
         };
         Some((0..sensors).flat_map(of_slot).collect())
@@ -138,11 +140,12 @@ impl Positions {
     /// Derivatives by the unknowns and the prediction at a place.
     pub(super) fn row(&self, place: u32) -> &[f64] {
         let start = place as usize * self.width;
-        self.rows.get(start..start + self.width).unwrap_or_default()
+        self.rows.part(start..start + self.width)
     }
 
     /// The cell that replicates of a place share.
     pub(super) fn cell(&self, place: u32) -> u32 {
-        self.cell.get(place as usize).copied().unwrap_or_default()
+        // beyond what was worked out: a cell of its own, which nothing repeats
+        self.cell.get(place as usize).copied().unwrap_or(u32::MAX)
     }
 }

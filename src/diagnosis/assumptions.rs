@@ -6,6 +6,7 @@
 use super::{Candidate, Finding};
 use crate::campaign::{Campaign, Constraint, Role};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Equation, Equations, Side};
 use crate::fit::{self, Constraints, Fit, Weighting};
@@ -70,7 +71,7 @@ pub(super) fn hold(campaign: &Campaign) -> Result<Assumed> {
 
 /// An active inequality as an equation; a norm by its tangent, `sum (x_j / |x|) x_j = limit`.
 fn at_limit(constraint: &Constraint, side: Side, point: &[f64]) -> Option<Constraint> {
-    let at = |j: &usize| point.get(*j).copied().unwrap_or_default();
+    let at = |j: &usize| point.at(*j);
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let limit = if side == Side::Lower { *lower } else { *upper };
@@ -195,7 +196,7 @@ pub(super) fn constraint_of(candidate: &Candidate) -> Option<usize> {
 
 /// By how much a prior or an equation misses, with its standard uncertainty: in the parameter's unit (radians for tilts).
 pub(super) fn value(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
-    let at = |j: usize| after.point.get(j).copied().unwrap_or_default();
+    let at = |j: usize| after.point.at(j);
     let unit = |j: usize| campaign.parameters.get(j).map_or(String::new(), |p| p.unit.clone());
     let n = after.covariance.nrows();
     let along = |terms: &[(usize, f64)]| {

@@ -252,6 +252,7 @@ impl Maker<'_> {
             kind,
             sensor: owner,
             family: effect.term.clone(),
+            // a term without {k} is no harmonic
             harmonic: filling.iter().find(|(key, _)| *key == "{k}").and_then(|(_, k)| k.parse().ok()).unwrap_or(0),
             rank: effect.rank,
             why: fill(&effect.why, filling),
@@ -323,6 +324,7 @@ pub(super) fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
     times.sort_by(f64::total_cmp);
     times.dedup();
     let decimals = times.iter().map(|t| format!("{t}").split_once('.').map_or(0, |(_, tail)| tail.len())).max();
+    // whole numbers only
     let decimals = decimals.unwrap_or(0).clamp(1, 12);
     let mut breaks = Vec::new();
     for pair in times.windows(2) {

@@ -207,6 +207,7 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let Some(long) = averaged::averaged(campaign) else { return diagnose_readings(campaign, catalogue, settings) };
     let mut diagnosis = diagnose_readings(&long.campaign, catalogue, settings)?;
     diagnosis.averaged = Some((campaign.readings.rows.len(), long.campaign.readings.rows.len()));
+    // those that were not merged stand for themselves
     let first = |k: usize| long.first.get(k).copied().unwrap_or(k);
     for finding in &mut diagnosis.effects {
         let own = &mut finding.effect;

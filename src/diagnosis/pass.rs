@@ -244,6 +244,7 @@ impl<'a> Pass<'a> {
             let strongest = screen.strongest(&self.chosen).into_iter();
             let significant = |score: f64| {
                 let tests = seen.evidence.tests as f64;
+                // a score that is not a number is not significant
                 let alone = 2.0 * crate::uncertainty::quantiles::normal_survival((score / sd).abs()).unwrap_or(0.5);
                 tests * alone <= self.settings.names()
             };

@@ -7,6 +7,7 @@ use super::search::Found;
 use super::settings::Settings;
 use super::{Candidate, assumptions, fit_exactly, repair, search, stepwise, vetted};
 use crate::campaign::Campaign;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::fit::{self, Estimator, Fit};
 use crate::simulate::Regressor;
@@ -104,7 +105,7 @@ fn price_in_all((seen, repaired): &Outcome, weighted: &Weighted, settings: &Sett
 
 /// Prices and plausibility penalties of the members of a set.
 fn prices(seen: &Seen, set: &[usize], settings: &Settings) -> f64 {
-    let plausibility_penalty = |j: &usize| seen.plausibility_penalty.get(*j).copied().unwrap_or_default();
+    let plausibility_penalty = |j: &usize| seen.plausibility_penalty.at(*j);
     set.iter().map(|j| search::price(&seen.evidence, *j, settings) + plausibility_penalty(j)).sum()
 }
 

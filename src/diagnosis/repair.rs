@@ -29,6 +29,7 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
             (Regressor::Term(line), None) => line.clone(),
             (other, _) => {
                 let column = format!("{}_here", effect.coefficient);
+                // only what is in all sensors alike has none; its indicator is that of any
                 let sensor = effect.sensor.unwrap_or_default();
                 let rows: Vec<crate::design::RowOrigin> =
                     (0..readings.rows.len()).map(|reading| crate::design::RowOrigin { reading, sensor }).collect();

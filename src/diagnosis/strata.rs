@@ -13,6 +13,7 @@
 use super::evidence::Given;
 use super::noise::Weighted;
 use super::pool::Pool;
+use crate::elements::Elements;
 use crate::uncertainty::quantiles::fisher_f_survival;
 use faer::Mat;
 
@@ -83,7 +84,7 @@ impl Strata {
     }
 
     fn least(&self, index: usize) -> f64 {
-        self.noise.get(index).copied().unwrap_or(1.0)
+        self.noise.at(index)
     }
 
     /// What a set takes off twice the logarithm of the restricted likelihood, in the direction where it takes off least.
@@ -92,6 +93,7 @@ impl Strata {
             let (before, after) = (self.left(nothing, *j)?, self.left(given, *j)?);
             (after.1 > 0.0).then(|| after.1 * (before.0 / before.1 / (after.0 / after.1)).ln())
         };
+        // rows of one noise: the whole gain
         let gains = given.steps.iter().map(|step| own(step).unwrap_or(step.1));
         gains.fold(f64::INFINITY, f64::min)
     }
@@ -126,6 +128,7 @@ impl Strata {
             (dof > 0.0).then(|| sum / dof)
         };
         let count = given.steps.len();
+        // likewise
         let sum: f64 = given.steps.iter().map(|step| own(step).unwrap_or(1.0)).sum();
         if count > 0 { (sum / count as f64).max(1e-6) } else { 1.0 }
     }

@@ -8,6 +8,7 @@
 )]
 
 use super::factor::{Pivoted, pivoted_qr};
+use crate::elements::Elements;
 use faer::Mat;
 
 /// Below this a coupling between scaled columns is rounding, not dependence.
@@ -23,7 +24,7 @@ pub struct Combination {
 impl Combination {
     /// The combination's value at a solution.
     pub fn value(&self, solution: &[f64]) -> f64 {
-        self.terms.iter().map(|&(j, c)| c * solution.get(j).copied().unwrap_or(0.0)).sum()
+        self.terms.iter().map(|&(j, c)| c * solution.at(j)).sum()
     }
 
     /// The combination's variance from a covariance matrix of the unknowns.

@@ -13,6 +13,7 @@
 use super::compress::Compressed;
 use super::factor::Factor;
 use super::{Estimate, Group, Settings, System, scatter};
+use crate::elements::Elements;
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
@@ -67,8 +68,9 @@ pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Set
     let least: Vec<f64> = (0..count)
         .map(|g| {
             let size = [rows.magnitude[g], f64::EPSILON * largest, f64::EPSILON];
+            // the last size is above zero
             let arithmetic = ROUNDING * size.into_iter().find(|y| *y > 0.0).unwrap_or(1.0);
-            let stated = hints.least.get(g).copied().unwrap_or(0.0);
+            let stated = hints.least.get(g).copied().unwrap_or(0.0); // no hint: no floor
             arithmetic.max(stated).powi(2).max(f64::MIN_POSITIVE)
         })
         .collect();
@@ -113,7 +115,7 @@ pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Set
 pub(super) fn weights(system: &System, scale: &[f64]) -> Vec<f64> {
     let scale_of = |group: &Group| match group {
         Group::Known => 1.0,
-        Group::Estimated(g) => scale.get(*g).copied().unwrap_or(1.0),
+        Group::Estimated(g) => scale.at(*g),
     };
     system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
 }

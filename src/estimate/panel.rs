@@ -232,6 +232,7 @@ fn reflect<S: Simd, const C: usize>(
     let lines = own.len();
     let mut sums = [[simd.splat_f64s(0.0); C]; 2];
     let mut parts = columns.chunks_exact(lines);
+    // the caller brings C columns; an empty one ends the loops at once
     let parts: [&[Line]; C] = std::array::from_fn(|_| parts.next().unwrap_or_default());
     for (i, own) in own.iter().enumerate() {
         let (own, _) = S::as_simd_f64s(&own.0);
@@ -252,6 +253,7 @@ fn reflect<S: Simd, const C: usize>(
         along[c] = simd.splat_f64s(-own);
     }
     let mut parts = columns.chunks_exact_mut(lines);
+    // the caller brings C columns; an empty one ends the loops at once
     let mut parts: [&mut [Line]; C] = std::array::from_fn(|_| parts.next().unwrap_or_default());
     for (i, own) in own.iter().enumerate() {
         let (own, _) = S::as_simd_f64s(&own.0);

@@ -2,6 +2,7 @@
 
 use crate::campaign::{Campaign, Deviating, Scatter, Size};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::estimate::{Estimate, Group, LineState, ScaleUncertainty, Scattered, System};
 use crate::uncertainty::monte_carlo;
 use crate::uncertainty::{Contribution, Evaluation, Shape};
@@ -100,9 +101,7 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
 /// `sum over rows of s s' u^2 variance`.
 fn share(sensitivities: &Mat<f64>, rows: &[usize], u: &[f64], variance: f64) -> Mat<f64> {
     let n = sensitivities.nrows();
-    let scaled = Mat::from_fn(n, rows.len(), |j, k| {
-        rows.get(k).map_or(0.0, |i| sensitivities[(j, *i)] * u.get(*i).copied().unwrap_or_default())
-    });
+    let scaled = Mat::from_fn(n, rows.len(), |j, k| rows.get(k).map_or(0.0, |i| sensitivities[(j, *i)] * u.at(*i)));
     let mut out = Mat::zeros(n, n);
     matmul(&mut out, Accum::Replace, &scaled, scaled.transpose(), variance, Par::Seq);
     out
@@ -120,8 +119,8 @@ impl Noise {
         let mut sources = Vec::new();
         for (mut source, rows) in row_sources(campaign, design, system) {
             if let Some(g) = source.component {
-                source.variance = estimate.group_scale.get(g).copied().flatten().unwrap_or(1.0).powi(2);
-                source.dof = estimate.group_redundancy.get(g).copied().unwrap_or_default();
+                source.variance = estimate.scale_or_one(g).powi(2);
+                source.dof = estimate.group_redundancy.at(g);
             }
             source.share = share(&sensitivities, &rows, &system.u, source.variance);
             sources.push(source);
@@ -188,15 +187,18 @@ impl Noise {
         let mut sources = Vec::new();
         for (mut source, rows) in row_sources(campaign, design, own) {
             if let Some(g) = source.component {
+                // not determined: no u is told then
                 source.variance = found.group_variance.get(g).copied().flatten().unwrap_or(1.0);
                 source.dof = dof(source.component);
             }
+            // stated uncertainties weigh as they are
             let weighed_with = source.component.and_then(|g| found.weighed_with.get(g).copied()).unwrap_or(1.0);
             source.share = share(&found.sensitivities, &rows, &own.u, weighed_with);
             sources.push(source);
         }
         for (k, line) in campaign.scatter.iter().enumerate() {
-            let at = |list: &[f64]| list.get(k).copied().unwrap_or_default();
+            let at = |list: &[f64]| list.at(k);
+            // a line of which the estimate knows nothing
             let state = found.state.get(k).copied().unwrap_or(LineState::NotFelt);
             let estimated = line.size == Size::Estimated;
             let component = found.component.get(k).copied().flatten();
@@ -211,12 +213,13 @@ impl Noise {
                     Size::Estimated if state == LineState::Estimated => dof(component),
                     Size::Estimated => f64::INFINITY,
                 },
+                // a line that no row feels has no share
                 share: found.shares.get(k).cloned().unwrap_or_else(Mat::new),
                 line: Some(k),
                 state,
                 tau: found.tau.get(k).copied().flatten(),
                 could_be: found.could_be.get(k).copied().flatten(),
-                levels: levels.get(k).copied().unwrap_or_default(),
+                levels: levels.at(k),
                 component,
             });
         }
@@ -255,6 +258,7 @@ impl Noise {
                 let shares = (0..share.nrows()).filter(|j| joint[(*j, *j)] > 0.0);
                 shares.map(|j| share[(j, j)] / joint[(j, j)]).sum()
             };
+            // nothing of it is estimated
             let dof = self.together(&part).unwrap_or(f64::INFINITY);
             all.push(factored(&joint, dof));
         }

@@ -8,6 +8,7 @@ use super::scatter::{own_system, scatter_lines};
 use super::system::{Weighting, rounding, weigh};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
     Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
@@ -49,6 +50,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let found = robust::estimate(&system, design.rows.len(), method, &settings.adjust)?;
         let covariance = robust::covariance(&found, &system);
         let factor = |group: Option<usize>| {
+            // rows with a stated u have the scale 1
             group.and_then(|g| found.scale.get(g)).copied().unwrap_or(1.0).powi(2) * found.inflation
         };
         let noise = Noise::robust(campaign, design, &system, &found.plain, factor, covariance.clone());
@@ -188,7 +190,7 @@ fn inequalities(
             let active = active
                 .iter()
                 .map(|a| ActiveConstraint {
-                    constraint: rules.inequality_of.get(a.inequality).copied().unwrap_or_default(),
+                    constraint: rules.inequality_of.at(a.inequality),
                     side: a.side,
                     multiplier: a.multiplier / common,
                     cost: a.cost / common,

@@ -9,6 +9,7 @@ use super::mission::Mission;
 use super::signatures;
 use super::whiten::whiten;
 use crate::diagnosis::{NoiseFrom, Settings};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
@@ -125,7 +126,7 @@ impl<'a> Case<'a> {
 
     /// Size of a finite difference by a constant error.
     fn step(&self, cause: &Cause, u: &[f64]) -> f64 {
-        let u = u.iter().zip(&self.channel).map(|(u, channel)| u.max(ROUNDED.get(*channel).copied().unwrap_or(0.0)));
+        let u = u.iter().zip(&self.channel).map(|(u, channel)| u.max(ROUNDED.at(*channel)));
         let norm = self.raw_of(cause).iter().zip(u).map(|(c, u)| (c / u) * (c / u)).sum::<f64>().sqrt();
         (DIFFERENCE / norm.max(1e-300)).min(1e-3 * cause.limit())
     }
@@ -150,6 +151,7 @@ impl<'a> Case<'a> {
     /// Stated standard uncertainties; where there are none, the gap's own size.
     pub fn first_u(&self, gap: &[f64]) -> Vec<f64> {
         let sizes = self.sizes(gap, 0);
+        // cells have channels that `sizes` lists
         self.measured.cells().map(|cell| cell.u.or(sizes.get(cell.channel).copied()).unwrap_or(1.0)).collect()
     }
 
@@ -157,6 +159,7 @@ impl<'a> Case<'a> {
     pub fn u_of(&self, left: &[f64], fitted: usize, gap: &[f64]) -> Vec<f64> {
         let (sizes, first) = (self.sizes(left, fitted), self.sizes(gap, 0));
         let of = |channel: usize| Some(sizes.get(channel)?.max(1e-9 * first.get(channel)?));
+        // likewise
         self.measured.cells().map(|cell| cell.u.or(of(cell.channel)).unwrap_or(1.0)).collect()
     }
 

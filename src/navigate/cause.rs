@@ -3,6 +3,7 @@
 
 use super::errors::{ImuErrors, Instrument, Kind, Source};
 use super::measured::{CHANNEL_NAMES, CHANNELS, si_per_unit};
+use crate::elements::Elements;
 
 /// How an error of the unit changes in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -220,7 +221,7 @@ pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize
 }
 
 fn column(channel: usize) -> &'static str {
-    CHANNEL_NAMES.get(channel).copied().unwrap_or_default()
+    CHANNEL_NAMES.at(channel)
 }
 
 fn channel_unit(channel: usize) -> &'static str {

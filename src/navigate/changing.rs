@@ -18,6 +18,7 @@ use super::errors::{ImuErrors, Kind, Source};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures::{Instant, instants, motion, predicted_together, times};
+use crate::elements::Elements;
 use crate::number;
 use nalgebra::{SMatrix, SVector};
 
@@ -56,6 +57,7 @@ impl Run {
         sources: &[Source],
         instants: impl Fn(&[f64]) -> Vec<Instant>,
     ) -> Run {
+        // a run without rows ends where it starts
         let end = own.last().copied().unwrap_or_default();
         let step = (mission.duration() / GRID).max(2.0 * mission.step);
         let count = number::count((end / step).ceil().max(1.0));
@@ -104,6 +106,7 @@ impl Columns {
                 let Some((base, others)) = flown.split_first() else { return Vec::new() };
                 let derivative = |row: usize, base: &Channels| -> Vec<Channels> {
                     let one = |(moved, step): (&Vec<Channels>, &f64)| {
+                        // as many rows as the base has: flown together
                         let moved = moved.get(row).copied().unwrap_or(*base);
                         std::array::from_fn(|c| (moved[c] - base[c]) / step)
                     };
@@ -124,7 +127,7 @@ impl Columns {
             let values: Vec<Channels> = match cause {
                 Cause::Constant(source) => {
                     let j = self.sources.iter().position(|own| own == source).unwrap_or(usize::MAX);
-                    run.at_rows.iter().map(|own| own.signatures.get(j).copied().unwrap_or_default()).collect()
+                    run.at_rows.iter().map(|own| own.signatures.at(j)).collect()
                 }
                 Cause::Changing(source, change) => self.changing(run, source, *change),
                 Cause::Reference(channel, change) => {
@@ -177,7 +180,7 @@ impl Columns {
             }
             // from the last time of the grid to the row
             let rest = before.map_or(Vector::zeros(), |(last, slope)| slope * (time - last));
-            let signature = own.signatures.get(j).copied().unwrap_or_default();
+            let signature = own.signatures.at(j);
             let f = if let Change::Step(_) = change { f64::from(u8::from(jumped)) } else { change.at(*time) };
             let gone = psi(own) * (integral + rest);
             values.push(std::array::from_fn(|i| f * signature[i] - SIZE[i] * gone[i]));
@@ -209,7 +212,8 @@ fn psi(instant: &Instant) -> Matrix {
 
 /// `Psi^-1 S` of one source, scaled.
 fn carried(instant: &Instant, j: usize) -> Vector {
-    let signature = instant.signatures.get(j).copied().unwrap_or_default();
+    let signature = instant.signatures.at(j);
     let scaled = Vector::from_fn(|i, _| signature[i] / SIZE[i]);
+    // at the start itself nothing has moved: singular, and nothing is carried
     psi(instant).lu().solve(&scaled).unwrap_or_else(Vector::zeros)
 }

@@ -129,7 +129,7 @@ pub fn fly<S: Simd, const FROM: usize, const K: usize>(
     let mut done = 0;
     while done < block.steps {
         let steps = CHUNK.min(block.steps - done);
-        let noise = noise.get(done..).unwrap_or(&[]);
+        let noise = noise.get(done..).unwrap_or(&[]); // a quiet unit has none
         measure::<S, K>(simd, block, done, errors, noise, FROM, &mut reported[1..1 + steps]);
         let pairs = steps / 2;
         for (pair, slot) in track[..pairs].iter_mut().enumerate() {

@@ -86,6 +86,7 @@ pub fn combine(
         sources.push(source);
     }
     let sigma: DMatrix<f64> =
+        // `null` where a parameter is not estimable: its source was refused above
         DMatrix::from_fn(n, n, |i, j| matrix.get(i).and_then(|row| row.get(j).copied().flatten()).unwrap_or_default());
     Ok(SourceCovariance { sources, matrix: &factors * sigma * factors.transpose() })
 }
@@ -104,6 +105,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
     };
     let defined: Vec<usize> = (0..order.len()).filter(|i| at(*i, *i).is_some()).collect();
     for &i in &defined {
+        // `defined` are those that have one
         let variance = at(i, i).unwrap_or_default();
         if !(variance >= 0.0 && variance.is_finite()) {
             let what = format!("the report's covariance is none: the variance of '{}' is negative", name(i));
@@ -113,6 +115,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
     let mut correlation = DMatrix::identity(defined.len(), defined.len());
     for (k, &i) in defined.iter().enumerate() {
         for (l, &j) in defined.iter().enumerate() {
+            // likewise
             let (a, b) = (at(i, j).unwrap_or_default(), at(j, i).unwrap_or_default());
             let size = (at(i, i).unwrap_or_default() * at(j, j).unwrap_or_default()).sqrt();
             if !((a - b).abs() <= ROUNDING * size.max(a.abs())) {
@@ -152,6 +155,7 @@ impl SourceCovariance {
             .iter()
             .map(|source| {
                 let index = all.iter().position(|other| other == source);
+                // the catalogue has every source
                 index.and_then(|i| signatures.states.get(i)).copied().unwrap_or([0.0; STATES])
             })
             .collect();

@@ -7,6 +7,7 @@ use super::mission::Mission;
 use super::motion::Motion;
 use super::simd_batch::{Belief, Fleet};
 use super::trajectory::{Trajectory, Truth, metres};
+use crate::elements::Elements;
 
 /// One set of errors with a name.
 #[derive(Debug, Clone, PartialEq)]
@@ -199,12 +200,12 @@ pub fn fly_to(
 
 /// Last, largest and sum of squares of tilt, azimuth, velocity, position.
 #[derive(Debug, Clone, Copy, Default)]
-struct Tally([(f64, f64, f64); 4]);
+struct Tally([[f64; 3]; 4]);
 
 impl Tally {
     fn add(&mut self, error: &NavigationError) {
         let values = [error.tilt(), error.attitude[2].abs(), error.speed(), error.distance()];
-        for ((last, max, squares), value) in self.0.iter_mut().zip(values) {
+        for ([last, max, squares], value) in self.0.iter_mut().zip(values) {
             *last = value;
             *max = if value.is_nan() { value } else { max.max(value) };
             *squares += value * value;
@@ -212,7 +213,7 @@ impl Tally {
     }
 
     fn summary(&self, quantity: usize, rows: u64) -> Summary {
-        let (last, max, squares) = self.0.get(quantity).copied().unwrap_or_default();
+        let [last, max, squares] = self.0.at(quantity);
         Summary { last, max, rms: (squares / rows.max(1) as f64).sqrt() }
     }
 }

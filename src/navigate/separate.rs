@@ -79,6 +79,7 @@ pub(super) fn separate(
                 let rows = alternative.columns.first().map_or(0, Vec::len);
                 let further = cause.constant().and_then(|source| index(&source));
                 let further = further.and_then(|j| alternative.columns.get(j)).cloned();
+                // what changes in time has no column in a further run, as said above
                 present(cause).into_iter().chain(further.unwrap_or_else(|| vec![0.0; rows])).collect()
             };
             let told: Vec<(Source, f64)> = aliases
@@ -138,6 +139,7 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         for row in first.rows.iter().step_by(every) {
             run.push(0, MeasuredRow { time: row.time, value: noise.map(|u| u.map(|_| 0.0)), u: noise });
         }
+        // without stated uncertainties all rows of a channel weigh alike
         let own: Vec<f64> = run.cells().map(|cell| cell.u.unwrap_or(1.0)).collect();
         let System { mut columns, walks } = System::new(&flown, &run);
         whiten(&run, &walks, &own, &mut columns);

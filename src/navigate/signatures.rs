@@ -12,6 +12,7 @@ use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Scenario};
 use super::study;
+use crate::elements::Elements;
 use crate::number;
 
 /// What every source does at one instant.
@@ -61,6 +62,7 @@ impl Stops {
 
     /// The first step after one.
     fn next(&self, done: u64) -> u64 {
+        // no further row
         self.steps.get(self.steps.partition_point(|step| *step <= done)).copied().unwrap_or(u64::MAX)
     }
 
@@ -123,6 +125,8 @@ fn walk(noise: &Square, metres: [f64; 2]) -> [Channels; CHANNELS] {
 /// The full simulation of one motion without noise, at some times in rising order, s.
 pub fn predicted(mission: &Mission, motion: &Motion, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
     let mut all = predicted_together(mission, motion, std::slice::from_ref(errors), times);
+    // one set of errors, one flight
+    // one set of errors, one prediction
     all.pop().unwrap_or_default()
 }
 
@@ -180,7 +184,7 @@ impl System {
             for (row, instant) in run.rows.iter().zip(&instants) {
                 for (channel, _) in row.value.iter().enumerate().filter(|(_, value)| value.is_some()) {
                     for (column, signature) in columns.iter_mut().zip(&instant.signatures) {
-                        column.push(signature.get(channel).copied().unwrap_or_default());
+                        column.push(signature.at(channel));
                     }
                 }
             }
@@ -194,6 +198,7 @@ impl System {
 
 /// The full simulation of a set of errors at every measured value.
 pub(super) fn prediction(mission: &Mission, measured: &Measured, errors: &ImuErrors) -> Vec<f64> {
+    // one set of errors, one prediction
     predictions(mission, measured, std::slice::from_ref(errors)).pop().unwrap_or_default()
 }
 

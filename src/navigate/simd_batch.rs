@@ -137,7 +137,7 @@ impl Group {
             drawn: Vec::new(),
         };
         for lane in 0..GROUP {
-            let errors = chunk.get(lane).copied().unwrap_or_default();
+            let errors = chunk.get(lane).copied().unwrap_or_default(); // fewer units than lanes: a perfect one, which nobody reads
             let own = believed(truth, &errors.start, altitude);
             let triads = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
             // an increment of velocity times the drift is an increment of angle

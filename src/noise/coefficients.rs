@@ -160,6 +160,7 @@ pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], inte
                 let Some(less) = points.fit(without) else { continue };
                 let more = points.with_covariance_of(active, &less.squares)?;
                 let drop = (less.chi_square - more.chi_square).max(0.0);
+                // a drop that is not finite: the term is needed
                 let chance = 0.5 * chi_square_survival(drop, 1.0).unwrap_or(0.0);
                 p[k] = chance;
                 if chance > PRESENT && weakest.as_ref().is_none_or(|(_, most, _)| chance > *most) {
@@ -182,6 +183,7 @@ pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], inte
     }
     let dof = taus.len().saturating_sub(active.iter().filter(|a| **a).count());
     let terms = std::array::from_fn(|k| {
+        // five terms, five places
         let term = Term::ALL.get(k).copied().unwrap_or(Term::RandomWalk);
         if active[k] {
             let value = fitted.squares[k].sqrt();
@@ -203,6 +205,7 @@ pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], inte
         });
         Coefficient { term, value: None, u: None, p: p[k], below }
     });
+    // a misfit that is not finite is rejected
     let p = chi_square_survival(fitted.chi_square, dof.max(1) as f64).unwrap_or(0.0);
     Some(Coefficients { terms, chi_square: fitted.chi_square, dof, p })
 }

@@ -3,6 +3,7 @@
 use super::navigate::error_quantities;
 use super::{GapReport, GapsReport, NoiseReport, QuantityWithUnit, StepReport, VERSION};
 use crate::diagnosis::{NoiseFrom, Settings, Verdict};
+use crate::elements::Elements;
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis};
 use crate::navigate::errors::Source;
@@ -333,7 +334,7 @@ fn gap(own: Gap) -> GapReport {
 }
 
 fn column(channel: usize) -> String {
-    CHANNEL_NAMES.get(channel).copied().unwrap_or_default().into()
+    CHANNEL_NAMES.at(channel).into()
 }
 
 fn channels(measured: &Measured, diagnosis: &NavigationDiagnosis) -> Vec<ChannelReport> {

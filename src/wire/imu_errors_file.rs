@@ -1,5 +1,6 @@
 //! Errors of an inertial measurement unit as a mission file gives them.
 
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::errors::{ImuErrors, Instrument, Kind, Source};
 use schemars::JsonSchema;
@@ -373,7 +374,7 @@ impl ErrorsFile {
     }
 
     fn value(&self, source: &Source) -> (&'static str, f64) {
-        let at = |values: &[f64]| values.get(source.axis).copied().unwrap_or_default();
+        let at = |values: &[f64]| values.at(source.axis);
         let axes = |file: AxesFile| at(&file.each());
         let installation = |file: InstallationFile| *file.each().slot(source);
         match (source.instrument, source.kind) {
