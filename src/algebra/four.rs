@@ -1,14 +1,14 @@
 //! A tape at four places at once: the operations of `tape.rs`, each on four numbers side by side.
+//!
+//! The loop stands apart, as one over a type parameter would be compiled for single numbers without their shortcuts (a step is one instruction
+//! there, four lanes here), and both must agree to the last bit, which a test asks.
 #![allow(
     clippy::indexing_slicing,
     reason = "`run` sizes registers and bars to inputs, constants and steps, and a compiled tape refers to these only; a lane has four numbers"
 )]
 
 use super::function::{Operator, integer_power};
-use super::tape::{Scratch, Step, Tape};
-
-/// One number at each of four places.
-pub(crate) type Lane = [f64; 4];
+use super::tape::{Lane, Scratch, Step, Tape};
 
 #[inline(always)]
 fn zip(a: Lane, b: Lane, of: impl Fn(f64, f64) -> f64) -> Lane {

@@ -8,11 +8,13 @@
 )]
 
 use super::expression::{Expression, Node};
-use super::four::Lane;
 use super::function::{Function, Operator, integer_power, small_integer};
 use crate::elements::OrNan;
 use crate::error::{Fault, Malformed, Result};
 use std::f64::consts::PI;
+
+/// One number at each of four places (`four.rs`).
+pub(crate) type Lane = [f64; 4];
 
 /// A compiled model line; its inputs are the names given to [`Tape::compile`], in that order.
 ///

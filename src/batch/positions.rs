@@ -2,7 +2,6 @@
 //!
 //! A position is worked out when it is met first, by the ordinary rows of a reading; where devices hardly share any, each is fitted by itself.
 
-use super::own_rows::Own;
 use super::{Device, Layout};
 use crate::campaign::Campaign;
 use crate::design::{self, Model};
@@ -60,7 +59,7 @@ impl Positions {
     /// The place of each row of a device's system; `None` for a device that its own fit has to answer.
     pub(super) fn of(
         &mut self,
-        own: &Own,
+        width: usize,
         device: &Device,
         layout: &Layout,
         question: &(dyn Fn(&Device) -> Result<Campaign> + Sync),
@@ -72,7 +71,7 @@ impl Positions {
         let sensors = of_layout.len();
         let mut firsts = Vec::with_capacity(device.rows);
         for row in 0..device.rows {
-            let inputs = device.input(row, own.width());
+            let inputs = device.input(row, width);
             let word = |k: &usize| {
                 inputs.get(*k).map_or(u64::MAX, |x| if x.is_nan() { u64::MAX } else { (x + 0.0).to_bits() })
             };

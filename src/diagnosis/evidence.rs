@@ -3,7 +3,7 @@
 use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
 use super::remainder::{Remainders, Standing};
-use super::strata::Strata;
+use super::strata::{Given, Strata};
 use crate::elements::Elements;
 use crate::linear::{dot, norm};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
@@ -39,19 +39,6 @@ struct Pure {
     columns: Mat<f64>,
     residual: Vec<f64>,
     dof: usize,
-}
-
-/// Everything given that some candidates are in the model.
-pub(super) struct Given {
-    /// Score of each candidate; its square is the further drop of the sum of squares.
-    pub score: Vec<f64>,
-    /// Squared sine of each candidate with the set.
-    pub left: Vec<f64>,
-    pub rss: f64,
-    pub dof: usize,
-    pure: Option<(f64, usize, Vec<f64>)>,
-    /// The members, and what each takes off the sum of squares in this order.
-    pub(super) steps: Vec<(usize, f64)>,
 }
 
 /// The strongest evidence that something else is missing.

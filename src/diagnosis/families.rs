@@ -1,6 +1,7 @@
 //! Families of candidates: what their members share of the tests, and which of them can build any pattern.
 
-use super::candidates::{Candidate, breaks};
+use super::candidates::Candidate;
+use super::catalogue::breaks;
 use super::evidence::Evidence;
 use crate::campaign::Campaign;
 use std::collections::{HashMap, HashSet};

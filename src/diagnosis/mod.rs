@@ -53,6 +53,7 @@ mod finding;
 mod foresee;
 mod holdout;
 mod level;
+mod missed;
 mod noise;
 mod pass;
 mod passes;
@@ -228,7 +229,7 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
             .iter()
             .flat_map(|own| [&own.effect].into_iter().chain(own.also.iter().map(|o| &o.effect)));
         let effects: Vec<&Candidate> = all.collect();
-        diagnosis.repaired = Some(passes::repaired(campaign, &effects)?);
+        diagnosis.repaired = Some(repair::repaired(campaign, &effects)?);
     }
     Ok(diagnosis)
 }
@@ -251,7 +252,7 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
     let mut diagnosis = finding::conclude(campaign, before, seen, repaired, settings)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
-            assumptions::value(campaign, after, finding);
+            missed::missed(campaign, after, finding);
         }
     }
     diagnosis.candidates.0 += without_column;

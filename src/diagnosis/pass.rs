@@ -311,3 +311,6 @@ pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Cand
     };
     Ok(candidates.into_iter().map(with_u).collect())
 }
+
+/// What a pass saw, and the repaired campaign with its exact fit if effects were found.
+pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);

@@ -2,10 +2,11 @@
 
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
-use super::pass::{Pass, Seen};
+use super::pass::{Outcome, Pass, Seen};
+use super::repair::repaired;
 use super::search::Found;
 use super::settings::Settings;
-use super::{Candidate, assumptions, fit_exactly, repair, search, stepwise, vetted};
+use super::{Candidate, fit_exactly, search, stepwise, vetted};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::error::Result;
@@ -24,9 +25,6 @@ const JUMPS: usize = 2;
 
 /// Tilts that are tried by themselves.
 const TILTS: usize = 2;
-
-/// What a pass saw, and the repaired campaign with its exact fit if effects were found.
-pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);
 
 /// Pass until the names settle; where something stays unexplained, or several effects explain it, again from where others would put the model.
 ///
@@ -223,11 +221,4 @@ fn jumping(candidates: &[Candidate], evidence: &Evidence) -> Vec<Vec<usize>> {
         sets.extend(further.map(|further| vec![j, further.index]));
     }
     sets
-}
-
-/// The campaign with these effects in its model, and without the priors and constraints that are among them.
-pub(super) fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
-    let freed = assumptions::freed(campaign, effects);
-    let terms: Vec<&Candidate> = effects.iter().filter(|c| !assumptions::is_assumption(c)).copied().collect();
-    repair::repair(&freed, &terms)
 }

@@ -1,5 +1,6 @@
 //! The repair: a found effect becomes part of the model, visibly, so that any fit can use it.
 
+use super::assumptions;
 use super::candidates::Candidate;
 use crate::algebra::Expression;
 use crate::campaign::{Asked, Campaign, Deviating, Given, Role};
@@ -85,4 +86,11 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
         repaired.scatter.push(line);
     }
     Ok(repaired)
+}
+
+/// The campaign with these effects in its model, and without the priors and constraints that are among them.
+pub(super) fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
+    let freed = assumptions::freed(campaign, effects);
+    let terms: Vec<&Candidate> = effects.iter().filter(|c| !assumptions::is_assumption(c)).copied().collect();
+    repair(&freed, &terms)
 }

@@ -8,7 +8,7 @@
 //! One row for a bad reading, the rows of a label for a position, a tail of the rows in time for a step: cumulative sums give every step in
 //! one pass over the rows. The same sums with further directions in `Q` compare what is left once some effects are in the model.
 
-use super::candidates::breaks;
+use super::catalogue::breaks;
 use super::noise::Weighted;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;

@@ -237,7 +237,7 @@ pub(super) fn is_complete(evidence: &Evidence, set: &[usize], question: &Questio
 }
 
 /// Is no candidate significant, and the rest noise?
-pub(super) fn leaves_noise(evidence: &Evidence, given: &super::evidence::Given, settings: &Settings) -> bool {
+pub(super) fn leaves_noise(evidence: &Evidence, given: &super::strata::Given, settings: &Settings) -> bool {
     let global = evidence.global(given);
     evidence.strongest(given).is_none_or(|s| s.p > settings.further * settings.names())
         && global.is_none_or(|p| p > settings.whole())

@@ -3,7 +3,7 @@
 use super::evidence::Evidence;
 use super::noise::Weighted;
 use super::settings::Settings;
-use super::{Candidate, fit_exactly, passes};
+use super::{Candidate, fit_exactly, repair};
 use crate::campaign::Campaign;
 use crate::elements::Parts;
 use crate::error::Result;
@@ -59,7 +59,7 @@ pub(super) fn steps(
             (_, Some(after)) if count == set.len() => after,
             _ => {
                 let effects: Vec<&Candidate> = members.iter().filter_map(|j| candidates.get(*j)).collect();
-                between = fit_exactly(&passes::repaired(campaign, &effects)?)?;
+                between = fit_exactly(&repair::repaired(campaign, &effects)?)?;
                 &between
             }
         };

@@ -10,7 +10,6 @@
 //! that is Student's t with the residuals' own sum of squares, in a balanced design the t of each stratum. Where the variances come from a model
 //! with some effects in it, those count the other way.
 
-use super::evidence::Given;
 use super::noise::Weighted;
 use super::pool::Pool;
 use crate::elements::Elements;
@@ -19,6 +18,19 @@ use faer::Mat;
 
 /// What is left of a stratum is not taken for less than the noise of the readings in it, nor than this.
 const LEAST: f64 = 1e-3;
+
+/// Everything given that some candidates are in the model.
+pub(super) struct Given {
+    /// Score of each candidate; its square is the further drop of the sum of squares.
+    pub score: Vec<f64>,
+    /// Squared sine of each candidate with the set.
+    pub left: Vec<f64>,
+    pub rss: f64,
+    pub dof: usize,
+    pub(super) pure: Option<(f64, usize, Vec<f64>)>,
+    /// The members, and what each takes off the sum of squares in this order.
+    pub(super) steps: Vec<(usize, f64)>,
+}
 
 /// The estimated variances, as candidates feel them.
 pub(super) struct Strata {

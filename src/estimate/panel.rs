@@ -6,7 +6,8 @@
 //!
 //! The zeros of the triangle take no part (G. H. Golub, C. F. Van Loan, Matrix Computations, 6.5.3). A panel's columns lie one after the other in
 //! lines of eight rows and stay in the first-level cache; what is missing to a whole pair of lines are rows of zeros, which change nothing. Each
-//! reflection is applied to four columns at once. Instructions are chosen at run time (`pulp`).
+//! reflection is applied to four columns at once. Instructions are chosen at run time (`pulp`). Its products stand apart from `linear.rs`, since both
+//! factors are lines of registers already: through slices each would be loaded again.
 #![allow(
     clippy::indexing_slicing,
     reason = "arrays of two registers, indexed by remainders by two and by loops over their length"

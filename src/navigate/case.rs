@@ -2,8 +2,8 @@
 
 use super::cause::{self, Cause};
 use super::changing::Columns;
-use super::diagnose::Gap;
 use super::errors::{ImuErrors, Source};
+use super::gap::Gap;
 use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures;

@@ -19,6 +19,7 @@
 use super::case::Case;
 use super::cause::Cause;
 use super::errors::{ImuErrors, Source};
+pub use super::gap::Gap;
 use super::measured::{Cell, Measured};
 use super::mission::Mission;
 use super::refine::Walk;
@@ -64,21 +65,6 @@ pub struct Finding {
     pub aliases: Vec<Alias>,
     /// Motions that would tell, best first.
     pub separate_by: Vec<Separation>,
-}
-
-/// A gap, in standard uncertainties (of innovations, where the mission has random walks).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gap {
-    /// Root mean square.
-    pub rms: f64,
-    /// Largest by size.
-    pub max: f64,
-    /// Sum of squares.
-    pub chi_square: f64,
-    /// Values minus errors fitted.
-    pub dof: usize,
-    /// Probability of a sum of squares as large by chance; `None` where only residuals tell the noise.
-    pub p: Option<f64>,
 }
 
 /// What nothing explains.

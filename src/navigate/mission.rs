@@ -2,6 +2,7 @@
 
 use super::errors::ImuErrors;
 use super::motion::{Motion, Path};
+pub use super::site::Site;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 
@@ -9,17 +10,6 @@ use crate::number;
 const FASTEST_STEP: f64 = 0.05;
 /// The local-level frame has no east or north at a pole; missions keep this far from one, rad.
 const POLE_MARGIN: f64 = 1.0 * std::f64::consts::PI / 180.0;
-
-/// Where a mission starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site {
-    /// Geodetic latitude, rad.
-    pub latitude: f64,
-    /// Longitude, rad.
-    pub longitude: f64,
-    /// Altitude above the ellipsoid, m; the vertical channel is held there.
-    pub altitude: f64,
-}
 
 /// A mission that has passed all checks.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@
 //! north, up; yaw is counted counter-clockwise from north, so a heading is minus a yaw.
 
 use super::earth::Curvature;
-use super::mission::Site;
+use super::site::Site;
 use crate::error::{Fault, Malformed, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

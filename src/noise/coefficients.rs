@@ -5,9 +5,9 @@
 )]
 
 use super::covariance::{Gram, covariance, gram};
+use crate::linear::Triangle;
 use crate::uncertainty::quantiles::chi_square_survival;
 use crate::vocabulary::vocabulary;
-use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::f64::consts::{LN_2, PI};
 
@@ -293,8 +293,13 @@ impl Points {
         };
         let (a, y) = (white(&a), white(&y));
         let qr = a.col_piv_qr();
-        let normal = a.transpose() * &a;
-        let inverse = normal.llt(Side::Lower).ok()?.solve(Mat::<f64>::identity(which.len(), which.len()));
+        // A P = Q R: (A'A)^-1 = P (R'R)^-1 P'
+        let (r, order) = (qr.R(), qr.P().arrays().0);
+        let least = f64::EPSILON * n as f64 * r[(0, 0)].abs();
+        if !(0..which.len()).all(|k| r[(k, k)].abs() > least) {
+            return None;
+        }
+        let pivoted = Triangle::of_upper(which.len(), |i, j| r[(i, j)]).inverse();
         let x = {
             use faer::linalg::solvers::SolveLstsq;
             qr.solve_lstsq(&y)
@@ -305,8 +310,10 @@ impl Points {
         let mut covariance = [[0.0; 5]; 5];
         for (i, k) in which.iter().enumerate() {
             squares[*k] = x[(i, 0)] / scales[i];
-            for (j, m) in which.iter().enumerate() {
-                covariance[*k][*m] = inverse[(i, j)] / (scales[i] * scales[j]);
+        }
+        for (i, row) in order.iter().zip(&pivoted) {
+            for (j, value) in order.iter().zip(row) {
+                covariance[which[*i]][which[*j]] = value / (scales[*i] * scales[*j]);
             }
         }
         chi_square.is_finite().then_some(Fitted { squares, covariance, chi_square })

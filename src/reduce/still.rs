@@ -1,7 +1,6 @@
 //! Where a record stands still: windows whose variance is that of the still sensor.
 
 use super::Trace;
-use crate::elements::Elements;
 use crate::number;
 
 /// What the detector judged by.
@@ -39,7 +38,8 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
         let mut sums = vec![(0.0, 0.0)];
         for (k, v) in channel.means.iter().enumerate() {
             let d = v - middle;
-            let inside = channel.squares.at(k) / trace.block as f64;
+            // a channel in blocks of one sample keeps no squares
+            let inside = channel.squares.get(k).copied().unwrap_or(0.0) / trace.block as f64;
             (sum, square) = (sum + d, square + d * d + inside);
             sums.push((sum, square));
         }
