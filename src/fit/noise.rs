@@ -23,7 +23,7 @@ vocabulary! {
 
 /// One independent source of scatter.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct VarianceSource {
     /// `readings of V`, `beta per position`, `priors`.
     pub name: String,
     /// Type A where its size comes from readings (or is that of single readings), B for priors and stated deviations.
@@ -52,9 +52,9 @@ pub struct Source {
 
 /// All sources, and how the unknowns follow each reading.
 #[derive(Debug, Clone)]
-pub struct Noise {
+pub struct ScatterSources {
     /// Sources with their variances.
-    pub sources: Vec<Source>,
+    pub sources: Vec<VarianceSource>,
     /// `d x / d y`, unknowns x rows.
     pub sensitivities: Mat<f64>,
     /// Covariance of the unknowns from all sources.
@@ -70,7 +70,7 @@ pub struct Noise {
 }
 
 /// The rows of each source of single rows: each sensor's readings, then the priors.
-fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<(Source, Vec<usize>)> {
+fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<(VarianceSource, Vec<usize>)> {
     let sensors = campaign.bench.sensors.len();
     let mut sources = Vec::new();
     for s in 0..=sensors {
@@ -79,7 +79,7 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
         let Some(group) = rows.first().and_then(|i| system.group.get(*i)) else { continue };
         let name = campaign.bench.sensors.get(s).map_or("priors".to_string(), |s| format!("readings of {}", s.id));
         let component = if let Group::Estimated(g) = group { Some(*g) } else { None };
-        let source = Source {
+        let source = VarianceSource {
             name,
             evaluation: if s == sensors { Evaluation::TypeB } else { Evaluation::TypeA },
             variance: 1.0,
@@ -107,7 +107,7 @@ fn share(sensitivities: &Mat<f64>, rows: &[usize], u: &[f64], variance: f64) -> 
     out
 }
 
-impl Noise {
+impl ScatterSources {
     /// Independent readings: the variances are the squares of the estimate's group scales.
     pub(super) fn independent(
         campaign: &Campaign,
@@ -125,7 +125,7 @@ impl Noise {
             source.share = share(&sensitivities, &rows, &system.u, source.variance);
             sources.push(source);
         }
-        let mut noise = Noise {
+        let mut noise = ScatterSources {
             sensitivities,
             covariance: estimate.covariance.clone(),
             spread: None,
@@ -163,7 +163,15 @@ impl Noise {
             sources.push(source);
         }
         let determined = plain.dof > 0;
-        Noise { sources, sensitivities, covariance, spread: None, correction: None, leans: Vec::new(), determined }
+        ScatterSources {
+            sources,
+            sensitivities,
+            covariance,
+            spread: None,
+            correction: None,
+            leans: Vec::new(),
+            determined,
+        }
     }
 
     /// Readings and lines of scatter together.
@@ -202,7 +210,7 @@ impl Noise {
             let state = found.state.get(k).copied().unwrap_or(LineState::NotFelt);
             let estimated = line.size == Size::Estimated;
             let component = found.component.get(k).copied().flatten();
-            sources.push(Source {
+            sources.push(VarianceSource {
                 name: line.name(campaign),
                 evaluation: if estimated { Evaluation::TypeA } else { Evaluation::TypeB },
                 variance: at(&found.variance),
@@ -225,7 +233,7 @@ impl Noise {
         }
         let leans: Vec<(usize, Mat<f64>)> = found.leans.iter().flatten().cloned().collect();
         let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
-        Noise {
+        ScatterSources {
             sensitivities: found.sensitivities.clone(),
             covariance: &found.estimate.covariance + &found.correction,
             spread: estimated.then(|| found.spread.clone()),
@@ -244,7 +252,7 @@ impl Noise {
         let factored =
             |share: &Mat<f64>, dof: f64| monte_carlo::Scatter { factor: super::propagate::factor(share), dof };
         let felt = self.sources.iter().filter(|s| s.variance > 0.0 && s.share.nrows() > 0);
-        let below = self.sources.iter().any(Source::is_below_zero);
+        let below = self.sources.iter().any(VarianceSource::is_below_zero);
         let (mut joint, mut all) = (Mat::zeros(self.covariance.nrows(), self.covariance.nrows()), Vec::new());
         for source in felt.chain(self.sources.iter().filter(|s| s.is_below_zero())) {
             if below && source.evaluation == Evaluation::TypeA {
@@ -319,7 +327,7 @@ impl Noise {
         let mut estimated: Vec<(usize, f64)> =
             self.sources.iter().filter_map(|s| Some((s.component?, of(&s.share)))).collect();
         // the noise that a variance below zero reduces is estimated with it, though it may be stated
-        let below = self.sources.iter().any(Source::is_below_zero);
+        let below = self.sources.iter().any(VarianceSource::is_below_zero);
         let parts =
             self.sources.iter().filter(|s| s.component.is_some() || (below && s.evaluation == Evaluation::TypeA));
         let plain: f64 = parts.map(|s| of(&s.share)).sum();
@@ -335,7 +343,7 @@ impl Noise {
     }
 }
 
-impl Source {
+impl VarianceSource {
     /// Was its variance estimated as zero, and taken below it for the uncertainties?
     fn is_below_zero(&self) -> bool {
         self.state == LineState::AtZero && self.component.is_some()

@@ -2,7 +2,7 @@
 
 use super::azimuth::{Sector, sector};
 use super::names::{NamedCombination, describe};
-use super::noise::Noise;
+use super::noise::ScatterSources;
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;
@@ -103,7 +103,7 @@ fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
 fn known_inputs<'a>(
     campaign: &'a Campaign,
     at_solution: &DesignMatrix,
-    noise: &Noise,
+    noise: &ScatterSources,
 ) -> Vec<(&'a str, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
     for (k, parameter) in campaign.parameters.iter().enumerate() {
@@ -126,7 +126,7 @@ fn known_inputs<'a>(
 pub(super) struct BudgetInputs<'a> {
     campaign: &'a Campaign,
     estimate: &'a Estimate,
-    noise: &'a Noise,
+    noise: &'a ScatterSources,
     known: Vec<(&'a str, Known, Vec<f64>)>,
     level: f64,
     weak: &'a [usize],
@@ -138,7 +138,7 @@ impl<'a> BudgetInputs<'a> {
         campaign: &'a Campaign,
         at_solution: &DesignMatrix,
         estimate: &'a Estimate,
-        noise: &'a Noise,
+        noise: &'a ScatterSources,
         level: f64,
         (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
     ) -> Self {

@@ -10,7 +10,7 @@ use faer::Mat;
 
 /// One rank defect.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Separation {
+pub struct RankDefect {
     /// The combination that the readings leave free: parameters can move along it and no reading changes.
     pub free: NamedCombination,
     /// The direction along which it is free: parameters may move in these proportions and no reading changes.
@@ -47,7 +47,7 @@ pub(crate) fn separations(
     design: &DesignMatrix,
     estimate: &Estimate,
     weak: &[usize],
-) -> Vec<Separation> {
+) -> Vec<RankDefect> {
     if estimate.not_estimable.is_empty() {
         return Vec::new();
     }
@@ -60,7 +60,7 @@ pub(crate) fn separations(
             let involved: Vec<usize> = free.terms.iter().map(|(k, _)| *k).collect();
             let is_weak = involved.iter().any(|k| weak.contains(k));
             let separate_by = search.best(&free.terms);
-            Separation {
+            RankDefect {
                 free: describe(campaign, combination),
                 direction: describe(campaign, free),
                 estimable: estimate

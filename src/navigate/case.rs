@@ -2,7 +2,7 @@
 
 use super::cause::{self, Cause};
 use super::changing::Columns;
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
 use super::gap::Gap;
 use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
@@ -89,7 +89,7 @@ impl<'a> Case<'a> {
     /// The same question with the columns of errors around others than the mission's; `None` where those cannot be flown.
     pub fn around(&self, errors: &ImuErrors, u: &[f64]) -> Option<Case<'a>> {
         let steps: Vec<f64> =
-            Source::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
+            ErrorSource::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
         let there = signatures::prediction(self.mission, self.measured, errors);
         let columns = self.columns.around(self.mission, self.measured, errors, &steps);
         let raw: Vec<Vec<f64>> = self.causes.iter().map(|cause| columns.of(cause)).collect();
@@ -136,7 +136,7 @@ impl<'a> Case<'a> {
     pub fn bent(&self, errors: &ImuErrors, predicted: &[f64], u: &[f64]) -> (f64, f64) {
         let moved: Vec<f64> = predicted.iter().zip(self.there.iter()).map(|(a, b)| a - b).collect();
         let mut missed = moved.clone();
-        for (source, column) in Source::catalogue().iter().zip(self.raw.iter()) {
+        for (source, column) in ErrorSource::catalogue().iter().zip(self.raw.iter()) {
             let by = source.of(errors) - source.of(&self.around);
             if by != 0.0 {
                 missed.iter_mut().zip(column).for_each(|(slot, c)| *slot -= by * c);

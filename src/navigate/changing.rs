@@ -14,7 +14,7 @@
 )]
 
 use super::cause::{Cause, Change};
-use super::errors::{ImuErrors, Kind, Source};
+use super::errors::{ErrorSource, ImuErrors, Kind};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures::{Instant, instants, motion, predicted_together, times};
@@ -35,7 +35,7 @@ pub(super) struct Columns {
     runs: Vec<Run>,
     /// Instants at the measured rows where the mission has random walks; else empty.
     pub walks: Vec<Vec<Instant>>,
-    sources: Vec<Source>,
+    sources: Vec<ErrorSource>,
 }
 
 /// One run.
@@ -54,12 +54,12 @@ impl Run {
         mission: &Mission,
         run: &measured::Run,
         own: &[f64],
-        sources: &[Source],
+        sources: &[ErrorSource],
         instants: impl Fn(&[f64]) -> Vec<Instant>,
     ) -> Run {
         // a run without rows ends where it starts
         let end = own.last().copied().unwrap_or_default();
-        let step = (mission.duration() / GRID).max(2.0 * mission.step);
+        let step = (mission.duration() / GRID).max(2.0 * mission.step_s);
         let count = number::count((end / step).ceil().max(1.0));
         let grid: Vec<f64> = (0..=count).map(|k| (k as f64 * step).min(end)).collect();
         // both lists are in rising order; one pass serves both
@@ -79,7 +79,7 @@ impl Run {
 
 impl Columns {
     pub fn new(mission: &Mission, measured: &Measured) -> Columns {
-        let sources = Source::catalogue();
+        let sources = ErrorSource::catalogue();
         let (mut runs, mut walks) = (Vec::new(), Vec::new());
         for (run, own) in measured.runs.iter().zip(times(measured)) {
             let own = Run::new(mission, run, &own, &sources, |all| instants(mission, motion(mission, run.motion), all));
@@ -148,7 +148,7 @@ impl Columns {
         column
     }
 
-    fn changing(&self, run: &Run, source: &Source, change: Change) -> Vec<Channels> {
+    fn changing(&self, run: &Run, source: &ErrorSource, change: Change) -> Vec<Channels> {
         let Some(j) = self.sources.iter().position(|own| own == source) else { return Vec::new() };
         let place = biases(&self.sources).position(|own| own == j);
         let Some(carried) = place.and_then(|k| run.carried.get(k)) else {
@@ -200,13 +200,13 @@ fn between(grid: &[f64], values: &[Vector], time: f64) -> Vector {
 }
 
 /// Indices of the biases.
-fn biases(sources: &[Source]) -> impl Iterator<Item = usize> + '_ {
+fn biases(sources: &[ErrorSource]) -> impl Iterator<Item = usize> + '_ {
     sources.iter().enumerate().filter(|(_, source)| source.kind == Kind::Bias).map(|(j, _)| j)
 }
 
 /// Signatures of the start, scaled to a size near one another.
 fn psi(instant: &Instant) -> Matrix {
-    let first = Source::all().len();
+    let first = ErrorSource::all().len();
     Matrix::from_fn(|i, j| instant.signatures.get(first + j).map_or(0.0, |s| s[i]) * SIZE[j] / SIZE[i])
 }
 

@@ -5,7 +5,7 @@
     reason = "`combine` has compared the matrix with its order; the sources' covariance is square over `sources`, with one scale and one eigenvalue each"
 )]
 
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
 use super::linear::{STATES, Signatures, Square};
 use super::run::Scenario;
 use crate::error::{Fault, Malformed, Result};
@@ -18,7 +18,7 @@ use rand_pcg::rand_core::SeedableRng;
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceCovariance {
     /// Rows and columns.
-    pub sources: Vec<Source>,
+    pub sources: Vec<ErrorSource>,
     /// The matrix.
     pub matrix: DMatrix<f64>,
 }
@@ -37,7 +37,7 @@ pub struct NavigationUncertainty {
 /// Combine a report's parameters to error sources: `Sigma_sources = A Sigma_report A^T`.
 ///
 /// `order` and `matrix` are the report's covariance; `carry` has for each source the parameters and their factors,
-/// source unit (see [`Source::unit`]) per parameter unit.
+/// source unit (see [`ErrorSource::unit`]) per parameter unit.
 ///
 /// Errors: an unknown source or parameter, a covariance that is not square, a parameter without a covariance.
 pub fn combine(
@@ -57,8 +57,8 @@ pub fn combine(
     let mut factors: DMatrix<f64> = DMatrix::zeros(carry.len(), n);
     for (i, (id, parameters)) in carry.iter().enumerate() {
         let path = format!("calibration.carry.{id}");
-        let source = Source::named(id).ok_or_else(|| {
-            let known: Vec<String> = Source::catalogue().iter().map(Source::id).collect();
+        let source = ErrorSource::named(id).ok_or_else(|| {
+            let known: Vec<String> = ErrorSource::catalogue().iter().map(ErrorSource::id).collect();
             Malformed::new(Fault::UnknownName, format!("no error source is called '{id}'"))
                 .at_path(&path)
                 .expected(format!("one of {}", known.join(", ")))
@@ -149,7 +149,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
 impl SourceCovariance {
     /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and the noise's own.
     pub fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
-        let all = Source::catalogue();
+        let all = ErrorSource::catalogue();
         let columns: Vec<_> = self
             .sources
             .iter()

@@ -91,7 +91,7 @@ pub struct Flight {
 
 impl NavigationError {
     /// A navigator's belief against the truth.
-    pub fn of(belief: &Belief, truth: &Truth, altitude: f64) -> Self {
+    pub fn of(belief: &Belief, truth: &Truth, altitude_m: f64) -> Self {
         // C' C^T as a quaternion: its vector part is -phi/2.
         let [w, x, y, z] = belief.quaternion;
         let [tw, tx, ty, tz] = truth.quaternion;
@@ -108,7 +108,7 @@ impl NavigationError {
         NavigationError {
             attitude: vector.map(|v| sign * ratio * v),
             velocity: [belief.velocity[0] - truth.velocity[0], belief.velocity[1] - truth.velocity[1]],
-            position: metres(truth, altitude, belief.latitude, belief.longitude),
+            position: metres(truth, altitude_m, belief.latitude_rad, belief.longitude_rad),
         }
     }
 
@@ -135,7 +135,7 @@ impl NavigationError {
 ///
 /// ```
 /// use tumble::navigate::{mission::{Mission, Site}, motion::Motion, run::{self, Continue, Scenario}};
-/// let site = Site { latitude: 0.8, longitude: 0.0, altitude: 0.0 };
+/// let site = Site { latitude_rad: 0.8, longitude_rad: 0.0, altitude_m: 0.0 };
 /// let mission = Mission::new(site, 0.01, 600.0, 60.0, Motion::default())?;
 /// let perfect = Scenario { id: "none".into(), errors: Default::default() };
 /// let flight = run::fly(&mission, &mission.motion, &[perfect], &mut |_| Continue::Yes);
@@ -172,7 +172,7 @@ pub fn fly_to(
             let truth = trajectory.truth();
             for (i, error) in now.iter_mut().enumerate() {
                 if let Some(belief) = fleet.belief(i) {
-                    *error = NavigationError::of(&belief, &truth, mission.site.altitude);
+                    *error = NavigationError::of(&belief, &truth, mission.site.altitude_m);
                 }
             }
             for (tally, error) in tallies.iter_mut().zip(&now) {

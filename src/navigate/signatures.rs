@@ -5,7 +5,7 @@
 //! is of second order in the errors, and costs six times as much; predictions, which must be right to second order, are simulated
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
 use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;
@@ -18,7 +18,7 @@ use crate::number;
 /// What every source does at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instant {
-    /// For each of [`Source::catalogue`], the channels per SI unit of it.
+    /// For each of [`ErrorSource::catalogue`], the channels per SI unit of it.
     pub signatures: Vec<Channels>,
     /// Covariance of the channels that the random walks have built up.
     pub walk: [Channels; CHANNELS],
@@ -34,7 +34,7 @@ struct Between {
 
 impl Between {
     fn new(mission: &Mission, time: f64) -> Between {
-        let pairs = (0.5 * time / mission.step).clamp(0.0, 0.5 * mission.steps as f64);
+        let pairs = (0.5 * time / mission.step_s).clamp(0.0, 0.5 * mission.steps as f64);
         // a time that is a pair's but for rounding needs no other
         let near = pairs.round();
         let exact = (pairs - near).abs() < 1e-6;
@@ -68,7 +68,7 @@ impl Stops {
 
     /// Is there a stop at this time, and is it the last?
     fn at(&self, mission: &Mission, time: f64) -> (bool, Continue) {
-        let step = number::count_u64((time / mission.step).round());
+        let step = number::count_u64((time / mission.step_s).round());
         let last = self.steps.last().is_none_or(|last| step >= *last);
         (self.steps.binary_search(&step).is_ok(), if last { Continue::Stop } else { Continue::Yes })
     }
@@ -159,7 +159,7 @@ pub fn predicted_together(
 /// The measured values as one system: a row for each, by run, time and channel.
 #[derive(Debug, Clone)]
 pub(super) struct System {
-    /// For each of [`Source::catalogue`] its column, SI of the channel per SI of the source.
+    /// For each of [`ErrorSource::catalogue`] its column, SI of the channel per SI of the source.
     pub columns: Vec<Vec<f64>>,
     /// For each run and row, what the whitening needs; empty without random walks.
     pub walks: Vec<Vec<Instant>>,
@@ -177,7 +177,7 @@ pub(super) fn motion(mission: &Mission, index: usize) -> &Motion {
 
 impl System {
     pub fn new(mission: &Mission, measured: &Measured) -> System {
-        let mut columns = vec![Vec::with_capacity(measured.count()); Source::catalogue().len()];
+        let mut columns = vec![Vec::with_capacity(measured.count()); ErrorSource::catalogue().len()];
         let mut walks = Vec::new();
         for (run, times) in measured.runs.iter().zip(times(measured)) {
             let instants = instants(mission, motion(mission, run.motion), &times);

@@ -4,9 +4,9 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     /// Geodetic latitude, rad.
-    pub latitude: f64,
+    pub latitude_rad: f64,
     /// Longitude, rad.
-    pub longitude: f64,
+    pub longitude_rad: f64,
     /// Altitude above the ellipsoid, m; the vertical channel is held there.
-    pub altitude: f64,
+    pub altitude_m: f64,
 }

@@ -13,7 +13,7 @@
     reason = "matrices and vectors over the seven channels, indexed by `from_fn` and loops over that length"
 )]
 
-use super::errors::Source;
+use super::errors::ErrorSource;
 use super::measured::{CHANNELS, Measured};
 use super::signatures::Instant;
 use crate::elements::Elements;
@@ -30,7 +30,7 @@ pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], col
         }
         return 0.0;
     }
-    let first_start = Source::all().len();
+    let first_start = ErrorSource::all().len();
     let mut at = 0;
     let mut size = 0.0;
     for (run, instants) in measured.runs.iter().zip(walks) {

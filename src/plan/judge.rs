@@ -14,7 +14,7 @@ use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate;
-use crate::fit::{self, Separation};
+use crate::fit::{self, RankDefect};
 use crate::quality;
 use faer::Mat;
 
@@ -79,7 +79,7 @@ pub struct Judgement {
     /// Each value of the schedule.
     pub readings: Vec<PredictedReading>,
     /// What only combinations determine, wherever the parameters lie, and the position that would separate it.
-    pub not_estimable: Vec<Separation>,
+    pub not_estimable: Vec<RankDefect>,
     /// What cannot be told at this point though it could nearby: a value is lacking.
     pub lacking: Option<Lacking>,
     /// Inequalities of the campaign: a bound lowers an uncertainty only where it is reached, so they are not counted.

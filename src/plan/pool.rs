@@ -12,7 +12,7 @@ use crate::design::{self, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
-use crate::fit::{self, Separation};
+use crate::fit::{self, RankDefect};
 use faer::Mat;
 
 /// Candidates, ready for exchanges.
@@ -31,7 +31,7 @@ pub(super) struct Pool {
     /// The unknowns from the coordinates: `x = T z`.
     directions: Mat<f64>,
     /// What even all candidates together do not determine.
-    pub not_estimable: Vec<Separation>,
+    pub not_estimable: Vec<RankDefect>,
 }
 
 impl Pool {
