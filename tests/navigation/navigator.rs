@@ -202,7 +202,7 @@ fn closed_forms_at_rest() {
 /// With its values (1 per mille on all axes) its sentences hold; what excites an accelerometer's scale factor are the legs, not the swing.
 #[test]
 fn findings_of_the_source() {
-    let text = include_str!("../../examples/11-navigator/findings.mission.json");
+    let text = include_str!("../../examples/09-navigator/findings.mission.json");
     let source = wire::Source { name: "findings.mission.json".into(), text: text.into() };
     let file: wire::MissionFile = wire::parse(&source).unwrap();
     let mission = file.mission().unwrap();
