@@ -13,6 +13,7 @@
 //! | `pass.rs` | one pass of the search at one point |
 //! | `settings.rs` | every threshold, with its meaning and source |
 //! | `candidates.rs` | each effect as a column of this campaign |
+//! | `sizes.rs` | what only small tilts leave, and what is rounding |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test |
@@ -70,6 +71,7 @@ mod separate;
 mod serial;
 mod sets;
 mod settings;
+mod sizes;
 mod steps;
 mod stepwise;
 mod strata;

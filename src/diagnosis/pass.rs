@@ -18,6 +18,8 @@ use crate::simulate::Regressor;
 
 /// Passes over a long campaign before what has no column is left alone.
 const SCREENED: usize = 4;
+/// Cosine with the column of a tilt from which a candidate resembles it.
+const RESEMBLES: f64 = 0.9;
 
 /// What the passes of a diagnosis share, and where the next one stands.
 pub(super) struct Pass<'a> {
@@ -255,16 +257,36 @@ impl<'a> Pass<'a> {
         added > 0
     }
 
+    /// What resembles a tilt at the point where that tilt stands: all columns there are those of the tilt, which has the first claim.
+    fn resembling_tilts(&self, candidates: &[Candidate], evidence: &Evidence) -> Vec<f64> {
+        let mut penalty = vec![0.0; candidates.len()];
+        let with = self.finished.iter().flat_map(|finished| &finished.with);
+        let stands = |c: &Candidate| {
+            matches!(c.kind, Regressor::Tilt(_))
+                && with.clone().any(|(name, sensor)| *name == c.regressor && *sensor == c.sensor)
+        };
+        for (tilt, _) in candidates.iter().enumerate().filter(|(_, c)| stands(c)) {
+            let cosines = evidence.cosines(tilt);
+            let resembling = penalty.iter_mut().zip(cosines.iter()).enumerate();
+            resembling
+                .filter(|(j, (_, g))| *j != tilt && g.abs() > RESEMBLES)
+                .for_each(|(_, (own, _))| *own = 0.5 * self.settings.indistinguishable);
+        }
+        penalty
+    }
+
     fn once(&mut self) -> Result<Seen> {
         let (design, weighted, candidates, evidence) = self.evidence()?;
         let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
+        let beside_tilts = self.resembling_tilts(&candidates, &evidence);
         let plausibility_penalty: Vec<f64> = candidates
             .iter()
-            .map(|candidate| {
+            .zip(beside_tilts)
+            .map(|(candidate, beside)| {
                 let small = if candidate.vanishing { self.settings.small_handicap() } else { 0.0 };
                 // what was only asserted is the first to be doubted
                 let asserted = if assumptions::is_assumption(candidate) { 0.3 } else { 0.0 };
-                self.settings.rank_penalty * f64::from(candidate.rank) + small - asserted
+                self.settings.rank_penalty * f64::from(candidate.rank) + small - asserted + beside
             })
             .collect();
         let found = if weighted.estimate.dof == 0 {

@@ -7,7 +7,7 @@ use super::fit::{
 };
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, scatter};
-use crate::campaign::{Campaign, Kind, Role};
+use crate::campaign::{Campaign, Derived, Kind, Role};
 use crate::correction::Calibration;
 use crate::fit::{Fit, Sector, State, VarianceFrom};
 use crate::language::{Sentence, sentence};
@@ -47,7 +47,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
             .derived
             .iter()
             .zip(&campaign.derived)
-            .map(|(d, own)| derived(d, &own.unit, fit.settings.level))
+            .map(|(d, own)| derived(d, own, fit.settings.level))
             .collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
         correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
@@ -184,12 +184,12 @@ fn parameter(result: &crate::fit::ParameterResult, level: f64) -> ParameterRepor
     }
 }
 
-fn derived(result: &crate::fit::DerivedResult, unit: &str, level: f64) -> DerivedReport {
+fn derived(result: &crate::fit::DerivedResult, own: &Derived, level: f64) -> DerivedReport {
     let uncertainty = result.uncertainty;
     DerivedReport {
         id: result.id.clone(),
-        line: result.line.clone(),
-        unit: if result.is_angle { "rad" } else { unit }.into(),
+        line: own.written.as_ref().map_or_else(|| result.line.clone(), ToString::to_string),
+        unit: if result.is_angle { "rad".into() } else { own.unit.clone() },
         value: result.value,
         u: uncertainty.map(|c| c.u),
         dof: uncertainty.and_then(|c| finite(c.dof)),

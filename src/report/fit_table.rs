@@ -239,7 +239,7 @@ fn summary(report: &FitReport, lang: Language) -> String {
         text.push_str(&format!("{}\n", say!(lang, "fit-table-known", known = known.join(lang.comma()))));
     }
     text.push_str(&super::site::site_text(&report.site, lang));
-    if report.site.latitude_deg.is_none() && report.model.values().any(|line| line.contains("w_")) {
+    if report.site.latitude_deg.is_none() && report.model.values().any(|line| reads_rotation(line)) {
         text.push_str(&format!("{}\n", say!(lang, "no-site-no-earth-rate-and-gravity")));
     }
     if !report.assumed_zero.is_empty() {
@@ -249,6 +249,11 @@ fn summary(report: &FitReport, lang: Language) -> String {
         ));
     }
     text
+}
+
+/// Does a model line read the rate of rotation about an axis (`w_x`, not `flow_x`)?
+fn reads_rotation(line: &str) -> bool {
+    line.split(|c: char| !c.is_alphanumeric() && c != '_').any(|name| name.starts_with("w_"))
 }
 
 fn known_text(known: &super::KnownReport) -> String {

@@ -206,6 +206,11 @@ fn names_that_once_were_wrong() {
         ("outside", false, "G16x45", 17_000_029),
         ("outside", false, "G16x45", 17_000_073),
         ("mixed", true, "A24", 16_500_024),
+        // a known scale factor whose input only small tilts leave is no rival of a tilt, nor is what resembles a tilt where that stands
+        ("tilts", true, "G5", 47_500_043),
+        ("tilts", true, "G5", 47_500_067),
+        ("tilts", true, "G16x45", 47_500_053),
+        ("tilts", true, "G16", 47_500_072),
     ];
     for (mode, stated, schedule, seed) in campaigns {
         let own = trial(mode, stated, schedule, seed, &catalogue);

@@ -160,3 +160,22 @@ fn a_site_that_contradicts_itself_is_refused() {
     refused(r#""site": { "gravity": { "value": -9.8, "unit": "m/s^2" } },"#, "site.gravity.value");
     refused(r#""rate_u_ppm": { "gamma": 5 },"#, "rate_u_ppm.gamma");
 }
+
+/// A bench that reads the rate of rotation is told that the Earth's is missing; a column whose name merely holds `w_` is none.
+#[test]
+fn the_note_of_the_earth_rate_is_for_lines_that_read_a_rate() {
+    let told = |model: &str, column: &str| {
+        let campaign = parse(&format!(
+            r#"{{ "bench": {{ "id": "one", "chain": [ {{ "joint": "theta", "about": "x" }} ],
+                    "sensors": {{ "A": {{ "unit": "V", "axes": {{ "I": "y" }}, "model": "{model}" }} }} }},
+                "estimate": {{ "b0": {{}}, "b1": {{}} }},
+                "readings": [ {{"theta_deg": 0, {column}: 1, "A": 0.1}}, {{"theta_deg": 90, {column}: 2, "A": 1.6}},
+                              {{"theta_deg": 180, {column}: 3, "A": 2.1}} ] }}"#
+        ));
+        let report = fit_report(&fitted(&campaign));
+        let table = tumble::report::table::fit(&report, false, tumble::language::Language::English);
+        table.split_whitespace().collect::<String>().contains("noEarthrate")
+    };
+    assert!(told("b0 + b1*w_I", "\"theta_deg_s\""));
+    assert!(!told("b0 + b1*flow_x", "\"flow_x\""));
+}
