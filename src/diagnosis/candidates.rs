@@ -1,6 +1,6 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
 
-use super::catalogue::{Effect, Filling, breaks, column_values, fill};
+use super::catalogue::{Effect, Filling, breaks, fill};
 use super::screen::{Chosen, Scanned};
 use super::settings::Settings;
 use super::sizes::sizes;

@@ -98,7 +98,7 @@ impl Mission {
 
     /// Duration, s.
     pub fn duration(&self) -> f64 {
-        self.steps as f64 * self.step
+        self.steps as f64 * self.step_s
     }
 
     fn check_motion(&self, motion: &Motion) -> Result<()> {
@@ -115,7 +115,7 @@ impl Mission {
                 .found(format!("{} s at a step of {} s", motion.shortest_period(), self.step_s)));
         }
         if let Path::Legs(legs) = &motion.path {
-            return legs.check(self.site, self.step, self.duration());
+            return legs.check(self.site, self.step_s, self.duration());
         }
         Ok(())
     }

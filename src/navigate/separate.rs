@@ -132,8 +132,8 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         flown.motion = motion.clone();
         if motion.path == Path::Stays && motion.fastest_rate() == 0.0 {
             // nothing changes at rest but Schuler's oscillation, which seconds are short against
-            flown.step = mission.step_s.max(AT_REST);
-            flown.steps = 2 * number::count_u64((0.5 * mission.duration() / flown.step).ceil());
+            flown.step_s = mission.step_s.max(AT_REST);
+            flown.steps = 2 * number::count_u64((0.5 * mission.duration() / flown.step_s).ceil());
         }
         let mut run = Measured::default();
         for row in first.rows.iter().step_by(every) {
