@@ -16,6 +16,7 @@
 //! | [`planning`] | Which positions are best, and how far from the best can a schedule be? |
 //! | [`navigation`] | What does a calibration error do to a strapdown navigator? |
 //! | [`noise`] | Allan deviation, its intervals, and the uncertainty of a mean of samples |
+//! | [`samples`] | Each sample of a long record a reading of its own, with noise correlated in time |
 //! | [`conformity`] | Pass or fail near a limit; two calibrations of one unit |
 //!
 //! Symbols are the same on all pages:
@@ -52,5 +53,6 @@ pages! {
     planning = "planning.md";
     navigation = "navigation.md";
     noise = "noise.md";
+    samples = "samples.md";
     conformity = "conformity.md";
 }

@@ -27,6 +27,10 @@ count-contribution = { $n ->
     [one] { $n } contribution
    *[other] { $n } contributions
 }
+count-pass = { $n ->
+    [one] { $n } pass
+   *[other] { $n } passes
+}
 count-step = { $n ->
     [one] { $n } step
    *[other] { $n } steps
@@ -66,6 +70,12 @@ estimate = estimate
 dof = dof
 unit = unit
 state = state
+record-of-rows-read = record of { $rows } rows, read in { $passes }; the list of readings and the pictures show { $shown } of them
+rows-in-a-mean = rows in a mean
+pairs-of-means = pairs
+sd-over-that-of-independent-rows = sd against independent rows
+lack-of-fit-over = lack of fit over
+row-of-the-record = row
 rank-of-degrees-of-freedom = { $reading }{ $priors }, rank { $rank } of { $parameters }, { $dof } degrees of freedom
 fit-table-condition = , condition { $condition }
 rejected-the-readings-scatter-more-than-their = REJECTED: the readings scatter more than their stated uncertainties allow
@@ -396,6 +406,12 @@ lack-of-fit-the-model-leaves-more-2 = LACK OF FIT: the model leaves more than re
 replicates-scatter-as-much-as-the-model = replicates scatter as much as the model leaves ({ $numbers })
 residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $word } runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
+lack-of-fit-over-an-input = LACK OF FIT over { $input }: steps in the eighths of its range explain more of { $sensor } than noise (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
+lack-of-fit-or-correlation = what the model leaves of { $sensor } over { $inputs } cannot be told from that correlation: say first how the noise is correlated
+means-of-rows-scatter-too-much = residuals of { $sensor } are NOT INDEPENDENT: means of { $rows } rows scatter { $ratio } times as much as those of independent rows (p = { $p }), and u is too small about as much; say how the noise is correlated in "scatter" ("over" a column of times)
+means-of-rows-scatter-too-little = means of { $rows } residuals of { $sensor } scatter { $ratio } times as much as those of independent rows (p = { $p }): less noise than is stated
+residuals-are-correlated = residuals of { $sensor } are correlated: { $correlation } at { $rows } rows (p = { $p } for all lags)
+row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } is { $residual } off the model (w = { $w }, p = { $p } over all rows)
 suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } is { $shift } off what the others say (w = { $w }, p = { $p } over all { $tested } readings)
 
 # report/fit_constraints.rs

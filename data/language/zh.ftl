@@ -10,6 +10,7 @@ count-parameter = { $n } 个参数
 count-degree = 自由度 { $n }
 count-contribution = { $n } 个分量
 count-step = { $n } 步
+count-pass = { $n } 遍
 degrees-of-freedom = 自由度
 
 ## 报告的固定词汇
@@ -46,6 +47,12 @@ estimate = 估计值
 dof = 自由度
 unit = 单位
 state = 状态
+record-of-rows-read = 记录共 { $rows } 行，读取 { $passes }；读数表和图中为其中 { $shown } 行
+rows-in-a-mean = 均值的行数
+pairs-of-means = 对数
+sd-over-that-of-independent-rows = 标准差与独立行之比
+lack-of-fit-over = 失拟检验的输入
+row-of-the-record = 行
 rank-of-degrees-of-freedom = { $reading }{ $priors }，秩 { $rank }（参数 { $parameters } 个），自由度 { $dof }
 fit-table-condition = ，条件数 { $condition }
 rejected-the-readings-scatter-more-than-their = 拒绝：读数的分散程度超出所给不确定度
@@ -373,6 +380,12 @@ residuals-of-have-too-runs-of-one = { $sensor } 残差的同号游程过{ $word 
 runs-few = 少
 runs-many = 多
 residuals-are-not-normal-shapiro-francia-w = 残差不服从正态分布（Shapiro-Francia W' = { $w }，p = { $p }）
+lack-of-fit-over-an-input = 失拟：把 { $input } 的范围八等分，各段的阶跃对 { $sensor } 的解释超过噪声（χ² = { $chi_square }，自由度 { $dof }，p = { $p }）
+lack-of-fit-or-correlation = { $sensor } 在 { $inputs } 上的失拟与该相关无法区分：请先说明噪声的时间相关
+means-of-rows-scatter-too-much = { $sensor } 的残差不独立：{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }），u 约偏小同样倍数；请在 "scatter" 中说明噪声的时间相关（"over" 时间列）
+means-of-rows-scatter-too-little = { $sensor } 的残差中，{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }）：噪声小于所给值
+residuals-are-correlated = { $sensor } 的残差相关：相隔 { $rows } 行时为 { $correlation }（对全部间隔 p = { $p }）
+row-is-far-from-the-model = 可疑：{ $sensor } 的第 { $row } 行偏离模型 { $residual }（w = { $w }，对全部行 p = { $p }）
 suspicious-reading-of-is-off-what-the = 可疑：{ $sensor } 的第 { $index } 个读数偏离其余读数所示值 { $shift }（w = { $w }，对全部 { $tested } 个读数 p = { $p }）
 
 # report/fit_constraints.rs

@@ -186,6 +186,16 @@ impl Campaign {
         self.parameters.iter().map(Parameter::reference).collect()
     }
 
+    /// The same question without readings, whose numeric columns are those named.
+    pub(crate) fn without_readings(&self, columns: &[String]) -> Self {
+        self.with_readings(Readings { columns: columns.to_vec(), rows: Vec::new() })
+    }
+
+    /// The same without what scatters beyond the readings' own noise.
+    pub(crate) fn without_scatter(&self) -> Self {
+        Campaign { scatter: Vec::new(), ..self.clone() }
+    }
+
     /// The same question about other readings.
     pub fn with_readings(&self, readings: Readings) -> Self {
         // field by field: the own readings may be many, and nobody wants a copy of them

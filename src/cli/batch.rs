@@ -90,6 +90,22 @@ impl Question {
         self.by.is_some() || self.files.len() > 1
     }
 
+    /// Are the readings the rows of a record, which is streamed?
+    pub(super) fn is_streamed(&self) -> bool {
+        self.file.has_rows() && !self.replaced
+    }
+
+    /// The fit of a record whose rows are the readings.
+    pub(super) fn stream(&self, settings: &Settings) -> Result<(crate::fit::Fit, Vec<Input>)> {
+        let mut inputs = vec![self.input.clone()];
+        let mut folder = Beside::new(&self.path);
+        let (campaign, mut rows, sample) = wire::read_rows_of(&self.file, &self.source, &mut folder)?;
+        let fit = crate::fit::streamed::fit(campaign, &mut rows, &sample, settings);
+        let fit = fit.map_err(|error| wire::locate(error, &self.source))?;
+        inputs.extend(folder.inputs);
+        Ok((fit, inputs))
+    }
+
     /// The campaign of one device.
     pub(super) fn single(&self) -> Result<(Campaign, Source, Vec<Input>)> {
         let mut inputs = vec![self.input.clone()];

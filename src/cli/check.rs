@@ -1,6 +1,7 @@
 //! `tumble check FILE...` and `tumble schema KIND`.
 
 use super::{Outcome, files};
+use crate::campaign::Campaign;
 use crate::design::Model;
 use crate::error::{Fault, Malformed, Result};
 use crate::wire;
@@ -47,16 +48,23 @@ fn check(path: &Path) -> Result<String> {
     if path.to_string_lossy().ends_with(".mission.json") {
         return super::navigate::check(path);
     }
+    let source = files::read(path)?;
+    let file = wire::campaign_of(&source)?;
+    if file.has_rows() {
+        let mut folder = files::Beside::new(path);
+        let (campaign, _, sample) = wire::read_rows_of(&file, &source, &mut folder)?;
+        Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
+        return Ok(said("a campaign", &campaign, &format!("{} rows of a record", sample.rows)));
+    }
     let (campaign, source) = files::campaign(path)?;
     Model::new(&campaign).map_err(|error| wire::locate(error, &source))?;
-    let readings = campaign.readings.rows.len();
     let what = if campaign.is_measured() { "a campaign" } else { "a schedule" };
+    Ok(said(what, &campaign, &format!("{} readings", campaign.readings.rows.len())))
+}
+
+fn said(what: &str, campaign: &Campaign, readings: &str) -> String {
     let unknowns: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-    Ok(format!(
-        "{what} on {} with {readings} readings; to estimate: {}",
-        campaign.bench.id,
-        or_none(&unknowns.join(", "))
-    ))
+    format!("{what} on {} with {readings}; to estimate: {}", campaign.bench.id, or_none(&unknowns.join(", ")))
 }
 
 fn or_none(list: &str) -> &str {

@@ -92,11 +92,17 @@ pub(super) struct Beside {
     folder: PathBuf,
     /// Files that were read, with digests.
     pub(super) inputs: Vec<Input>,
+    /// Pipes that were read.
+    pipes: Vec<PathBuf>,
 }
 
 impl Beside {
     pub(super) fn new(campaign: &Path) -> Self {
-        Beside { folder: campaign.parent().map(Path::to_path_buf).unwrap_or_default(), inputs: Vec::new() }
+        Beside {
+            folder: campaign.parent().map(Path::to_path_buf).unwrap_or_default(),
+            inputs: Vec::new(),
+            pipes: Vec::new(),
+        }
     }
 
     /// A table of readings at a path of the user's.
@@ -116,7 +122,8 @@ impl Beside {
 
     fn seen(&mut self, path: &Path) -> Result<()> {
         let (file, _) = parted(path);
-        if file.is_file() {
+        let name = file.display().to_string();
+        if file.is_file() && self.inputs.iter().all(|own| own.name != name) {
             self.inputs.push(input(&file)?);
             session::reads(&file);
         }
@@ -135,6 +142,13 @@ impl Folder for Beside {
 
     fn record(&mut self, name: &str) -> Result<Record> {
         let path = self.folder.join(name);
+        if self.pipes.contains(&path) {
+            return Err(Malformed::new(Fault::File, format!("'{}' can be read once only", path.display()))
+                .expected("a file, which is read in several passes"));
+        }
+        if path.exists() && !path.is_file() && !path.is_dir() {
+            self.pipes.push(path.clone());
+        }
         self.seen(&path)?;
         Record::at(&path)
     }

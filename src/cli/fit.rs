@@ -125,21 +125,33 @@ fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Res
     batch::fit(&question, &arguments.many, &settings(arguments), arguments.json.as_deref(), &arguments.pages, lang)
 }
 
+/// The fit of one device, the campaign as text, and every file that was read.
+fn fitted(
+    question: &batch::Question,
+    settings: &fit::Settings,
+) -> Result<(fit::Fit, wire::Source, Vec<report::Input>)> {
+    if question.is_streamed() {
+        let (fit, inputs) = question.stream(settings)?;
+        return Ok((fit, question.source().clone(), inputs));
+    }
+    let (campaign, source, inputs) = question.single()?;
+    if let Some(note) = batch::repeated(&campaign) {
+        super::note(&note);
+    }
+    let fit = fit::fit_owned(campaign, settings).map_err(|error| wire::locate(error, &source))?;
+    Ok((fit, source, inputs))
+}
+
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let own_files = arguments.readings.as_deref().unwrap_or_default();
     let question = batch::Question::read(&arguments.campaign, &arguments.many, own_files)?;
     if question.is_of_many() {
         return many(arguments, question, lang);
     }
-    let (campaign, source, inputs) = question.single()?;
     arguments.many.refuse_alone()?;
-    if let Some(note) = batch::repeated(&campaign) {
-        super::note(&note);
-    }
     let [html, md] = arguments.pages.paths();
     let mut outputs = Outputs::plan([html, md, arguments.certificate.path(), arguments.json.as_deref()])?;
-    let settings = settings(arguments);
-    let fit = fit::fit_owned(campaign, &settings).map_err(|error| wire::locate(error, &source))?;
+    let (fit, source, inputs) = fitted(&question, &settings(arguments))?;
     let listed = arguments.readings.is_some() && own_files.is_empty();
     let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();
     let mut report = if lists { report::fit_report(&fit) } else { report::fit_summary(&fit) };

@@ -109,6 +109,8 @@ impl Pages {
         let comparison = compare::closed_forms(&fit.campaign.bench.id)
             .and_then(|forms| compare::compare_fit(fit, &forms))
             .ok()
+            // closed forms take all readings, and here is a sample of them
+            .filter(|_| fit.streamed.is_none())
             .map(|comparison| report::compare_report(&comparison));
         self.page(&html::fit_page(fit, report, comparison.as_ref(), inputs, lang)?)
     }

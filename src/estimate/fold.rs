@@ -66,6 +66,8 @@ pub struct Folded {
     pub scale: Option<f64>,
     /// Condition number as in [`super::Estimate::condition`].
     pub condition: Option<f64>,
+    /// `ln |A' P A|` of the independent columns.
+    pub log_determinant: f64,
     /// What is not estimable, in as few unknowns as will do, as in [`super::Estimate::not_estimable`].
     pub not_estimable: Vec<Combination>,
     /// Directions in which the readings leave the unknowns free.
@@ -240,6 +242,12 @@ impl Fold {
             dof,
             scale,
             condition: condition(&factor.r),
+            log_determinant: factor
+                .basis
+                .iter()
+                .enumerate()
+                .map(|(k, j)| 2.0 * (factor.r[(k, k)].abs().ln() + factor.scale[*j].ln()))
+                .sum(),
             not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
             free_directions: factor.dependence.directions(&factor.basis, &factor.scale),
             estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),

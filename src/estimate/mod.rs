@@ -27,6 +27,7 @@
 //! | `fold.rs` | the same estimate from rows that come in blocks |
 //! | `panel.rs` | blocks of rows folded into a triangle in the registers of the machine |
 //! | `fold_parts.rs` | folds of parts of the rows, joined |
+//! | `sequential.rs` | rows whose noise is correlated in time, made independent as they come |
 //!
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
 //! among solutions silently.
@@ -52,6 +53,7 @@ mod refine;
 mod reflections;
 mod scale_uncertainty;
 pub mod scatter;
+mod sequential;
 mod small_qr;
 mod stacked;
 
@@ -68,6 +70,8 @@ pub use scatter::{
     Felt, Floor, Line, LineState, Memory, Pattern, Scattered, Stepped, Variances, Whitening, adjust_scattered,
     step_scattered,
 };
+pub use sequential::Sequential;
+pub(crate) use sequential::Sum;
 pub use stacked::{Stacked, adjust_stacked};
 
 use crate::error::{Fault, Malformed, Result};

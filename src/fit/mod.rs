@@ -26,6 +26,7 @@ mod scatter;
 mod separate;
 mod starts;
 mod step;
+pub mod streamed;
 mod system;
 
 pub use azimuth::{Sector, sector};
@@ -169,6 +170,8 @@ pub struct Fit {
     /// Exact minus linear estimate of each estimated parameter, in units of its standard uncertainty; for the linear estimator what
     /// Gauss-Newton would change next. `None` where no uncertainty is known.
     pub nonlinearity: Vec<Option<f64>>,
+    /// Where the readings are a sample of a record that was streamed: what is known of all of it.
+    pub streamed: Option<streamed::Streamed>,
 }
 
 impl Fit {
@@ -253,6 +256,12 @@ impl Fit {
     pub fn resolution_of(&self, sensor: &str) -> Option<f64> {
         let k = self.campaign.bench.sensors.iter().position(|own| own.id == sensor)?;
         self.at_rounding().contains(&sensor).then(|| system::sensor_resolution(&self.campaign, k))?
+    }
+
+    /// Number (from 1) of a reading in the file or record that it comes from.
+    pub fn number(&self, reading: usize) -> usize {
+        let number = self.streamed.as_ref().and_then(|own| own.numbers.get(reading));
+        number.map_or(reading + 1, |number| crate::number::index(*number))
     }
 
     /// What a person should look at: angles that may be radians, a condition number beyond what units explain.
@@ -380,6 +389,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
         convergence,
         linearisation_error,
         nonlinearity,
+        streamed: None,
     })
 }
 

@@ -69,6 +69,22 @@ pub struct ScatterSources {
     pub determined: bool,
 }
 
+/// A source as a record that was streamed tells it.
+pub(super) struct StreamedSource {
+    pub name: String,
+    pub evaluation: Evaluation,
+    pub variance: f64,
+    pub share: Mat<f64>,
+    pub line: Option<usize>,
+    pub state: LineState,
+    pub tau: Option<(f64, Option<f64>)>,
+    pub levels: usize,
+    /// Degrees of freedom of a stated standard deviation.
+    pub dof: f64,
+    /// Where it stands in the covariance of the estimated variances.
+    pub component: Option<usize>,
+}
+
 /// The rows of each source of single rows: each sensor's readings, then the priors.
 fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<(VarianceSource, Vec<usize>)> {
     let sensors = campaign.bench.sensors.len();
@@ -241,6 +257,44 @@ impl ScatterSources {
             leans,
             determined: found.group_variance.iter().all(Option::is_some),
             sources,
+        }
+    }
+
+    /// Sources of a record that was streamed: how the unknowns follow single readings is not known.
+    pub(super) fn streamed(
+        sources: Vec<StreamedSource>,
+        covariance: Mat<f64>,
+        spread: Mat<f64>,
+        leans: Vec<(usize, Mat<f64>)>,
+        determined: bool,
+    ) -> Self {
+        let relative = |c: usize| if c < spread.nrows() { spread[(c, c)] } else { 0.0 };
+        let sources = sources
+            .into_iter()
+            .map(|own| Source {
+                dof: own.component.map_or(own.dof, |c| 2.0 / relative(c)),
+                name: own.name,
+                evaluation: own.evaluation,
+                variance: own.variance,
+                estimated: own.component.is_some() || own.state == LineState::AtZero,
+                share: own.share,
+                line: own.line,
+                state: own.state,
+                tau: own.tau,
+                could_be: None,
+                levels: own.levels,
+                component: own.component,
+            })
+            .collect();
+        let estimated = spread.nrows() > 0;
+        Noise {
+            sources,
+            sensitivities: Mat::zeros(covariance.nrows(), 0),
+            covariance,
+            spread: estimated.then_some(spread),
+            correction: None,
+            leans,
+            determined,
         }
     }
 

@@ -146,6 +146,17 @@ impl<'a> BudgetInputs<'a> {
         BudgetInputs { campaign, estimate, noise, known, level, weak, judged_at }
     }
 
+    /// The same where it is known already how the solution follows each known input.
+    pub(super) fn with_known(
+        campaign: &'a Campaign,
+        estimate: &'a Estimate,
+        noise: &'a Noise,
+        known: Vec<(&'a str, Known, Vec<f64>)>,
+        level: f64,
+    ) -> Self {
+        BudgetInputs { campaign, estimate, noise, known, level, weak: &[], judged_at: None }
+    }
+
     /// How the estimated parameters follow each known input that has an uncertainty.
     pub(super) fn known_sensitivities(&self) -> Vec<(usize, Known, Vec<f64>)> {
         let index = |id: &str| self.campaign.parameter_index(id);

@@ -151,6 +151,11 @@ impl Clock {
         Ok(Clock::empty(Some(factor), column.title.clone(), file))
     }
 
+    /// Seconds in a unit of the column; 1 where a rate was stated.
+    pub fn seconds_per_unit(&self) -> f64 {
+        self.factor.unwrap_or(1.0)
+    }
+
     fn empty(factor: Option<f64>, title: String, file: &str) -> Self {
         Clock {
             factor,

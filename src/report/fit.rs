@@ -5,6 +5,7 @@ use super::conformity::ConformityReport;
 use super::fit_checks::{ChecksReport, RobustReport};
 use super::fit_constraints::ConstraintsReport;
 use super::monte_carlo::MonteCarloReport;
+use super::record::RecordReport;
 use super::scatter::ScatterReport;
 use super::separation::NotEstimableReport;
 use super::site::SiteReport;
@@ -78,6 +79,9 @@ pub struct FitReport {
     pub scatter: Vec<ScatterReport>,
     /// Do the readings agree with the model?
     pub checks: ChecksReport,
+    /// The record, where its rows are the readings (`"as": "rows"`); `readings` is then a sample of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub record: Option<RecordReport>,
     /// What became of the campaign's constraints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constraints: Option<ConstraintsReport>,

@@ -6,7 +6,7 @@ use super::fit::{
     ReadingReport,
 };
 use super::separation::not_estimable;
-use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, scatter};
+use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, record, scatter};
 use crate::campaign::{Campaign, Derived, Kind, Role};
 use crate::correction::Calibration;
 use crate::fit::{Fit, Sector, State, VarianceFrom};
@@ -54,6 +54,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         covariance: CovarianceReport { order, matrix },
         scatter: scatter::scatter(fit),
         checks: fit_checks::checks(fit),
+        record: record::record(fit),
         constraints: fit_constraints::constraints(fit),
         robust: fit_checks::robust(fit),
         monte_carlo: None,
@@ -276,7 +277,7 @@ fn summary(fit: &Fit) -> FitSummary {
         }
     }
     FitSummary {
-        readings: fit.design.rows.len(),
+        readings: fit.streamed.as_ref().map_or(fit.design.rows.len(), |own| crate::number::index(own.values)),
         priors: fit.system.observed.len() - fit.design.rows.len(),
         rank: estimate.rank,
         rank_tolerance: estimate.factor.tolerance(),
@@ -314,7 +315,7 @@ fn readings(fit: &Fit) -> Vec<ReadingReport> {
         let reading = fit.campaign.readings.rows.get(origin.reading);
         let value = predicted + observed;
         reports.push(ReadingReport {
-            index: origin.reading + 1,
+            index: fit.number(origin.reading),
             position: reading.map(|r| r.position.clone()).unwrap_or_default(),
             sensor: fit.campaign.sensor_id(origin.sensor).to_string(),
             value: reading

@@ -247,6 +247,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             external.insert(parameter.id.clone(), ExternalReport { index, effect: effect * shown(fit, k) });
         }
     }
+    verdict.extend(super::record::verdict(fit));
     ChecksReport {
         lack_of_fit,
         runs: checks

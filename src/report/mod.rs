@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `fit.rs`, `fit_build.rs`, `fit_table.rs` | a fit: the keys of its report, the report from the fit, the table |
 //! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs`, `fit_checks_table.rs` | what that report says of the readings, the constraints and the Monte Carlo |
+//! | `record.rs` | what it says of a record that was streamed |
 //! | `batch.rs` | many devices: what they come to, a row for each |
 //! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |
 //! | `changes.rs` | two calibrations of one unit, the history of many |
@@ -65,6 +66,7 @@ mod plan_table;
 #[cfg(feature = "html")]
 pub mod plot;
 mod provenance;
+pub(crate) mod record;
 mod reduction;
 mod reduction_table;
 mod scatter;
@@ -124,6 +126,7 @@ pub use navigate::{
     CarriedReport, ErrorReport, NavigateReport, PeriodsReport, QuantityWithUnit, RatioReport, ResultReport,
     ScenarioReport, SummaryReport, navigate_report,
 };
+pub use record::{BinReport, BinsReport, FarReport, LagReport, MeansReport, RecordReport, RecordSensorReport};
 
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose::{

@@ -216,12 +216,53 @@ impl CampaignFile {
         self.with(bench, readings)
     }
 
+    /// Are the readings the rows of a record, which is streamed?
+    pub fn has_rows(&self) -> bool {
+        matches!(&self.readings, ReadingsRef::Samples(samples) if samples.is_rows())
+    }
+
+    /// The bench and the record of a campaign whose readings are the rows of it.
+    ///
+    /// Errors: a campaign of other readings, or of many devices.
+    pub(super) fn rows(&self, folder: &mut dyn Folder) -> Result<(Bench, &SamplesFile)> {
+        let samples = match &self.readings {
+            ReadingsRef::Samples(samples) if samples.is_rows() => samples,
+            _ => {
+                return Err(Malformed::new(Fault::Value, "the readings are no samples as rows")
+                    .expected("\"readings\": { \"samples\": the path of a record, \"as\": \"rows\" }")
+                    .at_path("readings"));
+            }
+        };
+        self.one_device()?;
+        if !samples.columns.is_empty() && !self.columns.is_empty() {
+            return Err(Malformed::new(Fault::Value, "\"columns\" stands twice")
+                .expected("\"columns\" of the campaign, or of its \"readings\"")
+                .at_path("readings.columns"));
+        }
+        Ok((self.own_bench(&mut |name| folder.text(name))?, samples))
+    }
+
+    fn one_device(&self) -> Result<()> {
+        match self.by {
+            None => Ok(()),
+            Some(_) => {
+                Err(Malformed::new(Fault::Value, "\"by\" tells devices apart, and a record of samples is of one")
+                    .expected("a table of readings for \"by\" (tumble reduce makes one of each record)")
+                    .at_path("by"))
+            }
+        }
+    }
+
     /// The readings that samples are reduced to.
     fn reduced(&self, bench: &Bench, samples: SamplesFile, folder: &mut dyn Folder) -> Result<Readings> {
-        if self.by.is_some() {
-            return Err(Malformed::new(Fault::Value, "\"by\" tells devices apart, and a record of samples is of one")
-                .expected("a table of readings for \"by\" (tumble reduce makes one of each record)")
-                .at_path("by"));
+        self.one_device()?;
+        if samples.is_rows() {
+            return Err(Malformed::new(
+                Fault::Value,
+                "samples as rows are streamed and never all at hand, which only `tumble fit` and `check` can do with",
+            )
+            .expected("the record's path as \"readings\" (all rows are held, up to 2000000), or samples without \"as\": \"rows\" (their means)")
+            .at_path("readings.as"));
         }
         let recipe = samples
             .recipe(&self.columns, folder)

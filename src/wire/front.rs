@@ -1,9 +1,13 @@
 //! The front door for programs: questions from texts and files in one call.
 
-use super::{BenchRef, Folder, Source, Table, bench_file, read_bench, read_campaign, read_campaign_in};
+use super::{
+    BenchRef, Folder, Source, Table, bench_file, campaign_of, locate, read_bench, read_campaign, read_campaign_in,
+    read_rows_of,
+};
 use crate::bench::Bench;
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
+use crate::fit::{Fit, Settings, streamed};
 use crate::record::Record;
 use std::path::Path;
 
@@ -66,6 +70,17 @@ impl Bench {
 /// Errors: those of [`Campaign::from_path`].
 pub fn read_campaign_beside(source: &Source, folder: &Path) -> Result<Campaign> {
     read_campaign_in(source, &mut Beside(folder))
+}
+
+/// Fit a campaign file whose readings are the rows of a record (`"samples": ..., "as": "rows"`), which may have any length.
+///
+/// Errors: those of [`Campaign::from_path`] and of [`crate::fit::streamed::fit`]; a campaign of other readings.
+pub fn fit_rows(path: impl AsRef<Path>, settings: &Settings) -> Result<Fit> {
+    let path = path.as_ref();
+    let source = source(path)?;
+    let mut folder = Beside(path.parent().unwrap_or(Path::new("")));
+    let (campaign, mut rows, sample) = read_rows_of(&campaign_of(&source)?, &source, &mut folder)?;
+    streamed::fit(campaign, &mut rows, &sample, settings).map_err(|error| locate(error, &source))
 }
 
 /// The folder of a campaign file.

@@ -31,6 +31,7 @@ mod motion_file;
 mod named;
 mod readings_file;
 mod recipe;
+mod record_rows;
 mod reduced;
 mod samples_file;
 mod scatter_file;
@@ -56,7 +57,7 @@ pub use derived_file::{DerivedFile, DerivedLine};
 pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use folder::{Folder, Table};
-pub use front::{bench_ref, read_campaign_beside};
+pub use front::{bench_ref, fit_rows, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
@@ -75,8 +76,9 @@ pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
 pub use recipe::{ClockFrom, Encoder, Recipe, Reduced, SegmentsBy, times};
+pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
-pub use samples_file::{SamplesFile, TimesFile, TimesLine};
+pub use samples_file::{SamplesAs, SamplesFile, TimesFile, TimesLine};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub(crate) use schema::identified;
 pub use schema::{SCHEMAS, schema};

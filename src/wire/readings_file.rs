@@ -86,7 +86,7 @@ pub(super) fn expand(bench: &Bench, row: ReadingFile, place: &str, out: &mut Vec
 
 /// What a key of a reading means on this bench.
 #[derive(Debug, Clone, Copy)]
-enum Meaning {
+pub(super) enum Meaning {
     Position,
     Samples,
     Sensor(usize),
@@ -97,7 +97,8 @@ enum Meaning {
     Column,
 }
 
-fn meaning(bench: &Bench, key: &str) -> Meaning {
+/// The meaning of a key of a reading.
+pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
     match key {
         "position" => return Meaning::Position,
         "n" => return Meaning::Samples,

@@ -3,6 +3,7 @@
 use super::recipe::{ClockFrom, Encoder, Recipe, SegmentsBy, times};
 use super::{Folder, Named, ReadingFile};
 use crate::error::{Fault, Malformed, Result};
+use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +13,11 @@ use serde::{Deserialize, Serialize};
 pub struct SamplesFile {
     /// The record: CSV in any dialect (also gzip), Parquet, an Excel workbook, a MATLAB or HDF5 file, an MCAP log; FILE#NAME is one of its tables.
     pub samples: String,
-    /// The positions that were taken, as readings without sensor values; one row stands for all segments. Without it: one empty row.
+    /// What becomes of the samples: their means, unless given.
+    #[serde(default, rename = "as", skip_serializing_if = "Option::is_none")]
+    pub taken_as: Option<SamplesAs>,
+    /// The positions that were taken, as readings without sensor values; one row stands for all segments. Without it: one empty row. As rows: what is the
+    /// same in every row of a position.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub positions: Vec<ReadingFile>,
     /// Segments are runs of equal labels in this column of the record.
@@ -50,6 +55,27 @@ pub struct SamplesFile {
     pub counts_per_turn: Option<f64>,
 }
 
+vocabulary! {
+    /// What becomes of samples.
+    SamplesAs {
+        /// A mean of each segment is a reading, with the uncertainty that its samples show.
+        Means = "means",
+        /// Each sample is a reading; the record is streamed and may have any length. For `tumble fit`.
+        Rows = "rows",
+    }
+}
+
+/// Which rows of a record are used.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum SegmentSource {
+    /// All.
+    All,
+    /// Those whose label is a position's.
+    Column(String),
+    /// Those within these times: position, start, end.
+    Times(Vec<(String, f64, f64)>),
+}
+
 /// Times of segments.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
@@ -77,6 +103,39 @@ pub struct TimesLine {
 }
 
 impl SamplesFile {
+    /// Is every sample a reading?
+    pub fn is_rows(&self) -> bool {
+        self.taken_as == Some(SamplesAs::Rows)
+    }
+
+    /// Which rows are used, for samples as rows.
+    ///
+    /// Errors: keys of means; numbers that are not positive; a table of times that cannot be read.
+    pub(super) fn segments_of_rows(&self, folder: &mut dyn Folder) -> Result<SegmentSource> {
+        let of_means = [
+            ("window_s", self.window_s.is_some()),
+            ("threshold", self.threshold.is_some()),
+            ("guard_s", self.guard_s.is_some()),
+            ("least_s", self.least_s.is_some()),
+            ("encoder", self.encoder.is_some()),
+            ("counts_per_turn", self.counts_per_turn.is_some()),
+        ];
+        if let Some((key, _)) = of_means.iter().find(|(_, given)| *given) {
+            return Err(Malformed::new(
+                Fault::Value,
+                format!("\"{key}\" is of means, and the samples are taken as rows"),
+            )
+            .expected("\"by\" or \"times\" for the rows that are used, or samples without \"as\": \"rows\"")
+            .at_path(*key));
+        }
+        let recipe = self.recipe(&Named(Vec::new()), folder)?;
+        Ok(match recipe.segments {
+            SegmentsBy::Column(column) => SegmentSource::Column(column),
+            SegmentsBy::Times { list, .. } => SegmentSource::Times(list),
+            SegmentsBy::Still { .. } => SegmentSource::All,
+        })
+    }
+
     /// The recipe; `columns` are the campaign's own.
     ///
     /// Errors: keys that exclude each other, numbers that are not positive, a table of times that cannot be read.

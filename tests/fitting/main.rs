@@ -21,5 +21,6 @@ mod scatter;
 mod scatter_coverage;
 mod simulated;
 mod site;
+mod streamed;
 #[path = "../support/mod.rs"]
 mod support;

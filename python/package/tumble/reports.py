@@ -15,6 +15,8 @@ __all__ = [
     "AssertedReport",
     "BatchReport",
     "BetweenReport",
+    "BinReport",
+    "BinsReport",
     "BudgetReport",
     "CalibratedReport",
     "CarriedReport",
@@ -63,6 +65,7 @@ __all__ = [
     "Estimator",
     "Evaluation",
     "ExternalReport",
+    "FarReport",
     "Fate",
     "FindReport",
     "FitReport",
@@ -91,10 +94,12 @@ __all__ = [
     "KnownReport",
     "LackOfFitReport",
     "LackingReport",
+    "LagReport",
     "LegFile",
     "LegsFile",
     "LimitedReport",
     "LotReport",
+    "MeansReport",
     "MisprintReport",
     "MonteCarloReport",
     "MountingFile",
@@ -134,6 +139,8 @@ __all__ = [
     "RatioReport",
     "ReadingReport",
     "ReasonReport",
+    "RecordReport",
+    "RecordSensorReport",
     "ReduceReport",
     "RefinedReport",
     "RejectedReport",
@@ -1076,6 +1083,42 @@ class ArcsecReport(Node):
     _keys = frozenset(["U", "u", "value"])
 
 
+class BinReport(Node):
+    """A part of the range of an input."""
+
+    high: float
+    """Its upper end, in the input's unit."""
+    low: float
+    """Its lower end, in the input's unit."""
+    mean: float | None
+    """Mean residual, in the sensor's unit; null without rows."""
+    rows: int
+    """Rows in it."""
+
+    _keys = frozenset(["high", "low", "mean", "rows"])
+
+
+class BinsReport(Node):
+    """Residuals over the range of an input."""
+
+    bins: list[BinReport]
+    """Mean residual in each eighth of the range."""
+    chi_square: float
+    """What a step in each eighth of the input's range would explain, over the variance of the noise."""
+    dof: int
+    """Its degrees of freedom: steps that the model does not have itself."""
+    input: str
+    """The input: a column of the record."""
+    p: float
+    """Probability of a larger one if the model is right."""
+    rejected: bool
+    """Is the model rejected at the level, all inputs and sensors together?"""
+    sensor: str
+    """The sensor."""
+
+    _keys = frozenset(["bins", "chi_square", "dof", "input", "p", "rejected", "sensor"])
+
+
 class BudgetReport(Node):
     """A line of a budget."""
 
@@ -1411,6 +1454,23 @@ class ExternalReport(Node):
     _keys = frozenset(["effect", "index"])
 
 
+class FarReport(Node):
+    """A residual that is far from zero."""
+
+    p: float
+    """Probability of so large a one among all rows if none is bad."""
+    residual: float
+    """Value minus fitted, in the sensor's unit."""
+    row: int
+    """Number of the row, from 1."""
+    value: float
+    """Value read, in the sensor's unit."""
+    w: float
+    """Residual of the independent row, in its standard deviations."""
+
+    _keys = frozenset(["p", "residual", "row", "value", "w"])
+
+
 class FitSummary(Node):
     """Sums over the whole fit."""
 
@@ -1564,6 +1624,17 @@ class LackOfFitReport(Node):
     _keys = frozenset(["between_dof", "f", "p", "pure_error_dof", "pure_error_sd", "rejected"])
 
 
+class LagReport(Node):
+    """Correlation of residuals."""
+
+    correlation: float
+    """Correlation, a pure number."""
+    rows: int
+    """Rows apart."""
+
+    _keys = frozenset(["correlation", "rows"])
+
+
 class LimitedReport(Node):
     """A quantity and its limits, in `unit`."""
 
@@ -1585,6 +1656,21 @@ class LimitedReport(Node):
     """Estimate, in `unit`; null where it is not estimable."""
 
     _keys = frozenset(["U", "id", "lower", "outcome", "probability", "unit", "upper", "value"])
+
+
+class MeansReport(Node):
+    """Means of so many rows."""
+
+    p: float
+    """Probability of a ratio so far from 1, on either side."""
+    pairs: int
+    """Pairs of neighbouring means that were compared."""
+    ratio: float
+    """Variance of these means over that of means of independent rows, a pure number; 1 is expected."""
+    rows: int
+    """Rows in a mean."""
+
+    _keys = frozenset(["p", "pairs", "ratio", "rows"])
 
 
 class MonteCarloReport(Node):
@@ -1726,6 +1812,50 @@ class ReadingReport(Node):
     """Value read, in the sensor's unit."""
 
     _keys = frozenset(["external", "fitted", "index", "leverage", "mdb", "position", "redundancy", "residual", "robust_weight", "sensor", "studentized", "u", "value"])
+
+
+class RecordReport(Node):
+    """A record whose rows are the readings."""
+
+    inputs: list[BinsReport]
+    """Lack of fit over the ranges of the inputs."""
+    passes: int
+    """Passes over the record."""
+    rows: int
+    """Rows of the record."""
+    sensors: list[RecordSensorReport]
+    """The residuals of each sensor."""
+    shown: int
+    """Rows that the list of readings and the pictures show."""
+    values_: int
+    """Values that were read."""
+
+    _keys = frozenset(["inputs", "passes", "rows", "sensors", "shown", "values"])
+
+
+class RecordSensorReport(Node):
+    """Residuals of independent rows (the noise that is correlated in time taken out), over their standard deviations."""
+
+    excess_kurtosis: float
+    """Kurtosis less 3, a pure number; 0 for normal residuals."""
+    lags: list[LagReport]
+    """Correlation of residuals that are so many rows apart."""
+    lags_p: float | None
+    """Probability of so large correlations of independent residuals; null for few rows."""
+    largest: list[FarReport]
+    """The largest, first."""
+    mean_square: float
+    """Mean square, a pure number; 1 is expected."""
+    means: list[MeansReport]
+    """Do means of many rows scatter as those of independent ones?"""
+    sensor: str
+    """The sensor."""
+    skewness: float
+    """Skewness, a pure number; 0 for normal residuals."""
+    values_: int
+    """Values read."""
+
+    _keys = frozenset(["excess_kurtosis", "lags", "lags_p", "largest", "mean_square", "means", "sensor", "skewness", "values"])
 
 RobustMethod: TypeAlias = Literal["huber", "tukey", "l1"]
 """Which estimator."""
@@ -1893,6 +2023,8 @@ class FitReport(Report):
     """The estimated parameters."""
     readings: list[ReadingReport]
     """Each value that was read."""
+    record: RecordReport | None
+    """The record, where its rows are the readings (`"as": "rows"`); `readings` is then a sample of them."""
     report: ReportKind
     """Always `fit`."""
     robust: RobustReport | None
@@ -1904,7 +2036,7 @@ class FitReport(Report):
     tumble: str
     """Version of the program that wrote it."""
 
-    _keys = frozenset(["assumed_zero", "bench", "checks", "conditional", "conformity", "constraints", "convergence", "correction", "correlation", "covariance", "derived", "estimable_combinations", "estimator", "fit", "identity", "inputs", "known", "model", "monte_carlo", "nonlinear", "not_estimable", "parameters", "readings", "report", "robust", "scatter", "site", "tumble"])
+    _keys = frozenset(["assumed_zero", "bench", "checks", "conditional", "conformity", "constraints", "convergence", "correction", "correlation", "covariance", "derived", "estimable_combinations", "estimator", "fit", "identity", "inputs", "known", "model", "monte_carlo", "nonlinear", "not_estimable", "parameters", "readings", "record", "report", "robust", "scatter", "site", "tumble"])
 
 
 class ChannelReport(Node):
@@ -3190,6 +3322,7 @@ GapStepReport._parts = {"gap": (GapReport, False)}
 GapsReport._parts = {"after": (GapReport, False), "before": (GapReport, False), "noise": (DiagnoseNoiseReport, False), "sensors": (SensorGapReport, True)}
 UnexplainedReport._parts = {"cells": (CellReport, False)}
 DiagnoseReport._parts = {"constraints": (AssertedReport, False), "effects": (EffectReport, False), "gap": (GapsReport, False), "holdout": (HoldoutReport, False), "identity": (Identity, False), "inputs": (Input, False), "parameters": (ChangeReport, False), "residuals": (ResidualReport, False), "scatter": (ScatterReport, False), "steps": (GapStepReport, False), "unexplained": (UnexplainedReport, False), "where": (PlaceReport, False)}
+BinsReport._parts = {"bins": (BinReport, False)}
 ChecksReport._parts = {"external": (ExternalReport, True), "lack_of_fit": (LackOfFitReport, False), "normality": (NormalityReport, False), "runs": (RunsReport, True), "snooping": (SnoopingReport, False)}
 CombinationValueReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetReport, False)}
 ConformityReport._parts = {"quantities": (LimitedReport, False)}
@@ -3201,9 +3334,11 @@ FitSummary._parts = {"inconsistent_circles": (CircleReport, False)}
 MonteCarloReport._parts = {"joint": (JointReport, False), "outputs": (DrawnReport, False)}
 NotEstimableReport._parts = {"estimable": (CombinationReport, False)}
 ParameterReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetReport, False)}
+RecordReport._parts = {"inputs": (BinsReport, False), "sensors": (RecordSensorReport, False)}
+RecordSensorReport._parts = {"lags": (LagReport, False), "largest": (FarReport, False), "means": (MeansReport, False)}
 SiteReport._parts = {"gravity": (GravityReport, False)}
 SnoopingReport._parts = {"suspects": (SuspectReport, False)}
-FitReport._parts = {"checks": (ChecksReport, False), "conditional": (ConditionalReport, False), "conformity": (ConformityReport, False), "constraints": (ConstraintsReport, False), "convergence": (ConvergenceReport, False), "correction": (CorrectionFile, False), "correlation": (CovarianceReport, False), "covariance": (CovarianceReport, False), "derived": (DerivedReport, False), "estimable_combinations": (CombinationValueReport, False), "fit": (FitSummary, False), "identity": (Identity, False), "inputs": (Input, False), "known": (KnownReport, False), "monte_carlo": (MonteCarloReport, False), "not_estimable": (NotEstimableReport, False), "parameters": (ParameterReport, False), "readings": (ReadingReport, False), "robust": (RobustReport, False), "scatter": (ScatterReport, False), "site": (SiteReport, False)}
+FitReport._parts = {"checks": (ChecksReport, False), "conditional": (ConditionalReport, False), "conformity": (ConformityReport, False), "constraints": (ConstraintsReport, False), "convergence": (ConvergenceReport, False), "correction": (CorrectionFile, False), "correlation": (CovarianceReport, False), "covariance": (CovarianceReport, False), "derived": (DerivedReport, False), "estimable_combinations": (CombinationValueReport, False), "fit": (FitSummary, False), "identity": (Identity, False), "inputs": (Input, False), "known": (KnownReport, False), "monte_carlo": (MonteCarloReport, False), "not_estimable": (NotEstimableReport, False), "parameters": (ParameterReport, False), "readings": (ReadingReport, False), "record": (RecordReport, False), "robust": (RobustReport, False), "scatter": (ScatterReport, False), "site": (SiteReport, False)}
 LegsFile._parts = {"legs": (LegFile, False), "swing": (SwingFile, False)}
 NavigationEffectReport._parts = {"aliases": (NavigationAliasReport, False), "separate_by": (SeparationReport, False)}
 SwingFile._parts = {"heading": (OscillationFile, False), "pitch": (OscillationFile, False), "roll": (OscillationFile, False), "yaw": (OscillationFile, False)}

@@ -5,7 +5,7 @@ use crate::campaign::Kind;
 use crate::language::{Language, say};
 use crate::report::fit_constraints::ConstraintsStatus;
 use crate::report::table::{rounded, significant};
-use crate::report::{ARCSEC, FitReport};
+use crate::report::{ARCSEC, FitReport, RecordReport, record};
 
 /// What the checks found, as verdicts for the head of the page.
 pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
@@ -68,6 +68,9 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
         ]);
     }
     section = section.table(tests);
+    if let Some(record) = &report.record {
+        section = record_tables(section, record, lang);
+    }
     if let Some(snooping) = &checks.snooping {
         let mut table = Table::new(&[
             (say!(lang, "suspicious-reading"), Align::Left),
@@ -116,6 +119,59 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
     table.caption = say!(lang, "external-reliability").into();
     table.note = say!(lang, "effect-what-the-smallest-detectable-fault-of").into();
     section.table(table)
+}
+
+/// A record that was streamed: means of its residuals, lack of fit over its inputs, the largest residuals.
+fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Section {
+    let mut means = Table::new(&[
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "rows-in-a-mean"), Align::Right),
+        (say!(lang, "pairs-of-means"), Align::Right),
+        (say!(lang, "sd-over-that-of-independent-rows"), Align::Decimal),
+        ("p", Align::Right),
+    ]);
+    for row in record::means_rows(record) {
+        means.row(row);
+    }
+    means.note = say!(
+        lang,
+        "record-of-rows-read",
+        rows = record.rows.to_string(),
+        passes = lang.count(record.passes, "pass"),
+        shown = record.shown.to_string()
+    );
+    let mut inputs = Table::new(&[
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "lack-of-fit-over"), Align::Left),
+        (say!(lang, "chi-square"), Align::Decimal),
+        (say!(lang, "dof"), Align::Right),
+        ("p", Align::Right),
+    ]);
+    for row in record::inputs_rows(record) {
+        inputs.row(row);
+    }
+    let mut largest = Table::new(&[
+        (say!(lang, "sensor"), Align::Left),
+        (say!(lang, "row-of-the-record"), Align::Right),
+        (say!(lang, "value"), Align::Decimal),
+        (say!(lang, "residual"), Align::Decimal),
+        ("w", Align::Decimal),
+        ("p", Align::Right),
+    ]);
+    for own in &record.sensors {
+        for far in own.largest.iter().take(5) {
+            largest.row(vec![
+                own.sensor.clone(),
+                far.row.to_string(),
+                significant(far.value, 6),
+                significant(far.residual, 3),
+                format!("{:.2}", far.w),
+                significant(far.p, 3),
+            ]);
+        }
+    }
+    largest.small = true;
+    section.table(means).table(inputs).table(largest)
 }
 
 /// Constraints, the robust estimator and remounting, where the fit has them.

@@ -75,8 +75,13 @@ const LISTED: usize = 1000;
 /// Each reading with what the fit makes of it.
 pub(super) fn readings(fit: &Fit, report: &FitReport, lang: Language) -> Section {
     let joints: Vec<&str> = fit.campaign.bench.joints().collect();
-    let states =
-        |index: usize| fit.campaign.readings.rows.get(index - 1).map(|r| r.joints.as_slice()).unwrap_or_default();
+    let states = |index: usize| {
+        let place = match &fit.streamed {
+            Some(own) => own.numbers.binary_search(&(index as u64)).unwrap_or(usize::MAX),
+            None => index - 1,
+        };
+        fit.campaign.readings.rows.get(place).map(|r| r.joints.as_slice()).unwrap_or_default()
+    };
     let mut keys: Vec<String> = Vec::new();
     for (name, k) in joints.iter().zip(0..) {
         for suffix in ["_deg", "_deg_s", "_turns"] {

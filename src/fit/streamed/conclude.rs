@@ -1,0 +1,315 @@
+//! The last pass over a record, and the result as that of any fit.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "every list here has one entry for each sensor, and each sensor's list of points begins with the one at hand"
+)]
+
+use super::bins::{Binned, Input, MOST};
+use super::cost::{Shape, noise, uncertain};
+use super::noise::{Found, free};
+use super::octaves::Stated;
+use super::question::{Folding, Noise as Size, Part, Question};
+use super::residuals::Residuals;
+use super::together::{Together, together};
+use super::{Rows, Sample, Streamed};
+use crate::campaign::{Campaign, Kind, Role};
+use crate::design;
+use crate::error::Result;
+use crate::estimate::{Estimate, Group, System};
+use crate::fit::{Checks, Constraints, Estimator, Fit, parameters, separate, system};
+use crate::quality::{self, RowQuality};
+use faer::Mat;
+use std::collections::HashMap;
+
+pub(super) fn conclude(
+    campaign: Campaign,
+    mut question: Question,
+    rows: &mut dyn Rows,
+    sample: &Sample,
+    start: Fit,
+    found: Found,
+    (point, lines): (Vec<f64>, &[Option<Stated>]),
+) -> Result<Fit> {
+    let settings = question.settings;
+    let sensors = question.sensors.len();
+    let mut shape = Shape { noise: found.noise, coordinates: Vec::new(), open: Vec::new() };
+    for (s, stated) in lines.iter().enumerate() {
+        let stated = stated.filter(|_| !found.at_zero[s]);
+        let (list, open) = free(stated, question.is_white_free(s));
+        shape.coordinates.push(if question.is_read(s) { list } else { Vec::new() });
+        shape.open.push(open);
+    }
+    let change = match settings.estimator {
+        Estimator::Exact => vec![0.0; question.unknowns],
+        Estimator::Linear => solved(&mut question, rows, &shape, &point)?.folded.solution,
+    };
+    let inputs = inputs(&campaign, sample, &question);
+    let further: Vec<usize> = inputs.iter().map(|input| input.column).collect();
+    // the points about the noise, for what it costs to have estimated it
+    let points: Vec<Vec<Size>> = (0..sensors).map(|s| shape.points(s)).collect();
+    let (n, carried) = (question.unknowns, question.carried.len());
+    let mut folding: Vec<Vec<Folding>> =
+        points.iter().map(|list| list.iter().map(|noise| Folding::new(n, carried, *noise)).collect()).collect();
+    let mut binned: Vec<Binned> = shape.noise.iter().map(|noise| Binned::new(&question, &inputs, *noise)).collect();
+    let mut residuals: Vec<Residuals> = (0..sensors).map(|_| Residuals::new()).collect();
+    let kept: HashMap<u64, usize> = sample.numbers.iter().enumerate().map(|(k, number)| (*number, k)).collect();
+    let mut independent: HashMap<(usize, usize), f64> = HashMap::new();
+    question.walk(rows, &point, &further, &mut |s, chunk| {
+        for own in &mut folding[s] {
+            own.push(chunk.rows.clone(), chunk.time, chunk.relative)?;
+        }
+        let last = chunk.rows.ncols() - 1;
+        let mut left = chunk.rows.col_as_slice(last).to_vec();
+        subtract(&mut left, chunk.rows, &change);
+        let rows = binned[s].push(n, &inputs, chunk, &left)?;
+        let mut whitened = rows.col_as_slice(rows.ncols() - 1).to_vec();
+        subtract(&mut whitened, &rows, &change);
+        for (i, (w, number)) in whitened.iter().zip(chunk.numbers).enumerate() {
+            residuals[s].push(*number, chunk.values[i], left[i], *w);
+            if let Some(k) = kept.get(number) {
+                independent.insert((*k, s), *w);
+            }
+        }
+        Ok(())
+    })?;
+    let parts: Vec<Vec<Part>> = folding.into_iter().map(|list| list.into_iter().map(Folding::part).collect()).collect();
+    let middle: Vec<Option<&Part>> = (0..sensors).map(|s| parts[s].first().filter(|_| question.is_read(s))).collect();
+    let solved = together(&question, &middle, &shape.open, &vec![1.0; sensors], &point)?;
+    let uncertain = uncertain(&question, &shape, &parts, &middle, &solved, &point)?;
+    let mut bins = Vec::new();
+    for (s, own) in binned.into_iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
+        let others: Vec<Option<Part>> = middle.iter().map(|part| part.cloned()).collect();
+        bins.extend(own.conclude(&question, &inputs, s, &others, &solved.scale)?);
+    }
+    let tests: Vec<_> = residuals
+        .into_iter()
+        .enumerate()
+        .filter(|(s, _)| question.is_read(*s))
+        .map(|(s, own)| own.conclude(s, solved.scale[s]))
+        .collect();
+
+    // from here on the fit of the sample is made that of the record
+    let mut solution = point.clone();
+    solution.iter_mut().zip(&change).for_each(|(x, dx)| *x += dx);
+    let model = design::Model::new(&campaign)?;
+    let at = design::assemble(&campaign, &model, &point)?;
+    let at_solution = if settings.estimator == Estimator::Linear {
+        design::assemble(&campaign, &model, &solution)?
+    } else {
+        at.clone()
+    };
+    let weighed = system::weigh(&campaign, &at, settings.weighting)?;
+    let values: u64 = middle.iter().flatten().map(|part| part.rows).sum();
+    let all = values + question.priors.len() as u64;
+    let dof = all.saturating_sub(solved.folded.rank as u64);
+    let counts: Vec<u64> = middle.iter().map(|part| part.map_or(0, |part| part.rows)).collect();
+    let noise = noise(&campaign, &question, &shape, &uncertain, &solved, (&found.at_zero, &counts));
+    let estimate = estimate(&start.estimate, (&at, &weighed), &solved, &shape, &change, crate::number::index(dof));
+    let known = question
+        .carried
+        .iter()
+        .enumerate()
+        .filter_map(|(k, parameter)| {
+            let own = campaign.parameters.get(*parameter)?;
+            let Role::Known(known) = own.role else { return None };
+            Some((own.id.as_str(), known, k))
+        })
+        .map(|(id, known, k)| {
+            let follow = solved.fold.follow(k, &settings.adjust)?.unwrap_or_default();
+            Ok((id, known, follow.iter().map(|c| -c).collect()))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let budgets = parameters::BudgetInputs::with_known(&campaign, &estimate, &noise, known, settings.level);
+    let results = budgets.parameters(&solution, &solution, &[], |_| (f64::NEG_INFINITY, f64::INFINITY));
+    let covariance = budgets.covariance();
+    let derived = budgets.derived(&solution)?;
+    let combinations = budgets.combinations(&solution);
+    let known_sensitivities = budgets.known_sensitivities();
+    let linear = match settings.estimator {
+        Estimator::Exact if !is_linear(&campaign) => {
+            let reference = campaign.reference_point();
+            let step = self::solved(&mut question, rows, &shape, &reference)?;
+            reference.iter().zip(&step.folded.solution).map(|(x, dx)| x + dx).collect()
+        }
+        _ => solution.iter().copied().take(question.unknowns).collect::<Vec<f64>>(),
+    };
+    let nonlinearity = results
+        .iter()
+        .zip(solution.iter().zip(&linear))
+        .map(|(own, (exact, linear))| {
+            let u = own.uncertainty.map(|own| own.u).filter(|u| *u > 0.0)?;
+            Some((exact - linear) / u).filter(|share: &f64| share.is_finite())
+        })
+        .collect();
+    let quality = row_quality(&at, &weighed, &estimate, &shape, &solved, &independent);
+    let studentized: Vec<f64> = quality.iter().filter_map(|own| own.studentized).collect();
+    let is_stated = noise.sources.iter().all(|source| !source.estimated);
+    let known_groups = weighed.group.iter().all(|group| *group == Group::Known);
+    let global_test = quality::global_test(&weighed, &estimate, settings.level).filter(|_| is_stated && known_groups);
+    let not_estimable = separate::separations(&campaign, &model, &at, &estimate, &[]);
+    let runs = tests.iter().filter_map(|own| Some((own.sensor, own.runs?))).collect();
+    Ok(Fit {
+        checks: Checks { runs, normality: quality::normality(&studentized), ..Checks::default() },
+        settings,
+        design: at_solution,
+        system: weighed,
+        point: solution,
+        parameters: results,
+        covariance,
+        derived,
+        combinations,
+        conditional: Vec::new(),
+        noise,
+        known_sensitivities,
+        constraints: Constraints::None,
+        robust: None,
+        settled: found.settled,
+        quality,
+        global_test,
+        not_estimable,
+        convergence: found.convergence.map(|record| crate::fit::Convergence { linear, ..record }),
+        linearisation_error: start.linearisation_error,
+        nonlinearity,
+        streamed: Some(Streamed {
+            rows: sample.rows,
+            values,
+            passes: question.passes + 1,
+            numbers: sample.numbers.clone(),
+            dof,
+            sensors: tests,
+            bins,
+        }),
+        estimate,
+        campaign,
+    })
+}
+
+/// `y - A x`, for the first columns of `rows`.
+fn subtract(observed: &mut [f64], rows: &Mat<f64>, x: &[f64]) {
+    for (j, x) in x.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+        observed.iter_mut().zip(rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
+    }
+}
+
+/// One pass at a point with the noise as it was found.
+fn solved(question: &mut Question, rows: &mut dyn Rows, shape: &Shape, point: &[f64]) -> Result<Together> {
+    let lists: Vec<Vec<Size>> = shape.noise.iter().map(|noise| vec![*noise]).collect();
+    let parts = question.fold(rows, point, &lists, &mut |_, _| {})?;
+    let parts: Vec<Option<&Part>> =
+        parts.iter().enumerate().map(|(s, list)| list.first().filter(|_| question.is_read(s))).collect();
+    together(question, &parts, &shape.open, &vec![1.0; parts.len()], point)
+}
+
+/// Is every model line linear in what is estimated?
+fn is_linear(campaign: &Campaign) -> bool {
+    let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
+    campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
+        && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
+}
+
+/// Inputs over whose ranges the residuals are looked at: times, joints, and what the model lines use.
+fn inputs(campaign: &Campaign, sample: &Sample, question: &Question) -> Vec<Input> {
+    let names: Vec<&str> = campaign.bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+    let over: Vec<usize> = question.sensors.iter().filter_map(|own| own.line.map(|(_, column)| column)).collect();
+    let joint = |column: &str| {
+        campaign.bench.joints().any(|joint| matches!(column.strip_prefix(joint), Some("_deg" | "_deg_s")))
+    };
+    let columns = sample.readings.columns.iter().zip(&sample.ranges).enumerate();
+    columns
+        .filter(|(k, (name, (low, high)))| {
+            let asked = over.contains(k) || *name == "time_s" || joint(name) || names.contains(&name.as_str());
+            asked && high > low && (high - low).is_finite()
+        })
+        .map(|(column, (name, (low, high)))| Input { column, name: name.clone(), low: *low, high: *high })
+        .take(MOST)
+        .collect()
+}
+
+/// The adjustment of all rows in the words of that of the sample.
+fn estimate(
+    sample: &Estimate,
+    (at, weighed): (&design::DesignMatrix, &System),
+    solved: &Together,
+    shape: &Shape,
+    change: &[f64],
+    dof: usize,
+) -> Estimate {
+    let folded = &solved.folded;
+    let mut residuals = weighed.observed.clone();
+    subtract(&mut residuals, &weighed.rows, change);
+    let mut group_scale = vec![None; sample.group_scale.len()];
+    let mut group_redundancy = vec![0.0; sample.group_scale.len()];
+    for (origin, group) in at.rows.iter().zip(&weighed.group) {
+        let Group::Estimated(g) = *group else { continue };
+        let s = origin.sensor;
+        let sd = shape.noise[s].white * solved.scale[s].sqrt();
+        group_scale.resize(group_scale.len().max(g + 1), None);
+        group_redundancy.resize(group_scale.len(), 0.0);
+        group_scale[g] = (solved.redundancy[s] > 0.0).then_some(sd);
+        group_redundancy[g] = solved.redundancy[s];
+    }
+    let n = change.len();
+    let leverage: Vec<f64> = (0..weighed.observed.len())
+        .map(|i| {
+            let row = |j: usize| weighed.rows[(i, j)];
+            let form: f64 =
+                (0..n).map(|j| row(j) * (0..n).map(|k| folded.cofactor[(j, k)] * row(k)).sum::<f64>()).sum();
+            let u = at.rows.get(i).map_or(weighed.u[i], |origin| total(shape, solved, origin.sensor, weighed.u[i]));
+            (form / (u * u)).clamp(0.0, 1.0)
+        })
+        .collect();
+    // one sensor whose noise is white and estimated: squares in its own unit, as of readings at hand
+    let white = shape.noise.iter().all(|noise| noise.deviation == 0.0);
+    let own_unit = white && group_scale.len() == 1 && weighed.group.iter().all(|g| *g != Group::Known);
+    let scale = match group_scale.first().copied().flatten() {
+        Some(sd) if own_unit => sd * sd,
+        _ => 1.0,
+    };
+    Estimate {
+        solution: change.to_vec(),
+        rank: folded.rank,
+        estimable: folded.estimable.clone(),
+        cofactor: folded.cofactor.clone(),
+        covariance: folded.cofactor.clone(),
+        standard_uncertainty: folded.standard_uncertainty.clone(),
+        residuals,
+        redundancy: leverage.iter().map(|h| 1.0 - h).collect(),
+        leverage,
+        sum_of_squares: folded.sum_of_squares * scale,
+        dof,
+        group_scale,
+        group_redundancy,
+        condition: folded.condition,
+        not_estimable: folded.not_estimable.clone(),
+        free_directions: folded.free_directions.clone(),
+        estimable_combinations: folded.estimable_combinations.clone(),
+        ..sample.clone()
+    }
+}
+
+/// Standard deviation of a value of a sensor, white noise and deviation together.
+fn total(shape: &Shape, solved: &Together, s: usize, relative: f64) -> f64 {
+    let Size { white, deviation, .. } = shape.noise[s];
+    (solved.scale[s] * ((white * relative).powi(2) + deviation * deviation)).sqrt()
+}
+
+/// Quality of the rows of the sample; studentized are the residuals of the independent rows.
+fn row_quality(
+    at: &design::DesignMatrix,
+    weighed: &System,
+    estimate: &Estimate,
+    shape: &Shape,
+    solved: &Together,
+    independent: &HashMap<(usize, usize), f64>,
+) -> Vec<RowQuality> {
+    quality::rows(weighed, estimate)
+        .into_iter()
+        .enumerate()
+        .map(|(i, own)| {
+            let Some(origin) = at.rows.get(i) else { return own };
+            let s = origin.sensor;
+            let w = independent.get(&(origin.reading, s)).map(|w| w / solved.scale[s].sqrt());
+            RowQuality { u: Some(total(shape, solved, s, weighed.u[i])), studentized: w, mdb: None, ..own }
+        })
+        .collect()
+}

@@ -1,0 +1,207 @@
+//! What is kept of the residuals of a record: sums for tests of their order and shape, and the largest.
+//!
+//! Residuals are those of independent rows: innovations over their standard deviations, which are white and normal if model and noise are right.
+
+use super::octaves::Octaves;
+use crate::estimate::Sum;
+use crate::quality::{RunsTest, runs_of};
+use crate::uncertainty::quantiles;
+
+/// Lags at which residuals are correlated with each other: 1, 2, 4, ...
+const LAGS: usize = 11;
+const LONGEST: usize = 1 << (LAGS - 1);
+/// Residuals that are kept as the largest.
+const KEPT: usize = 10;
+/// Fewest pairs of means that a test takes.
+const PAIRS: u64 = 8;
+
+/// What the residuals of a sensor are like.
+#[derive(Debug, Clone)]
+pub struct SensorResiduals {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Values read.
+    pub rows: u64,
+    /// Mean square of the residuals of independent rows, in their variance: near 1 where the uncertainties are right.
+    pub mean_square: f64,
+    /// Skewness, and kurtosis less 3: 0 for normal ones.
+    pub skewness: f64,
+    /// See `skewness`.
+    pub excess_kurtosis: f64,
+    /// Lag in rows, correlation.
+    pub lags: Vec<(u64, f64)>,
+    /// Probability of so large correlations if rows are independent (Box and Pierce); `None` for few rows.
+    pub lags_p: Option<f64>,
+    /// Do means of many rows scatter as those of independent ones?
+    pub means: Vec<MeansTest>,
+    /// Order of the signs.
+    pub runs: Option<RunsTest>,
+    /// The largest, first.
+    pub largest: Vec<Far>,
+}
+
+/// Means of so many rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeansTest {
+    /// Rows in a mean.
+    pub rows: f64,
+    /// Pairs of neighbours that were compared.
+    pub pairs: u64,
+    /// Their variance over that of means of independent rows; 1 is expected.
+    pub ratio: f64,
+    /// Probability of a ratio at least so far from 1, on either side.
+    pub p: f64,
+}
+
+/// A residual that is far from zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Far {
+    /// Number of the row, from 1.
+    pub number: u64,
+    /// The value read.
+    pub value: f64,
+    /// Value less fitted, in the sensor's unit.
+    pub residual: f64,
+    /// Residual of the independent row, in its standard deviations.
+    pub w: f64,
+    /// Probability of so large a one among all rows if none is bad (Sidak).
+    pub p: f64,
+}
+
+/// Residuals over an input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BinnedResiduals {
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Name of the input.
+    pub column: String,
+    /// Bins from the least to the largest value of the input.
+    pub bins: Vec<Bin>,
+    /// Sum of squares that a step in each bin would explain, over the variance; `chi^2` with `dof` if the model is right.
+    pub chi_square: f64,
+    /// Steps that the model does not have.
+    pub dof: usize,
+    /// Probability of a larger one if the model is right.
+    pub p: f64,
+}
+
+/// A bin of an input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bin {
+    /// Its ends.
+    pub low: f64,
+    /// See `low`.
+    pub high: f64,
+    /// Rows in it.
+    pub rows: u64,
+    /// Mean residual, in the sensor's unit.
+    pub mean: f64,
+}
+
+/// Sums over the residuals of one sensor.
+#[derive(Debug, Clone)]
+pub(super) struct Residuals {
+    rows: u64,
+    powers: [Sum; 4],
+    signs: [usize; 2],
+    runs: usize,
+    last: Option<bool>,
+    ring: Vec<f64>,
+    products: [Sum; LAGS],
+    octaves: Octaves,
+    largest: Vec<Far>,
+}
+
+impl Residuals {
+    pub(super) fn new() -> Self {
+        Residuals {
+            rows: 0,
+            powers: [Sum::default(); 4],
+            signs: [0; 2],
+            runs: 0,
+            last: None,
+            ring: vec![0.0; LONGEST],
+            products: [Sum::default(); LAGS],
+            octaves: Octaves::default(),
+            largest: Vec::new(),
+        }
+    }
+
+    /// Takes the residual `w` of an independent row, in standard deviations of it.
+    pub(super) fn push(&mut self, number: u64, value: f64, residual: f64, w: f64) {
+        let mut power = 1.0;
+        for sum in &mut self.powers {
+            power *= w;
+            sum.add(power);
+        }
+        if w != 0.0 {
+            let sign = w > 0.0;
+            let [negative, positive] = &mut self.signs;
+            *(if sign { positive } else { negative }) += 1;
+            self.runs += usize::from(self.last != Some(sign));
+            self.last = Some(sign);
+        }
+        let place = crate::number::index(self.rows) % LONGEST;
+        for (k, sum) in self.products.iter_mut().enumerate() {
+            // what has not been written yet is zero
+            let before = self.ring.get((place + LONGEST - (1 << k)) % LONGEST).copied().unwrap_or_default();
+            sum.add(before * w);
+        }
+        if let Some(slot) = self.ring.get_mut(place) {
+            *slot = w;
+        }
+        self.octaves.push(w);
+        self.rows += 1;
+        let least = self.largest.last().filter(|_| self.largest.len() >= KEPT).map_or(0.0, |far| far.w.abs());
+        if w.abs() > least {
+            let at = self.largest.partition_point(|far| far.w.abs() >= w.abs());
+            self.largest.insert(at, Far { number, value, residual, w, p: 1.0 });
+            self.largest.truncate(KEPT);
+        }
+    }
+
+    /// What they say, for residuals whose mean square should be `variance`.
+    pub(super) fn conclude(mut self, sensor: usize, variance: f64) -> SensorResiduals {
+        let n = self.rows as f64;
+        let [m1, m2, m3, m4] = self.powers.map(|sum| if n > 0.0 { sum.value() / n } else { 0.0 });
+        let central = (m2 - m1 * m1).max(f64::MIN_POSITIVE);
+        let third = m3 - 3.0 * m1 * m2 + 2.0 * m1 * m1 * m1;
+        let fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1 * m1 * m2 - 3.0 * m1.powi(4);
+        let lags: Vec<(u64, f64)> = (0..LAGS)
+            .map(|k| {
+                (1_u64 << k, self.products.get(k).map_or(0.0, |sum| sum.value() / (n * m2).max(f64::MIN_POSITIVE)))
+            })
+            .filter(|(lag, _)| *lag * 8 <= self.rows)
+            .collect();
+        let squares: f64 = lags.iter().map(|(lag, r)| n * n / (n - *lag as f64) * r * r).sum();
+        let means = self.octaves.variances().filter(|own| own.1 >= PAIRS);
+        let means = means
+            .map(|(rows, pairs, own)| {
+                let ratio = own * rows / variance.max(f64::MIN_POSITIVE);
+                let above = quantiles::chi_square_survival(ratio * pairs as f64, pairs as f64).unwrap_or(f64::NAN);
+                MeansTest { rows, pairs, ratio, p: (2.0 * above.min(1.0 - above)).min(1.0) }
+            })
+            .collect();
+        let sd = variance.sqrt().max(f64::MIN_POSITIVE);
+        for far in &mut self.largest {
+            far.w /= sd;
+            let single = 2.0 * quantiles::normal_survival(far.w.abs()).unwrap_or(0.5);
+            far.p = -f64::exp_m1(n * f64::ln_1p(-single.min(1.0 - 1e-16)));
+        }
+        SensorResiduals {
+            sensor,
+            rows: self.rows,
+            mean_square: m2 / variance.max(f64::MIN_POSITIVE),
+            skewness: third / central.powf(1.5),
+            excess_kurtosis: fourth / (central * central) - 3.0,
+            lags_p: (!lags.is_empty()).then(|| quantiles::chi_square_survival(squares, lags.len() as f64)).flatten(),
+            lags,
+            means,
+            runs: {
+                let [negative, positive] = self.signs;
+                runs_of(positive, negative, self.runs)
+            },
+            largest: self.largest,
+        }
+    }
+}

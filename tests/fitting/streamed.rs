@@ -1,0 +1,280 @@
+//! Samples as rows: the fit of a record that is streamed.
+//!
+//! Against dense generalised least squares and restricted maximum likelihood in numpy (`tests/scripts/streamed_dense.py`), against the fit of the same
+//! readings at hand, and by coverage of its intervals.
+
+use crate::draws::draws;
+use crate::support::*;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::SeedableRng;
+use tumble::campaign::{Campaign, Readings};
+use tumble::estimate::LineState;
+use tumble::fit::streamed::{self, Held};
+use tumble::fit::{Fit, Settings};
+use tumble::wire;
+
+fn fitted_rows(name: &str) -> Fit {
+    wire::fit_rows(data(&format!("streamed/{name}.campaign.json")), &Settings::default()).unwrap()
+}
+
+/// The readings of a campaign as a record.
+fn stream(campaign: &Campaign, settings: &Settings) -> Fit {
+    let mut rows = Held::new(campaign.readings.clone());
+    let sample = streamed::sample(&mut rows).unwrap();
+    let own = Campaign { readings: sample.readings.clone(), ..campaign.clone() };
+    streamed::fit(own, &mut rows, &sample, settings).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn numbers(list: &serde_json::Value) -> Vec<f64> {
+    list.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
+}
+
+/// Estimates in units of u, and covariances relative, as dense matrices say them.
+#[test]
+fn dense_least_squares() {
+    let dense = json("streamed/dense.json");
+    for name in ["stated", "rotating"] {
+        let (own, fit) = (&dense[name], fitted_rows(name));
+        let covariance: Vec<Vec<f64>> = own["covariance"].as_array().unwrap().iter().map(numbers).collect();
+        for (j, x) in numbers(&own["x"]).iter().enumerate() {
+            let u = covariance[j][j].sqrt();
+            assert!((fit.point[j] - x).abs() < 1e-9 * u, "{name} {j}: {} {x}", fit.point[j]);
+            assert!((fit.parameters[j].uncertainty.unwrap().u / u - 1.0).abs() < 1e-9, "{name} {j}");
+            for (k, c) in covariance[j].iter().enumerate() {
+                assert!((fit.covariance[(j, k)] - c).abs() < 1e-9 * u * covariance[k][k].sqrt(), "{name} {j} {k}");
+            }
+        }
+        let chi_square = own["chi_square"].as_f64().unwrap();
+        assert!((fit.global_test.unwrap().chi_square / chi_square - 1.0).abs() < 1e-9, "{name}");
+    }
+}
+
+/// The search ends within a thousandth of the standard uncertainty of what it looks for.
+#[test]
+fn dense_restricted_likelihood() {
+    let (dense, fit) = (&json("streamed/dense.json")["estimated"], fitted_rows("estimated"));
+    assert!(fit.settled);
+    let number = |key: &str| dense[key].as_f64().unwrap();
+    let near = |own: f64, key: &str, relative: f64| assert!((own / number(key) - 1.0).abs() < relative, "{key}: {own}");
+    let line = fit.noise.sources.iter().find(|source| source.line == Some(0)).unwrap();
+    let white = fit.noise.sources.iter().find(|source| source.name == "readings of V").unwrap();
+    near(white.variance.sqrt(), "white", 1e-4);
+    near(line.variance.sqrt(), "deviation", 1e-4);
+    let (tau, u_tau) = line.tau.unwrap();
+    near(tau, "tau", 2e-4);
+    near(u_tau.unwrap(), "u_tau", 1e-3);
+    for (j, ((x, u), dof)) in
+        numbers(&dense["x"]).iter().zip(numbers(&dense["u"])).zip(numbers(&dense["dof"])).enumerate()
+    {
+        let own = fit.parameters[j].uncertainty.unwrap();
+        assert!((fit.point[j] - x).abs() < 1e-3 * u, "{j}");
+        assert!((own.u / u - 1.0).abs() < 2e-4, "{j}: {} {u}", own.u);
+        assert!((own.dof / dof - 1.0).abs() < 2e-3, "{j}: {} {dof}", own.dof);
+    }
+}
+
+/// The same readings at hand: estimates, u, chi-square, shares of the budget.
+#[test]
+fn readings_at_hand_say_the_same() {
+    let campaign = |readings: &str| {
+        let text = text("streamed/stated.campaign.json");
+        let mut file: serde_json::Value = serde_json::from_str(&text).unwrap();
+        file["readings"] = readings.into();
+        let source = wire::Source { name: "stated".into(), text: file.to_string() };
+        wire::read_campaign_beside(&source, &data("streamed")).unwrap()
+    };
+    let (held, streamed) = (fitted(&campaign("stated.csv")), fitted_rows("stated"));
+    for (a, b) in held.parameters.iter().zip(&streamed.parameters) {
+        let (u, v) = (a.uncertainty.unwrap(), b.uncertainty.unwrap());
+        assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * u.u, "{}", a.id);
+        assert!((u.u / v.u - 1.0).abs() < 1e-9 && u.dof == v.dof, "{}", a.id);
+        for line in &a.budget {
+            let own = b.budget.iter().find(|own| own.source == line.source).expect("the same sources");
+            // a difference quotient of the covariance, half width 0.02: (0.04)^2/6 and less
+            assert!((own.u / line.u - 1.0).abs() < 5e-4 && own.evaluation == line.evaluation, "{}", line.source);
+        }
+    }
+    let chi_square = |fit: &Fit| fit.global_test.unwrap().chi_square;
+    assert!((chi_square(&held) / chi_square(&streamed) - 1.0).abs() < 1e-9);
+}
+
+/// Without a line of scatter: the ordinary fit, of several sensors whose noise is estimated, exactly.
+#[test]
+fn white_noise_is_the_ordinary_fit() {
+    let campaign = campaign("streamed/plain.json");
+    let (held, streamed) = (fitted(&campaign), stream(&campaign, &Settings::default()));
+    for (a, b) in held.parameters.iter().zip(&streamed.parameters) {
+        let (u, v) = (a.uncertainty.unwrap(), b.uncertainty.unwrap());
+        assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * u.u, "{}", a.id);
+        // the ordinary fit adds what it costs to estimate two scales (Kenward and Roger), 1/dof of u
+        assert!((u.u / v.u - 1.0).abs() < 5e-3, "{}: {} {}", a.id, u.u, v.u);
+    }
+    let (a, b) = (held.estimate.group_scale[0].unwrap(), streamed.estimate.group_scale[0].unwrap());
+    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+}
+
+/// A line in time, its noise white and correlated.
+fn line(rows: usize, step: f64, (white, sd, tau): (f64, f64, f64), seed: u64, scatter: &str) -> Campaign {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let keeps = (-step / tau).exp();
+    let mut deviation = sd * normal();
+    let readings: Vec<String> = (0..rows)
+        .map(|k| {
+            let t = k as f64 * step;
+            if k > 0 {
+                deviation = keeps * deviation + sd * (1.0 - keeps * keeps).sqrt() * normal();
+            }
+            format!("{{\"time_s\": {t}, \"y\": {}}}", 2.0 + 0.01 * t + deviation + white * normal())
+        })
+        .collect();
+    parse(&format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "unit": "V", "model": "a + b*time_s" }} }} }},
+            "estimate": {{ "a": {{}}, "b": {{}} }}, "scatter": [{scatter}], "readings": [{}] }}"#,
+        readings.join(",")
+    ))
+}
+
+/// 95 % intervals of a line's offset and slope: correlation stated, estimated, and forgotten.
+///
+/// 100 records a row by default; 1,000 with `TUMBLE_LONG=1 cargo test --release --test fitting streamed -- --nocapture`, which prints the table.
+#[test]
+fn coverage() {
+    const STATED: &str = r#"{ "of": "y", "over": "time_s", "tau": 5, "u": 1 }"#;
+    const ESTIMATED: &str = r#"{ "of": "y", "over": "time_s", "tau": "estimate", "u": "estimate" }"#;
+    let count = draws(100, 1000);
+    println!("rows  tau/record  noise      a %   b %   chi-square or scatter/true");
+    for (rows, step, scatter, name, (low, high)) in [
+        (500, 0.4, STATED, "stated", (0.88, 1.0)),
+        (500, 0.4, ESTIMATED, "estimated", (0.86, 1.0)),
+        (2000, 0.2, ESTIMATED, "estimated", (0.88, 1.0)),
+        (500, 0.4, "", "forgotten", (0.0, 0.75)),
+    ] {
+        let (mut hits, mut ratio) = ([0_usize; 2], 0.0);
+        for k in 0..count {
+            let fit = stream(&line(rows, step, (0.5, 1.0, 5.0), 1000 + k as u64, scatter), &Settings::default());
+            for (j, truth) in [2.0, 0.01].into_iter().enumerate() {
+                let own = fit.parameters[j].uncertainty.unwrap();
+                hits[j] += usize::from((fit.point[j] - truth).abs() <= own.expanded);
+            }
+            let sd =
+                fit.noise.sources.iter().find(|own| own.line == Some(0)).map_or(f64::NAN, |own| own.variance.sqrt());
+            ratio += sd / count as f64;
+        }
+        let share = hits.map(|hits| hits as f64 / count as f64);
+        let part = 5.0 / (rows as f64 * step);
+        println!(
+            "{rows:>4}  {part:>10.3}  {name:<9}  {:>4.1}  {:>4.1}  {ratio:.3}",
+            100.0 * share[0],
+            100.0 * share[1]
+        );
+        assert!(share.iter().all(|share| (low..=high).contains(share)), "{name} {rows}: {share:?}");
+    }
+}
+
+/// White noise alone: a line that is to be estimated comes out at zero, and u is that of white noise.
+#[test]
+fn nothing_correlated() {
+    let scatter = r#"{ "of": "y", "over": "time_s", "tau": 5, "u": "estimate" }"#;
+    let mut zeros = 0;
+    for seed in 0..6 {
+        let fit = stream(&line(800, 0.5, (1.0, 0.0, 5.0), seed, scatter), &Settings::default());
+        let own = fit.noise.sources.iter().find(|own| own.line == Some(0)).unwrap();
+        zeros += usize::from(own.state == LineState::AtZero);
+        assert!(own.variance.sqrt() < 0.3, "{}", own.variance.sqrt());
+    }
+    assert!(zeros >= 1, "{zeros}");
+}
+
+/// Residuals tell a curve that the model has not, correlation that is not stated, and a spike.
+#[test]
+fn residuals_tell() {
+    let words = |fit: &Fit| {
+        let report = tumble::report::fit_report(fit);
+        report.checks.verdict.iter().map(|line| line.to_string()).collect::<Vec<_>>().join("\n")
+    };
+    let quiet = line(3000, 0.1, (1.0, 0.0, 1.0), 4, "");
+    let said = words(&stream(&line(3000, 0.1, (1.0, 1.0, 2.0), 3, ""), &Settings::default()));
+    assert!(said.contains("NOT INDEPENDENT"), "{said}");
+    let bent = |change: &dyn Fn(usize, f64) -> f64| {
+        let mut own = quiet.clone();
+        for (k, reading) in own.readings.rows.iter_mut().enumerate() {
+            let t = reading.columns[0].unwrap();
+            reading.observations[0].value += change(k, t);
+        }
+        stream(&own, &Settings::default())
+    };
+    let curved = bent(&|_, t| 4e-5 * (t - 150.0).powi(2));
+    assert!(words(&curved).contains("LACK OF FIT over time_s"), "{}", words(&curved));
+    let spiked = bent(&|k, _| if k == 1233 { 12.0 } else { 0.0 });
+    assert!(words(&spiked).contains("row 1234 of y"), "{}", words(&spiked));
+    let own = spiked.streamed.as_ref().unwrap();
+    assert_eq!((own.sensors[0].largest[0].number, own.rows, own.values), (1234, 3000, 3000));
+}
+
+/// Tests of residuals say what they promise where nothing is wrong: with white noise, and with correlation that is stated.
+///
+/// 200 records a row, 2,000 with `TUMBLE_LONG=1 ... -- --nocapture`, which prints the table.
+#[test]
+fn quiet_residuals() {
+    let count = draws(200, 2000);
+    println!("noise        p < 0.05 of: lack of fit  means (any, Bonferroni)  lags  largest");
+    for (name, noise, scatter) in [
+        ("white", (1.0, 0.0, 2.0), ""),
+        ("correlated", (0.5, 1.0, 2.0), r#"{ "of": "y", "over": "time_s", "tau": 2, "u": 1 }"#),
+    ] {
+        let mut rejected = [0_usize; 4];
+        for k in 0..count {
+            let fit = stream(&line(1000, 0.1, noise, 50_000 + k as u64, scatter), &Settings::default());
+            let own = fit.streamed.as_ref().unwrap();
+            let sensor = &own.sensors[0];
+            let all = sensor.means.len() as f64;
+            rejected[0] += usize::from(own.bins[0].p < 0.05);
+            rejected[1] += usize::from(sensor.means.iter().any(|test| test.p * all < 0.05));
+            rejected[2] += usize::from(sensor.lags_p.unwrap() < 0.05);
+            rejected[3] += usize::from(sensor.largest[0].p < 0.05);
+        }
+        let share = rejected.map(|n| n as f64 / count as f64);
+        println!("{name:<11}  {share:?}");
+        // 5 % and four standard errors of a few hundred records; tests of an estimated scale keep below
+        assert!(share.iter().all(|share| *share < 0.05 + 4.0 * (0.05 * 0.95 / count as f64).sqrt()), "{share:?}");
+    }
+}
+
+/// A long record is thinned for its sample; numbers of rows are those of the record.
+#[test]
+fn sample_of_a_long_record() {
+    let campaign = line(5000, 0.1, (1.0, 0.0, 1.0), 8, "");
+    let fit = stream(&campaign, &Settings::default());
+    let own = fit.streamed.as_ref().unwrap();
+    assert_eq!((own.rows, own.numbers.len(), own.numbers[1]), (5000, 1250, 5));
+    let report = tumble::report::fit_report(&fit);
+    assert_eq!((report.fit.readings, report.fit.dof, report.readings.len()), (5000, 4998, 1250));
+    assert_eq!(report.readings[1].index, 5);
+    let held = fitted(&campaign);
+    assert!((held.point[1] - fit.point[1]).abs() < 1e-9 * held.parameters[1].uncertainty.unwrap().u);
+    assert!((held.estimate.sum_of_squares / fit.estimate.sum_of_squares - 1.0).abs() < 1e-12);
+}
+
+/// What is not to be had from streamed rows is refused, and why.
+#[test]
+fn refusals() {
+    let settings = Settings::default();
+    let refused = |campaign: Campaign, settings: &Settings| {
+        let mut rows = Held::new(campaign.readings.clone());
+        let sample = streamed::sample(&mut rows).unwrap();
+        streamed::fit(campaign, &mut rows, &sample, settings).unwrap_err().to_string()
+    };
+    let plain = || line(40, 1.0, (1.0, 0.0, 1.0), 1, "");
+    let robust = Settings { robust: Some(tumble::fit::RobustMethod::Huber), ..settings };
+    assert!(refused(plain(), &robust).contains("weights belong to single rows"));
+    let per = line(40, 1.0, (1.0, 0.0, 1.0), 1, r#"{ "of": "a", "per": "position", "u": 1 }"#);
+    assert!(refused(per, &settings).contains("a per position scatters"));
+    // times that fall
+    let scatter = r#"{ "of": "y", "over": "time_s", "tau": 5, "u": 1 }"#;
+    let mut back = line(40, 1.0, (1.0, 0.0, 1.0), 1, scatter);
+    let rows: Vec<_> = back.readings.rows.iter().rev().cloned().collect();
+    back.readings = Readings { rows, ..back.readings };
+    assert!(refused(back, &settings).contains("the times of the rows do not rise"));
+}
