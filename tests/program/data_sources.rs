@@ -20,7 +20,10 @@ fn every_data_file_has_a_source() {
         let entry = entry.unwrap();
         let name = entry.file_name().to_string_lossy().to_string();
         let named = if entry.path().is_dir() { format!("`{name}/`") } else { format!("`{name}`") };
-        assert!(name == "README.md" || readme.contains(&named), "tests/data/README.md does not say where {named} comes from");
+        assert!(
+            name == "README.md" || readme.contains(&named),
+            "tests/data/README.md does not say where {named} comes from"
+        );
     }
     let mut contents: BTreeMap<Vec<u8>, PathBuf> = BTreeMap::new();
     for path in files(&data) {
