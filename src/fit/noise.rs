@@ -271,7 +271,7 @@ impl ScatterSources {
         let relative = |c: usize| if c < spread.nrows() { spread[(c, c)] } else { 0.0 };
         let sources = sources
             .into_iter()
-            .map(|own| Source {
+            .map(|own| VarianceSource {
                 dof: own.component.map_or(own.dof, |c| 2.0 / relative(c)),
                 name: own.name,
                 evaluation: own.evaluation,
@@ -287,7 +287,7 @@ impl ScatterSources {
             })
             .collect();
         let estimated = spread.nrows() > 0;
-        Noise {
+        ScatterSources {
             sources,
             sensitivities: Mat::zeros(covariance.nrows(), 0),
             covariance,

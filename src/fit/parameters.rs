@@ -150,7 +150,7 @@ impl<'a> BudgetInputs<'a> {
     pub(super) fn with_known(
         campaign: &'a Campaign,
         estimate: &'a Estimate,
-        noise: &'a Noise,
+        noise: &'a ScatterSources,
         known: Vec<(&'a str, Known, Vec<f64>)>,
         level: f64,
     ) -> Self {
