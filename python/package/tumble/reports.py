@@ -1403,7 +1403,7 @@ class DerivedReport(Node):
     k: float | None
     """Coverage factor."""
     line: str
-    """The line of algebra."""
+    """The line of algebra, as it was written (before it is brought to `unit`)."""
     note: str | None
     """What a person must know of it, in a sentence."""
     u: float | None
