@@ -31,8 +31,8 @@ fn imu(criterion: &mut Criterion) {
     let campaigns = [
         ("stated u, perfect table", include_str!("../tests/data/simulated/imu-table.campaign.json")),
         ("stated u, table errors", include_str!("../tests/data/simulated/imu-table-tilted.campaign.json")),
-        ("estimated u, perfect table", include_str!("../examples/20-imu-three-axis-table/perfect-table.campaign.json")),
-        ("estimated u, table errors", include_str!("../examples/20-imu-three-axis-table/table-errors.campaign.json")),
+        ("estimated u, perfect table", include_str!("../examples/10-imu-three-axis-table/perfect-table.campaign.json")),
+        ("estimated u, table errors", include_str!("../examples/10-imu-three-axis-table/table-errors.campaign.json")),
     ];
     for (name, text) in campaigns {
         let source = wire::Source { name: name.into(), text: text.into() };

@@ -97,7 +97,7 @@ fn fleets() {
 
 /// A thousand seconds of a swinging vehicle at 100 steps a second, errors without noise.
 fn navigators() {
-    let site = Site { latitude: 0.8, longitude: 0.0, altitude: 0.0 };
+    let site = Site { latitude_rad: 0.8, longitude_rad: 0.0, altitude_m: 0.0 };
     let swing = |amplitude: f64, period: f64| Oscillation { amplitude, period, ..Oscillation::constant(0.0) };
     let attitude = Attitude { pitch: swing(0.05, 7.0), roll: swing(0.1, 9.0), yaw: swing(0.03, 11.0) };
     let motion = Motion::swing(attitude).expect("a motion");

@@ -100,6 +100,7 @@ pub mod compare;
 pub mod correction;
 pub mod design;
 pub mod diagnosis;
+mod elements;
 pub mod error;
 pub mod estimate;
 pub mod fit;

@@ -2,8 +2,11 @@
 //! factor by the thousand.
 //!
 //! Large or rank-deficient matrices go through faer and [`crate::estimate`] (column-pivoted QR). Products that differ on purpose say so by their
-//! names: `compensated_dot` (twice the precision, for refinement), those of `estimate/panel.rs` and `estimate/small_qr.rs` (laid out for one loop),
-//! `determinant_and_trace` and `inverse_root` of the plans (clamped pivots, many candidates side by side).
+//! names or their places, and why at their heads: `compensated_dot` (twice the precision, for refinement), the reflections of `estimate/panel.rs`,
+//! `estimate/eight.rs` and `estimate/small_qr.rs`, `determinant_and_trace` and `inverse_root` of the plans (clamped pivots, many candidates side by
+//! side).
+
+use crate::elements::Parts;
 
 /// Scalar product, in eight sums side by side (in order below eight elements); of columns of two lengths, the shorter counts.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -14,6 +17,18 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     sums.iter().sum::<f64>() + rest
+}
+
+/// The same in four sums: for columns of some tens of elements (triangles of unknowns), where eight would mostly be remainder.
+pub(crate) fn short_dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += a * b);
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    let [a, b, c, d] = sums;
+    (a + b) + (c + d) + rest
 }
 
 /// Euclidean norm.
@@ -93,8 +108,8 @@ impl Triangle {
         for (i, row) in self.rows.iter().enumerate().skip(first) {
             let (before, own) = x.split_at_mut(i.min(x.len()));
             if let (Some((pivot, row)), Some(own)) = (row.split_last(), own.first_mut()) {
-                let among = row.get(first..).unwrap_or_default();
-                *own = (*own - dot(among, before.get(first..).unwrap_or_default())) / pivot;
+                let among = row.part(first..);
+                *own = (*own - dot(among, before.part(first..))) / pivot;
             }
         }
     }
@@ -140,7 +155,7 @@ impl Triangle {
         // both columns are zero before the later of their pivots
         let product = |(i, a): (usize, &Vec<f64>), (j, b): (usize, &Vec<f64>)| {
             let from = i.max(j);
-            dot(a.get(from..).unwrap_or_default(), b.get(from..).unwrap_or_default())
+            dot(a.part(from..), b.part(from..))
         };
         columns.iter().enumerate().map(|a| columns.iter().enumerate().map(|b| product(a, b)).collect()).collect()
     }
@@ -163,6 +178,8 @@ mod tests {
             assert_eq!(dot(&a, &a), f64::from(n * (n + 1) * (2 * n + 1) / 6), "{n}");
         }
         assert_eq!(dot(&[1.0, 2.0, 3.0], &[4.0, 5.0]), 14.0);
+        let a: Vec<f64> = (1..=31).map(f64::from).collect();
+        assert_eq!(short_dot(&a, &a), dot(&a, &a));
         assert_eq!(norm(&[3.0, 4.0]), 5.0);
     }
 

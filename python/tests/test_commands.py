@@ -40,7 +40,7 @@ def test_plan() -> None:
 def test_compare() -> None:
     published = tumble.compare(TABLE_1)
     assert published.report == "compare" and published.groups
-    folder = EXAMPLES / "50-calibration-in-use"
+    folder = EXAMPLES / "21-calibration-in-use"
     before, after = tumble.fit(folder / "before.campaign.json"), tumble.fit(folder / "after.campaign.json")
     changes = tumble.compare(before, after)
     assert changes.report == "compare-calibrations"
@@ -52,7 +52,7 @@ def test_compare() -> None:
 
 @notes
 def test_navigate() -> None:
-    found = tumble.navigate(EXAMPLES / "11-navigator/findings.mission.json")
+    found = tumble.navigate(EXAMPLES / "09-navigator/findings.mission.json")
     assert found.report == "navigate" and found.results
     lengths = {len(column) for column in found.series.values()}
     assert len(lengths) == 1 and any(name.startswith("time") for name in found.series)
@@ -74,7 +74,7 @@ def test_noise_of_a_table() -> None:
 @notes
 @rejected
 def test_reduce(tmp_path: Path) -> None:
-    folder = EXAMPLES / "25-xsens-from-the-log"
+    folder = EXAMPLES / "15-xsens-from-the-log"
     target = tmp_path / "xsens.campaign.json"
     found = tumble.reduce(folder / "xsens.csv.gz", schedule=folder / "accelerometer.schedule.json", to=target)
     assert found.report == "reduce" and len(found.segments) > 10
@@ -83,7 +83,7 @@ def test_reduce(tmp_path: Path) -> None:
 
 @notes
 def test_the_correction_in_use() -> None:
-    folder = EXAMPLES / "50-calibration-in-use"
+    folder = EXAMPLES / "21-calibration-in-use"
     fit = tumble.fit(folder / "before.campaign.json")
     compile(tumble.export(fit, to="python"), "correction.py", "exec")
     text = tumble.apply(fit, folder / "record.csv")

@@ -10,7 +10,7 @@ import pytest
 import tumble
 from cases import EXAMPLES, LINE, TABLE_1
 
-FOLDER = EXAMPLES / "60-production-line"
+FOLDER = EXAMPLES / "26-production-line"
 rejected = pytest.mark.filterwarnings("ignore::tumble.RejectedWarning")
 
 

@@ -69,7 +69,7 @@ def test_warnings_are_about_the_line_that_asked() -> None:
         tumble.fit({**LINE, "readings": [{"x": 1, "y": 1}, {"x": 1, "y": 3}]})
     with pytest.warns(tumble.RejectedWarning) as diagnosed:
         tumble.diagnose(EXAMPLES / "07-hidden-effect/measured.campaign.json")
-    folder = EXAMPLES / "25-xsens-from-the-log"
+    folder = EXAMPLES / "15-xsens-from-the-log"
     with pytest.warns(tumble.NoteWarning) as noted:
         # samples in a campaign: how many readings they gave is a remark
         tumble.diagnose(folder / "accelerometer.campaign.json")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from cases import EXAMPLES, TABLE_1
 
-PLAN = EXAMPLES / "30-plan-five-positions/published.campaign.json"
+PLAN = EXAMPLES / "18-plan-five-positions/published.campaign.json"
 LONG = {
     "monte carlo": f"tumble.fit({str(TABLE_1)!r}, monte_carlo=20_000_000)",
     "plan": f"tumble.plan({str(PLAN)!r}, noise={{'V': 9e-4}}, choose=60, step=10, starts=100000)",

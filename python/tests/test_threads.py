@@ -8,7 +8,7 @@ import pytest
 import tumble
 from cases import EXAMPLES, TABLE_1
 
-PLAN = EXAMPLES / "30-plan-five-positions/published.campaign.json"
+PLAN = EXAMPLES / "18-plan-five-positions/published.campaign.json"
 
 
 def test_the_interpreter_is_free() -> None:

@@ -1,7 +1,7 @@
 //! What kind of function a model line is in some of its names: affine, trigonometric, smooth, of what degree in angles.
 
-use super::expression::{Expression, Node};
-use super::function::{Function, Operator, number_of};
+use super::expression::{Expression, Node, number_of};
+use super::function::{Function, Operator};
 use crate::number;
 
 /// What a name is while one joint turns.

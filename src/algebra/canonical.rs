@@ -109,6 +109,7 @@ impl Sum {
         if self.0.len() > 1 {
             return (Factors::from([(Base::Operand(format!("({})", self.text())), 1)]), 1.0);
         }
+        // a sum of no terms is the empty product times zero
         self.0.pop_first().unwrap_or_default()
     }
 

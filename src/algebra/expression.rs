@@ -1,6 +1,7 @@
 //! The tree of a model line, kept in postfix order, and how trees are put together.
 
 use super::function::{Function, Operator};
+use super::item::Item;
 use crate::error::{Fault, Malformed, Result};
 
 /// A model line: its tree and its text. Two are equal when their trees are.
@@ -17,18 +18,6 @@ pub struct Expression {
     /// Operands before their operator: `a + b*c` is `a b c * +`.
     postfix: Vec<Item>,
     text: String,
-}
-
-/// One item of the postfix order.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Item {
-    /// Finite and not negative: a minus sign is always an item of its own.
-    Number(f64),
-    Pi,
-    Name(String),
-    Negate,
-    Call(Function),
-    Binary(Operator),
 }
 
 /// One node of the tree with what was found for its operands.
@@ -280,6 +269,18 @@ impl Expression {
             results.push(rule(node));
         }
         results.pop().unwrap_or_default()
+    }
+}
+
+/// The value of a node whose operands are all numbers; `None` where one of them is a name.
+pub(super) fn number_of(node: &Node<'_, Option<f64>>) -> Option<f64> {
+    match *node {
+        Node::Number(number) => Some(number),
+        Node::Pi => Some(std::f64::consts::PI),
+        Node::Name(_) => None,
+        Node::Negate(x) => x.map(|x| -x),
+        Node::Call(function, x) => x.map(|x| function.value(x)),
+        Node::Binary(operator, left, right) => Some(operator.value(left?, right?)),
     }
 }
 

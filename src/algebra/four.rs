@@ -1,14 +1,14 @@
 //! A tape at four places at once: the operations of `tape.rs`, each on four numbers side by side.
+//!
+//! The loop stands apart, as one over a type parameter would be compiled for single numbers without their shortcuts (a step is one instruction
+//! there, four lanes here), and both must agree to the last bit, which a test asks.
 #![allow(
     clippy::indexing_slicing,
     reason = "`run` sizes registers and bars to inputs, constants and steps, and a compiled tape refers to these only; a lane has four numbers"
 )]
 
 use super::function::{Operator, integer_power};
-use super::tape::{Scratch, Step, Tape};
-
-/// One number at each of four places.
-pub(crate) type Lane = [f64; 4];
+use super::tape::{Lane, Scratch, Step, Tape};
 
 #[inline(always)]
 fn zip(a: Lane, b: Lane, of: impl Fn(f64, f64) -> f64) -> Lane {
@@ -102,6 +102,7 @@ impl Tape {
         let first_step = self.slots.len() + self.constants.len();
         registers.resize(first_step + self.steps.len(), [0.0; 4]);
         for (register, slot) in registers.iter_mut().zip(&self.slots) {
+            // an input that is not given is not a number, and so is what depends on it
             *register = inputs.get(*slot).copied().unwrap_or([f64::NAN; 4]);
         }
         for (register, constant) in registers.iter_mut().skip(self.slots.len()).zip(&self.constants) {

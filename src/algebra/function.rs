@@ -1,7 +1,6 @@
 //! The operators and functions of a model line: their names, values and derivatives.
 
 use crate::number;
-use std::f64::consts::PI;
 
 /// A function of one argument that a model line may call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,17 +159,4 @@ pub(super) fn integer_power(x: f64, exponent: i32) -> f64 {
         power *= x;
     }
     if exponent < 0 { 1.0 / power } else { power }
-}
-
-/// The value of a node whose operands are all numbers; `None` where one of them is a name.
-pub(super) fn number_of(node: &super::expression::Node<'_, Option<f64>>) -> Option<f64> {
-    use super::expression::Node;
-    match *node {
-        Node::Number(number) => Some(number),
-        Node::Pi => Some(PI),
-        Node::Name(_) => None,
-        Node::Negate(x) => x.map(|x| -x),
-        Node::Call(function, x) => x.map(|x| function.value(x)),
-        Node::Binary(operator, left, right) => Some(operator.value(left?, right?)),
-    }
 }

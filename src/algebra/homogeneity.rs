@@ -6,8 +6,8 @@
 //!
 //! In the logarithm these are linear equations, whatever the line; which names have a unit already is not known here.
 
-use super::expression::{Expression, Node};
-use super::function::{Function, Operator, number_of};
+use super::expression::{Expression, Node, number_of};
+use super::function::{Function, Operator};
 use std::collections::BTreeMap;
 
 /// A product of powers of the units of names, and of the radian.

@@ -1,6 +1,7 @@
 //! A tape at many places at once: the operations of `tape.rs`, each on a whole list of numbers, so that reading the tape costs nothing.
 //!
-//! Lists stand one after the other, `places` numbers each. The results are those of single places, to the last bit.
+//! Lists stand one after the other, `places` numbers each. The results are those of single places, to the last bit. The loop stands apart from that of
+//! `tape.rs`: there the step is the inner loop and a register a number, here places are the inner loop and a register is a list.
 #![allow(
     clippy::indexing_slicing,
     reason = "`compile` gives every operand a register among inputs, constants and earlier steps; `gradient_of_many` sizes registers and bars to all of them at `places` numbers each, after comparing the inputs with the tape"

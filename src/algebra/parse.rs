@@ -1,7 +1,8 @@
 //! From text to the postfix order of its tree, and from chumsky's findings to errors a person can use.
 
-use super::expression::Item;
 use super::function::{ATAN2, Function, Operator};
+use super::item::Item;
+use crate::elements::TextPart;
 use crate::error::{Fault, Malformed, Result};
 use chumsky::error::{RichPattern, RichReason};
 use chumsky::pratt::{infix, left, prefix, right};
@@ -52,6 +53,7 @@ fn line<'a>() -> impl Parser<'a, &'a str, Vec<Item>, extra::Err<Refusal<'a>>> {
         let mantissa = digits.then(just('.').then(digits.or_not()).or_not()).to_slice();
         let number = choice((mantissa, just('.').then(digits).to_slice())).then(exponent.or_not()).to_slice().validate(
             |text: &str, extra, emitter| {
+                // the grammar lets digits alone through; what does not fit is refused below
                 let number = text.parse().unwrap_or(f64::INFINITY);
                 if !number.is_finite() {
                     emitter.emit(Rich::custom(extra.span(), number_too_large(text, extra.span())));
@@ -115,6 +117,7 @@ fn too_deep(text: &str) -> Option<usize> {
                 outside.push(depth);
                 depth += 1;
             }
+            // a bracket that was never opened: the grammar says so
             ')' => depth = outside.pop().unwrap_or(0),
             '^' => depth += 1,
             '-' if !after_operand => depth += 1,
@@ -150,8 +153,8 @@ fn malformed(text: &str, refusal: Refusal<'_>) -> Malformed {
 
 /// What stands at a byte of the text, quoted, and its length: a whole word or number, else one character.
 fn found_at(text: &str, start: usize) -> (String, usize) {
-    let rest = text.get(start..).unwrap_or("");
-    let word = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len());
+    let rest = text.part(start..);
+    let word = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len()); // to the end
     match (word, rest.chars().next()) {
         (_, None) => ("the end of the line".to_string(), 1),
         (0, Some(c)) => (format!("'{}'", c.escape_debug()), c.len_utf8()),

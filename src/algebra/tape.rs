@@ -8,10 +8,13 @@
 )]
 
 use super::expression::{Expression, Node};
-use super::four::Lane;
 use super::function::{Function, Operator, integer_power, small_integer};
+use crate::elements::OrNan;
 use crate::error::{Fault, Malformed, Result};
 use std::f64::consts::PI;
+
+/// One number at each of four places (`four.rs`).
+pub(crate) type Lane = [f64; 4];
 
 /// A compiled model line; its inputs are the names given to [`Tape::compile`], in that order.
 ///
@@ -83,6 +86,7 @@ impl Tape {
             let step = match node {
                 Node::Number(number) => return Source::Constant(number),
                 Node::Pi => return Source::Constant(PI),
+                // `own` lists every name of the line
                 Node::Name(name) => return Source::Input(own.iter().position(|own| *own == name).unwrap_or_default()),
                 Node::Negate(Source::Constant(x)) => return Source::Constant(-x),
                 Node::Negate(x) => Step::Negate(x),
@@ -115,6 +119,7 @@ impl Tape {
             Source::Input(input) => input,
             Source::Constant(number) => {
                 let place = constants.iter().position(|kept| kept.to_bits() == number.to_bits());
+                // `keep` has seen every constant that a step or the result uses
                 slots.len() + place.unwrap_or_default()
             }
             Source::Step(step) => slots.len() + constants.len() + step,
@@ -201,7 +206,7 @@ impl Tape {
         let first_step = self.slots.len() + self.constants.len();
         registers.resize(first_step + self.steps.len(), 0.0);
         for (register, slot) in registers.iter_mut().zip(&self.slots) {
-            *register = inputs.get(*slot).copied().unwrap_or(f64::NAN);
+            *register = inputs.or_nan(*slot);
         }
         registers[self.slots.len()..first_step].copy_from_slice(&self.constants);
         for (index, step) in self.steps.iter().enumerate() {
@@ -234,6 +239,7 @@ impl<R: Copy> Step<R> {
 }
 
 fn unknown_name(expression: &Expression, name: &str, names: &[&str]) -> Malformed {
+    // a line that was computed, not written, has no place for the caret
     let (start, length) = expression.span_of(name).unwrap_or_default();
     Malformed::new(Fault::UnknownName, format!("'{name}' is not known here"))
         .expected(if names.is_empty() { "no names at all".to_string() } else { format!("one of {}", names.join(", ")) })

@@ -1,7 +1,7 @@
 //! A model line as a sum of products: which names stand in each term, to which power.
 
-use super::expression::{Expression, Node};
-use super::function::{Function, Operator, number_of};
+use super::expression::{Expression, Node, number_of};
+use super::function::{Function, Operator};
 use crate::number;
 
 /// One term of a sum: names and their powers; numbers, and functions of anything, are left out.

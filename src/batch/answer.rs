@@ -5,6 +5,7 @@ use super::inputs::Input;
 use super::row::{Solved, Verdict, chi_square_words, remarks};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Limited};
+use crate::elements::{Elements, Parts};
 use crate::fit::{self, Settings, resolution};
 use crate::uncertainty::{Combined, effective_dof, quantiles};
 use faer::Mat;
@@ -80,7 +81,7 @@ impl Question<'_> {
             }
         };
         for (j, x) in point.iter().take(n).enumerate() {
-            let through = |k: usize| known.get(k).and_then(|c| c.get(j)).copied().unwrap_or_default();
+            let through = |k: usize| known.at(k).at(j);
             say(Some(*x), self.combine([cofactor[(j, j)], share[(j, j)]], variance, through, memory));
         }
         let mut gradient = std::mem::take(&mut memory.gradient);
@@ -91,12 +92,13 @@ impl Question<'_> {
                 say(None, None);
                 continue;
             }
-            let along = gradient.get(..n).unwrap_or_default();
+            let along = gradient.part(..n);
             let form = |of: &Mat<f64>| -> f64 {
                 let terms = || along.iter().enumerate().filter(|(_, c)| **c != 0.0);
                 terms().map(|(i, a)| terms().map(|(j, b)| a * b * of[(i, j)]).sum::<f64>()).sum::<f64>().max(0.0)
             };
             let through = |k: usize| {
+                // a line that does not depend on this input
                 let own = self.known.get(k).and_then(|input| gradient.get(input.index)).copied().unwrap_or_default();
                 own + known.get(k).map_or(0.0, |c| along.iter().zip(c).map(|(a, c)| a * c).sum())
             };
@@ -224,6 +226,7 @@ pub(super) fn least_variance<I: Iterator<Item = f64>>(
         (count - count.round()).abs() <= 1e-6 * count.abs().max(1.0)
     };
     if !(coarse > 0.0) || (unit > 0.0 && places > -14.0 && values().all(whole)) {
+        // numbers of full precision have no step
         let step = resolution(values()).unwrap_or(0.0);
         return arithmetic.max((step / 12f64.sqrt() / largest_u).powi(2));
     }

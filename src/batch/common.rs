@@ -10,6 +10,7 @@ use super::{Device, Row};
 use crate::algebra::Tape;
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, Model};
+use crate::elements::{Elements, OrNan, Parts};
 use crate::estimate::{Estimate, Group, adjust};
 use crate::fit::{self, Estimator, Remount, Settings};
 use crate::number;
@@ -135,9 +136,7 @@ impl Common {
         let share = match m == design.rows.len() {
             true => estimate.cofactor.clone(),
             false => {
-                let scaled = Mat::from_fn(n, design.rows.len(), |j, i| {
-                    sensitivities[(j, i)] * system.u.get(i).copied().unwrap_or_default()
-                });
+                let scaled = Mat::from_fn(n, design.rows.len(), |j, i| sensitivities[(j, i)] * system.u.at(i));
                 &scaled * scaled.transpose()
             }
         };
@@ -159,7 +158,7 @@ impl Common {
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
         let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let weight = |i: usize| system.u.get(i).map_or(1.0, |u| 1.0 / u);
-        let redundancy = |i: usize| estimate.redundancy.get(i).copied().unwrap_or_default();
+        let redundancy = |i: usize| estimate.redundancy.at(i);
         let studentizing: Vec<(usize, f64)> =
             (0..readings).filter(|i| redundancy(*i) > 1e-6).map(|i| (i, weight(i) / redundancy(i).sqrt())).collect();
         let whitened = Whitened::independent(
@@ -169,17 +168,10 @@ impl Common {
             estimate.dof,
             stated,
         );
-        let checked = |i: usize| whitened.redundancy.get(i).copied().unwrap_or_default() > quality::UNCHECKED;
-        let gain: Vec<f64> =
-            (0..readings)
-                .map(|i| {
-                    if checked(i) {
-                        weight(i).powi(2) / whitened.redundancy.get(i).copied().unwrap_or(1.0)
-                    } else {
-                        0.0
-                    }
-                })
-                .collect();
+        let checked = |i: usize| whitened.redundancy.at(i) > quality::UNCHECKED;
+        let gain: Vec<f64> = (0..readings)
+            .map(|i| if checked(i) { weight(i).powi(2) / whitened.redundancy.at(i) } else { 0.0 })
+            .collect();
         let tested = gain.iter().filter(|g| **g > 0.0).count().max(1);
         let single = -(settings.level.ln() / tested as f64).exp_m1();
         let threshold = match (stated, estimate.dof) {
@@ -235,12 +227,14 @@ impl Common {
         work.sizes.clear();
         for (k, (device, map)) in devices.iter().enumerate() {
             let (group, lane) = (k / LANES, k % LANES);
+            // rooms for all groups were made above
             let observed = work.observed.get_mut(group * m..(group + 1) * m).unwrap_or_default();
             let mut sizes = Sizes { least: f64::INFINITY, most: 0.0, weighed: 0.0 };
             let rows = self.places.iter().zip(&self.predicted).zip(&self.weight);
             for ((((row, slot), predicted), weight), to) in rows.zip(observed.iter_mut()) {
+                // without a map the rows are in the schedule's order
                 let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
-                let value = device.values.get(row * self.sensors + slot).copied().unwrap_or(f64::NAN);
+                let value = device.values.or_nan(row * self.sensors + slot);
                 to[lane] = value - predicted;
                 let size = value.abs();
                 sizes.least = if size > 0.0 && size < sizes.least { size } else { sizes.least };
@@ -282,7 +276,7 @@ impl Common {
                 };
                 let take = |from: &[Lane], width: usize, to: &mut Vec<f64>| {
                     to.clear();
-                    let own = from.get(group * width..(group + 1) * width).unwrap_or_default();
+                    let own = from.part(group * width..(group + 1) * width);
                     to.extend(own.iter().map(|numbers| numbers[lane]));
                 };
                 let (mut dx, mut rest) = (std::mem::take(&mut work.changes), std::mem::take(&mut work.rest));

@@ -5,6 +5,7 @@ use super::common::{Common, Found, Scratch};
 use super::replicates::{runs_of, runs_p};
 use super::row::Solved;
 use super::{Device, Row};
+use crate::elements::OrNan;
 use crate::fit;
 use crate::quality::{self, Whitened};
 
@@ -28,6 +29,7 @@ impl Common {
             return None;
         }
         let own_dof =
+            // no group, no degrees of freedom
             if self.scaled { estimate.group_redundancy.first().copied().unwrap_or_default() } else { f64::INFINITY };
         let question = Question {
             campaign: &self.campaign,
@@ -42,8 +44,9 @@ impl Common {
         };
         let values = || {
             self.places.iter().map(|(row, slot)| {
+                // without a map the rows are in the schedule's order
                 let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
-                device.values.get(row * self.sensors + slot).copied().unwrap_or_default()
+                device.values.or_nan(row * self.sensors + slot)
             })
         };
         let least = |own| least_variance(values, (own, found.sizes.weighed, self.largest_u));
@@ -78,6 +81,7 @@ impl Common {
         let found = quality::snoop(&whitened, self.places.len(), self.settings.level);
         let reading = |row: usize| {
             let (row, _) = self.places.get(row)?;
+            // without a map the rows are in the schedule's order
             Some(map.and_then(|map| map.get(*row)).unwrap_or(row) + 1)
         };
         found.iter().flat_map(|found| &found.suspects).filter_map(|suspect| reading(suspect.row)).collect()
@@ -93,6 +97,7 @@ impl Common {
                 Some(map) => {
                     let mut sorted: Vec<(usize, f64)> = own()
                         .map(|(i, (_, v))| {
+                            // places are of rows that the map has
                             (self.places.get(i).and_then(|(row, _)| map.get(*row)).copied().unwrap_or(i), *v)
                         })
                         .collect();

@@ -161,7 +161,7 @@ impl<'a> Fleet<'a> {
             };
             let Some(form) = way.form_of(device) else { continue };
             let places = match &mut self.known.positions {
-                Some(positions) => positions.of(way, device, layout, self.question),
+                Some(positions) => positions.of(way.width(), device, layout, self.question),
                 None if way.is_by_position() => return,
                 None => Some(Vec::new()),
             };

@@ -2,6 +2,7 @@
 
 use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, Model};
+use crate::elements::Elements;
 use faer::Mat;
 
 /// A known input with an uncertainty: the unknowns follow it by `base + slope dx`.
@@ -63,7 +64,7 @@ pub(super) fn inputs(
         let columns: Vec<Vec<f64>> =
             moved.iter().map(|there| follow(&|i| there.jacobian[(i, k)] - design.jacobian[(i, k)])).collect();
         let none = columns.iter().flatten().all(|s| *s == 0.0);
-        let at = |j: usize, i: usize| columns.get(i).and_then(|c| c.get(j)).copied().unwrap_or_default();
+        let at = |j: usize, i: usize| columns.at(i).at(j);
         let slope = if none {
             Vec::new()
         } else {

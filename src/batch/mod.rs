@@ -14,6 +14,7 @@
 //! | `answer.rs` | a device's row from its solution |
 //! | `own.rs` | devices of different schedules, eight side by side |
 //! | `own_rows.rs` | their rows of the design, from the columns of the table |
+//! | `own_cells.rs` | their replicates |
 //! | `positions.rs` | their rows of the design, position by position, where joints stand or turn |
 //! | `inputs.rs` | known inputs with an uncertainty, once for a schedule |
 //! | `replicates.rs` | lack of fit beside replicates, order of the residuals |
@@ -39,6 +40,7 @@ mod fleet;
 mod inputs;
 mod layout;
 mod own;
+mod own_cells;
 mod own_rows;
 mod parts;
 mod parts_row;

@@ -13,13 +13,9 @@ use crate::campaign::{Campaign, Readings, Role};
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Settings, Weighting};
-use crate::mix::Mix;
-use crate::number;
 use crate::quality::NormalScores;
 use crate::uncertainty::quantiles;
 use pulp::{Arch, Simd, WithSimd};
-use std::collections::HashMap;
-use std::hash::BuildHasherDefault;
 
 /// Most readings of a device, and most sensors, that go this way.
 const MOST_ROWS: usize = 2048;
@@ -33,7 +29,7 @@ pub(super) struct Own {
     pub(super) derived: Vec<Tape>,
     pub(super) reference: Vec<f64>,
     /// For each sensor of the layout, in the order of a device's values.
-    lines: Vec<Line>,
+    pub(super) lines: Vec<Line>,
     /// Cells of inputs in a row.
     width: usize,
     /// The cell of the number of samples.
@@ -47,10 +43,10 @@ pub(super) type Placed<'a> = (&'a Device, &'a [u32]);
 
 /// A sensor's line.
 #[derive(Debug)]
-struct Line {
+pub(super) struct Line {
     line: Option<ColumnLine>,
     /// What each of its lists is.
-    from: Vec<From>,
+    pub(super) from: Vec<From>,
     /// The cell of its stated uncertainty.
     u: Option<usize>,
     /// Columns of the design that it has no part in.
@@ -58,7 +54,7 @@ struct Line {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum From {
+pub(super) enum From {
     /// A cell of inputs.
     Cell(usize),
     /// A parameter's value; the column of the design, where it is an unknown.
@@ -301,6 +297,7 @@ impl Own {
                         for (j, a) in row.iter().take(n).enumerate() {
                             eight.rows[j * m + begin + i][l] = *a;
                         }
+                        // the prediction stands last
                         values[i * LANES + l] = row.last().copied().unwrap_or(f64::NAN);
                     }
                 }
@@ -325,6 +322,7 @@ impl Own {
                     let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
                     let u = match line.u.and_then(cell).filter(|u| !u.is_nan()) {
                         Some(u) => u,
+                        // no count: one sample, as the format says
                         None => 1.0 / self.samples.and_then(cell).filter(|n| !n.is_nan()).unwrap_or(1.0).sqrt(),
                     };
                     Some((*value, u))
@@ -377,85 +375,6 @@ impl WithSimd for Gradient<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         self.line.gradient(self.places, self.inputs, self.room, self.values, self.gradient);
-    }
-}
-
-/// The cell of each row of one device: rows of one cell have the same inputs. How many cells there are comes back.
-#[derive(Debug, Default)]
-pub(super) struct Cells {
-    /// Cell of each row.
-    pub(super) of: Vec<usize>,
-    /// Row (and sensor) at which each cell was met first.
-    firsts: Vec<(usize, usize)>,
-    table: Vec<u32>,
-    /// The same by the cells of positions.
-    known: HashMap<u32, usize, BuildHasherDefault<Mix>>,
-}
-
-impl Own {
-    /// Part a device's rows, in the order of the system's, by their inputs.
-    pub(super) fn cells(
-        &self,
-        (device, places): Placed<'_>,
-        positions: Option<&Positions>,
-        cells: &mut Cells,
-    ) -> usize {
-        use std::hash::Hasher;
-        let Cells { of, firsts, table, .. } = &mut *cells;
-        of.clear();
-        firsts.clear();
-        let size = (4 * device.rows * self.lines.len()).next_power_of_two();
-        table.clear();
-        table.resize(size, u32::MAX);
-        if let Some(positions) = positions {
-            let Cells { of, known, .. } = cells;
-            known.clear();
-            for place in places {
-                let next = known.len();
-                of.push(*known.entry(positions.cell(*place)).or_insert(next));
-            }
-            return known.len();
-        }
-        let word = |x: f64| (x + 0.0).to_bits();
-        for (slot, line) in self.lines.iter().enumerate() {
-            let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, word);
-            let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
-            for row in 0..device.rows {
-                if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
-                    continue;
-                }
-                let mut hash = Mix(slot as u64);
-                used().for_each(|k| hash.write_u64(at(row, k)));
-                let mut place = number::index(hash.finish() & (size as u64 - 1));
-                let cell = loop {
-                    let Some(entry) = table.get_mut(place) else { break firsts.len() };
-                    match firsts.get(*entry as usize) {
-                        None => {
-                            // beyond u32 it stays an empty place, and the cell has no other row
-                            *entry = u32::try_from(firsts.len()).unwrap_or(u32::MAX);
-                            firsts.push((row, slot));
-                            break firsts.len() - 1;
-                        }
-                        Some((first, own)) if *own == slot && used().all(|k| at(row, k) == at(*first, k)) => {
-                            break *entry as usize;
-                        }
-                        Some(_) => place = (place + 1) & (size - 1),
-                    }
-                };
-                of.push(cell);
-            }
-        }
-        firsts.len()
-    }
-
-    /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.
-    pub(super) fn order(&self, device: &Device) -> Vec<(usize, usize)> {
-        let sensors = self.lines.len();
-        let read = |slot: usize, row: usize| device.values.get(row * sensors + slot).is_some_and(|y| !y.is_nan());
-        let rows = (0..sensors).flat_map(|slot| (0..device.rows).filter(move |row| read(slot, *row)));
-        let mut order: Vec<(usize, usize)> = rows.enumerate().map(|(row, reading)| (reading, row)).collect();
-        order.sort_unstable();
-        order
     }
 }
 

@@ -200,6 +200,7 @@ impl Parts {
         let (k, n) = (values.len(), self.template.unknowns() + self.carried.len());
         let u = |own: &Observation| own.u.unwrap_or(1.0 / own.samples.sqrt());
         let rows = Mat::from_fn(k, n, |i, j| {
+            // a line of another campaign: refused as not finite
             values.get(i).and_then(|(line, _)| line.columns.get(j)).copied().unwrap_or(f64::NAN)
         });
         let observed: Vec<f64> = values.iter().map(|(line, own)| own.value - line.predicted).collect();
@@ -225,6 +226,7 @@ impl Parts {
         let [largest, arithmetic, largest_u, step, rest @ ..] = packed else {
             return Err(Malformed::new(Fault::Value, "these numbers are no part of a device"));
         };
+        // too short: refused by `unpack`
         let (met, fold) = rest.split_at_checked(part.met.len()).unwrap_or_default();
         part.fold = Fold::unpack(self.template.unknowns(), self.carried.len(), fold)?;
         part.met = met.iter().map(|code| [code % 2.0 >= 1.0, *code >= 2.0]).collect();
@@ -279,6 +281,7 @@ impl Part {
 
     /// The part as numbers, for [`Parts::unpack`].
     pub fn pack(&self) -> Vec<f64> {
+        // packed as what no step is
         let mut numbers = vec![self.largest, self.arithmetic, self.largest_u, self.step.unwrap_or(f64::NEG_INFINITY)];
         numbers.extend(self.met.iter().map(|[with, without]| f64::from(u8::from(*with) + 2 * u8::from(*without))));
         numbers.extend(self.fold.pack());
@@ -287,6 +290,7 @@ impl Part {
 
     /// The square of the scale that the rounding of the readings alone would have.
     pub(super) fn least(&self) -> f64 {
+        // numbers of full precision have no step
         let step = self.step.filter(|step| !step.is_nan()).unwrap_or(0.0);
         self.arithmetic.powi(2).max((step / 12f64.sqrt() / self.largest_u).powi(2))
     }

@@ -5,6 +5,7 @@ use super::parts::{Part, Parts};
 use super::row::{Solved, Verdict, chi_square_words, remarks};
 use crate::algebra::Scratch;
 use crate::campaign::{Known, Limited};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Fold, Folded, Group};
 use crate::fit::{self, Conformity, Weighting};
@@ -115,7 +116,7 @@ impl Parts {
             let along: Vec<(usize, f64)> =
                 gradient.iter().copied().enumerate().take(n).filter(|(_, c)| *c != 0.0).collect();
             if finite && determines(&folded, &gradient) {
-                let own = |k: usize| gradient.get(k).copied().unwrap_or_default();
+                let own = |k: usize| gradient.at(k);
                 results.push((Some(value), budget_inputs.combine(&along, own, coverage)));
             } else {
                 results.push((None, None));
@@ -129,7 +130,7 @@ impl Parts {
                     Limited::Parameter(k) => (template.parameters.get(k)?.id.as_str(), k),
                     Limited::Derived(k) => (template.derived.get(k)?.id.as_str(), n + k),
                 };
-                let (value, own) = results.get(k).copied().unwrap_or_default();
+                let (value, own) = *results.get(k)?;
                 Some((id, fit::judge(template.decision, limit, value, own.as_ref(), settings.level).0))
             })
             .collect();
@@ -173,11 +174,12 @@ impl Parts {
     fn known(&self, fold: &Fold, folded: &Folded) -> Result<Vec<(usize, Known, Vec<f64>)>> {
         let mut found: Vec<(usize, Known, Vec<f64>)> = Vec::new();
         for (place, carried) in self.carried.iter().enumerate() {
-            let share = carried.by.map_or(1.0, |j| folded.solution.get(j).copied().unwrap_or_default());
+            let share = carried.by.map_or(1.0, |j| folded.solution.at(j));
             let Some(follow) = fold.follow(place, &self.settings.adjust)? else { continue };
             if found.last().is_none_or(|(parameter, ..)| *parameter != carried.parameter) {
                 found.push((carried.parameter, carried.known, vec![0.0; follow.len()]));
             }
+            // there is one: pushed above
             let own = found.last_mut().map(|(.., own)| own.as_mut_slice()).unwrap_or_default();
             own.iter_mut().zip(&follow).for_each(|(c, f)| *c -= share * f);
         }
@@ -188,7 +190,7 @@ impl Parts {
 /// Do the readings determine a quantity with this gradient?
 fn determines(folded: &Folded, gradient: &[f64]) -> bool {
     folded.free_directions.iter().all(|direction| {
-        let terms = || direction.terms.iter().map(|(k, e)| gradient.get(*k).copied().unwrap_or_default() * e);
+        let terms = || direction.terms.iter().map(|(k, e)| gradient.at(*k) * e);
         terms().sum::<f64>().abs() <= SAME * terms().map(f64::abs).sum::<f64>()
     })
 }
@@ -228,7 +230,7 @@ impl BudgetInputs<'_> {
             None => 0.0,
         };
         let part = |(parameter, known, c): &(usize, Known, Vec<f64>)| {
-            let through: f64 = along.iter().map(|(j, a)| a * c.get(*j).copied().unwrap_or_default()).sum();
+            let through: f64 = along.iter().map(|(j, a)| a * c.at(*j)).sum();
             ((own(*parameter) + through).abs() * known.u, known.dof)
         };
         let type_b = self.known.iter().map(|known| part(known).0.powi(2)).sum::<f64>() + (cofactor - share).max(0.0);

@@ -2,10 +2,10 @@
 //!
 //! A position is worked out when it is met first, by the ordinary rows of a reading; where devices hardly share any, each is fitted by itself.
 
-use super::own_rows::Own;
 use super::{Device, Layout};
 use crate::campaign::Campaign;
 use crate::design::{self, Model};
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::fit;
 use crate::mix::Mix;
@@ -59,7 +59,7 @@ impl Positions {
     /// The place of each row of a device's system; `None` for a device that its own fit has to answer.
     pub(super) fn of(
         &mut self,
-        own: &Own,
+        width: usize,
         device: &Device,
         layout: &Layout,
         question: &(dyn Fn(&Device) -> Result<Campaign> + Sync),
@@ -71,7 +71,7 @@ impl Positions {
         let sensors = of_layout.len();
         let mut firsts = Vec::with_capacity(device.rows);
         for row in 0..device.rows {
-            let inputs = device.input(row, own.width());
+            let inputs = device.input(row, width);
             let word = |k: &usize| {
                 inputs.get(*k).map_or(u64::MAX, |x| if x.is_nan() { u64::MAX } else { (x + 0.0).to_bits() })
             };
@@ -98,6 +98,7 @@ impl Positions {
                 .iter()
                 .enumerate()
                 .filter(move |(row, _)| read(slot, *row))
+                // a bench has fewer sensors than the fallback stands for
                 .map(move |(_, first)| first + u32::try_from(slot).unwrap_or(0))
         };
         Some((0..sensors).flat_map(of_slot).collect())
@@ -138,11 +139,12 @@ impl Positions {
     /// Derivatives by the unknowns and the prediction at a place.
     pub(super) fn row(&self, place: u32) -> &[f64] {
         let start = place as usize * self.width;
-        self.rows.get(start..start + self.width).unwrap_or_default()
+        self.rows.part(start..start + self.width)
     }
 
     /// The cell that replicates of a place share.
     pub(super) fn cell(&self, place: u32) -> u32 {
-        self.cell.get(place as usize).copied().unwrap_or_default()
+        // beyond what was worked out: a cell of its own, which nothing repeats
+        self.cell.get(place as usize).copied().unwrap_or(u32::MAX)
     }
 }

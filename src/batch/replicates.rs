@@ -1,5 +1,6 @@
 //! What is tested of the residuals of many devices alike: lack of fit beside replicates, and their order.
 
+use crate::elements::Elements;
 use crate::mix::Mix;
 use crate::quality;
 use std::cell::RefCell;
@@ -62,7 +63,7 @@ impl Replicates {
         }
         let (mut pure, mut total) = (0.0, 0.0);
         for ((v, own), cell) in rows() {
-            let mean = sums.get(*cell).copied().unwrap_or_default();
+            let mean = sums.at(*cell);
             pure += (v - mean) * (v - mean) * own;
             total += v * v * own;
         }

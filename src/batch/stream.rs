@@ -1,6 +1,7 @@
 //! A table of many devices, device by device, in memory bound by a chunk as long as each device's rows stand together.
 
 use super::{Device, Layout, Use};
+use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{As, Block, Record};
@@ -47,6 +48,7 @@ pub fn count(files: usize, open: &dyn Fn(usize) -> Result<Record>, by: &str) -> 
         record.select(&[(column, As::Label)]);
         let (mut block, mut of_label) = (Block::default(), Vec::<u64>::new());
         while record.next(&mut block)? {
+            // one column is read
             for number in block.columns.first().map(Vec::as_slice).unwrap_or_default() {
                 let k = place(*number);
                 if k >= of_label.len() {
@@ -68,6 +70,7 @@ fn place(number: f64) -> usize {
 }
 
 fn label(record: &Record, place: usize) -> String {
+    // place 0: a cell that is empty
     place.checked_sub(1).and_then(|k| record.labels().get(k)).cloned().unwrap_or_default()
 }
 
@@ -219,7 +222,7 @@ impl Gathering<'_> {
         places: &Places,
         current: &mut Option<usize>,
     ) -> Result<Option<Ended>> {
-        let column = |k: usize| block.columns.get(k).map(Vec::as_slice).unwrap_or_default();
+        let column = |k: usize| block.columns.at(k);
         let select = |of: &[usize]| of.iter().map(|k| column(*k)).collect::<Vec<&[f64]>>();
         let (inputs, values, others) = (select(&places.inputs), select(&places.values), select(&places.others));
         let mut row = 0;
@@ -262,7 +265,7 @@ fn interleave(columns: &[&[f64]], start: usize, end: usize, to: &mut Vec<f64>) {
     let begin = to.len();
     to.resize(begin + width * (end - start), 0.0);
     for (place, column) in columns.iter().enumerate() {
-        let from = column.get(start..end).unwrap_or_default();
+        let from = column.part(start..end);
         let cells = to.iter_mut().skip(begin + place).step_by(width.max(1));
         cells.zip(from).for_each(|(cell, x)| *cell = *x);
     }

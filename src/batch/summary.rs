@@ -1,6 +1,7 @@
 //! All devices together: how each quantity is distributed, who stands apart, and whether devices differ more than they are measured.
 
 use super::{Row, Solved, Verdict};
+use crate::elements::Elements;
 use crate::fit::Conformity;
 use crate::number;
 use crate::uncertainty::quantiles;
@@ -136,7 +137,7 @@ impl Summary {
         }
         if self.labels.len() < KEPT {
             self.labels.push(row.label.as_str().into());
-            let at = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(f64::NAN);
+            let at = |list: &[f64], k: usize| list.at(k);
             let own = (0..self.quantities).map(|k| [at(&row.value, k), at(&row.type_a, k), at(&row.u, k)]);
             self.values.extend(own);
             self.dofs.push(if row.chi_square_p.is_nan() { row.dof as f64 } else { f64::INFINITY });
@@ -213,6 +214,7 @@ impl Summary {
     pub fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
         let mut found = Vec::new();
         let all = (self.values.len() as f64).max(1.0);
+        // no devices: no limit is drawn
         let far = quantiles::normal_quantile(1.0 - 0.005 / all).unwrap_or(6.0);
         for quantity in 0..self.quantities {
             let mut values = self.values(quantity);

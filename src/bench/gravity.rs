@@ -1,5 +1,6 @@
 //! Local gravity: where it comes from, and normal gravity where only latitude and altitude are known.
 
+use super::earth::gravity_at;
 use super::rotation::sin_cos_deg;
 
 /// Where the gravity of a site comes from.
@@ -36,15 +37,6 @@ pub const NORMAL_GRAVITY_FORMULA: &str =
 /// assert!((tumble::bench::normal_gravity(90.0, 0.0) - 9.8321849378).abs() < 1e-9);
 /// ```
 pub fn normal_gravity(latitude_deg: f64, altitude_m: f64) -> f64 {
-    const AT_EQUATOR: f64 = 9.780_325_335_9;
-    const K: f64 = 0.001_931_852_652_41;
-    const ECCENTRICITY_SQUARED: f64 = 0.006_694_379_990_14;
-    const SEMI_MAJOR_M: f64 = 6_378_137.0;
-    const FLATTENING: f64 = 1.0 / 298.257_223_563;
-    const M: f64 = 0.003_449_786_506_84;
-    let (sin, _) = sin_cos_deg(latitude_deg);
-    let square = sin * sin;
-    let on_ellipsoid = AT_EQUATOR * (1.0 + K * square) / (1.0 - ECCENTRICITY_SQUARED * square).sqrt();
-    let ratio = altitude_m / SEMI_MAJOR_M;
-    on_ellipsoid * (1.0 - 2.0 * ratio * (1.0 + FLATTENING + M - 2.0 * FLATTENING * square) + 3.0 * ratio * ratio)
+    let (sine, _) = sin_cos_deg(latitude_deg);
+    gravity_at(sine * sine, altitude_m)
 }

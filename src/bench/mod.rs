@@ -9,12 +9,13 @@
 //! active and take sensor components to the ground. Deliberately absent: lever arms, dynamics, file formats (`wire` knows those).
 
 mod builtin;
+pub mod earth;
 mod gravity;
 mod modulation;
 mod rotation;
 
-pub use crate::units::STANDARD_GRAVITY_M_S2;
 pub use builtin::{BuiltIn, built_in, built_ins};
+pub use earth::{EARTH_RATE_DEG_H, STANDARD_GRAVITY_M_S2};
 pub use gravity::{GravityFrom, NORMAL_GRAVITY_FORMULA, NORMAL_GRAVITY_U_M_S2, normal_gravity};
 pub use modulation::Modulation;
 pub use rotation::{Axis, sin_cos_deg};
@@ -23,9 +24,6 @@ use crate::algebra::{Expression, Function};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
 use nalgebra::Vector3;
-
-/// Earth's rotation rate used where a site gives none (design convention), in degrees per hour.
-pub const EARTH_RATE_DEG_H: f64 = 15.041067;
 
 /// A bench: where it stands, in which units it speaks, its chain of rotations and its sensors.
 #[derive(Debug, Clone)]

@@ -7,6 +7,7 @@
 mod identity;
 mod inputs;
 mod limits;
+mod names;
 mod parameters;
 mod readings;
 mod scatter;
@@ -22,6 +23,7 @@ pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;
 use crate::bench::Bench;
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
 
@@ -171,7 +173,7 @@ impl Campaign {
 
     /// The estimated parameters, in order.
     pub fn estimated(&self) -> &[Parameter] {
-        self.parameters.get(..self.unknowns()).unwrap_or_default()
+        self.parameters.part(..self.unknowns())
     }
 
     /// The index of a parameter.

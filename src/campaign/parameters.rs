@@ -143,6 +143,7 @@ impl Parameter {
                         .found(u.to_string())
                         .at_path(format!("{path}.prior_u")));
                 }
+                // what went in comes out
                 let value = finite(Some(value), "prior")?.unwrap_or_default();
                 Some(Prior { value, u: to.apply(u) })
             }

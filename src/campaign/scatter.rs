@@ -106,11 +106,12 @@ impl Scatter {
 
     /// What deviates, by name.
     pub fn of_name(&self, campaign: &Campaign) -> String {
-        let sensor = |k: &usize| campaign.bench.sensors.get(*k).map(|s| s.id.clone()).unwrap_or_default();
+        let sensor = |k: &usize| campaign.sensor_id(*k).to_string();
         match &self.of {
             Deviating::Sensor(k) => sensor(k),
+            // the line was resolved among these joints
             Deviating::Joint(k) => campaign.bench.joints().nth(*k).unwrap_or_default().to_string(),
-            Deviating::Parameter(k) => campaign.parameters.get(*k).map(|p| p.id.clone()).unwrap_or_default(),
+            Deviating::Parameter(k) => campaign.parameter_id(*k).to_string(),
             Deviating::Correlated(list, _) => list.iter().map(sensor).collect::<Vec<_>>().join(", "),
         }
     }
@@ -399,7 +400,7 @@ impl ScatterRequest {
                 .at_path("per"));
         }
         if let Some(k) = levels.iter().position(Option::is_none) {
-            let place = campaign.readings.rows.get(k).map(|r| r.place.clone()).unwrap_or_default();
+            let place = campaign.place_of(k).to_string();
             return Err(Malformed::new(
                 Fault::Missing,
                 format!("a reading has no {name}, and something scatters per {name}"),
@@ -425,8 +426,8 @@ impl ScatterRequest {
     fn unit(&self, campaign: &Campaign, of: &Deviating, name: &str) -> Result<(f64, String)> {
         let own = match of {
             Deviating::Joint(_) => "rad".to_string(),
-            Deviating::Parameter(k) => campaign.parameters.get(*k).map(|p| p.unit.clone()).unwrap_or_default(),
-            Deviating::Sensor(k) => campaign.bench.sensors.get(*k).map(|s| s.unit.clone()).unwrap_or_default(),
+            Deviating::Parameter(k) => campaign.parameter_unit(*k).to_string(),
+            Deviating::Sensor(k) => campaign.sensor_unit(*k).to_string(),
             Deviating::Correlated(..) => String::new(),
         };
         let is_angle = match of {

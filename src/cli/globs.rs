@@ -1,5 +1,6 @@
 //! Names with `*` and `?`, where the shell has left them.
 
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::path::{Path, PathBuf};
 
@@ -73,7 +74,7 @@ fn fits(pattern: &[u8], name: &[u8]) -> bool {
             },
         }
     }
-    pattern.get(p..).unwrap_or_default().iter().all(|byte| *byte == b'*')
+    pattern.part(p..).iter().all(|byte| *byte == b'*')
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::outputs::{Stream, fault, reader_left};
 use crate::batch::Row;
+use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -281,7 +282,7 @@ fn group(
         group.texts(|row| row.conformity.map_or("", |own| own.name()).into())?;
     }
     for k in 0..columns.quantities.len() {
-        let at = |list: &[f64]| list.get(k).copied().unwrap_or(f64::NAN);
+        let at = |list: &[f64]| list.at(k);
         group.numbers(|row| at(&row.value))?;
         group.numbers(|row| at(&row.u))?;
         group.numbers(|row| at(&row.expanded))?;
@@ -327,7 +328,7 @@ impl<'a> Group<'a> {
         let mut last = (0, 0);
         for row in self.rows {
             let text = of(row);
-            let before = all.get(last.0..last.0 + last.1).unwrap_or_default();
+            let before = all.part(last.0..last.0 + last.1);
             if places.is_empty() || before != text.as_bytes() {
                 last = (all.len(), text.len());
                 all.extend_from_slice(text.as_bytes());

@@ -1,5 +1,6 @@
 //! An error as a person reads it: the sentence, the place with the line and a caret, what was expected and what was found.
 
+use crate::elements::TextPart;
 use crate::error::Malformed;
 use crate::language::say;
 use miette::{
@@ -147,7 +148,7 @@ impl Excerpt {
         let previous = previous.map(|lines| lines.rsplit('\n').next().unwrap_or(lines));
         let mut following = rest.split('\n');
         let right = following.next().unwrap_or_default().trim_end_matches('\r');
-        let left = before.get(line_start..).unwrap_or_default();
+        let left = before.part(line_start..);
         let whole = left.chars().count() + right.chars().count() <= WHOLE;
         let after = clipped(right, if whole { WHOLE } else { AFTER });
         let skipped = if whole { 0 } else { left.chars().count().saturating_sub(BEFORE) };
@@ -170,7 +171,7 @@ impl Excerpt {
 /// The first characters of a line, and a mark where it goes on.
 fn clipped(line: &str, most: usize) -> String {
     match line.char_indices().nth(most) {
-        Some((end, _)) => format!("{}…", line.get(..end).unwrap_or_default()),
+        Some((end, _)) => format!("{}…", line.part(..end)),
         None => line.to_string(),
     }
 }

@@ -257,6 +257,7 @@ fn together(a: &Determination, b: &Determination, pairs: &[(usize, usize)], shar
         Some(a.covariance.get((*ax, *ay))? + b.covariance.get((*bx, *by))?)
     };
     // not a number, and so no test, where a covariance is none
+    // a covariance that is not told: not comparable
     let mut c = DMatrix::from_fn(n, n, |x, y| covariance(x, y).unwrap_or(f64::NAN));
     if shared {
         let cross = |p: &Quantity, q: &Quantity| shared_inputs(p, q).map(|(s, t)| s.c * t.c * s.u * s.u).sum::<f64>();

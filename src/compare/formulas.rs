@@ -49,6 +49,7 @@ pub fn evaluate(
             .iter()
             .all(|name| names.iter().position(|n| n == name).and_then(|k| values.get(k)).is_some_and(Option::is_some));
         let value = if usable {
+            // those that the formula uses have values, see above
             let inputs: Vec<f64> = values.iter().map(|v| v.unwrap_or_default()).collect();
             let value = Tape::compile(formula, &borrowed)?.value(&inputs, &mut Scratch::default());
             value.is_finite().then_some(value)

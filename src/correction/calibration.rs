@@ -4,6 +4,7 @@ use super::inputs::{self, Input, Quantity};
 use crate::algebra::Expression;
 use crate::bench::{ForceUnit, Link, RateUnit};
 use crate::campaign::{Campaign, Role};
+use crate::elements::{Elements, Parts};
 use crate::fit::{Fit, State};
 use crate::language::{Sentence, sentence};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
@@ -118,7 +119,7 @@ impl Calibration {
             left_out,
             inputs: Vec::new(),
             parameters: used.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
-            values: used.iter().map(|k| fit.point.get(*k).copied().unwrap_or(f64::NAN)).collect(),
+            values: used.iter().map(|k| fit.point.at(*k)).collect(),
             covariance: if fit.noise.determined { covariance(fit, &used) } else { Vec::new() },
             mounting: mounting(fit),
             span: span(campaign),
@@ -154,9 +155,7 @@ impl Calibration {
 fn covariance(fit: &Fit, used: &[usize]) -> Vec<Vec<f64>> {
     let unknowns = fit.campaign.unknowns();
     let known_of = |k: usize| fit.known_sensitivities.iter().find(|(parameter, ..)| *parameter == k);
-    let through = |k: usize, j: usize| {
-        known_of(k).map_or(0.0, |(_, known, c)| c.get(j).copied().unwrap_or_default() * known.u * known.u)
-    };
+    let through = |k: usize, j: usize| known_of(k).map_or(0.0, |(_, known, c)| c.at(j) * known.u * known.u);
     let element = |i: usize, j: usize| match (i < unknowns, j < unknowns) {
         (true, true) if i < fit.covariance.nrows() && j < fit.covariance.ncols() => fit.covariance[(i, j)],
         (true, false) => through(j, i),
@@ -172,7 +171,7 @@ fn mounting(fit: &Fit) -> Option<Mounting> {
     let campaign = &fit.campaign;
     let chain = &campaign.bench.chain;
     let after = chain.iter().rposition(|link| matches!(link, Link::Joint { .. })).map_or(0, |k| k + 1);
-    let last = chain.get(after..).unwrap_or_default();
+    let last = chain.part(after..);
     let mut rotation_ms = Rotation3::identity();
     let (mut tilts, mut missing) = (Vec::new(), Vec::new());
     for link in last {
@@ -185,7 +184,7 @@ fn mounting(fit: &Fit) -> Option<Mounting> {
         if fit.parameters.get(index).is_some_and(|p| p.state == State::NotEstimable) {
             missing.push(name.clone());
         }
-        let angle = fit.point.get(index).copied().unwrap_or_default();
+        let angle = fit.point.at(index);
         rotation_ms *= Rotation3::from_axis_angle(&Unit::new_unchecked(about.unit()), angle);
     }
     (!tilts.is_empty()).then(|| Mounting { tilts, missing, rotation: *rotation_ms.matrix() })

@@ -3,6 +3,7 @@
 use super::solve::{Bound, direction_of};
 use super::{Calibration, Line};
 use crate::campaign::Campaign;
+use crate::elements::Elements;
 use crate::language::sentence;
 use nalgebra::{DMatrix, Vector3};
 
@@ -113,7 +114,7 @@ fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector
     let prefix = if quantity == Quantity::Rate { "w_" } else { "a_" };
     let unit = |v: &Vector3<f64>| v / v.norm();
     let directions = DMatrix::from_fn(group.len().max(3), 3, |i, j| {
-        group.get(i).map_or(0.0, |(_, v)| unit(v).get(j).copied().unwrap_or_default())
+        group.get(i).map_or(0.0, |(_, v)| unit(v).as_slice().at(j)) // rows of zeros up to three
     });
     let singular = directions.singular_values();
     if group.len() >= 3 && singular.iter().all(|s| *s > INDEPENDENT * singular.max()) {

@@ -7,6 +7,7 @@
 use super::inputs::{Input, InputRole, Quantity};
 use super::{Calibration, Line};
 use crate::algebra::{Scratch, Tape};
+use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -76,8 +77,8 @@ impl Bound {
         values.extend(self.slots.iter().map(|slot| match slot {
             Slot::Rate(direction) => direction.dot(&state.rate),
             Slot::Force(direction) => direction.dot(&state.force),
-            Slot::Given(k) => state.given.get(*k).copied().unwrap_or_default(),
-            Slot::Parameter(k) => state.parameters.get(*k).copied().unwrap_or(f64::NAN),
+            Slot::Given(k) => state.given.or_nan(*k),
+            Slot::Parameter(k) => state.parameters.at(*k),
         }));
     }
 
@@ -218,8 +219,7 @@ impl Corrector {
 
     /// The first-order correction `M (s - b)`.
     pub fn linear(&self, readings: &[f64]) -> Vec<f64> {
-        let difference =
-            DVector::from_fn(self.bound.len(), |i, _| readings.get(i).copied().unwrap_or(f64::NAN) - self.bias[i]);
+        let difference = DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - self.bias[i]);
         (&self.matrix * difference).as_slice().to_vec()
     }
 
@@ -236,20 +236,14 @@ impl Corrector {
         filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
         let mut q = vec![0.0; self.solved()];
         let size: Vec<f64> = (0..q.len())
-            .map(|i| {
-                (0..self.bound.len())
-                    .map(|j| (self.matrix[(i, j)] * readings.get(j).copied().unwrap_or_default()).abs())
-                    .sum()
-            })
+            .map(|i| (0..self.bound.len()).map(|j| (self.matrix[(i, j)] * readings.or_nan(j)).abs()).sum())
             .collect();
         let settled = |q: &[f64], step: &DVector<f64>| {
             q.iter().zip(step.iter()).zip(&size).all(|((q, dq), size)| dq.abs() <= SETTLED * q.abs().max(*size))
         };
         let rest = |q: &[f64]| {
             let at = self.values_at(q, &filled);
-            DVector::from_fn(self.bound.len(), |i, _| {
-                readings.get(i).copied().unwrap_or(f64::NAN) - at.get(i).copied().unwrap_or(f64::NAN)
-            })
+            DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - at.at(i))
         };
         let mut last = f64::INFINITY;
         for round in 0..ROUNDS {
@@ -269,7 +263,7 @@ impl Corrector {
         }
         for _ in 0..NEWTON_ROUNDS {
             let (at, slopes) = self.lines_at(&q, &filled);
-            let difference = DVector::from_fn(at.len(), |i, _| readings.get(i).copied().unwrap_or(f64::NAN) - at[i]);
+            let difference = DVector::from_fn(at.len(), |i, _| readings.or_nan(i) - at[i]);
             let Some(step) =
                 inverse(&slopes).map(|inverse| inverse * difference).filter(|step| step.norm().is_finite())
             else {
@@ -308,7 +302,7 @@ impl Corrector {
                 InputRole::Solved => next_solved.next(),
                 InputRole::Given => next_given.next(),
             };
-            let value = value.copied().unwrap_or_default();
+            let value = value.copied().unwrap_or(f64::NAN); // fewer than there are: no value
             rate += by_rate * value;
             force += by_force * value;
             room.push(value);
@@ -434,7 +428,7 @@ fn inverse(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 }
 
 fn square(rows: &[Vec<f64>]) -> DMatrix<f64> {
-    DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(f64::NAN))
+    DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows.at(i).at(j))
 }
 
 #[cfg(test)]

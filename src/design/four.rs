@@ -10,6 +10,7 @@ use super::Instant;
 use super::kinematics::{Ground, shown};
 use crate::algebra::{Lane, Scratch};
 use crate::bench::{Axis, Bench, Link, sin_cos_deg};
+use crate::elements::Elements;
 
 /// Components of four vectors.
 pub(super) type Vectors = [Lane; 3];
@@ -159,8 +160,8 @@ impl FourInstants {
         for (link, turn) in bench.chain.iter().zip(turns.iter_mut()) {
             match link {
                 Link::Joint { about, .. } => {
-                    turn.to(at(k, base.angle_deg.get(k).copied().unwrap_or_default()), true);
-                    let turning = base.rate_deg_s.get(k).copied().unwrap_or_default() * per_deg_s;
+                    turn.to(at(k, base.angle_deg.at(k)), true);
+                    let turning = base.rate_deg_s.at(k) * per_deg_s;
                     k += 1;
                     if turn.turns() {
                         turn_both(*about, turn, [wants_rate.then_some(&mut *rate), wants_force.then_some(&mut *force)]);
@@ -181,7 +182,7 @@ impl FourInstants {
                             })
                         }
                     };
-                    let tilt = tilts.get(rate_by_tilt.len()).copied().unwrap_or_default();
+                    let tilt = tilts.at(rate_by_tilt.len());
                     turn.to(factor.map(|factor| factor * tilt), false);
                     if turn.turns() {
                         turn_both(*about, turn, [wants_rate.then_some(&mut *rate), wants_force.then_some(&mut *force)]);

@@ -106,6 +106,7 @@ pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kin
     // from the ground to the sensor: the vectors, and what a tilt does to them in its own frame
     for (link, turn) in bench.chain.iter().zip(turns.iter_mut()) {
         match link {
+            // what the caller leaves out is zero, as said above
             Link::Joint { about, .. } => {
                 turn.to(instant.angle_deg.get(joint).copied().unwrap_or_default(), true);
                 let turning = instant.rate_deg_s.get(joint).copied().unwrap_or_default() * per_deg_s;

@@ -4,6 +4,7 @@ use super::{Instant, Kinematics, Smoothness, Workspace};
 use crate::algebra::{Expression, NameDegree, Tape};
 use crate::bench::{Bench, Link, Sensor};
 use crate::campaign::{Campaign, JointState, Readings, Role};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 
@@ -85,6 +86,7 @@ impl SensorModel {
     /// The smoothness in the joint over which a reading averages, or that of a single instant.
     pub fn smoothness_for(&self, joints: &[JointState]) -> Smoothness {
         let averaged = joints.iter().position(JointState::is_averaged);
+        // a reading of one instant has one node, whatever the line: the mean of a constant
         averaged.and_then(|joint| self.smoothness.get(joint)).copied().unwrap_or(Smoothness::Trigonometric(0))
     }
 
@@ -94,9 +96,10 @@ impl SensorModel {
         inputs.extend(self.slots.iter().map(|slot| match slot {
             Slot::Rate(direction) => direction.dot(&context.kinematics.rate),
             Slot::Force(direction) => direction.dot(&context.kinematics.force),
-            Slot::Joint(k) => context.instant.angle_deg.get(*k).copied().unwrap_or_default().to_radians(),
-            Slot::Column(k) => context.columns.get(*k).copied().flatten().unwrap_or_default(),
-            Slot::Parameter(k) => context.point.get(*k).copied().unwrap_or_default(),
+            Slot::Joint(k) => context.instant.angle_deg.at(*k).to_radians(),
+            // `missing_column` refuses a reading that lacks it, before
+            Slot::Column(k) => context.columns.get(*k).copied().flatten().unwrap_or(f64::NAN),
+            Slot::Parameter(k) => context.point.at(*k),
         }));
     }
 
@@ -104,7 +107,7 @@ impl SensorModel {
     pub(super) fn without_value(&self, line: &Expression, inputs: &[f64]) -> Option<(String, Vec<(String, f64)>)> {
         let names = line.names();
         let value = |name: &str| names.iter().position(|own| *own == name).and_then(|k| inputs.get(k)).copied();
-        let part = line.without_value(&|name| value(name).unwrap_or(f64::NAN))?;
+        let part = line.without_value(&|name| value(name).unwrap_or(f64::NAN))?; // a name without an input has no value
         let inputs = part.names().into_iter().filter_map(|name| Some((name.to_string(), value(name)?))).collect();
         Some((part.to_string(), inputs))
     }

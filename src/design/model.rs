@@ -10,6 +10,7 @@ use super::mean::{Sweep, sweep};
 use super::{Context, Kinematics, Smoothness, kinematics};
 use crate::algebra::{Lane, Scratch};
 use crate::campaign::{Campaign, Reading};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
@@ -115,13 +116,14 @@ impl Model {
 
     /// The tilts of the chain among the values of all parameters, in chain order.
     pub fn tilts_of(&self, point: &[f64]) -> Vec<f64> {
-        self.tilts.iter().map(|k| point.get(*k).copied().unwrap_or_default()).collect()
+        self.tilts.iter().map(|k| point.at(*k)).collect()
     }
 
     /// Mean of the model line over a reading, and its gradient with respect to every parameter (overwritten).
     ///
     /// `reading = mean over nodes of f`; `d/d coefficient = mean of df/dc`; `d/d tilt = mean of sum over inputs df/d input * d input/d tilt`.
     /// A derivative whose mean is only the rounding of terms that cancel (below 8 epsilon of their mean size) is zero.
+    /// Errors: `Missing` for a column that the line uses and the reading lacks; `Value` for a reading, sensor or parameter beyond those that there are.
     pub fn predict(
         &self,
         campaign: &Campaign,
@@ -151,15 +153,16 @@ impl Model {
         work: &mut Workspace,
         mut visit: impl FnMut(usize, f64, &[f64]),
     ) -> Result<()> {
-        let Some(row) = campaign.readings.rows.get(reading) else { return Ok(()) };
+        let row = campaign.readings.rows.get(reading);
+        let row = row.ok_or_else(|| beyond("readings", reading, campaign.readings.rows.len()))?;
+        if point.len() < self.parameters {
+            return Err(beyond("parameters' values", self.parameters - 1, point.len()));
+        }
         work.tilts.clear();
-        work.tilts.extend(self.tilts.iter().map(|k| point.get(*k).copied().unwrap_or_default()));
+        work.tilts.extend(self.tilts.iter().map(|k| point.at(*k)));
         work.gathered.resize_with(sensors.len(), Gathered::default);
         for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
-            let Some(model) = self.sensors.get(*sensor) else {
-                *gathered = Gathered::default();
-                continue;
-            };
+            let model = self.sensors.get(*sensor).ok_or_else(|| beyond("sensors", *sensor, self.sensors.len()))?;
             if let Some(column) = model.missing_column(&campaign.readings, reading) {
                 return Err(Malformed::new(
                     Fault::Missing,
@@ -223,7 +226,7 @@ impl Model {
         let wanted = follows.fold([false; 2], |[rate, force], own| [rate || own[0], force || own[1]]);
         for stops in sweep.stops.chunks(4) {
             let last = stops.last().map_or(0.0, |(angle, _)| *angle);
-            let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
+            let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0)); // fewer than four: the last again, weight 0
             let (angles, weights): (Lane, Lane) =
                 (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1));
             four.set(&campaign.bench, tilts, &sweep.base, (joint, angles), wanted);
@@ -234,9 +237,9 @@ impl Model {
                     Slot::Rate(direction) => along(direction, &four.rate),
                     Slot::Force(direction) => along(direction, &four.force),
                     Slot::Joint(k) if *k == joint => angles.map(f64::to_radians),
-                    Slot::Joint(k) => [sweep.base.angle_deg.get(*k).copied().unwrap_or_default().to_radians(); 4],
-                    Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or_default(); 4],
-                    Slot::Parameter(k) => [point.get(*k).copied().unwrap_or_default(); 4],
+                    Slot::Joint(k) => [sweep.base.angle_deg.at(*k).to_radians(); 4],
+                    Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or(f64::NAN); 4],
+                    Slot::Parameter(k) => [point.at(*k); 4],
                 }));
                 slopes.resize(model.slots.len(), [0.0; 4]);
                 let values = model.tape.gradient_of_four(inputs, scratch, slopes);
@@ -273,6 +276,12 @@ impl Model {
     pub fn sensor(&self, sensor: usize) -> Option<&SensorModel> {
         self.sensors.get(sensor)
     }
+}
+
+/// A model asked for what its campaign does not have; counted from 1.
+fn beyond(what: &str, k: usize, count: usize) -> Malformed {
+    Malformed::new(Fault::Value, format!("a prediction was asked for number {} of the {what}", k + 1))
+        .expected(format!("one of the {count} that there are"))
 }
 
 impl Gathered {

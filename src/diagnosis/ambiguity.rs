@@ -13,6 +13,7 @@ use super::evidence::Evidence;
 use super::noise::Weighted;
 use super::search::Question;
 use super::sets::Rival;
+use crate::elements::Elements;
 use crate::linear::Triangle;
 
 /// Weight of each rival against the named member of its place, which has 1: `exp(-(excess + plausibility penalty - plausibility penalty of the member) / 2)`.
@@ -67,7 +68,7 @@ pub(super) fn moved_by(
 
 /// What a set of effects does to the unknowns: `-A+ C_S k`.
 fn moved(candidates: &[Candidate], evidence: &Evidence, weighted: &Weighted, set: &[usize]) -> Option<Vec<f64>> {
-    let cosine = |a: usize, b: usize| evidence.cosines(a).get(b).copied().unwrap_or_default();
+    let cosine = |a: usize, b: usize| evidence.cosines(a).at(b);
     let gram = |i: usize, k: usize| {
         set.get(i).zip(set.get(k)).map_or(f64::NAN, |(a, b)| if i == k { 1.0 } else { cosine(*a, *b) })
     };

@@ -3,12 +3,13 @@
 //! An equation is met exactly, an inequality that holds the estimate back is held as an equation (a norm by its tangent), any other has no
 //! part. Taking a prior or an equation away is a candidate like any other: its column is what it kept the parameters from doing.
 
-use super::{Candidate, Finding};
+use super::Candidate;
 use crate::campaign::{Campaign, Constraint, Role};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Equation, Equations, Side};
-use crate::fit::{self, Constraints, Fit, Weighting};
+use crate::fit::{self, Constraints, Weighting};
 use crate::simulate::Regressor;
 use crate::vocabulary::vocabulary;
 
@@ -70,7 +71,7 @@ pub(super) fn hold(campaign: &Campaign) -> Result<Assumed> {
 
 /// An active inequality as an equation; a norm by its tangent, `sum (x_j / |x|) x_j = limit`.
 fn at_limit(constraint: &Constraint, side: Side, point: &[f64]) -> Option<Constraint> {
-    let at = |j: &usize| point.get(*j).copied().unwrap_or_default();
+    let at = |j: &usize| point.at(*j);
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let limit = if side == Side::Lower { *lower } else { *upper };
@@ -190,33 +191,5 @@ pub(super) fn constraint_of(candidate: &Candidate) -> Option<usize> {
     match candidate.kind {
         Regressor::Constraint(k) => Some(k),
         _ => None,
-    }
-}
-
-/// By how much a prior or an equation misses, with its standard uncertainty: in the parameter's unit (radians for tilts).
-pub(super) fn value(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
-    let at = |j: usize| after.point.get(j).copied().unwrap_or_default();
-    let unit = |j: usize| campaign.parameters.get(j).map_or(String::new(), |p| p.unit.clone());
-    let n = after.covariance.nrows();
-    let along = |terms: &[(usize, f64)]| {
-        let inside = || terms.iter().filter(|(j, _)| *j < n);
-        inside().map(|(j, a)| inside().map(|(k, b)| a * b * after.covariance[(*j, *k)]).sum::<f64>()).sum::<f64>()
-    };
-    match finding.effect.kind {
-        Regressor::Prior(k) => {
-            let Some(Role::Estimated { prior: Some(prior), .. }) = campaign.parameters.get(k).map(|p| &p.role) else {
-                return;
-            };
-            finding.value = Some(at(k) - prior.value);
-            finding.u = Some((along(&[(k, 1.0)]) + prior.u * prior.u).sqrt());
-            finding.unit = unit(k);
-        }
-        Regressor::Constraint(k) => {
-            let Some(Constraint::Linear { terms, lower, .. }) = campaign.constraints.get(k) else { return };
-            finding.value = Some(terms.iter().map(|(j, c)| c * at(*j)).sum::<f64>() - lower);
-            finding.u = Some(along(terms).max(0.0).sqrt());
-            finding.unit = terms.first().map_or(String::new(), |(j, _)| unit(*j));
-        }
-        _ => {}
     }
 }

@@ -1,6 +1,6 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
 
-use super::catalogue::{Effect, Filling, column_values, fill};
+use super::catalogue::{Effect, Filling, breaks, fill};
 use super::screen::{Chosen, Scanned};
 use super::settings::Settings;
 use super::sizes::sizes;
@@ -252,6 +252,7 @@ impl Maker<'_> {
             kind,
             sensor: owner,
             family: effect.term.clone(),
+            // a term without {k} is no harmonic
             harmonic: filling.iter().find(|(key, _)| *key == "{k}").and_then(|(_, k)| k.parse().ok()).unwrap_or(0),
             rank: effect.rank,
             why: fill(&effect.why, filling),
@@ -315,23 +316,6 @@ impl Maker<'_> {
         self.named.insert(name.clone());
         name
     }
-}
-
-/// The times between readings, as text and number: midpoints, with as many decimals as the times have (at least one).
-pub(super) fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
-    let mut times = column_values(campaign, "time_s");
-    times.sort_by(f64::total_cmp);
-    times.dedup();
-    let decimals = times.iter().map(|t| format!("{t}").split_once('.').map_or(0, |(_, tail)| tail.len())).max();
-    let decimals = decimals.unwrap_or(0).clamp(1, 12);
-    let mut breaks = Vec::new();
-    for pair in times.windows(2) {
-        if let [before, after] = pair {
-            let middle = 0.5 * (before + after);
-            breaks.push((format!("{middle:.decimals$}"), middle));
-        }
-    }
-    breaks
 }
 
 /// The labels of positions, in order of first appearance; none where every reading has the same.

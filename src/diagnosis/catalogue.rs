@@ -191,3 +191,21 @@ fn time_constants(campaign: &Campaign) -> Vec<String> {
     }
     constants
 }
+
+/// The times between readings, as text and number: midpoints, with as many decimals as the times have (at least one).
+pub(super) fn breaks(campaign: &Campaign) -> Vec<(String, f64)> {
+    let mut times = column_values(campaign, "time_s");
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let decimals = times.iter().map(|t| format!("{t}").split_once('.').map_or(0, |(_, tail)| tail.len())).max();
+    // whole numbers only
+    let decimals = decimals.unwrap_or(0).clamp(1, 12);
+    let mut breaks = Vec::new();
+    for pair in times.windows(2) {
+        if let [before, after] = pair {
+            let middle = 0.5 * (before + after);
+            breaks.push((format!("{middle:.decimals$}"), middle));
+        }
+    }
+    breaks
+}

@@ -3,7 +3,8 @@
 use super::noise::{NoiseFrom, Weighted, weighted_columns};
 use super::pool::Pool;
 use super::remainder::{Remainders, Standing};
-use super::strata::Strata;
+use super::strata::{Given, Strata};
+use crate::elements::Elements;
 use crate::linear::{dot, norm};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
 use faer::Mat;
@@ -38,19 +39,6 @@ struct Pure {
     columns: Mat<f64>,
     residual: Vec<f64>,
     dof: usize,
-}
-
-/// Everything given that some candidates are in the model.
-pub(super) struct Given {
-    /// Score of each candidate; its square is the further drop of the sum of squares.
-    pub score: Vec<f64>,
-    /// Squared sine of each candidate with the set.
-    pub left: Vec<f64>,
-    pub rss: f64,
-    pub dof: usize,
-    pure: Option<(f64, usize, Vec<f64>)>,
-    /// The members, and what each takes off the sum of squares in this order.
-    pub(super) steps: Vec<(usize, f64)>,
 }
 
 /// The strongest evidence that something else is missing.
@@ -110,6 +98,7 @@ impl Evidence {
 
     /// The effects that were in the model from which the variances of what scatters come.
     pub fn found_with(&mut self, set: &[usize]) {
+        // dependent columns: the set tells nothing more
         let steps = self.given(set).map(|given| given.steps).unwrap_or_default();
         if let Some(strata) = &mut self.strata {
             strata.found_with(steps);
@@ -153,10 +142,10 @@ impl Evidence {
             let size = left.get(member).copied().filter(|n| *n > DISTINCT)?.sqrt();
             let mut direction = self.cosines(member).to_vec();
             for before in &basis {
-                let own = before.get(member).copied().unwrap_or_default();
+                let own = before.at(member);
                 direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
             }
-            let step = score.get(member).copied().unwrap_or_default() / size;
+            let step = score.at(member) / size;
             for ((d, n), s) in direction.iter_mut().zip(&mut left).zip(&mut score) {
                 *d /= size;
                 *n -= *d * *d;
@@ -194,14 +183,14 @@ impl Evidence {
 
     /// Student's t (or the normal z) of a candidate given the set, and its degrees of freedom (infinite where the noise is stated).
     pub fn t(&self, given: &Given, index: usize) -> (f64, f64) {
-        let score = given.score.get(index).copied().unwrap_or_default();
+        let score = given.score.at(index);
         if let Some(strata) = &self.strata {
             return strata.t(given, index, score);
         }
         match (self.from, &given.pure) {
             (NoiseFrom::Stated, _) => (score, f64::INFINITY),
             (NoiseFrom::Replicates, Some((sum, dof, within))) => {
-                let own = within.get(index).copied().unwrap_or_default();
+                let own = within.at(index);
                 let (sum, dof) = if own != 0.0 { (sum - own * own, dof.saturating_sub(1)) } else { (*sum, *dof) };
                 ratio(score, sum, dof)
             }
@@ -212,6 +201,7 @@ impl Evidence {
     /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak, with the candidate's share of the tests).
     pub fn family_wise(&self, t: f64, dof: f64, index: usize) -> f64 {
         let alone = self.alone(t, dof);
+        // no count of its own: as one of all
         let tests = self.multiplicity.get(index).copied().unwrap_or(self.tests as f64).max(1.0);
         -f64::exp_m1(tests * f64::ln_1p(-alone))
     }
@@ -223,6 +213,7 @@ impl Evidence {
         } else {
             normal_survival(t.abs()).map(|p| 2.0 * p)
         };
+        // not testable: not significant
         alone.unwrap_or(1.0).clamp(0.0, 1.0)
     }
 
@@ -237,7 +228,7 @@ impl Evidence {
         for index in 0..self.pool.len() {
             if given.left.get(index).is_some_and(|n| *n > DISTINCT) && wanted(index) {
                 let (t, dof) = self.t(given, index);
-                let order = t * t - 2.0 * self.multiplicity.get(index).copied().unwrap_or(1.0).max(1.0).ln();
+                let order = t * t - 2.0 * self.multiplicity.at(index).max(1.0).ln();
                 if best.is_none_or(|(.., before)| order > before) {
                     best = Some((index, t, dof, order));
                 }

@@ -1,6 +1,7 @@
 //! Families of candidates: what their members share of the tests, and which of them can build any pattern.
 
-use super::candidates::{Candidate, breaks};
+use super::candidates::Candidate;
+use super::catalogue::breaks;
 use super::evidence::Evidence;
 use crate::campaign::Campaign;
 use std::collections::{HashMap, HashSet};
@@ -40,6 +41,7 @@ pub(super) fn multiplicity(campaign: &Campaign, candidates: &[Candidate], eviden
     let labels: HashSet<&str> = campaign.readings.rows.iter().map(|r| r.position.as_str()).collect();
     let times = if families.keys().any(|(term, _)| term.contains("{break}")) { breaks(campaign).len() } else { 0 };
     let members = |candidate: &Candidate| {
+        // its own column at least
         let with_column = families.get(&(candidate.family.as_str(), candidate.sensor)).copied().unwrap_or(1);
         let possible = match scanned(candidate) {
             Some("{other}") => rows * rows.saturating_sub(1) / 2,

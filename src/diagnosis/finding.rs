@@ -185,6 +185,7 @@ pub(super) fn conclude(
             None => residual.iter().zip(&weighted.weight).map(|(r, w)| r / w).collect(),
             Some(_) => {
                 let own: Vec<&Vec<f64>> = set.iter().filter_map(|j| candidates.get(*j)).map(|c| &c.column).collect();
+                // a system that cannot be solved with them: as without
                 weighted.residuals_with(&design, campaign.unknowns(), &own).unwrap_or(after.estimate.residuals)
             }
         };
@@ -246,6 +247,7 @@ pub(super) fn conclude(
             for finding in &mut effects {
                 let index = repaired.estimated().iter().position(|p| p.id == finding.effect.coefficient);
                 let extra = index.and_then(|j| beyond_noise(after, &weighted, &evidence, remainder, j));
+                // what the repaired model does not estimate has no further uncertainty
                 finding.u = finding.u.map(|u| u.hypot(extra.unwrap_or(0.0)));
             }
         }
@@ -258,6 +260,7 @@ pub(super) fn conclude(
         for change in &mut changes {
             let index = finished.campaign.estimated().iter().position(|p| p.id == change.id);
             let extra = index.and_then(|j| beyond_noise(finished, &weighted, &evidence, remainder, j));
+            // likewise
             change.remainder_u = extra.unwrap_or(0.0);
         }
     }
@@ -461,6 +464,7 @@ fn coefficient(
         "rad".to_string()
     } else if result.unit.is_empty() {
         let told = crate::campaign::coefficient_unit(&repaired.bench, &repaired.readings.columns, &effect.coefficient);
+        // a line that leaves the unit open
         told.unwrap_or_default()
     } else {
         result.unit.clone()
@@ -476,6 +480,7 @@ pub(super) fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Ch
         .iter()
         .filter_map(|own| {
             let then = after.parameters.iter().find(|p| p.id == own.id)?;
+            // what is known, or not estimated in this model, is not moved
             let (widest, sd) = unknown(&own.id).and_then(|j| moved.get(j)).copied().unwrap_or_default();
             Some(Change {
                 id: own.id.clone(),

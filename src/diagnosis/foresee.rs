@@ -20,6 +20,7 @@ use super::{Candidate, Settings};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};
 use crate::design::{self, Model};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate;
 use crate::plan::{Independent, Noise};
@@ -195,7 +196,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         prospect.at_a_reading = values.map(|(c, u)| (c, c / u)).reduce(|a, b| if b.0 > a.0 { b } else { a });
         let sd = |k: usize| estimate.covariance[(k, k)].sqrt();
         prospect.moves = (0..campaign.unknowns())
-            .filter(|k| estimate.estimable.get(*k).copied().unwrap_or(false) && sd(*k) > 0.0)
+            .filter(|k| estimate.is_estimable(*k) && sd(*k) > 0.0)
             .map(|k| (k, prospect.shifts.get(k).map_or(0.0, |s| (s * minimal / sd(k)).abs())))
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         prospect.minimal = Some(minimal);
@@ -235,6 +236,7 @@ fn rule(tests: usize, alone: f64, dof: usize) -> Rule {
 }
 
 fn z(p: f64) -> f64 {
+    // probabilities between 0 and 1 have a quantile
     normal_quantile(p).unwrap_or(0.0)
 }
 
@@ -258,8 +260,7 @@ fn shifts(estimate: &estimate::Estimate, effect: &Candidate, independent: &Indep
 /// Parameters by how much of the effect's column they take up.
 fn hides_in(estimate: &estimate::Estimate, shifts: &[f64]) -> Vec<usize> {
     let scale = estimate.factor.scale();
-    let mut parts: Vec<(f64, usize)> =
-        shifts.iter().enumerate().map(|(k, s)| (s.abs() * scale.get(k).copied().unwrap_or_default(), k)).collect();
+    let mut parts: Vec<(f64, usize)> = shifts.iter().enumerate().map(|(k, s)| (s.abs() * scale.at(k), k)).collect();
     let most = parts.iter().fold(0.0_f64, |most, (part, _)| most.max(*part));
     parts.retain(|(part, _)| *part > TAKES_PART * most);
     parts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -290,7 +291,7 @@ fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
 
 /// Unit of an effect's coefficient, from the model line with its term.
 fn unit(campaign: &Campaign, effect: &Candidate) -> String {
-    let own = |k: &usize| campaign.parameters.get(*k).map(|p| p.unit.clone()).unwrap_or_default();
+    let own = |k: &usize| campaign.parameter_unit(*k).to_string();
     let sensor = effect.sensor.and_then(|k| campaign.bench.sensors.get(k));
     match (&effect.kind, &effect.existing) {
         (Regressor::Tilt(k) | Regressor::Known(k), _) => own(k),
@@ -301,8 +302,10 @@ fn unit(campaign: &Campaign, effect: &Candidate) -> String {
             if let (Ok(coefficient), Some(sensor)) = (coefficient, sensor) {
                 bench.sensors = vec![Sensor { model: coefficient.times(line), ..sensor.clone() }];
             }
+            // a line that leaves the unit open
             coefficient_unit(&bench, &campaign.readings.columns, &effect.coefficient).unwrap_or_default()
         }
+        // of all sensors: no unit of its own
         _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
     }
 }

@@ -6,6 +6,7 @@
 
 use super::noise::Weighted;
 use crate::campaign::Campaign;
+use crate::elements::Elements;
 use crate::estimate::{Floor, Group, Settings, System, adjust};
 use crate::fit::Fit;
 use faer::linalg::solvers::{Llt, Solve};
@@ -102,9 +103,8 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     // the basis has few columns: (1 - A A')^-1 v = v + A (1 - A'A)^-1 A'v with A the rows of Q in the group
     let r = q.ncols();
     let mut inner = faer::Mat::<f64>::zeros(r, r);
-    let weight = |i: &usize| factor.weight().get(*i).copied().unwrap_or(1.0);
-    let v: Vec<f64> =
-        group.iter().map(|i| fit.estimate.residuals.get(*i).copied().unwrap_or_default() * weight(i)).collect();
+    let weight = |i: &usize| factor.weight().at(*i);
+    let v: Vec<f64> = group.iter().map(|i| fit.estimate.residuals.at(*i) * weight(i)).collect();
     for a in 0..r {
         for b in 0..r {
             let product: f64 = group.iter().map(|i| q[(*i, a)] * q[(*i, b)]).sum();
@@ -123,7 +123,7 @@ fn left_out(fit: &Fit, group: &[usize], scale: &[f64]) -> Option<f64> {
     let mean = floors.iter().map(|u| u * u).sum::<f64>() / floors.len() as f64;
     let mut along: Vec<f64> = (0..r).map(|a| group.iter().zip(&v).map(|(i, v)| q[(*i, a)] * v).sum()).collect();
     for a in 0..r {
-        let before: f64 = (0..a).map(|b| lower[(a, b)] * along.get(b).copied().unwrap_or_default()).sum();
+        let before: f64 = (0..a).map(|b| lower[(a, b)] * along.at(b)).sum();
         if let Some(own) = along.get_mut(a) {
             *own = (*own - before) / lower[(a, a)];
         }
@@ -182,7 +182,7 @@ impl<'a> Scattered<'a> {
                 inner[(a, b)] = column[*other] - model;
             }
         }
-        let scale: Vec<f64> = group.iter().map(|i| self.floor.total_sd().get(*i).copied().unwrap_or(1.0)).collect();
+        let scale: Vec<f64> = group.iter().map(|i| self.floor.total_sd().at(*i)).collect();
         let scaled = Mat::from_fn(size, size, |a, b| 0.5 * (inner[(a, b)] + inner[(b, a)]) * scale[a] * scale[b]);
         let factor = Llt::new(scaled.as_ref(), Side::Lower).ok()?;
         let lower = factor.L();

@@ -8,6 +8,7 @@ use super::pass::Pass;
 use super::{Settings, assumptions, fit_exactly};
 use crate::campaign::{Campaign, Observation, Reading, Readings};
 use crate::design::{self, Model};
+use crate::elements::Elements;
 use crate::error::Result;
 use std::collections::HashMap;
 
@@ -24,6 +25,7 @@ pub(super) struct SingleLevels {
 impl SingleLevels {
     /// The level of a regressor of a sensor (`None` for what is common to all).
     pub fn of(&self, regressor: &str, sensor: Option<usize>) -> f64 {
+        // those without a level of their own
         self.of.get(&(regressor.to_string(), sensor)).copied().unwrap_or(self.usual)
     }
 }
@@ -60,7 +62,7 @@ fn pretended(schedule: &Campaign, u: &[f64]) -> Result<Campaign> {
     let design = design::assemble(&plain, &Model::new(&plain)?, &plain.reference_point())?;
     let mut rows: Vec<Reading> = plain.readings.rows.iter().map(Reading::unread).collect();
     for (i, (origin, predicted)) in design.rows.iter().zip(&design.predicted).enumerate() {
-        let u = u.get(i).copied().unwrap_or(1.0);
+        let u = u.at(i);
         // angles that never repeat, twice: near enough to normal, and no sequence of positions has it
         let x = i as f64 + 1.0;
         let off = (2.4 * x * x.sqrt()).sin() + (1.7 * x * x).cos();

@@ -54,6 +54,7 @@ mod finding;
 mod foresee;
 mod holdout;
 mod level;
+mod missed;
 mod noise;
 mod pass;
 mod passes;
@@ -209,6 +210,7 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     let Some(long) = averaged::averaged(campaign) else { return diagnose_readings(campaign, catalogue, settings) };
     let mut diagnosis = diagnose_readings(&long.campaign, catalogue, settings)?;
     diagnosis.averaged = Some((campaign.readings.rows.len(), long.campaign.readings.rows.len()));
+    // those that were not merged stand for themselves
     let first = |k: usize| long.first.get(k).copied().unwrap_or(k);
     for finding in &mut diagnosis.effects {
         let own = &mut finding.effect;
@@ -229,7 +231,7 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
             .iter()
             .flat_map(|own| [&own.effect].into_iter().chain(own.also.iter().map(|o| &o.effect)));
         let effects: Vec<&Candidate> = all.collect();
-        diagnosis.repaired = Some(passes::repaired(campaign, &effects)?);
+        diagnosis.repaired = Some(repair::repaired(campaign, &effects)?);
     }
     Ok(diagnosis)
 }
@@ -252,7 +254,7 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
     let mut diagnosis = finding::conclude(campaign, before, seen, repaired, settings)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
-            assumptions::value(campaign, after, finding);
+            missed::missed(campaign, after, finding);
         }
     }
     diagnosis.candidates.0 += without_column;

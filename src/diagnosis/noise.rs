@@ -2,6 +2,7 @@
 
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
@@ -112,7 +113,7 @@ impl Weighted {
         let all = Mat::from_fn(m, n + columns.len(), |i, j| match j.checked_sub(n) {
             None if i < readings => design.jacobian[(i, j)],
             None => 0.0,
-            Some(k) => columns.get(k).and_then(|c| c.get(i)).copied().unwrap_or_default(),
+            Some(k) => columns.at(k).at(i),
         });
         let mut white = Mat::zeros(m, all.ncols());
         for j in 0..all.ncols() {
@@ -153,6 +154,7 @@ impl Replicates {
     /// For each estimated group of the rows, the sum of squares within replicates and its degrees of freedom.
     fn pure(&self, system: &System) -> Vec<(f64, usize)> {
         let count = system.group.iter().filter_map(|g| if let Group::Estimated(g) = g { Some(g + 1) } else { None });
+        // no readings, no cells
         let mut pure = vec![(0.0, 0_usize); count.max().unwrap_or(0)];
         let weight: Vec<f64> = system.u.iter().map(|u| 1.0 / u).collect();
         let observed: Vec<f64> = system.observed.iter().zip(&weight).map(|(y, w)| y * w).collect();
@@ -209,6 +211,7 @@ pub(super) fn weigh(campaign: &Campaign, design: &DesignMatrix, finished: Option
                     Some((sum, dof)) if enough => Some((sum / *dof as f64).sqrt()),
                     _ => scales.unwrap_or(&relative.group_scale).get(*g).copied().flatten(),
                 };
+                // a scale that is not determined, or zero, leaves the weights as they are
                 *u *= scale.filter(|s| *s > 0.0 && s.is_finite()).unwrap_or(1.0);
             }
         }
@@ -316,7 +319,8 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
                 key.push(u64::from(kind));
                 key.extend([deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits())));
             }
-            key.extend(used.iter().map(|k| reading.columns.get(*k).copied().flatten().unwrap_or_default().to_bits()));
+            // readings that both lack it are alike in it
+            key.extend(used.iter().map(|k| reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN).to_bits()));
         }
         let next = seen.len();
         group.push(*seen.entry(key).or_insert(next));

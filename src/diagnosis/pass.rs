@@ -246,6 +246,7 @@ impl<'a> Pass<'a> {
             let strongest = screen.strongest(&self.chosen).into_iter();
             let significant = |score: f64| {
                 let tests = seen.evidence.tests as f64;
+                // a score that is not a number is not significant
                 let alone = 2.0 * crate::uncertainty::quantiles::normal_survival((score / sd).abs()).unwrap_or(0.5);
                 tests * alone <= self.settings.names()
             };
@@ -332,3 +333,6 @@ pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Cand
     };
     Ok(candidates.into_iter().map(with_u).collect())
 }
+
+/// What a pass saw, and the repaired campaign with its exact fit if effects were found.
+pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);

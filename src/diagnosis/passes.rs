@@ -2,11 +2,13 @@
 
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
-use super::pass::{Pass, Seen};
+use super::pass::{Outcome, Pass, Seen};
+use super::repair::repaired;
 use super::search::Found;
 use super::settings::Settings;
-use super::{Candidate, assumptions, fit_exactly, repair, search, stepwise, vetted};
+use super::{Candidate, fit_exactly, search, stepwise, vetted};
 use crate::campaign::Campaign;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::fit::{self, Estimator, Fit};
 use crate::simulate::Regressor;
@@ -23,9 +25,6 @@ const JUMPS: usize = 2;
 
 /// Tilts that are tried by themselves.
 const TILTS: usize = 2;
-
-/// What a pass saw, and the repaired campaign with its exact fit if effects were found.
-pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);
 
 /// Pass until the names settle; where something stays unexplained, or several effects explain it, again from where others would put the model.
 ///
@@ -104,7 +103,7 @@ fn price_in_all((seen, repaired): &Outcome, weighted: &Weighted, settings: &Sett
 
 /// Prices and plausibility penalties of the members of a set.
 fn prices(seen: &Seen, set: &[usize], settings: &Settings) -> f64 {
-    let plausibility_penalty = |j: &usize| seen.plausibility_penalty.get(*j).copied().unwrap_or_default();
+    let plausibility_penalty = |j: &usize| seen.plausibility_penalty.at(*j);
     set.iter().map(|j| search::price(&seen.evidence, *j, settings) + plausibility_penalty(j)).sum()
 }
 
@@ -222,11 +221,4 @@ fn jumping(candidates: &[Candidate], evidence: &Evidence) -> Vec<Vec<usize>> {
         sets.extend(further.map(|further| vec![j, further.index]));
     }
     sets
-}
-
-/// The campaign with these effects in its model, and without the priors and constraints that are among them.
-pub(super) fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
-    let freed = assumptions::freed(campaign, effects);
-    let terms: Vec<&Candidate> = effects.iter().filter(|c| !assumptions::is_assumption(c)).copied().collect();
-    repair::repair(&freed, &terms)
 }

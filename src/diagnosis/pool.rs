@@ -8,6 +8,7 @@
 //! direction to the basis and updates norms and scores by one product (updating QR in its lazy form; Å. Björck, Numerical Methods for
 //! Least Squares Problems, 3.2).
 
+use crate::elements::Elements;
 use crate::linear::dot;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -114,7 +115,7 @@ impl Pool {
         matmul(cosines.as_mut(), Accum::Replace, self.columns.transpose(), self.columns.as_ref(), 1.0, Par::Seq);
         matmul(cosines.as_mut(), Accum::Add, self.along.transpose(), self.along.as_ref(), -1.0, Par::Seq);
         for j in 0..k {
-            let own = self.norm.get(j).copied().unwrap_or_default();
+            let own = self.norm.at(j);
             for (value, other) in cosines.col_as_slice_mut(j).iter_mut().zip(&self.norm) {
                 *value = if own > 0.0 && *other > 0.0 { *value / (own * other) } else { 0.0 };
             }
@@ -153,11 +154,11 @@ impl Pool {
             // the chosen column's direction against all others: one product, corrected for the directions before it
             let mut direction = self.cosines(best.0);
             for before in &basis {
-                let own = before.get(best.0).copied().unwrap_or_default();
+                let own = before.at(best.0);
                 direction.iter_mut().zip(before).for_each(|(d, b)| *d -= own * b);
             }
-            let size = left.get(best.0).copied().unwrap_or(1.0).sqrt();
-            let step = score.get(best.0).copied().unwrap_or_default() / size;
+            let size = left.at(best.0).sqrt();
+            let step = score.at(best.0) / size;
             for ((d, n), s) in direction.iter_mut().zip(&mut left).zip(&mut score) {
                 *d /= size;
                 *n -= *d * *d;

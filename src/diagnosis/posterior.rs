@@ -101,5 +101,6 @@ pub(super) fn of(
             of: weights.iter().map(|(j, w, _)| (*j, w / all)).collect(),
         })
     };
+    // a probability of zero: dependent columns give no support
     own().unwrap_or_default()
 }

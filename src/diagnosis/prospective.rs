@@ -55,6 +55,7 @@ pub(super) fn effects(
         .collect();
     let effects = all.into_iter().map(|(mut effect, size)| {
         let none = vec![0.0; effect.column.len()];
+        // what no reading shows has a column of zeros
         effect.column = here.remove(&(effect.regressor.clone(), effect.sensor)).unwrap_or(none);
         (effect, size)
     });
@@ -85,6 +86,7 @@ fn columns(
     let keep = |mut candidate: Candidate| {
         let size = candidate.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let at = |origin: &design::RowOrigin| candidate.column.get(origin.reading * sensors + origin.sensor);
+        // columns were made for every sensor of every reading
         candidate.column = design.rows.iter().map(|o| at(o).copied().unwrap_or_default()).collect();
         (candidate, size)
     };

@@ -351,6 +351,7 @@ fn groupings(campaign: &Campaign, design: &DesignMatrix) -> Vec<(String, bool, V
         let (deg, deg_s, turns) = state.keys();
         [deg, deg_s, turns].map(|v| v.map_or(u64::MAX, |v| (v + 0.0).to_bits()))
     };
+    // rows are of readings of this campaign
     let joints = |reading: usize| campaign.readings.rows.get(reading).map(|r| r.joints.as_slice()).unwrap_or_default();
     let mut all = Vec::new();
     let mut by = |name: String, key: &dyn Fn(usize) -> Vec<[u64; 3]>| {
@@ -407,6 +408,7 @@ pub(super) fn in_time(campaign: &Campaign, design: &DesignMatrix, sensor: usize)
     let own = design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor);
     let mut rows: Vec<usize> = own.map(|(i, _)| i).collect();
     if rows.iter().all(|row| time(row).is_some()) {
+        // all have a time, see above
         rows.sort_by(|a, b| time(a).unwrap_or(0.0).total_cmp(&time(b).unwrap_or(0.0)));
     }
     rows

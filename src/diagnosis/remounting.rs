@@ -11,6 +11,7 @@
 use super::{Candidate, Diagnosis, Effect, Finding, Separation, Settings, Verdict, finding};
 use crate::campaign::{Campaign, Deviating, JointState, Kind, Per, Scatter, Size};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{self, Group, Line, System, adjust_scattered};
 use crate::fit::{self, Fit, Weighting};
@@ -94,6 +95,7 @@ pub(super) fn found(
 
 /// Twice the one-sided probability at the boundary is that of chi-square; over all that might deviate (Sidak).
 fn p(gain: f64, tried: usize) -> f64 {
+    // a gain that is not finite is none
     let alone = 0.5 * chi_square_survival(gain.max(0.0), 1.0).unwrap_or(1.0);
     -f64::exp_m1(tried.max(1) as f64 * f64::ln_1p(-alone))
 }
@@ -157,7 +159,7 @@ fn system(campaign: &Campaign, design: &DesignMatrix, further: &[Vec<f64>]) -> R
     let rows = &system.rows;
     let wider = Mat::from_fn(rows.nrows(), n + further.len(), |i, j| match j.checked_sub(n) {
         None => rows[(i, j)],
-        Some(k) => further.get(k).and_then(|column| column.get(i)).copied().unwrap_or_default(),
+        Some(k) => further.at(k).at(i),
     });
     system.rows = wider;
     Ok(system)
@@ -250,7 +252,7 @@ fn of(
     };
     // of the sum of squares in variances of the readings' own noise, what is beyond their number
     let scale = |group: &Group| match group {
-        Group::Estimated(g) => after.estimate.group_scale.get(*g).copied().flatten().unwrap_or(1.0),
+        Group::Estimated(g) => after.estimate.scale_or_one(*g),
         Group::Known => 1.0,
     };
     let own_sd = after.system.u.iter().zip(&after.system.group).map(|(u, group)| u * scale(group));

@@ -1,5 +1,6 @@
 //! The repair: a found effect becomes part of the model, visibly, so that any fit can use it.
 
+use super::assumptions;
 use super::candidates::Candidate;
 use crate::algebra::Expression;
 use crate::campaign::{Asked, Campaign, Deviating, Given, Role};
@@ -29,6 +30,7 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
             (Regressor::Term(line), None) => line.clone(),
             (other, _) => {
                 let column = format!("{}_here", effect.coefficient);
+                // only what is in all sensors alike has none; its indicator is that of any
                 let sensor = effect.sensor.unwrap_or_default();
                 let rows: Vec<crate::design::RowOrigin> =
                     (0..readings.rows.len()).map(|reading| crate::design::RowOrigin { reading, sensor }).collect();
@@ -84,4 +86,11 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
         repaired.scatter.push(line);
     }
     Ok(repaired)
+}
+
+/// The campaign with these effects in its model, and without the priors and constraints that are among them.
+pub(super) fn repaired(campaign: &Campaign, effects: &[&Candidate]) -> Result<Campaign> {
+    let freed = assumptions::freed(campaign, effects);
+    let terms: Vec<&Candidate> = effects.iter().filter(|c| !assumptions::is_assumption(c)).copied().collect();
+    repair(&freed, &terms)
 }

@@ -8,10 +8,11 @@
 //! One row for a bad reading, the rows of a label for a position, a tail of the rows in time for a step: cumulative sums give every step in
 //! one pass over the rows. The same sums with further directions in `Q` compare what is left once some effects are in the model.
 
-use super::candidates::breaks;
+use super::catalogue::breaks;
 use super::noise::Weighted;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::linear::{dot, norm};
 use std::collections::{HashMap, HashSet};
 
@@ -98,8 +99,7 @@ pub(super) fn exchanged(campaign: &Campaign, design: &DesignMatrix, weighted: &W
         for (n, (i, first, y, r)) in rows.iter().enumerate() {
             for (j, second, other, s) in rows.iter().skip(n + 1) {
                 let difference = other - y;
-                let (w, v) =
-                    (weighted.weight.get(*i).copied().unwrap_or(0.0), weighted.weight.get(*j).copied().unwrap_or(0.0));
+                let (w, v) = (weighted.weight.at(*i), weighted.weight.at(*j));
                 let square = |x: f64, w: f64| (x * w) * (x * w);
                 let after = square(r + difference, w) + square(s - difference, v);
                 let fall = square(*r, w) + square(*s, v) - after;
@@ -294,7 +294,7 @@ impl<'a> Rows<'a> {
     fn square(&self, sums: &Sums) -> f64 {
         match (&self.back, sums.rows.as_slice()) {
             (None, _) => sums.square,
-            (Some((.., diagonal)), [row]) => diagonal.get(*row).copied().unwrap_or_default(),
+            (Some((.., diagonal)), [row]) => diagonal.at(*row),
             (Some(_), rows) => {
                 let mut column = vec![0.0; self.weighted.weight.len()];
                 for row in rows {
@@ -312,9 +312,9 @@ impl<'a> Rows<'a> {
     fn add(&self, i: usize, sums: &mut Sums) {
         if let Some((directions, residual, _)) = &self.back {
             sums.rows.push(i);
-            sums.product += residual.get(i).copied().unwrap_or_default();
+            sums.product += residual.at(i);
             for (sum, direction) in sums.along.iter_mut().zip(directions) {
-                *sum += direction.get(i).copied().unwrap_or_default();
+                *sum += direction.at(i);
             }
             return;
         }
@@ -325,7 +325,7 @@ impl<'a> Rows<'a> {
         let (model, further) = sums.along.split_at_mut(q.ncols());
         model.iter_mut().enumerate().for_each(|(k, sum)| *sum += w * q[(i, k)]);
         for (sum, direction) in further.iter_mut().zip(&self.further) {
-            *sum += w * direction.get(i).copied().unwrap_or_default();
+            *sum += w * direction.at(i);
         }
     }
 }

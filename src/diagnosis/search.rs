@@ -11,6 +11,7 @@ use super::sets::{self, Rival};
 use super::settings::Settings;
 use super::stepwise;
 use super::support::Support;
+use crate::elements::Elements;
 
 /// What the search found.
 #[derive(Debug, Clone)]
@@ -55,7 +56,7 @@ impl<'a> Question<'a> {
     }
 
     pub fn burden(&self, set: &[usize]) -> f64 {
-        set.iter().map(|j| self.plausibility_penalty.get(*j).copied().unwrap_or_default()).sum()
+        set.iter().map(|j| self.plausibility_penalty.at(*j)).sum()
     }
 
     /// Is a member of the set seen only through small tilts?
@@ -86,6 +87,7 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
     let mut tried: Vec<Vec<(f64, Vec<usize>)>> = Vec::new();
     let mut best: Option<Vec<usize>> = None;
     for size in 1..=AT_ONCE.min(evidence.dof.saturating_sub(1)) {
+        // nothing smaller before the first size
         let smaller = tried.last().map(Vec::as_slice).unwrap_or_default();
         let sets = match size {
             1 => sets::singles(evidence),
@@ -172,12 +174,14 @@ const EXAMINED: usize = 40;
 /// themselves, that are not much less probable.
 fn rivals(evidence: &Evidence, set: &[usize], tried: &[Vec<(f64, Vec<usize>)>], question: &Question<'_>) -> Vec<Rival> {
     let limit = question.settings.indistinguishable;
+    // the empty set has no rivals of its size
     let same = set.len().checked_sub(1).and_then(|k| tried.get(k)).map(Vec::as_slice).unwrap_or_default();
     let own = evidence.rss_of(set);
     let best = same.first().map_or(own, |(rss, _)| rss.min(own));
     let Some(variance) = evidence.given(set).map(|given| evidence.variance(&given)) else { return Vec::new() };
     let mut rivals = sets::rivals(evidence, set, same, best, variance, limit);
     let base = cost(evidence, set, question);
+    // none where the search ended at this size
     let longer = tried.get(set.len()).map(Vec::as_slice).unwrap_or_default();
     for (_, other) in longer.iter().take(EXAMINED) {
         let excess = cost(evidence, other, question) - base - question.burden(other) + question.burden(set);
@@ -233,7 +237,7 @@ pub(super) fn is_complete(evidence: &Evidence, set: &[usize], question: &Questio
 }
 
 /// Is no candidate significant, and the rest noise?
-pub(super) fn leaves_noise(evidence: &Evidence, given: &super::evidence::Given, settings: &Settings) -> bool {
+pub(super) fn leaves_noise(evidence: &Evidence, given: &super::strata::Given, settings: &Settings) -> bool {
     let global = evidence.global(given);
     evidence.strongest(given).is_none_or(|s| s.p > settings.further * settings.names())
         && global.is_none_or(|p| p > settings.whole())
@@ -254,7 +258,7 @@ pub(super) fn leaves_no_pattern(evidence: &Evidence, set: &[usize], question: &Q
     let high = || set.iter().copied().filter(|j| (question.needs_all)(*j));
     let scale = evidence.variance(&given).max(if is_noise { 0.0 } else { given.rss / given.dof.max(1) as f64 }).sqrt();
     let absent = |j: usize| {
-        let score = given.score.get(j).copied().unwrap_or_default();
+        let score = given.score.at(j);
         let dof = if evidence.from == NoiseFrom::Stated && is_noise { f64::INFINITY } else { given.dof as f64 };
         evidence.alone(score / scale, dof) > settings.other_phase
     };
@@ -287,6 +291,7 @@ fn outweighs(evidence: &Evidence, set: &[usize], settings: &Settings) -> bool {
 
 /// What a further effect costs in twice the logarithm of the odds: its Occam factor, and its share of all that was tried.
 pub(super) fn price(evidence: &Evidence, index: usize, settings: &Settings) -> f64 {
+    // no count of its own: as one of all
     let tests = evidence.multiplicity.get(index).copied().unwrap_or(evidence.tests as f64).max(1.0);
     2.0 * settings.prior_size.ln() + 2.0 * tests.ln()
 }

@@ -59,6 +59,7 @@ pub(super) fn positions(
     };
     let offer = Offer { kept: campaign.readings.clone(), candidates, noise, costs: Costs::default() };
     let terms: Vec<Term> = rivals.iter().map(|c| term(c)).collect();
+    // where no positions can be weighed none is offered, and all rivals are listed as never told apart
     let least = plan::discriminating_positions(&there, &offer, &term(effect), &terms).unwrap_or_default();
     let told: HashSet<usize> = least.iter().flat_map(|t| t.told.iter().copied()).collect();
     let never = rivals.iter().enumerate().filter(|(k, _)| !told.contains(k)).map(|(_, c)| c.regressor.clone());

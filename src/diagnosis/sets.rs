@@ -2,6 +2,7 @@
 
 use super::evidence::{DISTINCT, Evidence};
 use super::noise::NoiseFrom;
+use crate::elements::Elements;
 
 /// Pairs that are extended to larger sets.
 const SEEDS: usize = 12;
@@ -68,7 +69,7 @@ pub(super) fn pairs(evidence: &Evidence, indistinguishable: f64) -> Vec<(f64, Ve
     let slack = |best: f64| if evidence.from == NoiseFrom::Stated { indistinguishable } else { margin(best).max(0.0) };
     for (n, &a) in visible.iter().enumerate() {
         let cosines = evidence.cosines(a);
-        let own = score.get(a).copied().unwrap_or_default();
+        let own = score.at(a);
         for &b in visible.iter().skip(n + 1) {
             let (Some(g), Some(other)) = (cosines.get(b), score.get(b)) else { continue };
             let sine = 1.0 - g * g;
@@ -98,11 +99,11 @@ pub(super) fn triples(
     indistinguishable: f64,
     plausibility_penalty: &[f64],
 ) -> Vec<(f64, Vec<usize>)> {
-    let score = |j: usize| evidence.pool.scores().get(j).copied().unwrap_or_default();
+    let score = |j: usize| evidence.pool.scores().at(j);
     let mut order: Vec<usize> =
         (0..evidence.pool.len()).filter(|j| evidence.pool.visible().get(*j).is_some_and(|v| *v > 0.0)).collect();
     order.sort_by(|a, b| score(*b).abs().total_cmp(&score(*a).abs()));
-    let cost = |j: usize| plausibility_penalty.get(j).copied().unwrap_or_default();
+    let cost = |j: usize| plausibility_penalty.at(j);
     let mut own: Vec<usize> = Vec::new();
     for j in order {
         // columns of one direction have scores of one size, and stand next to each other
@@ -116,10 +117,7 @@ pub(super) fn triples(
     }
     own.truncate(IN_TRIPLES);
     let n = own.len();
-    let cosine: Vec<Vec<f64>> = own
-        .iter()
-        .map(|a| own.iter().map(|b| evidence.cosines(*a).get(*b).copied().unwrap_or_default()).collect())
-        .collect();
+    let cosine: Vec<Vec<f64>> = own.iter().map(|a| own.iter().map(|b| evidence.cosines(*a).at(*b)).collect()).collect();
     let mut best = 0.0_f64;
     let mut drops: Vec<(f64, [usize; 3])> = Vec::new();
     let free = evidence.dof.saturating_sub(3).max(1) as f64;

@@ -3,8 +3,9 @@
 use super::evidence::Evidence;
 use super::noise::Weighted;
 use super::settings::Settings;
-use super::{Candidate, fit_exactly, passes};
+use super::{Candidate, fit_exactly, repair};
 use crate::campaign::Campaign;
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::fit::Fit;
 
@@ -51,14 +52,14 @@ pub(super) fn steps(
     let name = |j: usize| candidates.get(j).map_or(String::new(), |c| c.regressor.clone());
     let mut steps = Vec::with_capacity(set.len() + 1);
     for count in 0..=set.len() {
-        let members = set.get(..count).unwrap_or_default();
+        let members = set.part(..count);
         let between;
         let fit = match (count, after) {
             (0, _) => before,
             (_, Some(after)) if count == set.len() => after,
             _ => {
                 let effects: Vec<&Candidate> = members.iter().filter_map(|j| candidates.get(*j)).collect();
-                between = fit_exactly(&passes::repaired(campaign, &effects)?)?;
+                between = fit_exactly(&repair::repaired(campaign, &effects)?)?;
                 &between
             }
         };

@@ -9,6 +9,7 @@ use super::posterior;
 use super::search::{Question, leaves_no_pattern, leaves_noise, without};
 use super::sets::{self, Rival, extended};
 use super::settings::Settings;
+use crate::elements::Elements;
 
 /// Leaders that are tried as the first of a pair.
 const FIRST: usize = 12;
@@ -143,7 +144,7 @@ fn stands(evidence: &Evidence, set: &[usize], place: usize, complete: bool, ques
     let others = without(set, place);
     let (Some(member), Some(given)) = (set.get(place).copied(), evidence.given(&others)) else { return false };
     // beside an unexplained rest nothing is named that only small tilts leave, or the others absorb but for a little
-    let seen = evidence.pool.visible().get(member).copied().unwrap_or_default();
+    let seen = evidence.pool.visible().at(member);
     let apart = given.left.get(member).map_or(0.0, |left| left.max(0.0).sqrt());
     if !complete && (question.is_doubtful(&[member]) || seen * apart < settings.absorbed) {
         return false;

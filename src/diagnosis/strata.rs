@@ -10,14 +10,27 @@
 //! that is Student's t with the residuals' own sum of squares, in a balanced design the t of each stratum. Where the variances come from a model
 //! with some effects in it, those count the other way.
 
-use super::evidence::Given;
 use super::noise::Weighted;
 use super::pool::Pool;
+use crate::elements::Elements;
 use crate::uncertainty::quantiles::fisher_f_survival;
 use faer::Mat;
 
 /// What is left of a stratum is not taken for less than the noise of the readings in it, nor than this.
 const LEAST: f64 = 1e-3;
+
+/// Everything given that some candidates are in the model.
+pub(super) struct Given {
+    /// Score of each candidate; its square is the further drop of the sum of squares.
+    pub score: Vec<f64>,
+    /// Squared sine of each candidate with the set.
+    pub left: Vec<f64>,
+    pub rss: f64,
+    pub dof: usize,
+    pub(super) pure: Option<(f64, usize, Vec<f64>)>,
+    /// The members, and what each takes off the sum of squares in this order.
+    pub(super) steps: Vec<(usize, f64)>,
+}
 
 /// The estimated variances, as candidates feel them.
 pub(super) struct Strata {
@@ -83,7 +96,7 @@ impl Strata {
     }
 
     fn least(&self, index: usize) -> f64 {
-        self.noise.get(index).copied().unwrap_or(1.0)
+        self.noise.at(index)
     }
 
     /// What a set takes off twice the logarithm of the restricted likelihood, in the direction where it takes off least.
@@ -92,6 +105,7 @@ impl Strata {
             let (before, after) = (self.left(nothing, *j)?, self.left(given, *j)?);
             (after.1 > 0.0).then(|| after.1 * (before.0 / before.1 / (after.0 / after.1)).ln())
         };
+        // rows of one noise: the whole gain
         let gains = given.steps.iter().map(|step| own(step).unwrap_or(step.1));
         gains.fold(f64::INFINITY, f64::min)
     }
@@ -126,6 +140,7 @@ impl Strata {
             (dof > 0.0).then(|| sum / dof)
         };
         let count = given.steps.len();
+        // likewise
         let sum: f64 = given.steps.iter().map(|step| own(step).unwrap_or(1.0)).sum();
         if count > 0 { (sum / count as f64).max(1e-6) } else { 1.0 }
     }

@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
+use crate::elements::Elements;
 use crate::linear::dot;
 
 /// What is needed to leave a position out.
@@ -44,7 +45,7 @@ impl Support<'_> {
             values.enumerate().map(|(i, v)| if kept(i) { v } else { 0.0 }).collect()
         };
         let column = |j: usize| {
-            let own = self.columns.get(j).map(|c| c.as_slice()).unwrap_or_default();
+            let own = self.columns.at(j);
             let largest = own.iter().fold(f64::MIN_POSITIVE, |largest, v| largest.max(v.abs()));
             masked(&mut own.iter().zip(&self.weighted.weight).map(|(v, w)| v / largest * w))
         };

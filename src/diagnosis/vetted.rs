@@ -6,9 +6,9 @@
 
 use super::candidates::Candidate;
 use super::noise::Weighted;
-use super::pass::{Pass, Seen};
-use super::passes::{Outcome, repaired};
+use super::pass::{Outcome, Pass, Seen};
 use super::posterior::{self, Posterior};
+use super::repair::repaired;
 use super::search::{Found, Question, without};
 use super::serial::{self, Serial};
 use super::sets::Rival;

@@ -66,6 +66,25 @@ impl Estimate {
     pub fn residual_sd(&self) -> Option<f64> {
         (self.dof > 0).then(|| (self.sum_of_squares / self.dof as f64).sqrt())
     }
+
+    /// Is this unknown determined by the rows? Nothing beyond the unknowns is.
+    pub(crate) fn is_estimable(&self, unknown: usize) -> bool {
+        self.estimable.get(unknown) == Some(&true)
+    }
+
+    /// The scale of a group; 1, which leaves its relative uncertainties as they are, where its rows do not determine one
+    /// ([`Estimate::group_scale`] is `None`, and no standard uncertainty that depends on it is told).
+    pub(crate) fn scale_or_one(&self, group: usize) -> f64 {
+        self.group_scale.get(group).copied().flatten().unwrap_or(1.0)
+    }
+
+    /// The same as a divisor: 1 also where the residuals of the group are all zero.
+    pub(crate) fn divisor(&self, group: usize) -> f64 {
+        match self.scale_or_one(group) {
+            scale if scale > 0.0 => scale,
+            _ => 1.0,
+        }
+    }
 }
 
 /// Adjusts a system by weighted least squares.
@@ -106,6 +125,7 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     } else {
         groups::estimate(&Compressed::new(system, count), hints, settings)?
     };
+    // a group without redundancy keeps its relative weights
     let entering: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
     let weight = groups::weights(system, &entering);
     let factor = Factor::new(system.rows.as_ref(), weight, 0, settings.rank_tolerance)?;
@@ -128,6 +148,7 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     let cofactor = factor.cofactor();
     let mut covariance = cofactor.clone();
     if alone && dof > 0 {
+        // no hint, no floor
         let least = hints.least.first().copied().unwrap_or(0.0);
         let variance = (sum_of_squares / dof as f64).max(least * least);
         group_scale = vec![Some(variance.sqrt())];
@@ -212,6 +233,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
     } else {
         groups::estimate(&compressed, hints, settings)?
     };
+    // a group without redundancy keeps its relative weights
     let group_scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
     let factor = compressed.factor(|g| group_scale[g], settings)?;
     let solution = compressed.solve(&factor, 1).solution;

@@ -7,7 +7,9 @@
     reason = "columns are numbers below `scaled.ncols()` that the factorisation has ordered; every vector of the null space has as many entries"
 )]
 
-use super::factor::{Pivoted, pivoted_qr};
+use super::pivoted::Pivoted;
+use super::reflections::pivoted_qr;
+use crate::elements::Elements;
 use faer::Mat;
 
 /// Below this a coupling between scaled columns is rounding, not dependence.
@@ -23,7 +25,7 @@ pub struct Combination {
 impl Combination {
     /// The combination's value at a solution.
     pub fn value(&self, solution: &[f64]) -> f64 {
-        self.terms.iter().map(|&(j, c)| c * solution.get(j).copied().unwrap_or(0.0)).sum()
+        self.terms.iter().map(|&(j, c)| c * solution.at(j)).sum()
     }
 
     /// The combination's variance from a covariance matrix of the unknowns.
@@ -83,18 +85,6 @@ pub(super) fn reveal(scaled: &Mat<f64>, tolerance: f64) -> (Pivoted, Dependence)
         }
     }
     (found, Dependence { dependent, coupling })
-}
-
-impl Pivoted {
-    /// Whether a column behind the first negligible one is not negligible.
-    fn hides_a_larger_column(&self, tolerance: f64) -> bool {
-        let (size, k, rank) = (self.r.nrows(), self.r.ncols(), self.rank);
-        let Some(limit) = (rank < size).then(|| tolerance * self.r[(0, 0)].abs()) else { return false };
-        (rank + 1..k).any(|j| {
-            let squares: f64 = (rank..size.min(j + 1)).map(|i| self.r[(i, j)].powi(2)).sum();
-            squares.sqrt() > limit
-        })
-    }
 }
 
 /// `R^-1 Q' A_d`.

@@ -60,7 +60,7 @@ impl WithSimd for Accumulate<'_> {
 }
 
 /// `a . b` as if computed in twice the working precision and rounded once.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn compensated_dot(a: &[f64], b: &[f64]) -> f64 {
     Arch::new().dispatch(Dot { a, b })
 }
 
@@ -109,7 +109,7 @@ mod tests {
         // 1e16 + 3 - 1e16 + 0.01 - 0.01: plain summation gives 4.
         let a = [1e8, 3.0, -1e8, 0.1, -0.1];
         let b = [1e8, 1.0, 1e8, 0.1, 0.1];
-        assert_eq!(dot(&a, &b), 3.0);
+        assert_eq!(compensated_dot(&a, &b), 3.0);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Condition number of the scaled triangle.
 
+use crate::linear::short_dot;
 use faer::Mat;
 
 /// `sigma_max / sigma_min` in the 2-norm by one-sided Jacobi rotations; `None` for an empty matrix.
@@ -22,7 +23,7 @@ pub(super) fn condition(r: &Mat<f64>) -> Option<f64> {
         let mut largest_cosine = 0.0_f64;
         // rotations change them by what is known; in every sweep they are computed again
         for (square, row) in squares.iter_mut().zip(entries.chunks_exact(width)) {
-            *square = dot(row, row);
+            *square = short_dot(row, row);
         }
         for j in 1..n {
             let (left, right) = entries.split_at_mut(j * width);
@@ -36,14 +37,14 @@ pub(super) fn condition(r: &Mat<f64>) -> Option<f64> {
             break;
         }
     }
-    let norms = entries.chunks_exact(width).map(|column| dot(column, column).sqrt());
+    let norms = entries.chunks_exact(width).map(|column| short_dot(column, column).sqrt());
     let (least, most) = norms.fold((f64::INFINITY, 0.0_f64), |(least, most), s| (least.min(s), most.max(s)));
     (least > 0.0).then(|| most / least)
 }
 
 /// Rotates two rows into orthogonal ones, and their squared norms with them; returns the cosine between them before.
 fn orthogonalise((a, aa): (&mut [f64], &mut f64), (b, bb): (&mut [f64], &mut f64)) -> f64 {
-    let ab = dot(a, b);
+    let ab = short_dot(a, b);
     let square = ab * ab / (*aa * *bb);
     if !(square > 1e-18) {
         return 0.0;
@@ -58,15 +59,6 @@ fn orthogonalise((a, aa): (&mut [f64], &mut f64), (b, bb): (&mut [f64], &mut f64
     }
     (*aa, *bb) = (*aa - t * ab, *bb + t * ab);
     square.sqrt()
-}
-
-/// In four sums; the length is a multiple of four.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    for (a, b) in a.as_chunks::<4>().0.iter().zip(b.as_chunks::<4>().0) {
-        sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += a * b);
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 #[cfg(test)]

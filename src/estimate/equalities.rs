@@ -60,6 +60,7 @@ impl Equations {
     /// assert_eq!(Equations::new(2, &[1.0, 1.0], &[is(1.0), is(2.0)]), Equations::Contradictory(vec![0, 1]));
     /// ```
     pub fn new(n: usize, scale: &[f64], equations: &[Equation]) -> Self {
+        // a column of zeros is not scaled
         let size = |j: usize| scale.get(j).copied().filter(|s| *s > 0.0).unwrap_or(1.0);
         let count = equations.len();
         // rows of scaled coefficients, right-hand sides, and which equations went into each
@@ -164,6 +165,7 @@ pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings
     });
     let reduced = System { rows, observed: observed.collect(), u: system.u.clone(), group: system.group.clone() };
     let mut estimate = adjust(&reduced, settings)?;
+    // n, which is no unknown, beyond those that are kept
     let user = |k: usize| kept.get(k).copied().unwrap_or(n);
     let mut scale = vec![1.0; n];
     for (j, s) in kept.iter().zip(estimate.factor.scale().to_vec()) {

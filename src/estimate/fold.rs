@@ -10,6 +10,7 @@ use super::condition::condition;
 use super::factor::Factor;
 use super::{Group, Settings, System, panel, refine};
 use crate::error::{Fault, Malformed, Result};
+use crate::linear::short_dot;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::qr::no_pivoting::factor as qr;
 use faer::{Mat, MatRef, Par};
@@ -151,10 +152,10 @@ impl Fold {
             // columns that depend on others: the solution of those that do not
             None => self.finish(Group::Known, &Settings::default()).ok()?.solution,
         };
-        let size = dot(observed, observed).sqrt();
+        let size = short_dot(observed, observed).sqrt();
         let small = |(j, x): (usize, &f64)| {
             let column = &self.triangle.col_as_slice(j)[..n];
-            x.abs() * dot(column, column).sqrt() <= MOST_TERM * size
+            x.abs() * short_dot(column, column).sqrt() <= MOST_TERM * size
         };
         point.iter().enumerate().all(small).then_some(point)
     }
@@ -305,19 +306,6 @@ fn about(rows: MatRef<'_, f64>, observed: &[f64], point: &[f64]) -> Vec<f64> {
         accumulate(&mut high, &mut low, -x, column);
     }
     high.iter().zip(&low).map(|(high, low)| high + low).collect()
-}
-
-/// In four sums, which a processor adds side by side.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (x, y) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in x.zip(y) {
-        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
-            *sum += x * y;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// Terms of a point about which observations are taken are at most so many times as large as the observations.

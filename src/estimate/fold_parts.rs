@@ -75,6 +75,7 @@ impl Fold {
     pub fn unpack(unknowns: usize, columns: usize, packed: &[f64]) -> Result<Fold> {
         let mut fold = Fold::carrying(unknowns, columns);
         let size = unknowns + columns + 1;
+        // too short: no parts, refused below
         let (head, rest) = packed.split_at_checked(2).unwrap_or_default();
         let point = head.get(1).map_or(0, |length| number::count(*length));
         let whole = rest.len() == point.saturating_add(size * (size + 1) / 2) && (point == 0 || point == unknowns);

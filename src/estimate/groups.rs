@@ -12,7 +12,8 @@
 
 use super::compress::Compressed;
 use super::factor::Factor;
-use super::{Estimate, Group, Settings, System, scatter};
+use super::{Group, Settings, System};
+use crate::elements::Elements;
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
@@ -33,15 +34,6 @@ pub struct ScaleHints<'a> {
     pub start: &'a [f64],
     /// What a scale is at least: the rounding or the resolution of the observations as they were before a prediction was subtracted.
     pub least: &'a [f64],
-}
-
-/// What estimated scales cost beyond the covariance that takes them as known.
-#[derive(Debug, Clone)]
-pub struct ScaleUncertainty {
-    /// Covariance of the groups' variances, each relative to its estimate.
-    pub relative: Mat<f64>,
-    /// Addition to the covariance of the unknowns, `n x n` (M. G. Kenward, J. H. Roger, Biometrics 53 (1997), 983-997).
-    pub correction: Mat<f64>,
 }
 
 /// A group with less redundancy than this has none.
@@ -67,8 +59,9 @@ pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Set
     let least: Vec<f64> = (0..count)
         .map(|g| {
             let size = [rows.magnitude[g], f64::EPSILON * largest, f64::EPSILON];
+            // the last size is above zero
             let arithmetic = ROUNDING * size.into_iter().find(|y| *y > 0.0).unwrap_or(1.0);
-            let stated = hints.least.get(g).copied().unwrap_or(0.0);
+            let stated = hints.least.get(g).copied().unwrap_or(0.0); // no hint: no floor
             arithmetic.max(stated).powi(2).max(f64::MIN_POSITIVE)
         })
         .collect();
@@ -113,23 +106,23 @@ pub(super) fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Set
 pub(super) fn weights(system: &System, scale: &[f64]) -> Vec<f64> {
     let scale_of = |group: &Group| match group {
         Group::Known => 1.0,
-        Group::Estimated(g) => scale.get(*g).copied().unwrap_or(1.0),
+        Group::Estimated(g) => scale.at(*g),
     };
     system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
 }
 
 /// What the groups' shares of the information come to; the last group holds the rows of known uncertainty.
-struct Information {
+pub(super) struct Information {
     /// `Q_g' Q_g`.
-    gram: Vec<Mat<f64>>,
+    pub(super) gram: Vec<Mat<f64>>,
     /// `tr(P Q_vv E_g) = n_g - tr(Q_g' Q_g)`.
     redundancy: Vec<f64>,
     /// `S_gh`.
-    s: Mat<f64>,
+    pub(super) s: Mat<f64>,
 }
 
 impl Information {
-    fn new(gram: Vec<Mat<f64>>, size: &[usize]) -> Self {
+    pub(super) fn new(gram: Vec<Mat<f64>>, size: &[usize]) -> Self {
         let trace = |gram: &Mat<f64>| -> f64 { (0..gram.ncols()).map(|k| gram[(k, k)]).sum() };
         let redundancy: Vec<f64> = gram.iter().zip(size).map(|(gram, n)| *n as f64 - trace(gram)).collect();
         // each gram matrix as one column: their products are one matrix product
@@ -148,7 +141,7 @@ impl Information {
     }
 
     /// The estimated groups that have redundancy of their own.
-    fn determined(&self) -> Vec<usize> {
+    pub(super) fn determined(&self) -> Vec<usize> {
         (0..self.gram.len() - 1).filter(|g| self.redundancy[*g] > NO_REDUNDANCY).collect()
     }
 
@@ -159,7 +152,7 @@ impl Information {
 }
 
 /// `Q_g' Q_g` of some rows of `Q`.
-fn gram(q: MatRef<'_, f64>) -> Mat<f64> {
+pub(super) fn gram(q: MatRef<'_, f64>) -> Mat<f64> {
     let mut gram = Mat::zeros(q.ncols(), q.ncols());
     matmul(&mut gram, Accum::Replace, q.transpose(), q, 1.0, Par::Seq);
     gram
@@ -240,42 +233,4 @@ fn full_step(information: &Information, determined: &[usize], squares: &[f64]) -
         factors[g] = Some(value);
     }
     Some(factors)
-}
-
-impl Estimate {
-    /// How uncertain the scales of several groups are, and what that adds to the covariance of the unknowns; `None` where no scale was
-    /// estimated beside others (one group alone leaves the weights as they are, and Student's distribution says the rest).
-    ///
-    /// With `G_g = Q_g' Q_g` and `W = 2 S^-1`, the covariance of the relative variances, the addition is
-    /// `2 T (sum_g W_gg G_g - sum_gh W_gh G_g G_h) T'`, `T T'` being the covariance with known scales: Kenward and Roger's formula for
-    /// `V = diag(s_g^2 u^2)` (`scatter/cost.rs`).
-    pub fn scale_uncertainty(&self, system: &System) -> Option<ScaleUncertainty> {
-        let count = count(&system.group);
-        if self.group_iterations == 0 || count == 0 {
-            return None;
-        }
-        let q = &self.factor.q;
-        let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
-        let members = |g: usize| -> Vec<usize> {
-            (0..system.group.len().min(q.nrows())).filter(|i| index(&system.group[*i]) == g).collect()
-        };
-        let members: Vec<Vec<usize>> = (0..=count).map(members).collect();
-        let block = |rows: &Vec<usize>| gram(Mat::from_fn(rows.len(), q.ncols(), |i, k| q[(rows[i], k)]).as_ref());
-        let size: Vec<usize> = members.iter().map(Vec::len).collect();
-        let information = Information::new(members.iter().map(block).collect(), &size);
-        let determined = information.determined();
-        let mut s = information.s.clone();
-        s.resize_with(count, count, |_, _| 0.0);
-        let relative = scatter::spread(&s, &determined);
-        let directions = self.factor.whitened_directions();
-        let gram = &information.gram;
-        let crossing = |g: usize, h: usize| {
-            let product = &gram[g] * &gram[h];
-            if g == h { &gram[g] - product } else { product * faer::Scale(-1.0) }
-        };
-        let correction = scatter::correction(&directions, &relative, crossing);
-        let finite =
-            |matrix: &Mat<f64>| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)).all(|value| value.is_finite());
-        (finite(&relative) && finite(&correction)).then_some(ScaleUncertainty { relative, correction })
-    }
 }

@@ -127,6 +127,7 @@ pub fn restrict(system: &System, estimate: &Estimate, inequalities: &[Inequality
     if worst <= 0.0 {
         return free(&estimate.solution);
     }
+    // without degrees of freedom no violation is within the noise
     let least = if scale_estimated(system) { estimate.residual_sd().unwrap_or(0.0) } else { 1.0 } * 1e-6;
     let violation = |side: &Sided| match &side.face {
         Face::Plane { limit, .. } => (-limit).max(0.0),
@@ -259,6 +260,7 @@ impl Problem<'_> {
         let moved = self.along * &polished.follows;
         let mut covariance = &moved * moved.transpose();
         if scale_estimated {
+            // without degrees of freedom the cofactor stays: no u is told then
             covariance *= faer::Scale(estimate.residual_sd().unwrap_or(1.0).powi(2));
         }
         Restricted::Found { solution, active, cost, covariance }

@@ -48,7 +48,10 @@ mod groups;
 mod inequalities;
 mod many;
 mod panel;
+mod pivoted;
 mod refine;
+mod reflections;
+mod scale_uncertainty;
 pub mod scatter;
 mod sequential;
 mod small_qr;
@@ -60,8 +63,9 @@ pub(crate) use cone_program::solver_settings;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
 pub use fold::{Fold, Folded};
-pub use groups::{ScaleHints, ScaleUncertainty};
+pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
+pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
     Felt, Floor, Line, LineState, Memory, Pattern, Scattered, Stepped, Variances, Whitening, adjust_scattered,
     step_scattered,

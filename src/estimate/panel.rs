@@ -6,7 +6,8 @@
 //!
 //! The zeros of the triangle take no part (G. H. Golub, C. F. Van Loan, Matrix Computations, 6.5.3). A panel's columns lie one after the other in
 //! lines of eight rows and stay in the first-level cache; what is missing to a whole pair of lines are rows of zeros, which change nothing. Each
-//! reflection is applied to four columns at once. Instructions are chosen at run time (`pulp`).
+//! reflection is applied to four columns at once. Instructions are chosen at run time (`pulp`). Its products stand apart from `linear.rs`, since both
+//! factors are lines of registers already: through slices each would be loaded again.
 #![allow(
     clippy::indexing_slicing,
     reason = "arrays of two registers, indexed by remainders by two and by loops over their length"
@@ -232,6 +233,7 @@ fn reflect<S: Simd, const C: usize>(
     let lines = own.len();
     let mut sums = [[simd.splat_f64s(0.0); C]; 2];
     let mut parts = columns.chunks_exact(lines);
+    // the caller brings C columns; an empty one ends the loops at once
     let parts: [&[Line]; C] = std::array::from_fn(|_| parts.next().unwrap_or_default());
     for (i, own) in own.iter().enumerate() {
         let (own, _) = S::as_simd_f64s(&own.0);
@@ -252,6 +254,7 @@ fn reflect<S: Simd, const C: usize>(
         along[c] = simd.splat_f64s(-own);
     }
     let mut parts = columns.chunks_exact_mut(lines);
+    // the caller brings C columns; an empty one ends the loops at once
     let mut parts: [&mut [Line]; C] = std::array::from_fn(|_| parts.next().unwrap_or_default());
     for (i, own) in own.iter().enumerate() {
         let (own, _) = S::as_simd_f64s(&own.0);

@@ -8,7 +8,7 @@
     reason = "the factor's basis holds columns of the system, and solution and scale have one entry for each column"
 )]
 
-use super::compensated::{accumulate, dot};
+use super::compensated::{accumulate, compensated_dot};
 use super::factor::Factor;
 use faer::MatRef;
 
@@ -63,7 +63,7 @@ fn step(factor: &Factor, rows: MatRef<'_, f64>, observed: &[f64], now: &Refined)
     let pulled: Vec<f64> = now.residuals.iter().zip(weight).map(|(v, w)| w * (w * v)).collect();
     let mut g = Vec::with_capacity(factor.rank());
     for &j in &factor.basis {
-        g.push(-dot(column(rows, j)?, &pulled) / factor.scale[j]);
+        g.push(-compensated_dot(column(rows, j)?, &pulled) / factor.scale[j]);
     }
     let mut along = factor.onto_basis(&f);
     let shift = factor.forward_substitute(g);

@@ -1,11 +1,13 @@
 //! Column-pivoted Householder QR of few rows by plain loops: what blocks of reflections and their scratch cost is more than such a
-//! factorisation itself. G. H. Golub, C. F. Van Loan, Matrix Computations, 5.4.2.
+//! factorisation itself, so that it stands apart from faer's (`reflections.rs`), with the same pivots and signs. G. H. Golub, C. F. Van Loan,
+//! Matrix Computations, 5.4.2.
 #![allow(
     clippy::indexing_slicing,
     reason = "`work` holds `k` columns of `m` rows, squares and computed have `k` entries and reflections `min(m, k)`, all made here"
 )]
 
-use super::factor::Pivoted;
+use super::pivoted::Pivoted;
+use crate::linear::short_dot;
 use faer::Mat;
 
 /// Elements up to which this is the faster way.
@@ -20,7 +22,7 @@ pub(super) fn pivoted(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pi
     let mut work = Vec::with_capacity(m * k);
     active.iter().for_each(|j| work.extend_from_slice(scaled.col_as_slice(*j)));
     let mut order = active.to_vec();
-    let mut squares: Vec<f64> = work.chunks_exact(m.max(1)).map(|column| dot(column, column)).collect();
+    let mut squares: Vec<f64> = work.chunks_exact(m.max(1)).map(|column| short_dot(column, column)).collect();
     squares.resize(k, 0.0);
     let mut computed = squares.clone();
     // first element of each reflection, and twice the reciprocal of its squared norm
@@ -36,7 +38,7 @@ pub(super) fn pivoted(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pi
         }
         let (before, after) = work.split_at_mut((s + 1) * m);
         let (top, own) = before[s * m + s..].split_at_mut(1);
-        let below = dot(own, own);
+        let below = short_dot(own, own);
         if below > 0.0 {
             let beta = -(top[0] * top[0] + below).sqrt().copysign(top[0]);
             let first = top[0] - beta;
@@ -50,7 +52,7 @@ pub(super) fn pivoted(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pi
             let (left, reference) = (&mut squares[s + 1 + l], &mut computed[s + 1 + l]);
             *left -= head[0] * head[0];
             if !(*left > LOST * *reference) {
-                *left = dot(rest, rest);
+                *left = short_dot(rest, rest);
                 *reference = *left;
             }
         }
@@ -78,20 +80,9 @@ pub(super) fn pivoted(scaled: &Mat<f64>, active: &[usize], tolerance: f64) -> Pi
 
 /// `x -= scale v (v . x)` with `v = (first, own)`.
 fn reflect((first, own, scale): (f64, &[f64], f64), head: &mut f64, rest: &mut [f64]) {
-    let along = scale * (first * *head + dot(own, rest));
+    let along = scale * (first * *head + short_dot(own, rest));
     *head -= along * first;
     rest.iter_mut().zip(own).for_each(|(x, v)| *x -= along * v);
-}
-
-/// In four sums, which a processor adds side by side.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
-    let mut sums = [0.0; 4];
-    for (a, b) in a.iter().zip(b) {
-        sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += a * b);
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 #[cfg(test)]
@@ -108,7 +99,7 @@ mod tests {
                 a.col_as_slice_mut(4).copy_from_slice(&twin);
             }
             for j in 0..k {
-                let norm = dot(a.col_as_slice(j), a.col_as_slice(j)).sqrt();
+                let norm = short_dot(a.col_as_slice(j), a.col_as_slice(j)).sqrt();
                 a.col_as_slice_mut(j).iter_mut().for_each(|x| *x /= norm);
             }
             let active: Vec<usize> = (0..k).collect();

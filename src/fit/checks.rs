@@ -3,6 +3,7 @@
 use super::step::Step;
 use crate::campaign::{Campaign, JointState};
 use crate::design::{DesignMatrix, RowOrigin};
+use crate::elements::Elements;
 use crate::estimate::Group;
 use crate::mix::Mix;
 use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
@@ -33,9 +34,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let readings = design.rows.len();
     // standard uncertainty of each row, estimated scales included; `determined` where all of them are known or estimated
     let scale = |i: usize| match system.group.get(i) {
-        Some(Group::Estimated(g)) => {
-            estimate.group_scale.get(*g).copied().flatten().filter(|s| *s > 0.0).unwrap_or(1.0)
-        }
+        Some(Group::Estimated(g)) => estimate.divisor(*g),
         _ => 1.0,
     };
     let u: Vec<f64> = system.u.iter().enumerate().map(|(i, u)| u * scale(i)).collect();
@@ -61,7 +60,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
             // deviations that are shared are taken out of the residuals
             let (v, r) = match &step.scattered {
                 Some(found) => (*found.standardized.get(i)?, found.redundancy.get(i)?),
-                None => (estimate.residuals.get(i)? / u.get(i).copied().unwrap_or(1.0), estimate.redundancy.get(i)?),
+                None => (estimate.residuals.get(i)? / u.at(i), estimate.redundancy.get(i)?),
             };
             (*r > 1e-6).then(|| v / r.sqrt())
         })
@@ -113,7 +112,7 @@ pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
     let mut cells = Vec::with_capacity(rows);
     let mut key = Vec::new();
     for origin in &design.rows {
-        write_key(campaign, used.get(origin.sensor).map(Vec::as_slice).unwrap_or_default(), origin, &mut key);
+        write_key(campaign, used.at(origin.sensor), origin, &mut key);
         let next = numbers.len();
         cells.push(match numbers.get(&key) {
             Some(cell) => *cell,
@@ -140,6 +139,7 @@ pub(crate) fn cell_key(campaign: &Campaign, origin: &RowOrigin) -> Vec<u64> {
 
 /// Columns that a sensor's line uses.
 fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
+    // rows are of sensors that the bench has
     let names = campaign.bench.sensors.get(sensor).map(|own| own.model.names()).unwrap_or_default();
     let columns = campaign.readings.columns.iter().enumerate();
     columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
@@ -161,6 +161,7 @@ fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut 
         key.extend(numbers.map(|x| (x + 0.0).to_bits()));
     }
     for k in used {
+        // readings that both lack it are alike in it
         let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);
         key.push((value + 0.0).to_bits());
     }

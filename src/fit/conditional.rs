@@ -8,6 +8,7 @@ use super::scatter::own_system;
 use super::{Settings, State, step, weigh};
 use crate::campaign::{Campaign, Kind};
 use crate::design::{self, DesignMatrix, Model};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, ScaleHints, Scattered, System};
 
@@ -83,7 +84,7 @@ pub(super) fn conditional(
             for (k, result) in parameters.iter().enumerate().filter(|(_, own)| own.state != State::NotEstimable) {
                 let Some(u) = result.uncertainty.map(|own| own.u).filter(|u| *u > 0.0) else { continue };
                 let along = direction.terms.iter().find(|(j, _)| *j == k).map_or(0.0, |(_, c)| sign * length * c);
-                let share = (again.get(k).copied().unwrap_or_default() + along).abs() / u;
+                let share = (again.at(k) + along).abs() / u;
                 match shifts.iter_mut().find(|(j, _)| *j == k) {
                     Some((_, before)) => *before = before.max(share),
                     None => shifts.push((k, share)),

@@ -8,6 +8,7 @@ use super::system::{rounding, weigh};
 use super::{Estimator, Settings, rules, starts};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Coupling, Estimate, Group, System};
 use crate::language::{Sentence, sentence};
@@ -114,6 +115,7 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
         let step = step::solve(campaign, &design, settings)?;
         let mut weak = starts::unseen(campaign, &design);
         if !weak.is_empty() {
+            // what is known does not change
             let change = |k: usize| step.change.get(k).copied().unwrap_or_default();
             let point: Vec<f64> = design.point.iter().enumerate().map(|(k, x)| x + change(k)).collect();
             let there = design::assemble(campaign, model, &point)?;
@@ -235,6 +237,7 @@ impl Trip<'_> {
             starts::hold(&mut design, &coupling);
         }
         let step = step::solve(campaign, &design, settings)?;
+        // nothing else ended the walk
         let stop = match stop.unwrap_or(Stop::Stalled) {
             Stop::Settled if !step.settled => Stop::Unsettled,
             stop => stop,
@@ -406,7 +409,7 @@ fn circles_within_half_a_turn(campaign: &Campaign, model: &Model, mut design: De
     let Some(turn) = campaign.bench.sensors.iter().find_map(|sensor| sensor.turn) else { return Ok(design) };
     for (k, parameter) in campaign.parameters.iter().enumerate() {
         let free = matches!(parameter.role, Role::Estimated { prior: None, .. }) && parameter.kind == Kind::Coefficient;
-        let value = design.point.get(k).copied().unwrap_or_default();
+        let value = design.point.at(k);
         let within = value - turn * (value / turn).round();
         for other in [(0.5 * turn).copysign(within) - within, within] {
             let smaller = other.abs() < value.abs().min(0.5 * turn * (1.0 + SAME)) && other != value;
@@ -441,7 +444,7 @@ pub(super) fn linearisation_error(
 ) -> Option<f64> {
     let mut worst: Option<f64> = None;
     for (i, (exact, reference)) in at_solution.predicted.iter().zip(&design.predicted).enumerate() {
-        let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
+        let at = |list: &[f64]| list.at(i);
         let linear = reference + at(&system.observed) - at(&estimate.residuals);
         let scale = match system.group.get(i) {
             Some(Group::Estimated(g)) => estimate.group_scale.get(*g).copied().flatten(),

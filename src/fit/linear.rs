@@ -113,6 +113,7 @@ fn squares(whitening: &Whitening, values: &[f64]) -> f64 {
 /// `1 / (s_g u)` with the estimated scale where there are several.
 fn weights(system: &System, scale: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
     let scale_of = |group: &Group| match group {
+        // a scale that is not determined, or zero, leaves the weights as they are
         Group::Estimated(g) => scale(*g).filter(|s| *s > 0.0).unwrap_or(1.0),
         Group::Known => 1.0,
     };

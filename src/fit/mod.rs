@@ -36,7 +36,7 @@ pub use conditional::Conditional;
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::{Convergence, Iteration, Stop};
 pub use names::{NamedCombination, describe};
-pub use noise::{Noise, Source, VarianceFrom, is_correlation};
+pub use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
 pub use parameters::{CombinationResult, DerivedResult, ParameterResult, State};
 pub use propagate::{Drawn, Joint, MOST_TRIALS, draw};
 pub use questions::Angle;
@@ -46,7 +46,7 @@ pub use rules::{ActiveConstraint, Constraints};
 pub(crate) use scatter::spelled_out;
 pub use scatter::{floor, own_noise, scatter_lines, stated_variances, whitening};
 pub(crate) use separate::separations;
-pub use separate::{Separation, candidates};
+pub use separate::{RankDefect, candidates};
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations, scattered};
 pub use system::{Weighting, weigh};
 
@@ -145,7 +145,7 @@ pub struct Fit {
     /// Along each free direction, which estimates depend on the values at which it is held.
     pub conditional: Vec<Conditional>,
     /// What scatters in the readings, and how the estimates follow each of them.
-    pub noise: Noise,
+    pub noise: ScatterSources,
     /// Known inputs with an uncertainty (parameter index), and how the estimated parameters follow each.
     pub known_sensitivities: Vec<(usize, Known, Vec<f64>)>,
     /// What became of the constraints.
@@ -161,7 +161,7 @@ pub struct Fit {
     /// The global test, where every uncertainty is stated.
     pub global_test: Option<GlobalTest>,
     /// What only combinations of parameters determine.
-    pub not_estimable: Vec<Separation>,
+    pub not_estimable: Vec<RankDefect>,
     /// The record of Gauss-Newton; `None` for the linear estimator.
     pub convergence: Option<Convergence>,
     /// Largest difference, over the readings and in units of their standard uncertainty, between the exact model at the solution and the

@@ -2,6 +2,7 @@
 
 use crate::campaign::{Campaign, Deviating, Scatter, Size};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::estimate::{Estimate, Group, LineState, ScaleUncertainty, Scattered, System};
 use crate::uncertainty::monte_carlo;
 use crate::uncertainty::{Contribution, Evaluation, Shape};
@@ -22,7 +23,7 @@ vocabulary! {
 
 /// One independent source of scatter.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct VarianceSource {
     /// `readings of V`, `beta per position`, `priors`.
     pub name: String,
     /// Type A where its size comes from readings (or is that of single readings), B for priors and stated deviations.
@@ -51,9 +52,9 @@ pub struct Source {
 
 /// All sources, and how the unknowns follow each reading.
 #[derive(Debug, Clone)]
-pub struct Noise {
+pub struct ScatterSources {
     /// Sources with their variances.
-    pub sources: Vec<Source>,
+    pub sources: Vec<VarianceSource>,
     /// `d x / d y`, unknowns x rows.
     pub sensitivities: Mat<f64>,
     /// Covariance of the unknowns from all sources.
@@ -85,7 +86,7 @@ pub(super) struct StreamedSource {
 }
 
 /// The rows of each source of single rows: each sensor's readings, then the priors.
-fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<(Source, Vec<usize>)> {
+fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<(VarianceSource, Vec<usize>)> {
     let sensors = campaign.bench.sensors.len();
     let mut sources = Vec::new();
     for s in 0..=sensors {
@@ -94,7 +95,7 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
         let Some(group) = rows.first().and_then(|i| system.group.get(*i)) else { continue };
         let name = campaign.bench.sensors.get(s).map_or("priors".to_string(), |s| format!("readings of {}", s.id));
         let component = if let Group::Estimated(g) = group { Some(*g) } else { None };
-        let source = Source {
+        let source = VarianceSource {
             name,
             evaluation: if s == sensors { Evaluation::TypeB } else { Evaluation::TypeA },
             variance: 1.0,
@@ -116,15 +117,13 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
 /// `sum over rows of s s' u^2 variance`.
 fn share(sensitivities: &Mat<f64>, rows: &[usize], u: &[f64], variance: f64) -> Mat<f64> {
     let n = sensitivities.nrows();
-    let scaled = Mat::from_fn(n, rows.len(), |j, k| {
-        rows.get(k).map_or(0.0, |i| sensitivities[(j, *i)] * u.get(*i).copied().unwrap_or_default())
-    });
+    let scaled = Mat::from_fn(n, rows.len(), |j, k| rows.get(k).map_or(0.0, |i| sensitivities[(j, *i)] * u.at(*i)));
     let mut out = Mat::zeros(n, n);
     matmul(&mut out, Accum::Replace, &scaled, scaled.transpose(), variance, Par::Seq);
     out
 }
 
-impl Noise {
+impl ScatterSources {
     /// Independent readings: the variances are the squares of the estimate's group scales.
     pub(super) fn independent(
         campaign: &Campaign,
@@ -136,13 +135,13 @@ impl Noise {
         let mut sources = Vec::new();
         for (mut source, rows) in row_sources(campaign, design, system) {
             if let Some(g) = source.component {
-                source.variance = estimate.group_scale.get(g).copied().flatten().unwrap_or(1.0).powi(2);
-                source.dof = estimate.group_redundancy.get(g).copied().unwrap_or_default();
+                source.variance = estimate.scale_or_one(g).powi(2);
+                source.dof = estimate.group_redundancy.at(g);
             }
             source.share = share(&sensitivities, &rows, &system.u, source.variance);
             sources.push(source);
         }
-        let mut noise = Noise {
+        let mut noise = ScatterSources {
             sensitivities,
             covariance: estimate.covariance.clone(),
             spread: None,
@@ -180,7 +179,15 @@ impl Noise {
             sources.push(source);
         }
         let determined = plain.dof > 0;
-        Noise { sources, sensitivities, covariance, spread: None, correction: None, leans: Vec::new(), determined }
+        ScatterSources {
+            sources,
+            sensitivities,
+            covariance,
+            spread: None,
+            correction: None,
+            leans: Vec::new(),
+            determined,
+        }
     }
 
     /// Readings and lines of scatter together.
@@ -204,19 +211,22 @@ impl Noise {
         let mut sources = Vec::new();
         for (mut source, rows) in row_sources(campaign, design, own) {
             if let Some(g) = source.component {
+                // not determined: no u is told then
                 source.variance = found.group_variance.get(g).copied().flatten().unwrap_or(1.0);
                 source.dof = dof(source.component);
             }
+            // stated uncertainties weigh as they are
             let weighed_with = source.component.and_then(|g| found.weighed_with.get(g).copied()).unwrap_or(1.0);
             source.share = share(&found.sensitivities, &rows, &own.u, weighed_with);
             sources.push(source);
         }
         for (k, line) in campaign.scatter.iter().enumerate() {
-            let at = |list: &[f64]| list.get(k).copied().unwrap_or_default();
+            let at = |list: &[f64]| list.at(k);
+            // a line of which the estimate knows nothing
             let state = found.state.get(k).copied().unwrap_or(LineState::NotFelt);
             let estimated = line.size == Size::Estimated;
             let component = found.component.get(k).copied().flatten();
-            sources.push(Source {
+            sources.push(VarianceSource {
                 name: line.name(campaign),
                 evaluation: if estimated { Evaluation::TypeA } else { Evaluation::TypeB },
                 variance: at(&found.variance),
@@ -227,18 +237,19 @@ impl Noise {
                     Size::Estimated if state == LineState::Estimated => dof(component),
                     Size::Estimated => f64::INFINITY,
                 },
+                // a line that no row feels has no share
                 share: found.shares.get(k).cloned().unwrap_or_else(Mat::new),
                 line: Some(k),
                 state,
                 tau: found.tau.get(k).copied().flatten(),
                 could_be: found.could_be.get(k).copied().flatten(),
-                levels: levels.get(k).copied().unwrap_or_default(),
+                levels: levels.at(k),
                 component,
             });
         }
         let leans: Vec<(usize, Mat<f64>)> = found.leans.iter().flatten().cloned().collect();
         let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
-        Noise {
+        ScatterSources {
             sensitivities: found.sensitivities.clone(),
             covariance: &found.estimate.covariance + &found.correction,
             spread: estimated.then(|| found.spread.clone()),
@@ -260,7 +271,7 @@ impl Noise {
         let relative = |c: usize| if c < spread.nrows() { spread[(c, c)] } else { 0.0 };
         let sources = sources
             .into_iter()
-            .map(|own| Source {
+            .map(|own| VarianceSource {
                 dof: own.component.map_or(own.dof, |c| 2.0 / relative(c)),
                 name: own.name,
                 evaluation: own.evaluation,
@@ -276,7 +287,7 @@ impl Noise {
             })
             .collect();
         let estimated = spread.nrows() > 0;
-        Noise {
+        ScatterSources {
             sources,
             sensitivities: Mat::zeros(covariance.nrows(), 0),
             covariance,
@@ -295,7 +306,7 @@ impl Noise {
         let factored =
             |share: &Mat<f64>, dof: f64| monte_carlo::Scatter { factor: super::propagate::factor(share), dof };
         let felt = self.sources.iter().filter(|s| s.variance > 0.0 && s.share.nrows() > 0);
-        let below = self.sources.iter().any(Source::is_below_zero);
+        let below = self.sources.iter().any(VarianceSource::is_below_zero);
         let (mut joint, mut all) = (Mat::zeros(self.covariance.nrows(), self.covariance.nrows()), Vec::new());
         for source in felt.chain(self.sources.iter().filter(|s| s.is_below_zero())) {
             if below && source.evaluation == Evaluation::TypeA {
@@ -309,6 +320,7 @@ impl Noise {
                 let shares = (0..share.nrows()).filter(|j| joint[(*j, *j)] > 0.0);
                 shares.map(|j| share[(j, j)] / joint[(j, j)]).sum()
             };
+            // nothing of it is estimated
             let dof = self.together(&part).unwrap_or(f64::INFINITY);
             all.push(factored(&joint, dof));
         }
@@ -369,7 +381,7 @@ impl Noise {
         let mut estimated: Vec<(usize, f64)> =
             self.sources.iter().filter_map(|s| Some((s.component?, of(&s.share)))).collect();
         // the noise that a variance below zero reduces is estimated with it, though it may be stated
-        let below = self.sources.iter().any(Source::is_below_zero);
+        let below = self.sources.iter().any(VarianceSource::is_below_zero);
         let parts =
             self.sources.iter().filter(|s| s.component.is_some() || (below && s.evaluation == Evaluation::TypeA));
         let plain: f64 = parts.map(|s| of(&s.share)).sum();
@@ -385,7 +397,7 @@ impl Noise {
     }
 }
 
-impl Source {
+impl VarianceSource {
     /// Was its variance estimated as zero, and taken below it for the uncertainties?
     fn is_below_zero(&self) -> bool {
         self.state == LineState::AtZero && self.component.is_some()

@@ -2,10 +2,11 @@
 
 use super::azimuth::{Sector, sector};
 use super::names::{NamedCombination, describe};
-use super::noise::Noise;
+use super::noise::ScatterSources;
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
 use crate::design::DesignMatrix;
+use crate::elements::{Elements, Parts};
 use crate::error::Result;
 use crate::estimate::{Combination, Estimate};
 use crate::uncertainty::{Combined, Contribution, Evaluation, combine, combine_together};
@@ -91,7 +92,7 @@ const NEARLY_SAME: f64 = 1e-2;
 
 /// The change of a quantity along a direction, and the sum of its terms.
 fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
-    let terms = || terms.iter().map(|(k, e)| along.get(*k).copied().unwrap_or_default() * e);
+    let terms = || terms.iter().map(|(k, e)| along.at(*k) * e);
     (terms().sum::<f64>().abs(), terms().map(f64::abs).sum())
 }
 
@@ -102,7 +103,7 @@ fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
 fn known_inputs<'a>(
     campaign: &'a Campaign,
     at_solution: &DesignMatrix,
-    noise: &Noise,
+    noise: &ScatterSources,
 ) -> Vec<(&'a str, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
     for (k, parameter) in campaign.parameters.iter().enumerate() {
@@ -125,7 +126,7 @@ fn known_inputs<'a>(
 pub(super) struct BudgetInputs<'a> {
     campaign: &'a Campaign,
     estimate: &'a Estimate,
-    noise: &'a Noise,
+    noise: &'a ScatterSources,
     known: Vec<(&'a str, Known, Vec<f64>)>,
     level: f64,
     weak: &'a [usize],
@@ -137,7 +138,7 @@ impl<'a> BudgetInputs<'a> {
         campaign: &'a Campaign,
         at_solution: &DesignMatrix,
         estimate: &'a Estimate,
-        noise: &'a Noise,
+        noise: &'a ScatterSources,
         level: f64,
         (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
     ) -> Self {
@@ -149,7 +150,7 @@ impl<'a> BudgetInputs<'a> {
     pub(super) fn with_known(
         campaign: &'a Campaign,
         estimate: &'a Estimate,
-        noise: &'a Noise,
+        noise: &'a ScatterSources,
         known: Vec<(&'a str, Known, Vec<f64>)>,
         level: f64,
     ) -> Self {
@@ -202,7 +203,7 @@ impl<'a> BudgetInputs<'a> {
         allowed: impl Fn(usize) -> (f64, f64),
     ) -> Vec<ParameterResult> {
         let result = |(k, parameter): (usize, &Parameter)| {
-            let estimable = self.estimate.estimable.get(k).copied().unwrap_or(false);
+            let estimable = self.estimate.is_estimable(k);
             let mut along = vec![0.0; self.campaign.unknowns()];
             if let Some(one) = along.get_mut(k) {
                 *one = 1.0;
@@ -292,7 +293,7 @@ impl<'a> BudgetInputs<'a> {
             let tape = Tape::compile(&quantity.line, &ids)?;
             let mut gradient: Vec<f64> = vec![0.0; ids.len()];
             let value = tape.gradient(point, &mut Scratch::default(), &mut gradient);
-            let along = gradient.get(..campaign.unknowns()).unwrap_or_default();
+            let along = gradient.part(..campaign.unknowns());
             let finite = value.is_finite() && gradient.iter().all(|c| c.is_finite());
             let mut there: Vec<f64> = vec![0.0; ids.len()];
             let judged = self.judged_at.filter(|_| !self.estimate.free_directions.is_empty()).and_then(|at| {
@@ -301,6 +302,7 @@ impl<'a> BudgetInputs<'a> {
             });
             let usable = finite && self.determines(along, judged);
             let own =
+                // a source that the line does not depend on
                 |id: &str| campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
             let (budget, uncertainty) = if usable { self.budget(along, own) } else { (Vec::new(), None) };
             let angle = |name: &str| {
@@ -341,8 +343,9 @@ impl<'a> BudgetInputs<'a> {
             let mut gradient: Vec<f64> = vec![0.0; ids.len()];
             let value = Tape::compile(line, ids)?.gradient(point, &mut Scratch::default(), &mut gradient);
             let own =
+                // a source that the line does not depend on
                 |id: &str| self.campaign.parameter_index(id).and_then(|k| gradient.get(k)).copied().unwrap_or_default();
-            let along = gradient.get(..self.campaign.unknowns()).unwrap_or_default();
+            let along = gradient.part(..self.campaign.unknowns());
             Ok((value, self.budget(along, own).1.map(|c| c.u * c.u)))
         };
         let ((y_value, yy), (x_value, xx), (_, both)) = (one(&y)?, one(&x)?, one(&x.plus(&y))?);

@@ -2,6 +2,7 @@
 
 use super::{Fit, State};
 use crate::algebra::Tape;
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::uncertainty::monte_carlo::{KnownInput, Model, MonteCarlo, Output, monte_carlo};
 use faer::Mat;
@@ -70,7 +71,7 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
     for (k, result) in fit.parameters.iter().enumerate().filter(|(_, p)| p.state != State::NotEstimable) {
         names.push(result.id.clone());
         outputs.push(Output::Parameter(k));
-        let centre = point.get(k).copied().unwrap_or_default();
+        let centre = point.at(k);
         first_order.push(result.uncertainty.map(|c| (centre - c.expanded, centre + c.expanded)));
         spread.push(result.uncertainty.map(|c| c.u));
     }
@@ -116,7 +117,7 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
 pub(super) fn factor(covariance: &Mat<f64>) -> Mat<f64> {
     let n = covariance.nrows();
     let sd: Vec<f64> = (0..n).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
-    let sd_of = |i: usize| sd.get(i).copied().unwrap_or_default();
+    let sd_of = |i: usize| sd.at(i);
     let correlation = Mat::from_fn(n, n, |i, j| match sd_of(i) * sd_of(j) {
         product if product > 0.0 => covariance[(i, j)] / product,
         _ => 0.0,

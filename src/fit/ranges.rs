@@ -39,6 +39,7 @@ pub(crate) fn check(campaign: &Campaign) -> Result<()> {
     for (k, column) in campaign.readings.columns.iter().enumerate() {
         let of = |reading: &crate::campaign::Reading| reading.columns.get(k).copied().flatten();
         if let Some(reading) = campaign.readings.rows.iter().find(|reading| of(reading).is_some_and(too_large)) {
+            // it has the value that was found too large
             return beyond(format!("the column {column}"), of(reading).unwrap_or_default(), &reading.place);
         }
     }

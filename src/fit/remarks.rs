@@ -2,6 +2,7 @@
 
 use super::Fit;
 use crate::campaign::{Campaign, JointState};
+use crate::elements::Elements;
 use crate::language::{Sentence, sentence};
 use crate::number;
 use std::f64::consts::TAU;
@@ -22,7 +23,7 @@ pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
     for value in values.filter(|value| value.is_finite()) {
         // a decimal of at most 14 digits is the shortest that is read as its number
         let written = |places: &usize| {
-            let unit = UNITS.get(*places).copied().unwrap_or(f64::NAN);
+            let unit = UNITS.at(*places);
             let count = (value * unit).round();
             count.abs() < 1e14 && count / unit == value
         };
@@ -41,6 +42,7 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let mut found: Vec<Sentence> = angles(campaign)
         .into_iter()
         .filter_map(|(name, values)| {
+            // no unknowns: nothing is near singular
             radians(&values, fit.estimate.condition.unwrap_or(1.0))
                 .then(|| sentence!("all-values-of-lie-within-degrees-and", name))
         })

@@ -12,6 +12,7 @@
     reason = "weights, residuals and leverages are those of an adjustment of this very system, and `System::check` has compared u and group with its rows"
 )]
 
+use crate::elements::{Elements, Parts};
 use crate::error::Result;
 use crate::estimate::{self, Estimate, Group, System, adjust};
 use crate::number;
@@ -147,7 +148,7 @@ fn residuals(system: &System, solution: &[f64]) -> Vec<f64> {
 fn scale_of(system: &System, scale: &[f64], i: usize) -> f64 {
     match system.group[i] {
         Group::Known => 1.0,
-        Group::Estimated(g) => scale.get(g).copied().unwrap_or(1.0),
+        Group::Estimated(g) => scale.at(g),
     }
 }
 
@@ -173,8 +174,8 @@ fn scales(system: &System, estimate: &Estimate, groups: usize) -> Vec<f64> {
             let mut sizes: Vec<f64> = rows.iter().map(|i| (estimate.residuals[*i] / system.u[*i]).abs()).collect();
             sizes.sort_by(f64::total_cmp);
             let spent: f64 = rows.iter().map(|i| estimate.leverage[*i]).sum();
-            let kept = sizes.get(number::count(spent.round()).min(sizes.len())..).unwrap_or_default();
-            let middle = |k: usize| kept.get(k).copied().unwrap_or(0.0);
+            let kept = sizes.part(number::count(spent.round()).min(sizes.len())..);
+            let middle = |k: usize| kept.get(k).copied().unwrap_or(0.0); // none is left: no scale
             let half = kept.len() / 2;
             let median =
                 if kept.len() % 2 == 1 { middle(half) } else { 0.5 * (middle(half.saturating_sub(1)) + middle(half)) };
@@ -239,9 +240,10 @@ fn least_absolute_spread(deviations: &[f64], rank: usize) -> f64 {
     sorted.truncate(deviations.len().saturating_sub(rank).max(2));
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
+    // the quantile exists
     let z = normal_quantile(0.975).unwrap_or(1.96);
     let lower = number::count(((n + 1.0) / 2.0 - z * (n / 4.0).sqrt()).round().max(1.0));
-    let at = |k: usize| sorted.get(k.min(sorted.len().saturating_sub(1))).copied().unwrap_or_default();
+    let at = |k: usize| sorted.get(k.min(sorted.len().saturating_sub(1))).copied().unwrap_or_default(); // no rows: no width
     let width = at(sorted.len().saturating_sub(lower)) - at(lower - 1);
     n.sqrt() * width / (2.0 * z)
 }

@@ -1,6 +1,7 @@
 //! The campaign's constraints at a point of linearisation: equations and inequalities of the step, and what became of them.
 
 use crate::campaign::{Campaign, Constraint};
+use crate::elements::Elements;
 use crate::estimate::{Equation, Inequality, Side};
 use faer::Mat;
 
@@ -55,7 +56,7 @@ impl Rules {
             inequalities: Vec::new(),
             inequality_of: Vec::new(),
         };
-        let at = |j: &usize| point.get(*j).copied().unwrap_or_default();
+        let at = |j: &usize| point.at(*j);
         for (k, constraint) in campaign.constraints.iter().enumerate() {
             match constraint {
                 Constraint::Linear { terms, lower, upper } => {
@@ -121,7 +122,7 @@ pub(super) fn contradiction(campaign: &Campaign) -> Option<Vec<usize>> {
 
 /// Does this point meet every constraint (to rounding)?
 pub(super) fn is_feasible(campaign: &Campaign, point: &[f64]) -> bool {
-    let at = |j: &usize| point.get(*j).copied().unwrap_or_default();
+    let at = |j: &usize| point.at(*j);
     campaign.constraints.iter().all(|constraint| match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let value: f64 = terms.iter().map(|(j, c)| c * at(j)).sum();

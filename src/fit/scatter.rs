@@ -3,6 +3,7 @@
 use super::Remount;
 use crate::campaign::{Campaign, Deviating, Per, Scatter, Size};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Felt, Floor, Line, Memory, Pattern, System, Variances, Whitening};
 use std::borrow::Cow;
@@ -24,7 +25,7 @@ pub(crate) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'
                 size: size.clone(),
                 over: None,
                 shown: 1.0,
-                unit: campaign.bench.sensors.get(s).map(|own| own.unit.clone()).unwrap_or_default(),
+                unit: campaign.sensor_unit(s).to_string(),
                 place: "remount".into(),
             })?;
         }
@@ -59,20 +60,22 @@ fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Sc
                 None => 0.0,
                 Some(at) => {
                     let sign = if *r < 0.0 && at == 1 { -1.0 } else { 1.0 };
-                    sign * r.abs().sqrt() * u.get(row).copied().unwrap_or_default()
+                    sign * r.abs().sqrt() * u.at(row)
                 }
             },
             _ => 0.0,
         };
         let by = match size_column {
             None => by,
+            // a reading whose setting has no u of its own feels none
             Some(k) => by * value(origin.reading, k).unwrap_or_default().to_radians(),
         };
         let Some(level) = level_of.get(origin.reading).copied().flatten() else { continue };
         if by == 0.0 {
             continue;
         }
-        let at = time.map_or(0.0, |k| value(origin.reading, k).unwrap_or_default() + 0.0);
+        // the campaign refuses a reading without the time
+        let at = time.map_or(0.0, |k| value(origin.reading, k).unwrap_or(f64::NAN) + 0.0);
         let next = numbers.len();
         let level = *numbers.entry((level, at.to_bits())).or_insert_with(|| {
             times.push(at);

@@ -3,13 +3,14 @@
 use super::names::{NamedCombination, describe};
 use crate::campaign::{Campaign, JointState, Readings, Role};
 use crate::design::{DesignMatrix, Model};
+use crate::elements::{Elements, Parts};
 use crate::estimate::{self, Estimate, Group, ScaleHints, System};
 use crate::number;
 use faer::Mat;
 
 /// One rank defect.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Separation {
+pub struct RankDefect {
     /// The combination that the readings leave free: parameters can move along it and no reading changes.
     pub free: NamedCombination,
     /// The direction along which it is free: parameters may move in these proportions and no reading changes.
@@ -46,7 +47,7 @@ pub(crate) fn separations(
     design: &DesignMatrix,
     estimate: &Estimate,
     weak: &[usize],
-) -> Vec<Separation> {
+) -> Vec<RankDefect> {
     if estimate.not_estimable.is_empty() {
         return Vec::new();
     }
@@ -59,7 +60,7 @@ pub(crate) fn separations(
             let involved: Vec<usize> = free.terms.iter().map(|(k, _)| *k).collect();
             let is_weak = involved.iter().any(|k| weak.contains(k));
             let separate_by = search.best(&free.terms);
-            Separation {
+            RankDefect {
                 free: describe(campaign, combination),
                 direction: describe(campaign, free),
                 estimable: estimate
@@ -111,11 +112,11 @@ impl<'a> Search<'a> {
                 if self.model.predict(&self.schedule, reading, sensor, point, &mut row, &mut work).is_err() {
                     continue;
                 }
-                let terms = || direction.iter().map(|(k, c)| row.get(*k).copied().unwrap_or_default() * c);
+                let terms = || direction.iter().map(|(k, c)| row.at(*k) * c);
                 let (along, size) = (terms().sum::<f64>().abs(), terms().map(f64::abs).sum::<f64>());
                 if along > SEPARATES * size && along.is_finite() {
                     is_well |= along > SEPARATES_WELL * size;
-                    found.push((along, reading, row.get(..unknowns).unwrap_or_default().to_vec()));
+                    found.push((along, reading, row.part(..unknowns).to_vec()));
                 }
             }
         }
@@ -139,7 +140,7 @@ fn rank_with(campaign: &Campaign, design: &DesignMatrix, row: &[f64]) -> Option<
     let rows = Mat::from_fn(count, unknowns, |i, j| match i.checked_sub(readings) {
         None => design.jacobian[(i, j)],
         Some(p) if p < priors.len() => f64::from(priors.get(p) == Some(&j)),
-        Some(_) => row.get(j).copied().unwrap_or_default(),
+        Some(_) => row.at(j),
     });
     let system = System { rows, observed: vec![0.0; count], u: vec![1.0; count], group: vec![Group::Known; count] };
     let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };

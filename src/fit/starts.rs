@@ -6,6 +6,7 @@
 use super::{Settings, step};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Coupling, Group};
 
@@ -51,7 +52,7 @@ pub(super) fn beside(
             let tilt = campaign.parameters.get(*k).is_some_and(|own| own.kind == Kind::Tilt);
             // sizes that differ, so that none is another's by accident
             let spread = 1.0 + 0.5 * (0.618_034 * i as f64).fract();
-            let size = if tilt { TILT } else { 1.0 } * spread * signs.get(i % 2).copied().unwrap_or(1.0);
+            let size = if tilt { TILT } else { 1.0 } * spread * signs.at(i % 2);
             if let Some(value) = point.get_mut(*k) {
                 *value += size;
             }
@@ -98,15 +99,13 @@ pub(super) fn weak(
             .zip(&step.system.group)
             .map(|(u, group)| match group {
                 Group::Known => 1.0 / u,
-                Group::Estimated(g) => {
-                    1.0 / (u * step.estimate.group_scale.get(*g).copied().flatten().filter(|s| *s > 0.0).unwrap_or(1.0))
-                }
+                Group::Estimated(g) => 1.0 / (u * step.estimate.divisor(*g)),
             })
             .collect();
         let mut worst: Option<(f64, usize)> = None;
         for k in asked.iter().copied().filter(|k| !found.contains(k)) {
             let variance = if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
-            if !step.estimate.estimable.get(k).copied().unwrap_or(false) || !(variance > 0.0) {
+            if !step.estimate.is_estimable(k) || !(variance > 0.0) {
                 continue;
             }
             let along: Vec<f64> =

@@ -1,13 +1,14 @@
 //! One linear step from a point: weights, covariance, constraints and robustness as asked for.
 
 use super::Settings;
-use super::noise::Noise;
+use super::noise::ScatterSources;
 use super::robust::{self, RobustRecord};
 use super::rules::{self, ActiveConstraint, Constraints, Rules};
 use super::scatter::{own_system, scatter_lines};
 use super::system::{Weighting, rounding, weigh};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
     Elimination, Equations, Estimate, Group, Restricted, ScaleHints, Scattered, System, adjust, adjust_hinted,
@@ -23,7 +24,7 @@ pub(super) struct Step {
     /// The step of the estimated parameters, constraints included.
     pub change: Vec<f64>,
     /// What scatters.
-    pub noise: Noise,
+    pub noise: ScatterSources,
     /// What became of the constraints.
     pub constraints: Constraints,
     /// What the robust estimator did.
@@ -49,9 +50,10 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let found = robust::estimate(&system, design.rows.len(), method, &settings.adjust)?;
         let covariance = robust::covariance(&found, &system);
         let factor = |group: Option<usize>| {
+            // rows with a stated u have the scale 1
             group.and_then(|g| found.scale.get(g)).copied().unwrap_or(1.0).powi(2) * found.inflation
         };
-        let noise = Noise::robust(campaign, design, &system, &found.plain, factor, covariance.clone());
+        let noise = ScatterSources::robust(campaign, design, &system, &found.plain, factor, covariance.clone());
         let mut estimate = found.plain.clone();
         estimate.solution = found.weighted.solution;
         estimate.residuals = found.weighted.residuals;
@@ -73,7 +75,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             .zip(&lines)
             .map(|(own, line)| if own.over.is_some() { line.levels() } else { own.per.levels(campaign).1 })
             .collect();
-        let noise = Noise::scattered(campaign, design, &own, &found, &levels);
+        let noise = ScatterSources::scattered(campaign, design, &own, &found, &levels);
         let estimate = as_read(&system, &noise, &found);
         scattered = Some(found);
         (estimate, noise)
@@ -86,7 +88,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             }
         };
         settled = settled && estimate.group_converged;
-        let noise = Noise::independent(campaign, design, &system, &estimate);
+        let noise = ScatterSources::independent(campaign, design, &system, &estimate);
         (estimate, noise)
     };
     let mut change = estimate.solution.clone();
@@ -188,7 +190,7 @@ fn inequalities(
             let active = active
                 .iter()
                 .map(|a| ActiveConstraint {
-                    constraint: rules.inequality_of.get(a.inequality).copied().unwrap_or_default(),
+                    constraint: rules.inequality_of.at(a.inequality),
                     side: a.side,
                     multiplier: a.multiplier / common,
                     cost: a.cost / common,
@@ -201,7 +203,7 @@ fn inequalities(
 }
 
 /// An estimate from whitened rows, with residuals, leverages and redundancies of the readings as they were read.
-fn as_read(system: &System, noise: &Noise, found: &Scattered) -> Estimate {
+fn as_read(system: &System, noise: &ScatterSources, found: &Scattered) -> Estimate {
     let mut estimate = found.estimate.clone();
     estimate.residuals = residuals(system, &estimate.solution);
     let m = system.observed.len();

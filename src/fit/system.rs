@@ -2,7 +2,7 @@
 
 use super::resolution;
 use crate::campaign::{Campaign, Role};
-use crate::design::DesignMatrix;
+use crate::design::{DesignMatrix, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Group, System};
 use faer::Mat;
@@ -20,38 +20,42 @@ pub enum Weighting {
 /// The system of a campaign at the design's reference point.
 ///
 /// `observed = value - prediction`; `u` as stated, or `1/sqrt(n)` for a mean of `n` samples whose scatter is to be estimated, one group for
-/// each sensor. A prior is the row `1 * parameter = prior - reference`. Errors: a sensor whose `u` is stated only here and there.
+/// each sensor. A prior is the row `1 * parameter = prior - reference`. Errors: a sensor whose `u` is stated only here and there; a row of the
+/// design whose reading or sensor the campaign does not have, or did not read; a design at fewer values than there are unknowns.
 pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -> Result<System> {
     let unknowns = campaign.unknowns();
-    let stated = stated_uncertainties(campaign)?;
+    stated_throughout(campaign)?;
     let mut groups: Vec<Option<usize>> = vec![None; campaign.bench.sensors.len()];
     let (mut observed, mut u, mut group) = (Vec::new(), Vec::new(), Vec::new());
     let mut next_group = 0;
     for (origin, predicted) in design.rows.iter().zip(&design.predicted) {
         let reading = campaign.readings.rows.get(origin.reading);
-        let Some(value) = reading.and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor)) else {
-            continue;
-        };
+        let value = reading.and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor));
+        let value = value.ok_or_else(|| unread(campaign, origin))?;
         observed.push(value.value - predicted);
-        u.push(value.u.unwrap_or(1.0 / value.samples.sqrt()));
-        let known = stated.get(origin.sensor).copied().unwrap_or(false) && weighting == Weighting::AsStated;
-        group.push(match groups.get_mut(origin.sensor) {
-            Some(_) if known => Group::Known,
-            Some(slot) => Group::Estimated(*slot.get_or_insert_with(|| {
+        u.push(value.u.unwrap_or(1.0 / value.samples.sqrt())); // relative: the scale is estimated
+        let known = value.u.is_some() && weighting == Weighting::AsStated;
+        let slot = groups.get_mut(origin.sensor).ok_or_else(|| unread(campaign, origin))?;
+        group.push(if known {
+            Group::Known
+        } else {
+            Group::Estimated(*slot.get_or_insert_with(|| {
                 next_group += 1;
                 next_group - 1
-            })),
-            None => Group::Known,
+            }))
         });
+    }
+    if design.point.len() < unknowns {
+        return Err(Malformed::new(Fault::Value, format!("a design matrix at {} values", design.point.len()))
+            .expected(format!("one for each of the {unknowns} unknowns")));
     }
     let priors: Vec<(usize, f64, f64)> = campaign
         .estimated()
         .iter()
+        .zip(&design.point)
         .enumerate()
-        .filter_map(|(k, parameter)| match &parameter.role {
-            Role::Estimated { prior: Some(prior), .. } => {
-                Some((k, prior.value - design.point.get(k).copied().unwrap_or_default(), prior.u))
-            }
+        .filter_map(|(k, (parameter, reference))| match &parameter.role {
+            Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value - reference, prior.u)),
             _ => None,
         })
         .collect();
@@ -112,8 +116,18 @@ pub(super) fn sensor_resolution(campaign: &Campaign, sensor: usize) -> Option<f6
     resolution(readings.flat_map(|r| r.observations.iter().filter(|o| o.sensor == sensor).map(|o| o.value)))
 }
 
-/// For each sensor, whether its readings have stated uncertainties.
-fn stated_uncertainties(campaign: &Campaign) -> Result<Vec<bool>> {
+/// A row of the design without a value in the campaign.
+fn unread(campaign: &Campaign, origin: &RowOrigin) -> Malformed {
+    let reading = campaign.readings.rows.get(origin.reading);
+    let sensor = campaign.bench.sensors.get(origin.sensor).map_or("a sensor that the bench lacks", |s| s.id.as_str());
+    Malformed::new(Fault::Missing, format!("a row of the design has no value of {sensor}"))
+        .expected("a value for every row: the campaign that the design was assembled of")
+        .found(format!("nothing in reading {} of {}", origin.reading + 1, campaign.readings.rows.len()))
+        .at_path(reading.map_or(String::new(), |r| r.place.clone()))
+}
+
+/// Are the uncertainties of each sensor stated in all of its readings, or in none?
+fn stated_throughout(campaign: &Campaign) -> Result<()> {
     let mut stated: Vec<Option<bool>> = vec![None; campaign.bench.sensors.len()];
     for reading in &campaign.readings.rows {
         for observation in &reading.observations {
@@ -134,5 +148,5 @@ fn stated_uncertainties(campaign: &Campaign) -> Result<Vec<bool>> {
             *slot = Some(here);
         }
     }
-    Ok(stated.into_iter().map(|s| s.unwrap_or(false)).collect())
+    Ok(())
 }

@@ -2,13 +2,14 @@
 
 use super::cause::{self, Cause};
 use super::changing::Columns;
-use super::diagnose::Gap;
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
+use super::gap::Gap;
 use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures;
 use super::whiten::whiten;
 use crate::diagnosis::{NoiseFrom, Settings};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
@@ -88,7 +89,7 @@ impl<'a> Case<'a> {
     /// The same question with the columns of errors around others than the mission's; `None` where those cannot be flown.
     pub fn around(&self, errors: &ImuErrors, u: &[f64]) -> Option<Case<'a>> {
         let steps: Vec<f64> =
-            Source::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
+            ErrorSource::catalogue().iter().map(|source| self.step(&Cause::Constant(*source), u)).collect();
         let there = signatures::prediction(self.mission, self.measured, errors);
         let columns = self.columns.around(self.mission, self.measured, errors, &steps);
         let raw: Vec<Vec<f64>> = self.causes.iter().map(|cause| columns.of(cause)).collect();
@@ -125,7 +126,7 @@ impl<'a> Case<'a> {
 
     /// Size of a finite difference by a constant error.
     fn step(&self, cause: &Cause, u: &[f64]) -> f64 {
-        let u = u.iter().zip(&self.channel).map(|(u, channel)| u.max(ROUNDED.get(*channel).copied().unwrap_or(0.0)));
+        let u = u.iter().zip(&self.channel).map(|(u, channel)| u.max(ROUNDED.at(*channel)));
         let norm = self.raw_of(cause).iter().zip(u).map(|(c, u)| (c / u) * (c / u)).sum::<f64>().sqrt();
         (DIFFERENCE / norm.max(1e-300)).min(1e-3 * cause.limit())
     }
@@ -135,7 +136,7 @@ impl<'a> Case<'a> {
     pub fn bent(&self, errors: &ImuErrors, predicted: &[f64], u: &[f64]) -> (f64, f64) {
         let moved: Vec<f64> = predicted.iter().zip(self.there.iter()).map(|(a, b)| a - b).collect();
         let mut missed = moved.clone();
-        for (source, column) in Source::catalogue().iter().zip(self.raw.iter()) {
+        for (source, column) in ErrorSource::catalogue().iter().zip(self.raw.iter()) {
             let by = source.of(errors) - source.of(&self.around);
             if by != 0.0 {
                 missed.iter_mut().zip(column).for_each(|(slot, c)| *slot -= by * c);
@@ -150,6 +151,7 @@ impl<'a> Case<'a> {
     /// Stated standard uncertainties; where there are none, the gap's own size.
     pub fn first_u(&self, gap: &[f64]) -> Vec<f64> {
         let sizes = self.sizes(gap, 0);
+        // cells have channels that `sizes` lists
         self.measured.cells().map(|cell| cell.u.or(sizes.get(cell.channel).copied()).unwrap_or(1.0)).collect()
     }
 
@@ -157,6 +159,7 @@ impl<'a> Case<'a> {
     pub fn u_of(&self, left: &[f64], fitted: usize, gap: &[f64]) -> Vec<f64> {
         let (sizes, first) = (self.sizes(left, fitted), self.sizes(gap, 0));
         let of = |channel: usize| Some(sizes.get(channel)?.max(1e-9 * first.get(channel)?));
+        // likewise
         self.measured.cells().map(|cell| cell.u.or(of(cell.channel)).unwrap_or(1.0)).collect()
     }
 

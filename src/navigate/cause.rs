@@ -1,8 +1,9 @@
 //! What can be behind a gap between measured and predicted navigation errors: constant errors of the unit and the start, errors that change
 //! in time, random walks, faults of the reference, single values.
 
-use super::errors::{ImuErrors, Instrument, Kind, Source};
+use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use super::measured::{CHANNEL_NAMES, CHANNELS, si_per_unit};
+use crate::elements::Elements;
 
 /// How an error of the unit changes in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,9 +20,9 @@ pub enum Change {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cause {
     /// A constant error of the unit or the start: what a mission file can hold.
-    Constant(Source),
+    Constant(ErrorSource),
     /// A bias that changes in time.
-    Changing(Source, Change),
+    Changing(ErrorSource, Change),
     /// A random walk of the gyros or the accelerometers, the same on each axis, that the mission does not state.
     RandomWalk(Instrument),
     /// The reference is wrong in one channel: by a constant (`None`), or by what changes in time.
@@ -37,8 +38,8 @@ pub enum Cause {
     },
 }
 
-impl PartialEq<Source> for Cause {
-    fn eq(&self, other: &Source) -> bool {
+impl PartialEq<ErrorSource> for Cause {
+    fn eq(&self, other: &ErrorSource) -> bool {
         matches!(self, Cause::Constant(own) if own == other)
     }
 }
@@ -157,7 +158,7 @@ impl Cause {
     }
 
     /// The error of a mission file, where it is one.
-    pub fn constant(&self) -> Option<Source> {
+    pub fn constant(&self) -> Option<ErrorSource> {
         match self {
             Cause::Constant(source) => Some(*source),
             _ => None,
@@ -198,15 +199,16 @@ impl Cause {
     }
 }
 
-/// All causes but single values: constants as in [`Source::catalogue`], then faults of the reference in the channels that are measured, then
+/// All causes but single values: constants as in [`ErrorSource::catalogue`], then faults of the reference in the channels that are measured, then
 /// biases that change, with steps at so many times of a run of this duration (s).
 pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize) -> Vec<Cause> {
-    let mut causes: Vec<Cause> = Source::catalogue().into_iter().map(Cause::Constant).collect();
+    let mut causes: Vec<Cause> = ErrorSource::catalogue().into_iter().map(Cause::Constant).collect();
     let times: Vec<f64> = (1..steps).map(|k| duration * k as f64 / steps as f64).collect();
     let channels = || measured.iter().enumerate().filter(|(_, is)| **is).map(|(channel, _)| channel);
     causes.extend(channels().map(|channel| Cause::Reference(channel, None)));
     causes.extend(channels().map(|channel| Cause::Reference(channel, Some(Change::Ramp))));
-    let biases: Vec<Source> = Source::first_order().into_iter().filter(|source| source.kind == Kind::Bias).collect();
+    let biases: Vec<ErrorSource> =
+        ErrorSource::first_order().into_iter().filter(|source| source.kind == Kind::Bias).collect();
     let mut changes = vec![Change::Ramp];
     changes.extend([0.03, 0.1, 0.3].map(|share| Change::WarmUp(share * duration)));
     changes.extend(times.iter().map(|time| Change::Step(*time)));
@@ -220,7 +222,7 @@ pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize
 }
 
 fn column(channel: usize) -> &'static str {
-    CHANNEL_NAMES.get(channel).copied().unwrap_or_default()
+    CHANNEL_NAMES.at(channel)
 }
 
 fn channel_unit(channel: usize) -> &'static str {
@@ -232,7 +234,7 @@ fn channel_unit(channel: usize) -> &'static str {
 }
 
 /// An error source in the field's words.
-fn name(source: &Source) -> String {
+fn name(source: &ErrorSource) -> String {
     let axes = ["x", "y", "z"];
     let axis = |i: usize| axes.get(i).copied().unwrap_or("?");
     let direction = ["east", "north", "up"].get(source.axis).copied().unwrap_or("?");

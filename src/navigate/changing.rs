@@ -14,10 +14,11 @@
 )]
 
 use super::cause::{Cause, Change};
-use super::errors::{ImuErrors, Kind, Source};
+use super::errors::{ErrorSource, ImuErrors, Kind};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures::{Instant, instants, motion, predicted_together, times};
+use crate::elements::Elements;
 use crate::number;
 use nalgebra::{SMatrix, SVector};
 
@@ -34,7 +35,7 @@ pub(super) struct Columns {
     runs: Vec<Run>,
     /// Instants at the measured rows where the mission has random walks; else empty.
     pub walks: Vec<Vec<Instant>>,
-    sources: Vec<Source>,
+    sources: Vec<ErrorSource>,
 }
 
 /// One run.
@@ -53,11 +54,12 @@ impl Run {
         mission: &Mission,
         run: &measured::Run,
         own: &[f64],
-        sources: &[Source],
+        sources: &[ErrorSource],
         instants: impl Fn(&[f64]) -> Vec<Instant>,
     ) -> Run {
+        // a run without rows ends where it starts
         let end = own.last().copied().unwrap_or_default();
-        let step = (mission.duration() / GRID).max(2.0 * mission.step);
+        let step = (mission.duration() / GRID).max(2.0 * mission.step_s);
         let count = number::count((end / step).ceil().max(1.0));
         let grid: Vec<f64> = (0..=count).map(|k| (k as f64 * step).min(end)).collect();
         // both lists are in rising order; one pass serves both
@@ -77,7 +79,7 @@ impl Run {
 
 impl Columns {
     pub fn new(mission: &Mission, measured: &Measured) -> Columns {
-        let sources = Source::catalogue();
+        let sources = ErrorSource::catalogue();
         let (mut runs, mut walks) = (Vec::new(), Vec::new());
         for (run, own) in measured.runs.iter().zip(times(measured)) {
             let own = Run::new(mission, run, &own, &sources, |all| instants(mission, motion(mission, run.motion), all));
@@ -104,6 +106,7 @@ impl Columns {
                 let Some((base, others)) = flown.split_first() else { return Vec::new() };
                 let derivative = |row: usize, base: &Channels| -> Vec<Channels> {
                     let one = |(moved, step): (&Vec<Channels>, &f64)| {
+                        // as many rows as the base has: flown together
                         let moved = moved.get(row).copied().unwrap_or(*base);
                         std::array::from_fn(|c| (moved[c] - base[c]) / step)
                     };
@@ -124,7 +127,7 @@ impl Columns {
             let values: Vec<Channels> = match cause {
                 Cause::Constant(source) => {
                     let j = self.sources.iter().position(|own| own == source).unwrap_or(usize::MAX);
-                    run.at_rows.iter().map(|own| own.signatures.get(j).copied().unwrap_or_default()).collect()
+                    run.at_rows.iter().map(|own| own.signatures.at(j)).collect()
                 }
                 Cause::Changing(source, change) => self.changing(run, source, *change),
                 Cause::Reference(channel, change) => {
@@ -145,7 +148,7 @@ impl Columns {
         column
     }
 
-    fn changing(&self, run: &Run, source: &Source, change: Change) -> Vec<Channels> {
+    fn changing(&self, run: &Run, source: &ErrorSource, change: Change) -> Vec<Channels> {
         let Some(j) = self.sources.iter().position(|own| own == source) else { return Vec::new() };
         let place = biases(&self.sources).position(|own| own == j);
         let Some(carried) = place.and_then(|k| run.carried.get(k)) else {
@@ -177,7 +180,7 @@ impl Columns {
             }
             // from the last time of the grid to the row
             let rest = before.map_or(Vector::zeros(), |(last, slope)| slope * (time - last));
-            let signature = own.signatures.get(j).copied().unwrap_or_default();
+            let signature = own.signatures.at(j);
             let f = if let Change::Step(_) = change { f64::from(u8::from(jumped)) } else { change.at(*time) };
             let gone = psi(own) * (integral + rest);
             values.push(std::array::from_fn(|i| f * signature[i] - SIZE[i] * gone[i]));
@@ -197,19 +200,20 @@ fn between(grid: &[f64], values: &[Vector], time: f64) -> Vector {
 }
 
 /// Indices of the biases.
-fn biases(sources: &[Source]) -> impl Iterator<Item = usize> + '_ {
+fn biases(sources: &[ErrorSource]) -> impl Iterator<Item = usize> + '_ {
     sources.iter().enumerate().filter(|(_, source)| source.kind == Kind::Bias).map(|(j, _)| j)
 }
 
 /// Signatures of the start, scaled to a size near one another.
 fn psi(instant: &Instant) -> Matrix {
-    let first = Source::all().len();
+    let first = ErrorSource::all().len();
     Matrix::from_fn(|i, j| instant.signatures.get(first + j).map_or(0.0, |s| s[i]) * SIZE[j] / SIZE[i])
 }
 
 /// `Psi^-1 S` of one source, scaled.
 fn carried(instant: &Instant, j: usize) -> Vector {
-    let signature = instant.signatures.get(j).copied().unwrap_or_default();
+    let signature = instant.signatures.at(j);
     let scaled = Vector::from_fn(|i, _| signature[i] / SIZE[i]);
+    // at the start itself nothing has moved: singular, and nothing is carried
     psi(instant).lu().solve(&scaled).unwrap_or_else(Vector::zeros)
 }

@@ -6,6 +6,7 @@ use super::refine::{State, Walk};
 use super::remainder::Remainder;
 use super::separate;
 use crate::diagnosis::{NoiseFrom, Step, Verdict};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::linear::dot;
 use crate::uncertainty::quantiles::normal_survival;
@@ -56,6 +57,7 @@ impl Walk<'_> {
             case.is_invisible(&Cause::Constant(*source), dot(&column[0], &column[0]).sqrt())
         });
         let invisible = invisible.collect();
+        // t beyond all numbers: certain
         let family = |t: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * self.distinct as f64).min(1.0);
         let steps = self.seen.iter().map(|seen| Step {
             with: seen.set.iter().map(Cause::id).collect(),
@@ -103,6 +105,7 @@ impl Walk<'_> {
         let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
         let scale = if case.from == NoiseFrom::Residuals { (rss / dof).sqrt() } else { 1.0 };
         let tests = self.distinct as f64;
+        // t beyond all numbers: certain
         let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);
         let mut findings = Vec::new();
         for (place, cause) in state.set.iter().enumerate() {
@@ -142,7 +145,7 @@ impl Walk<'_> {
         }
         for at in &state.out {
             let (Some(cell), Some(value)) = (cells.get(*at), left.get(*at)) else { continue };
-            let u = self.u.get(*at).copied().unwrap_or(1.0);
+            let u = self.u.at(*at);
             let before: usize = case.measured.runs.iter().take(cell.run).map(|run| run.rows.len()).sum();
             findings.push(Finding {
                 source: Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at },

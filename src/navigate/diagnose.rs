@@ -18,12 +18,13 @@
 
 use super::case::Case;
 use super::cause::Cause;
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
+pub use super::gap::Gap;
 use super::measured::{Cell, Measured};
 use super::mission::Mission;
 use super::refine::Walk;
 use super::remainder::{self, ChannelGap, GapOverTime};
-use super::separate::Separation;
+use super::separate::DiscriminatingMotion;
 use super::walk;
 use crate::diagnosis::{NoiseFrom, Settings, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
@@ -63,22 +64,7 @@ pub struct Finding {
     /// What else it could be.
     pub aliases: Vec<Alias>,
     /// Motions that would tell, best first.
-    pub separate_by: Vec<Separation>,
-}
-
-/// A gap, in standard uncertainties (of innovations, where the mission has random walks).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gap {
-    /// Root mean square.
-    pub rms: f64,
-    /// Largest by size.
-    pub max: f64,
-    /// Sum of squares.
-    pub chi_square: f64,
-    /// Values minus errors fitted.
-    pub dof: usize,
-    /// Probability of a sum of squares as large by chance; `None` where only residuals tell the noise.
-    pub p: Option<f64>,
+    pub separate_by: Vec<DiscriminatingMotion>,
 }
 
 /// What nothing explains.
@@ -131,7 +117,7 @@ pub struct NavigationDiagnosis {
     /// How many errors were tried, and how many of them are distinct here.
     pub candidates: (usize, usize),
     /// Errors that these data cannot show at any size that a navigator's unit has.
-    pub invisible: Vec<Source>,
+    pub invisible: Vec<ErrorSource>,
     /// How often the full simulation was flown for a refit, and whether it settled.
     pub refits: (usize, bool),
 }
@@ -147,12 +133,12 @@ const STEADY: f64 = 0.02;
 /// errors carry over a pole.
 ///
 /// ```
-/// use tumble::navigate::{diagnose, errors::{ImuErrors, Source}, measured::{Measured, MeasuredRow}};
+/// use tumble::navigate::{diagnose, errors::{ImuErrors, ErrorSource}, measured::{Measured, MeasuredRow}};
 /// use tumble::navigate::{mission::{Mission, Site}, motion::Motion, signatures};
-/// let site = Site { latitude: 0.8, longitude: 0.0, altitude: 0.0 };
+/// let site = Site { latitude_rad: 0.8, longitude_rad: 0.0, altitude_m: 0.0 };
 /// let mission = Mission::new(site, 0.1, 7200.0, 60.0, Motion::default())?;
 /// let times: Vec<f64> = (0..=120).map(|k| 60.0 * f64::from(k)).collect();
-/// let hidden = ImuErrors::single(Source::named("accelerometer_bias_x").unwrap(), 1e-4);
+/// let hidden = ImuErrors::single(ErrorSource::named("accelerometer_bias_x").unwrap(), 1e-4);
 /// let mut measured = Measured::default();
 /// for (time, z) in times.iter().zip(signatures::predicted(&mission, &mission.motion, &hidden, &times)) {
 ///     measured.push(0, MeasuredRow { time: *time, value: z.map(Some), u: [1e-5, 1e-5, 1e-5, 0.01, 0.01, 5.0, 5.0].map(Some) });

@@ -1,18 +1,11 @@
 //! The rotating ellipsoid: WGS-84 radii of curvature, normal gravity and rates of the local-level frame.
 //!
-//! East-north-up frame everywhere, angles in rad, lengths in m.
+//! East-north-up frame everywhere, angles in rad, lengths in m. The constants are those of [`crate::bench::earth`].
 
-/// Semi-major axis of WGS-84, m.
-pub const SEMI_MAJOR_AXIS: f64 = 6_378_137.0;
-/// First eccentricity squared of WGS-84.
-pub const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
-/// Earth rate of WGS-84, rad/s.
-pub const EARTH_RATE: f64 = 7.292_115e-5;
-/// Flattening of WGS-84.
-pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
-
-/// The unit in which accelerometer errors and specific forces are given (standard gravity), m/s^2.
-pub const STANDARD_GRAVITY: f64 = 9.806_65;
+pub use crate::bench::earth::{
+    EARTH_RATE_RAD_S as EARTH_RATE, ECCENTRICITY_SQUARED, FLATTENING, SEMI_MAJOR_AXIS_M as SEMI_MAJOR_AXIS,
+    STANDARD_GRAVITY_M_S2 as STANDARD_GRAVITY,
+};
 
 /// Radii that turn a velocity at a latitude and an altitude into rates of latitude and longitude.
 ///
@@ -34,12 +27,12 @@ pub struct Curvature {
 
 impl Curvature {
     /// The radii at a latitude (rad) and an altitude above the ellipsoid (m).
-    pub fn at(latitude: f64, altitude: f64) -> Self {
-        let sine = latitude.sin();
+    pub fn at(latitude_rad: f64, altitude_m: f64) -> Self {
+        let sine = latitude_rad.sin();
         let w2 = 1.0 - ECCENTRICITY_SQUARED * sine * sine;
         let prime_vertical = SEMI_MAJOR_AXIS / w2.sqrt();
         let meridian = prime_vertical * (1.0 - ECCENTRICITY_SQUARED) / w2;
-        Curvature { meridian: meridian + altitude, prime_vertical: prime_vertical + altitude }
+        Curvature { meridian: meridian + altitude_m, prime_vertical: prime_vertical + altitude_m }
     }
 }
 
@@ -51,26 +44,20 @@ impl Curvature {
 /// assert!((normal_gravity(0.0, 0.0) - 9.780_325_335_9).abs() < 1e-10);
 /// assert!((normal_gravity(90_f64.to_radians(), 0.0) - 9.832_184_9).abs() < 1e-6);
 /// ```
-pub fn normal_gravity(latitude: f64, altitude: f64) -> f64 {
-    let s2 = latitude.sin().powi(2);
-    let ground = 9.780_325_335_9 * (1.0 + 0.001_931_852_652_41 * s2) / (1.0 - ECCENTRICITY_SQUARED * s2).sqrt();
-    let a = SEMI_MAJOR_AXIS;
-    let semi_minor = a * (1.0 - FLATTENING);
-    let m = EARTH_RATE * EARTH_RATE * a * a * semi_minor / 3.986_004_418e14;
-    ground
-        * (1.0 - 2.0 / a * (1.0 + FLATTENING * (1.0 - 2.0 * s2) + m) * altitude + 3.0 * altitude * altitude / (a * a))
+pub fn normal_gravity(latitude_rad: f64, altitude_m: f64) -> f64 {
+    crate::bench::earth::gravity_at(latitude_rad.sin().powi(2), altitude_m)
 }
 
 /// Earth rate in the local-level frame, `[0, W cos L, W sin L]`, rad/s.
-pub fn earth_rate(latitude: f64) -> [f64; 3] {
-    let (sine, cosine) = latitude.sin_cos();
+pub fn earth_rate(latitude_rad: f64) -> [f64; 3] {
+    let (sine, cosine) = latitude_rad.sin_cos();
     [0.0, EARTH_RATE * cosine, EARTH_RATE * sine]
 }
 
 /// Transport rate of the local-level frame, `[-vN/(R_M+h), vE/(R_N+h), vE tan L/(R_N+h)]`, rad/s (Groves eq. 5.44,
 /// turned to east-north-up).
-pub fn transport_rate(latitude: f64, altitude: f64, velocity: [f64; 2]) -> [f64; 3] {
-    let radii = Curvature::at(latitude, altitude);
+pub fn transport_rate(latitude_rad: f64, altitude_m: f64, velocity: [f64; 2]) -> [f64; 3] {
+    let radii = Curvature::at(latitude_rad, altitude_m);
     let [east, north] = velocity;
-    [-north / radii.meridian, east / radii.prime_vertical, east * latitude.tan() / radii.prime_vertical]
+    [-north / radii.meridian, east / radii.prime_vertical, east * latitude_rad.tan() / radii.prime_vertical]
 }

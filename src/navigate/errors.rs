@@ -75,7 +75,7 @@ pub enum Kind {
 
 /// One number of [`ImuErrors`]: an error source with a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Source {
+pub struct ErrorSource {
     /// The triad.
     pub instrument: Instrument,
     /// The kind.
@@ -89,46 +89,46 @@ pub struct Source {
 const AXES: [&str; 3] = ["x", "y", "z"];
 const DIRECTIONS: [&str; 3] = ["east", "north", "up"];
 
-impl Source {
+impl ErrorSource {
     /// The deterministic sources: 24 of bias, scale factor and installation, then 6 second-order ones, then 9 acceleration-sensitive drifts.
     ///
     /// ```
-    /// use tumble::navigate::errors::Source;
-    /// assert_eq!(Source::all().len(), 39);
-    /// assert_eq!(Source::all()[32].id(), "gyro_acceleration_sensitive_xz");
-    /// assert_eq!(Source::first_order().len(), 24);
-    /// assert_eq!(Source::all()[7].id(), "gyro_installation_xz");
+    /// use tumble::navigate::errors::ErrorSource;
+    /// assert_eq!(ErrorSource::all().len(), 39);
+    /// assert_eq!(ErrorSource::all()[32].id(), "gyro_acceleration_sensitive_xz");
+    /// assert_eq!(ErrorSource::first_order().len(), 24);
+    /// assert_eq!(ErrorSource::all()[7].id(), "gyro_installation_xz");
     /// ```
-    pub fn all() -> Vec<Source> {
-        let mut sources = Source::first_order();
+    pub fn all() -> Vec<ErrorSource> {
+        let mut sources = ErrorSource::first_order();
         for instrument in [Instrument::Gyro, Instrument::Accelerometer] {
-            sources.extend((0..3).map(|axis| Source { instrument, kind: Kind::SecondOrder, axis, input: axis }));
+            sources.extend((0..3).map(|axis| ErrorSource { instrument, kind: Kind::SecondOrder, axis, input: axis }));
         }
         for axis in 0..3 {
             let (instrument, kind) = (Instrument::Gyro, Kind::AccelerationSensitive);
-            sources.extend((0..3).map(|input| Source { instrument, kind, axis, input }));
+            sources.extend((0..3).map(|input| ErrorSource { instrument, kind, axis, input }));
         }
         sources
     }
 
     /// The 24 sources of bias, scale factor and installation error.
-    pub fn first_order() -> Vec<Source> {
+    pub fn first_order() -> Vec<ErrorSource> {
         let mut sources = Vec::new();
         for instrument in [Instrument::Gyro, Instrument::Accelerometer] {
             for kind in [Kind::Bias, Kind::ScaleFactor] {
-                sources.extend((0..3).map(|axis| Source { instrument, kind, axis, input: axis }));
+                sources.extend((0..3).map(|axis| ErrorSource { instrument, kind, axis, input: axis }));
             }
             for axis in 0..3 {
                 let inputs = (0..3).filter(|&input| input != axis);
-                sources.extend(inputs.map(|input| Source { instrument, kind: Kind::Installation, axis, input }));
+                sources.extend(inputs.map(|input| ErrorSource { instrument, kind: Kind::Installation, axis, input }));
             }
         }
         sources
     }
 
     /// What can be wrong at the start: attitude, velocity and position, 7 sources.
-    pub fn start() -> Vec<Source> {
-        let source = |kind, axis| Source { instrument: Instrument::Start, kind, axis, input: axis };
+    pub fn start() -> Vec<ErrorSource> {
+        let source = |kind, axis| ErrorSource { instrument: Instrument::Start, kind, axis, input: axis };
         let kinds = [(Kind::Attitude, 3), (Kind::Velocity, 2), (Kind::Position, 2)];
         kinds.into_iter().flat_map(|(kind, axes)| (0..axes).map(move |axis| source(kind, axis))).collect()
     }
@@ -136,17 +136,17 @@ impl Source {
     /// Everything that a mission can have wrong: the 39 sources of the unit, then the 7 of the start.
     ///
     /// ```
-    /// use tumble::navigate::errors::Source;
-    /// assert_eq!(Source::catalogue().len(), 46);
-    /// assert_eq!(Source::catalogue()[41].id(), "start_attitude_up");
+    /// use tumble::navigate::errors::ErrorSource;
+    /// assert_eq!(ErrorSource::catalogue().len(), 46);
+    /// assert_eq!(ErrorSource::catalogue()[41].id(), "start_attitude_up");
     /// ```
-    pub fn catalogue() -> Vec<Source> {
-        Source::all().into_iter().chain(Source::start()).collect()
+    pub fn catalogue() -> Vec<ErrorSource> {
+        ErrorSource::all().into_iter().chain(ErrorSource::start()).collect()
     }
 
     /// The source of a name, if there is one.
-    pub fn named(id: &str) -> Option<Source> {
-        Source::catalogue().into_iter().find(|source| source.id() == id)
+    pub fn named(id: &str) -> Option<ErrorSource> {
+        ErrorSource::catalogue().into_iter().find(|source| source.id() == id)
     }
 
     /// The group that the source belongs to, for example `gyro_scale_factor`.
@@ -196,7 +196,7 @@ impl Source {
         }
     }
 
-    /// SI value (rad/s, m/s^2, 1, rad, s/rad, s^2/m, rad s/m, m/s, m) of one of [`Source::unit`].
+    /// SI value (rad/s, m/s^2, 1, rad, s/rad, s^2/m, rad s/m, m/s, m) of one of [`ErrorSource::unit`].
     pub fn si_per_unit(&self) -> f64 {
         let degree = 1f64.to_radians();
         match (self.instrument, self.kind) {
@@ -263,24 +263,24 @@ impl Source {
 
 impl ImuErrors {
     /// Only the sources that `keep` accepts; no noise.
-    pub fn only(&self, keep: impl Fn(&Source) -> bool) -> ImuErrors {
+    pub fn only(&self, keep: impl Fn(&ErrorSource) -> bool) -> ImuErrors {
         let mut kept = ImuErrors::default();
-        for source in Source::catalogue().into_iter().filter(|source| keep(source)) {
+        for source in ErrorSource::catalogue().into_iter().filter(|source| keep(source)) {
             source.set(&mut kept, source.of(self));
         }
         kept
     }
 
     /// One source of the given SI value and nothing else.
-    pub fn single(source: Source, value: f64) -> ImuErrors {
+    pub fn single(source: ErrorSource, value: f64) -> ImuErrors {
         let mut errors = ImuErrors::default();
         source.set(&mut errors, value);
         errors
     }
 
     /// The sources that are not zero.
-    pub fn present(&self) -> Vec<Source> {
-        Source::catalogue().into_iter().filter(|source| source.of(self) != 0.0).collect()
+    pub fn present(&self) -> Vec<ErrorSource> {
+        ErrorSource::catalogue().into_iter().filter(|source| source.of(self) != 0.0).collect()
     }
 
     /// The same without random walks.

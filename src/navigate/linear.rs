@@ -17,7 +17,7 @@
 )]
 
 use super::earth::{self, Curvature, EARTH_RATE};
-use super::errors::{ImuErrors, Instrument, Kind, Source};
+use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use super::mission::{Mission, Site};
 use super::motion::Motion;
 use super::quadrature::{NODES, Quadrature};
@@ -36,7 +36,7 @@ pub type Square = [[f64; STATES]; STATES];
 pub struct Signatures {
     /// Time, s.
     pub time: f64,
-    /// For each of [`Source::catalogue`], the state per SI unit of it.
+    /// For each of [`ErrorSource::catalogue`], the state per SI unit of it.
     pub states: Vec<State>,
     /// Covariance that the mission's random walks have built up.
     pub noise: Square,
@@ -48,7 +48,7 @@ impl Signatures {
     /// The navigation error of a set of small errors (their noise left out).
     pub fn response(&self, errors: &ImuErrors) -> NavigationError {
         let mut sum = [0.0; STATES];
-        for (source, state) in Source::catalogue().iter().zip(&self.states) {
+        for (source, state) in ErrorSource::catalogue().iter().zip(&self.states) {
             let value = source.of(errors);
             for (total, part) in sum.iter_mut().zip(state) {
                 *total += value * part;
@@ -59,11 +59,11 @@ impl Signatures {
 
     /// A state in the units of [`NavigationError`].
     pub fn error(&self, state: &State) -> NavigationError {
-        let [e, n, u, ve, vn, latitude, longitude] = *state;
+        let [e, n, u, ve, vn, latitude_rad, longitude_rad] = *state;
         NavigationError {
             attitude: [e, n, u],
             velocity: [ve, vn],
-            position: [longitude * self.metres[0], latitude * self.metres[1]],
+            position: [longitude_rad * self.metres[0], latitude_rad * self.metres[1]],
         }
     }
 }
@@ -72,9 +72,9 @@ impl Signatures {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinematics {
     /// Latitude, rad.
-    pub latitude: f64,
+    pub latitude_rad: f64,
     /// Altitude, m.
-    pub altitude: f64,
+    pub altitude_m: f64,
     /// East, north, m/s.
     pub velocity: [f64; 2],
     /// Specific force east, north, up, m/s^2.
@@ -85,17 +85,17 @@ pub struct Kinematics {
 ///
 /// ```
 /// use tumble::navigate::{linear, mission::Site};
-/// let site = Site { latitude: 45_f64.to_radians(), longitude: 0.0, altitude: 0.0 };
+/// let site = Site { latitude_rad: 45_f64.to_radians(), longitude_rad: 0.0, altitude_m: 0.0 };
 /// let f = linear::dynamics(&linear::at_rest(site));
 /// assert!((f[3][1] + 9.806_2).abs() < 1e-4); // a tilt about north is felt as a westward force
 /// ```
 pub fn dynamics(k: &Kinematics) -> Square {
-    let (sine, cosine) = k.latitude.sin_cos();
-    let radii = Curvature::at(k.latitude, k.altitude);
+    let (sine, cosine) = k.latitude_rad.sin_cos();
+    let radii = Curvature::at(k.latitude_rad, k.altitude_m);
     let (m, n) = (1.0 / radii.meridian, 1.0 / radii.prime_vertical);
     let (tangent, secant) = (sine / cosine, 1.0 / cosine);
     let [east, north] = k.velocity;
-    let transport = earth::transport_rate(k.latitude, k.altitude, k.velocity);
+    let transport = earth::transport_rate(k.latitude_rad, k.altitude_m, k.velocity);
     let rate = [transport[0], EARTH_RATE * cosine + transport[1], EARTH_RATE * sine + transport[2]];
     let coriolis = 2.0 * EARTH_RATE * sine + transport[2];
     // d(2 w_ie + w_en)_U / dL
@@ -114,8 +114,13 @@ pub fn dynamics(k: &Kinematics) -> Square {
 
 /// The kinematics of a vehicle at rest.
 pub fn at_rest(site: Site) -> Kinematics {
-    let gravity = earth::normal_gravity(site.latitude, site.altitude);
-    Kinematics { latitude: site.latitude, altitude: site.altitude, velocity: [0.0, 0.0], force: [0.0, 0.0, gravity] }
+    let gravity = earth::normal_gravity(site.latitude_rad, site.altitude_m);
+    Kinematics {
+        latitude_rad: site.latitude_rad,
+        altitude_m: site.altitude_m,
+        velocity: [0.0, 0.0],
+        force: [0.0, 0.0, gravity],
+    }
 }
 
 /// Angular frequencies, rad/s, of the error equations at rest, in rising order: the Earth's, and the two of Schuler's
@@ -123,7 +128,7 @@ pub fn at_rest(site: Site) -> Kinematics {
 ///
 /// ```
 /// use tumble::navigate::{linear, mission::Site};
-/// let site = Site { latitude: 45.7796_f64.to_radians(), longitude: 0.0, altitude: 0.0 };
+/// let site = Site { latitude_rad: 45.7796_f64.to_radians(), longitude_rad: 0.0, altitude_m: 0.0 };
 /// let [earth, slow, fast] = linear::frequencies(site).unwrap();
 /// let minutes = std::f64::consts::TAU / (0.5 * (slow + fast)) / 60.0;
 /// assert!((minutes - 84.4).abs() < 0.1);
@@ -153,7 +158,7 @@ pub fn propagate_to(
     next_row: &mut dyn FnMut(u64) -> u64,
     sink: &mut dyn FnMut(&Signatures) -> Continue,
 ) {
-    let sources = Source::catalogue();
+    let sources = ErrorSource::catalogue();
     // Weights of the mean over a block and of its moment about the middle, on the same nodes for any number of steps.
     let rule = Quadrature::new(1);
     let mean = rule.whole;
@@ -167,8 +172,8 @@ pub fn propagate_to(
         metres: [0.0; 2],
     };
     let place = trajectory.truth();
-    let radii = Curvature::at(place.latitude, mission.site.altitude);
-    let metres = [radii.prime_vertical * place.latitude.cos(), radii.meridian];
+    let radii = Curvature::at(place.latitude_rad, mission.site.altitude_m);
+    let metres = [radii.prime_vertical * place.latitude_rad.cos(), radii.meridian];
     for (source, state) in sources.iter().zip(&mut signatures.states) {
         *state = at_start(source, metres);
     }
@@ -176,9 +181,9 @@ pub fn propagate_to(
     loop {
         if trajectory.done() >= next {
             let truth = trajectory.truth();
-            let radii = Curvature::at(truth.latitude, mission.site.altitude);
+            let radii = Curvature::at(truth.latitude_rad, mission.site.altitude_m);
             signatures.time = truth.time;
-            signatures.metres = [radii.prime_vertical * truth.latitude.cos(), radii.meridian];
+            signatures.metres = [radii.prime_vertical * truth.latitude_rad.cos(), radii.meridian];
             if sink(&signatures) == Continue::Stop || trajectory.done() >= mission.steps {
                 return;
             }
@@ -187,13 +192,13 @@ pub fn propagate_to(
         let before = trajectory.truth();
         let steps = next - trajectory.done();
         trajectory.advance_smooth(steps, &mut block);
-        let span = block.steps as f64 * mission.step;
+        let span = block.steps as f64 * mission.step_s;
         let after = trajectory.truth();
         let drive = Drive::over(trajectory.nodes(), &mean, span);
         let lever = Drive::over(trajectory.nodes(), &moment, span * span);
         let kinematics = Kinematics {
-            latitude: 0.5 * (before.latitude + after.latitude),
-            altitude: mission.site.altitude,
+            latitude_rad: 0.5 * (before.latitude_rad + after.latitude_rad),
+            altitude_m: mission.site.altitude_m,
             velocity: [0, 1].map(|i| 0.5 * (before.velocity[i] + after.velocity[i])),
             force: drive.force,
         };
@@ -210,7 +215,7 @@ pub fn propagate_to(
 }
 
 /// The state at the start per SI unit of a source, with the metres of a radian of longitude and latitude there.
-fn at_start(source: &Source, metres: [f64; 2]) -> State {
+fn at_start(source: &ErrorSource, metres: [f64; 2]) -> State {
     let mut state = [0.0; STATES];
     // longitude stands after latitude
     let (place, value) = match (source.kind, source.axis) {
@@ -267,7 +272,7 @@ impl Drive {
     }
 
     /// The integral of `G` for one source: `-C dw` into the attitude, `C df` into the velocity.
-    fn of(&self, source: &Source) -> State {
+    fn of(&self, source: &ErrorSource) -> State {
         let mut state = [0.0; STATES];
         let (triad, sign, rows, first) = match source.instrument {
             Instrument::Gyro => (0, -1.0, 3, 0),

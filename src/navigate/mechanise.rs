@@ -46,7 +46,7 @@ pub struct Setting {
     /// Step, s.
     pub step: f64,
     /// Altitude, m.
-    pub altitude: f64,
+    pub altitude_m: f64,
 }
 
 /// A triad's errors, scaled to increments: bias times step, `1 + K`, square over step.
@@ -129,7 +129,7 @@ pub fn fly<S: Simd, const FROM: usize, const K: usize>(
     let mut done = 0;
     while done < block.steps {
         let steps = CHUNK.min(block.steps - done);
-        let noise = noise.get(done..).unwrap_or(&[]);
+        let noise = noise.get(done..).unwrap_or(&[]); // a quiet unit has none
         measure::<S, K>(simd, block, done, errors, noise, FROM, &mut reported[1..1 + steps]);
         let pairs = steps / 2;
         for (pair, slot) in track[..pairs].iter_mut().enumerate() {
@@ -217,8 +217,8 @@ struct Slope<S: Simd, const K: usize>(Real<S, K>, Real<S, K>);
 
 impl<S: Simd, const K: usize> Slope<S, K> {
     #[inline(always)]
-    fn at(self, latitude: Real<S, K>) -> Real<S, K> {
-        self.1.times_plus(latitude, self.0)
+    fn at(self, latitude_rad: Real<S, K>) -> Real<S, K> {
+        self.1.times_plus(latitude_rad, self.0)
     }
 }
 
@@ -235,8 +235,8 @@ struct Navigator<S: Simd, const K: usize> {
     sine: Real<S, K>,
     cosine: Real<S, K>,
     /// Since the block's start.
-    latitude: Real<S, K>,
-    longitude: Real<S, K>,
+    latitude_rad: Real<S, K>,
+    longitude_rad: Real<S, K>,
     /// `h/(R_M + h)`, `h/(R_N + h)`, and the latter times the latitude's tangent and secant.
     meridian: Slope<S, K>,
     prime: Slope<S, K>,
@@ -254,7 +254,7 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         let at = |i: usize| Real::<S, K>::load(simd, &state[i], from);
         let (sine, cosine) = (at(8), at(9));
         let (one, h) = (number(1.0), number(2.0 * setting.step));
-        let altitude = number(setting.altitude);
+        let altitude_m = number(setting.altitude_m);
         let e2 = number(ECCENTRICITY_SQUARED);
         let root = (sine * sine).times_from(e2, one).reciprocal_root();
         let prime = number(SEMI_MAJOR_AXIS) * root;
@@ -263,8 +263,8 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         let bend = e2 * sine * cosine * root * root;
         let secant = cosine.reciprocal();
         let tangent = sine * secant;
-        let m = (meridian + altitude).reciprocal();
-        let n = (prime + altitude).reciprocal();
+        let m = (meridian + altitude_m).reciprocal();
+        let n = (prime + altitude_m).reciprocal();
         let dn = -(prime * bend * n * n);
         let rate = h * number(EARTH_RATE);
         let (level, vertical) = (rate * cosine, rate * sine);
@@ -277,8 +277,8 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
             north_ahead: at(11),
             sine,
             cosine,
-            latitude: number(0.0),
-            longitude: number(0.0),
+            latitude_rad: number(0.0),
+            longitude_rad: number(0.0),
             meridian: Slope(h * m, -(h * number(3.0) * meridian * bend * m * m)),
             prime: Slope(h * n, h * dn),
             tangent: Slope(h * tangent * n, h * (tangent * dn + secant * secant * n)),
@@ -301,7 +301,7 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
 
         // Velocity at mid-step: half of this step's increment, and half of the last one's Coriolis and frame terms.
         let (east_mid, north_mid) = (dv.x.times_plus(half, self.east_ahead), dv.y.times_plus(half, self.north_ahead));
-        let middle = (half * self.meridian.0).times_plus(self.north, self.latitude);
+        let middle = (half * self.meridian.0).times_plus(self.north, self.latitude_rad);
         let (level, vertical) = (self.level.at(middle), self.vertical.at(middle));
         // The frame's turn in the step is zeta = (-zx, zy, zz).
         let zx = north_mid * self.meridian.at(middle);
@@ -314,8 +314,8 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         self.north = self.north + dv.y + north_turn;
         self.east_ahead = half.times_plus(east_turn, self.east);
         self.north_ahead = half.times_plus(north_turn, self.north);
-        self.latitude = self.latitude + zx;
-        self.longitude = east_mid.times_plus(self.secant.at(middle), self.longitude);
+        self.latitude_rad = self.latitude_rad + zx;
+        self.longitude_rad = east_mid.times_plus(self.secant.at(middle), self.longitude_rad);
 
         let minus_half = Real::<S, K>::splat(simd, -0.5);
         let zeta = Triple { x: half * zx, y: minus_half * zy, z: minus_half * zz };
@@ -331,7 +331,7 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         let number = |value: f64| Real::<S, K>::splat(simd, value);
         let (half, three_halves) = (number(0.5), number(1.5));
         let scale = half.times_from(self.w.times_plus(self.w, self.q.dot(self.q)), three_halves);
-        let d = self.latitude;
+        let d = self.latitude_rad;
         let d2 = d * d;
         let sd = d * d2.times_from(number(1.0 / 6.0), number(1.0));
         let cd = d2.times_plus(d2.times_plus(number(1.0 / 24.0), number(-0.5)), number(1.0));
@@ -339,10 +339,10 @@ impl<S: Simd, const K: usize> Navigator<S, K> {
         let cosine = self.cosine * cd - self.sine * sd;
         let unit = half.times_from(sine * sine + cosine * cosine, three_halves);
         let old = |i: usize, state: &[[f64; 8]; STATES]| Real::<S, K>::load(simd, &state[i], from);
-        let (latitude, longitude) = (old(6, state) + d, old(7, state) + self.longitude);
+        let (latitude_rad, longitude_rad) = (old(6, state) + d, old(7, state) + self.longitude_rad);
         (self.w * scale).store(&mut state[0], from);
         keep(self.q.scaled(scale), &mut state[..], 1, from);
-        let values = [self.east, self.north, latitude, longitude, sine * unit, cosine * unit];
+        let values = [self.east, self.north, latitude_rad, longitude_rad, sine * unit, cosine * unit];
         self.east_ahead.store(&mut state[10], from);
         self.north_ahead.store(&mut state[11], from);
         for (value, slot) in values.into_iter().zip(&mut state[4..10]) {

@@ -2,6 +2,7 @@
 
 use super::errors::ImuErrors;
 use super::motion::{Motion, Path};
+pub use super::site::Site;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 
@@ -9,17 +10,6 @@ use crate::number;
 const FASTEST_STEP: f64 = 0.05;
 /// The local-level frame has no east or north at a pole; missions keep this far from one, rad.
 const POLE_MARGIN: f64 = 1.0 * std::f64::consts::PI / 180.0;
-
-/// Where a mission starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site {
-    /// Geodetic latitude, rad.
-    pub latitude: f64,
-    /// Longitude, rad.
-    pub longitude: f64,
-    /// Altitude above the ellipsoid, m; the vertical channel is held there.
-    pub altitude: f64,
-}
 
 /// A mission that has passed all checks.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +19,7 @@ pub struct Mission {
     /// Where it starts.
     pub site: Site,
     /// Time between two samples of the unit, s.
-    pub step: f64,
+    pub step_s: f64,
     /// Number of steps.
     pub steps: u64,
     /// Steps between two rows of output.
@@ -55,17 +45,17 @@ impl Mission {
             Malformed::new(Fault::Value, what).at_path(path).expected(expected).found(format!("{found}"))
         };
         let limit = std::f64::consts::FRAC_PI_2 - POLE_MARGIN;
-        if !(site.latitude.abs() <= limit) {
-            let found = site.latitude.to_degrees();
+        if !(site.latitude_rad.abs() <= limit) {
+            let found = site.latitude_rad.to_degrees();
             let what = "east and north are not defined at a pole";
             return Err(wrong(what, "site.latitude_deg", "a latitude from -89 to 89 degrees", found));
         }
-        if !(site.longitude.abs() <= 2.0 * std::f64::consts::PI) {
-            let found = site.longitude.to_degrees();
+        if !(site.longitude_rad.abs() <= 2.0 * std::f64::consts::PI) {
+            let found = site.longitude_rad.to_degrees();
             return Err(wrong("not a longitude", "site.longitude_deg", "-360 to 360 degrees", found));
         }
-        if !(-12e3..=100e3).contains(&site.altitude) {
-            return Err(wrong("not an altitude", "site.altitude_m", "-12000 to 100000 m", site.altitude));
+        if !(-12e3..=100e3).contains(&site.altitude_m) {
+            return Err(wrong("not an altitude", "site.altitude_m", "-12000 to 100000 m", site.altitude_m));
         }
         if !(1e-5..=10.0).contains(&step) {
             return Err(wrong("the step is not usable", "step_s", "0.00001 to 10 s", step));
@@ -86,7 +76,7 @@ impl Mission {
         let mission = Mission {
             title: String::new(),
             site,
-            step,
+            step_s: step,
             steps,
             steps_per_row,
             motion: Motion::default(),
@@ -108,24 +98,24 @@ impl Mission {
 
     /// Duration, s.
     pub fn duration(&self) -> f64 {
-        self.steps as f64 * self.step
+        self.steps as f64 * self.step_s
     }
 
     fn check_motion(&self, motion: &Motion) -> Result<()> {
-        if !(motion.fastest_rate() * self.step <= FASTEST_STEP) {
+        if !(motion.fastest_rate() * self.step_s <= FASTEST_STEP) {
             let what = "the step is too long for so fast a motion";
             return Err(Malformed::new(Fault::Value, what)
                 .expected(format!("at most {FASTEST_STEP} rad of rotation in a step"))
-                .found(format!("{:.3} rad", motion.fastest_rate() * self.step)));
+                .found(format!("{:.3} rad", motion.fastest_rate() * self.step_s)));
         }
-        if motion.shortest_period() < self.step / 100.0 {
+        if motion.shortest_period() < self.step_s / 100.0 {
             let what = "the motion is too fast for the step";
             return Err(Malformed::new(Fault::Value, what)
                 .expected("periods of at least a hundredth of a step")
-                .found(format!("{} s at a step of {} s", motion.shortest_period(), self.step)));
+                .found(format!("{} s at a step of {} s", motion.shortest_period(), self.step_s)));
         }
         if let Path::Legs(legs) = &motion.path {
-            return legs.check(self.site, self.step, self.duration());
+            return legs.check(self.site, self.step_s, self.duration());
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 //! north, up; yaw is counted counter-clockwise from north, so a heading is minus a yaw.
 
 use super::earth::Curvature;
-use super::mission::Site;
+use super::site::Site;
 use crate::error::{Fault, Malformed, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -256,16 +256,16 @@ impl Legs {
     /// The largest latitude by size that the legs reach, rad: northing over the smallest radius of curvature, in small parts.
     fn highest_latitude(&self, site: Site, end: f64) -> f64 {
         const PARTS: usize = 1000;
-        let radius = Curvature::at(0.0, site.altitude).meridian;
-        let (mut latitude, mut highest) = (site.latitude, site.latitude.abs());
+        let radius = Curvature::at(0.0, site.altitude_m).meridian;
+        let (mut latitude_rad, mut highest) = (site.latitude_rad, site.latitude_rad.abs());
         for stage in self.schedule(end) {
             let span = stage.leg.duration / PARTS as f64;
             for part in 0..PARTS {
                 let (speed, turned) = stage.at(stage.start + (part as f64 + 0.5) * span);
                 let north = (self.heading + turned).cos();
                 // due east and west stay on their parallel: a cosine of rounding is none
-                latitude += if north.abs() < 1e-12 { 0.0 } else { speed * north * span / radius };
-                highest = highest.max(latitude.abs());
+                latitude_rad += if north.abs() < 1e-12 { 0.0 } else { speed * north * span / radius };
+                highest = highest.max(latitude_rad.abs());
             }
         }
         highest

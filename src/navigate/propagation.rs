@@ -5,7 +5,7 @@
     reason = "`combine` has compared the matrix with its order; the sources' covariance is square over `sources`, with one scale and one eigenvalue each"
 )]
 
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
 use super::linear::{STATES, Signatures, Square};
 use super::run::Scenario;
 use crate::error::{Fault, Malformed, Result};
@@ -18,7 +18,7 @@ use rand_pcg::rand_core::SeedableRng;
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceCovariance {
     /// Rows and columns.
-    pub sources: Vec<Source>,
+    pub sources: Vec<ErrorSource>,
     /// The matrix.
     pub matrix: DMatrix<f64>,
 }
@@ -37,7 +37,7 @@ pub struct NavigationUncertainty {
 /// Combine a report's parameters to error sources: `Sigma_sources = A Sigma_report A^T`.
 ///
 /// `order` and `matrix` are the report's covariance; `carry` has for each source the parameters and their factors,
-/// source unit (see [`Source::unit`]) per parameter unit.
+/// source unit (see [`ErrorSource::unit`]) per parameter unit.
 ///
 /// Errors: an unknown source or parameter, a covariance that is not square, a parameter without a covariance.
 pub fn combine(
@@ -57,8 +57,8 @@ pub fn combine(
     let mut factors: DMatrix<f64> = DMatrix::zeros(carry.len(), n);
     for (i, (id, parameters)) in carry.iter().enumerate() {
         let path = format!("calibration.carry.{id}");
-        let source = Source::named(id).ok_or_else(|| {
-            let known: Vec<String> = Source::catalogue().iter().map(Source::id).collect();
+        let source = ErrorSource::named(id).ok_or_else(|| {
+            let known: Vec<String> = ErrorSource::catalogue().iter().map(ErrorSource::id).collect();
             Malformed::new(Fault::UnknownName, format!("no error source is called '{id}'"))
                 .at_path(&path)
                 .expected(format!("one of {}", known.join(", ")))
@@ -86,6 +86,7 @@ pub fn combine(
         sources.push(source);
     }
     let sigma: DMatrix<f64> =
+        // `null` where a parameter is not estimable: its source was refused above
         DMatrix::from_fn(n, n, |i, j| matrix.get(i).and_then(|row| row.get(j).copied().flatten()).unwrap_or_default());
     Ok(SourceCovariance { sources, matrix: &factors * sigma * factors.transpose() })
 }
@@ -104,6 +105,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
     };
     let defined: Vec<usize> = (0..order.len()).filter(|i| at(*i, *i).is_some()).collect();
     for &i in &defined {
+        // `defined` are those that have one
         let variance = at(i, i).unwrap_or_default();
         if !(variance >= 0.0 && variance.is_finite()) {
             let what = format!("the report's covariance is none: the variance of '{}' is negative", name(i));
@@ -113,6 +115,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
     let mut correlation = DMatrix::identity(defined.len(), defined.len());
     for (k, &i) in defined.iter().enumerate() {
         for (l, &j) in defined.iter().enumerate() {
+            // likewise
             let (a, b) = (at(i, j).unwrap_or_default(), at(j, i).unwrap_or_default());
             let size = (at(i, i).unwrap_or_default() * at(j, j).unwrap_or_default()).sqrt();
             if !((a - b).abs() <= ROUNDING * size.max(a.abs())) {
@@ -146,12 +149,13 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
 impl SourceCovariance {
     /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and the noise's own.
     pub fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
-        let all = Source::catalogue();
+        let all = ErrorSource::catalogue();
         let columns: Vec<_> = self
             .sources
             .iter()
             .map(|source| {
                 let index = all.iter().position(|other| other == source);
+                // the catalogue has every source
                 index.and_then(|i| signatures.states.get(i)).copied().unwrap_or([0.0; STATES])
             })
             .collect();

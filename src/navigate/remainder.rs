@@ -3,6 +3,7 @@
 use super::measured::{CHANNEL_NAMES, CHANNELS, Cell as Value, Measured};
 use super::mission::Mission;
 use super::study;
+use crate::elements::Elements;
 
 /// The gap in one channel of one run, SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +82,7 @@ impl Remainder<'_> {
         }
         let name = |k: usize| {
             let motion = self.measured.runs.get(k / CHANNELS).map_or(0, |run| run.motion);
+            // one motion has no name
             names.get(motion).cloned().unwrap_or_default()
         };
         let groups = groups.into_iter().enumerate().filter(|(_, group)| !group.is_empty());
@@ -139,7 +141,7 @@ impl Remainder<'_> {
         cells.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
         channels.sort_by(|a, b| b.0.total_cmp(&a.0));
         let sentence = channels.first().map_or(String::new(), |(_, motion, channel, group)| {
-            let largest = CHANNEL_NAMES.get(*channel).copied().unwrap_or_default();
+            let largest = CHANNEL_NAMES.at(*channel);
             format!("the gap is largest in {largest} ({motion}): {}", course(group))
         });
         (cells, sentence)
@@ -159,6 +161,7 @@ fn course(group: &[Entry]) -> String {
         return format!("one value, {far:.1} u at {:.1} s, makes most of it", cell.time);
     }
     let follow: f64 =
+        // windows of two
         white.windows(2).map(|w| w.first().copied().unwrap_or(0.0) * w.last().copied().unwrap_or(0.0)).sum();
     let follow = if square > 0.0 { follow / square } else { 0.0 };
     let middle = group.iter().map(|(cell, ..)| cell.time).sum::<f64>() / group.len().max(1) as f64;

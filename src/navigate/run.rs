@@ -7,6 +7,7 @@ use super::mission::Mission;
 use super::motion::Motion;
 use super::simd_batch::{Belief, Fleet};
 use super::trajectory::{Trajectory, Truth, metres};
+use crate::elements::Elements;
 
 /// One set of errors with a name.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,7 +91,7 @@ pub struct Flight {
 
 impl NavigationError {
     /// A navigator's belief against the truth.
-    pub fn of(belief: &Belief, truth: &Truth, altitude: f64) -> Self {
+    pub fn of(belief: &Belief, truth: &Truth, altitude_m: f64) -> Self {
         // C' C^T as a quaternion: its vector part is -phi/2.
         let [w, x, y, z] = belief.quaternion;
         let [tw, tx, ty, tz] = truth.quaternion;
@@ -107,7 +108,7 @@ impl NavigationError {
         NavigationError {
             attitude: vector.map(|v| sign * ratio * v),
             velocity: [belief.velocity[0] - truth.velocity[0], belief.velocity[1] - truth.velocity[1]],
-            position: metres(truth, altitude, belief.latitude, belief.longitude),
+            position: metres(truth, altitude_m, belief.latitude_rad, belief.longitude_rad),
         }
     }
 
@@ -134,7 +135,7 @@ impl NavigationError {
 ///
 /// ```
 /// use tumble::navigate::{mission::{Mission, Site}, motion::Motion, run::{self, Continue, Scenario}};
-/// let site = Site { latitude: 0.8, longitude: 0.0, altitude: 0.0 };
+/// let site = Site { latitude_rad: 0.8, longitude_rad: 0.0, altitude_m: 0.0 };
 /// let mission = Mission::new(site, 0.01, 600.0, 60.0, Motion::default())?;
 /// let perfect = Scenario { id: "none".into(), errors: Default::default() };
 /// let flight = run::fly(&mission, &mission.motion, &[perfect], &mut |_| Continue::Yes);
@@ -171,7 +172,7 @@ pub fn fly_to(
             let truth = trajectory.truth();
             for (i, error) in now.iter_mut().enumerate() {
                 if let Some(belief) = fleet.belief(i) {
-                    *error = NavigationError::of(&belief, &truth, mission.site.altitude);
+                    *error = NavigationError::of(&belief, &truth, mission.site.altitude_m);
                 }
             }
             for (tally, error) in tallies.iter_mut().zip(&now) {
@@ -199,12 +200,12 @@ pub fn fly_to(
 
 /// Last, largest and sum of squares of tilt, azimuth, velocity, position.
 #[derive(Debug, Clone, Copy, Default)]
-struct Tally([(f64, f64, f64); 4]);
+struct Tally([[f64; 3]; 4]);
 
 impl Tally {
     fn add(&mut self, error: &NavigationError) {
         let values = [error.tilt(), error.attitude[2].abs(), error.speed(), error.distance()];
-        for ((last, max, squares), value) in self.0.iter_mut().zip(values) {
+        for ([last, max, squares], value) in self.0.iter_mut().zip(values) {
             *last = value;
             *max = if value.is_nan() { value } else { max.max(value) };
             *squares += value * value;
@@ -212,7 +213,7 @@ impl Tally {
     }
 
     fn summary(&self, quantity: usize, rows: u64) -> Summary {
-        let (last, max, squares) = self.0.get(quantity).copied().unwrap_or_default();
+        let [last, max, squares] = self.0.at(quantity);
         Summary { last, max, rms: (squares / rows.max(1) as f64).sqrt() }
     }
 }

@@ -11,6 +11,7 @@
     reason = "products and norms have one entry for each column, and sets hold numbers of columns that the search itself has counted"
 )]
 
+use crate::elements::Elements;
 use crate::linear::{Triangle, dot};
 use crate::uncertainty::quantiles::normal_survival;
 use std::cell::RefCell;
@@ -57,21 +58,18 @@ impl Products {
         if let Some(row) = self.gram.borrow().get(i).and_then(Clone::clone) {
             return row;
         }
-        let own = self.columns.get(i).map(Vec::as_slice).unwrap_or_default();
+        let own = self.columns.at(i);
         let row: Rc<Vec<f64>> = Rc::new(self.columns.iter().map(|column| dot(own, column)).collect());
         self.gram.borrow_mut().get_mut(i).into_iter().for_each(|slot| *slot = Some(row.clone()));
         row
     }
 
     fn product(&self, i: usize, j: usize) -> f64 {
-        if i == j {
-            self.squares.get(i).copied().unwrap_or_default()
-        } else {
-            self.row(i).get(j).copied().unwrap_or_default()
-        }
+        if i == j { self.squares.at(i) } else { self.row(i).at(j) }
     }
 
     fn cost(&self, j: usize) -> f64 {
+        // what has no penalty was left out of the search
         self.penalty + self.plausibility_penalty.get(j).copied().unwrap_or(f64::INFINITY)
     }
 
@@ -231,6 +229,7 @@ pub(super) fn penalty(significance: f64, count: usize) -> f64 {
     let (mut low, mut high) = (0.0, 40.0);
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
+        // beyond all numbers: nothing
         let beyond = normal_survival(middle).unwrap_or_default();
         if beyond > tail { low = middle } else { high = middle }
     }

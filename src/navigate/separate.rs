@@ -10,7 +10,7 @@
 
 use super::cause::Cause;
 use super::diagnose::Finding;
-use super::errors::Source;
+use super::errors::ErrorSource;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
 use super::mission::Mission;
 use super::motion::{Attitude, Leg, Legs, Motion, Oscillation, Path};
@@ -24,11 +24,11 @@ use std::f64::consts::FRAC_PI_2;
 
 /// A motion that tells an error from some of its aliases.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Separation {
+pub struct DiscriminatingMotion {
     /// The motion.
     pub motion: Motion,
     /// Aliases that it tells from the error, in their order.
-    pub tells: Vec<Source>,
+    pub tells: Vec<ErrorSource>,
     /// By how many standard deviations at least.
     pub by: f64,
 }
@@ -61,13 +61,13 @@ pub(super) fn separate(
     if findings.iter().all(|finding| finding.aliases.is_empty()) {
         return Ok(());
     }
-    let sources = Source::catalogue();
-    let index = |source: &Source| sources.iter().position(|other| other == source);
+    let sources = ErrorSource::catalogue();
+    let index = |source: &ErrorSource| sources.iter().position(|other| other == source);
     let alternatives = alternatives(mission, measured, u)?;
     for finding in findings {
         let Some(own) = finding.source.constant() else { continue };
         let others: Vec<Cause> = set.iter().copied().filter(|cause| *cause != own).collect();
-        let aliases: Vec<Source> = finding
+        let aliases: Vec<ErrorSource> = finding
             .aliases
             .iter()
             .filter(|alias| !alias.absurd && alias.together_with.is_none())
@@ -79,9 +79,10 @@ pub(super) fn separate(
                 let rows = alternative.columns.first().map_or(0, Vec::len);
                 let further = cause.constant().and_then(|source| index(&source));
                 let further = further.and_then(|j| alternative.columns.get(j)).cloned();
+                // what changes in time has no column in a further run, as said above
                 present(cause).into_iter().chain(further.unwrap_or_else(|| vec![0.0; rows])).collect()
             };
-            let told: Vec<(Source, f64)> = aliases
+            let told: Vec<(ErrorSource, f64)> = aliases
                 .iter()
                 .map(|source| {
                     let alias = Cause::Constant(*source);
@@ -91,7 +92,7 @@ pub(super) fn separate(
                 .filter(|(_, sigmas)| *sigmas >= TELLS)
                 .collect();
             if !told.is_empty() {
-                finding.separate_by.push(Separation {
+                finding.separate_by.push(DiscriminatingMotion {
                     motion: alternative.motion.clone(),
                     by: told.iter().fold(f64::INFINITY, |least, (_, sigmas)| least.min(*sigmas)),
                     tells: told.into_iter().map(|(source, _)| source).collect(),
@@ -131,13 +132,14 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         flown.motion = motion.clone();
         if motion.path == Path::Stays && motion.fastest_rate() == 0.0 {
             // nothing changes at rest but Schuler's oscillation, which seconds are short against
-            flown.step = mission.step.max(AT_REST);
-            flown.steps = 2 * number::count_u64((0.5 * mission.duration() / flown.step).ceil());
+            flown.step_s = mission.step_s.max(AT_REST);
+            flown.steps = 2 * number::count_u64((0.5 * mission.duration() / flown.step_s).ceil());
         }
         let mut run = Measured::default();
         for row in first.rows.iter().step_by(every) {
             run.push(0, MeasuredRow { time: row.time, value: noise.map(|u| u.map(|_| 0.0)), u: noise });
         }
+        // without stated uncertainties all rows of a channel weigh alike
         let own: Vec<f64> = run.cells().map(|cell| cell.u.unwrap_or(1.0)).collect();
         let System { mut columns, walks } = System::new(&flown, &run);
         whiten(&run, &walks, &own, &mut columns);
@@ -162,7 +164,7 @@ fn motions(mission: &Mission, measured: &Measured) -> Vec<Motion> {
         roll: angle(0.0, 10.0, 8.0, 0.0),
         yaw: angle(yaw, 5.0, 10.0, 45.0),
     };
-    let pair = 2.0 * mission.step;
+    let pair = 2.0 * mission.step_s;
     let whole = |time: f64| (time / pair).round().max(1.0) * pair;
     let legs = Legs {
         heading: -yaw,

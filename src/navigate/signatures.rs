@@ -5,19 +5,20 @@
 //! is of second order in the errors, and costs six times as much; predictions, which must be right to second order, are simulated
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
 use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Scenario};
 use super::study;
+use crate::elements::Elements;
 use crate::number;
 
 /// What every source does at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instant {
-    /// For each of [`Source::catalogue`], the channels per SI unit of it.
+    /// For each of [`ErrorSource::catalogue`], the channels per SI unit of it.
     pub signatures: Vec<Channels>,
     /// Covariance of the channels that the random walks have built up.
     pub walk: [Channels; CHANNELS],
@@ -33,7 +34,7 @@ struct Between {
 
 impl Between {
     fn new(mission: &Mission, time: f64) -> Between {
-        let pairs = (0.5 * time / mission.step).clamp(0.0, 0.5 * mission.steps as f64);
+        let pairs = (0.5 * time / mission.step_s).clamp(0.0, 0.5 * mission.steps as f64);
         // a time that is a pair's but for rounding needs no other
         let near = pairs.round();
         let exact = (pairs - near).abs() < 1e-6;
@@ -61,12 +62,13 @@ impl Stops {
 
     /// The first step after one.
     fn next(&self, done: u64) -> u64 {
+        // no further row
         self.steps.get(self.steps.partition_point(|step| *step <= done)).copied().unwrap_or(u64::MAX)
     }
 
     /// Is there a stop at this time, and is it the last?
     fn at(&self, mission: &Mission, time: f64) -> (bool, Continue) {
-        let step = number::count_u64((time / mission.step).round());
+        let step = number::count_u64((time / mission.step_s).round());
         let last = self.steps.last().is_none_or(|last| step >= *last);
         (self.steps.binary_search(&step).is_ok(), if last { Continue::Stop } else { Continue::Yes })
     }
@@ -123,6 +125,8 @@ fn walk(noise: &Square, metres: [f64; 2]) -> [Channels; CHANNELS] {
 /// The full simulation of one motion without noise, at some times in rising order, s.
 pub fn predicted(mission: &Mission, motion: &Motion, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
     let mut all = predicted_together(mission, motion, std::slice::from_ref(errors), times);
+    // one set of errors, one flight
+    // one set of errors, one prediction
     all.pop().unwrap_or_default()
 }
 
@@ -155,7 +159,7 @@ pub fn predicted_together(
 /// The measured values as one system: a row for each, by run, time and channel.
 #[derive(Debug, Clone)]
 pub(super) struct System {
-    /// For each of [`Source::catalogue`] its column, SI of the channel per SI of the source.
+    /// For each of [`ErrorSource::catalogue`] its column, SI of the channel per SI of the source.
     pub columns: Vec<Vec<f64>>,
     /// For each run and row, what the whitening needs; empty without random walks.
     pub walks: Vec<Vec<Instant>>,
@@ -173,14 +177,14 @@ pub(super) fn motion(mission: &Mission, index: usize) -> &Motion {
 
 impl System {
     pub fn new(mission: &Mission, measured: &Measured) -> System {
-        let mut columns = vec![Vec::with_capacity(measured.count()); Source::catalogue().len()];
+        let mut columns = vec![Vec::with_capacity(measured.count()); ErrorSource::catalogue().len()];
         let mut walks = Vec::new();
         for (run, times) in measured.runs.iter().zip(times(measured)) {
             let instants = instants(mission, motion(mission, run.motion), &times);
             for (row, instant) in run.rows.iter().zip(&instants) {
                 for (channel, _) in row.value.iter().enumerate().filter(|(_, value)| value.is_some()) {
                     for (column, signature) in columns.iter_mut().zip(&instant.signatures) {
-                        column.push(signature.get(channel).copied().unwrap_or_default());
+                        column.push(signature.at(channel));
                     }
                 }
             }
@@ -194,6 +198,7 @@ impl System {
 
 /// The full simulation of a set of errors at every measured value.
 pub(super) fn prediction(mission: &Mission, measured: &Measured, errors: &ImuErrors) -> Vec<f64> {
+    // one set of errors, one prediction
     predictions(mission, measured, std::slice::from_ref(errors)).pop().unwrap_or_default()
 }
 

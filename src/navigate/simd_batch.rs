@@ -47,9 +47,9 @@ pub struct Belief {
     /// East, north, m/s.
     pub velocity: [f64; 2],
     /// Latitude, rad.
-    pub latitude: f64,
+    pub latitude_rad: f64,
     /// Longitude, rad.
-    pub longitude: f64,
+    pub longitude_rad: f64,
 }
 
 impl Fleet {
@@ -57,7 +57,7 @@ impl Fleet {
     pub fn new(mission: &Mission, trajectory: &mut Trajectory, errors: &[ImuErrors], seed: u64) -> Fleet {
         let truth = trajectory.truth();
         let past = trajectory.before_start();
-        let setting = Setting { step: mission.step, altitude: mission.site.altitude };
+        let setting = Setting { step: mission.step_s, altitude_m: mission.site.altitude_m };
         let groups = errors
             .chunks(GROUP)
             .enumerate()
@@ -80,8 +80,8 @@ impl Fleet {
         (lane < group.used).then(|| Belief {
             quaternion: [at(0), at(1), at(2), at(3)],
             velocity: [at(4), at(5)],
-            latitude: at(6),
-            longitude: at(7),
+            latitude_rad: at(6),
+            longitude_rad: at(7),
         })
     }
 }
@@ -124,7 +124,7 @@ impl WithSimd for Advance<'_> {
 
 impl Group {
     fn new(chunk: &[ImuErrors], setting: Setting, truth: &Truth, past: &[f64; 6], seed: u64, first: usize) -> Group {
-        let Setting { step, altitude } = setting;
+        let Setting { step, altitude_m } = setting;
         let mut group = Group {
             used: chunk.len(),
             memory: Box::new(Memory {
@@ -137,8 +137,8 @@ impl Group {
             drawn: Vec::new(),
         };
         for lane in 0..GROUP {
-            let errors = chunk.get(lane).copied().unwrap_or_default();
-            let own = believed(truth, &errors.start, altitude);
+            let errors = chunk.get(lane).copied().unwrap_or_default(); // fewer units than lanes: a perfect one, which nobody reads
+            let own = believed(truth, &errors.start, altitude_m);
             let triads = [scaled(&errors.gyro, step), scaled(&errors.accelerometer, step)].concat();
             // an increment of velocity times the drift is an increment of angle
             let columns = triads.into_iter().chain(errors.drift.iter().flatten().copied());
@@ -185,7 +185,7 @@ impl Group {
 }
 
 /// What a navigator believes when it starts, as its states: the truth, turned by `-phi` and shifted.
-fn believed(truth: &Truth, start: &StartErrors, altitude: f64) -> [f64; STATES] {
+fn believed(truth: &Truth, start: &StartErrors, altitude_m: f64) -> [f64; STATES] {
     let [tw, tx, ty, tz] = truth.quaternion;
     let angle = start.attitude.iter().map(|phi| phi * phi).sum::<f64>().sqrt();
     let part = if angle > 0.0 { -(0.5 * angle).sin() / angle } else { -0.5 };
@@ -196,13 +196,13 @@ fn believed(truth: &Truth, start: &StartErrors, altitude: f64) -> [f64; STATES] 
         w * ty - x * tz + y * tw + z * tx,
         w * tz + x * ty - y * tx + z * tw,
     ];
-    let radii = Curvature::at(truth.latitude, altitude);
-    let latitude = truth.latitude + start.position[1] / radii.meridian;
-    let longitude = truth.longitude + start.position[0] / (radii.prime_vertical * truth.latitude.cos());
+    let radii = Curvature::at(truth.latitude_rad, altitude_m);
+    let latitude_rad = truth.latitude_rad + start.position[1] / radii.meridian;
+    let longitude_rad = truth.longitude_rad + start.position[0] / (radii.prime_vertical * truth.latitude_rad.cos());
     let [east, north] = [0, 1].map(|i| truth.velocity[i] + start.velocity[i]);
-    let (sine, cosine) = latitude.sin_cos();
+    let (sine, cosine) = latitude_rad.sin_cos();
     let [w, x, y, z] = quaternion;
-    [w, x, y, z, east, north, latitude, longitude, sine, cosine, east, north]
+    [w, x, y, z, east, north, latitude_rad, longitude_rad, sine, cosine, east, north]
 }
 
 /// A triad's errors for increments over a step.

@@ -3,6 +3,7 @@
 use super::measured::CHANNELS;
 use super::refine::{State, Walk};
 use crate::diagnosis::NoiseFrom;
+use crate::elements::Elements;
 use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 
@@ -24,6 +25,7 @@ impl Walk<'_> {
         let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
         let most = number::count(SINGLE * rows as f64).max(1);
         let level = 0.1 * self.case.settings.significance / white.len().max(1) as f64;
+        // a level of zero asks for more than any number
         let far = normal_quantile(1.0 - 0.5 * level).unwrap_or(6.0);
         let beyond: Vec<usize> = white.iter().enumerate().filter(|(_, v)| v.abs() > far).map(|(i, _)| i).collect();
         if beyond.len() <= most {
@@ -38,6 +40,7 @@ impl Walk<'_> {
                 if own.len() < 8 {
                     continue;
                 }
+                // `own` has at least eight places of `white`
                 let at = |k: usize| own.get(k).and_then(|i| white.get(*i)).copied().unwrap_or_default();
                 let bend = |k: usize| match k {
                     0 => at(0) - 2.0 * at(1) + at(2),
@@ -48,7 +51,7 @@ impl Walk<'_> {
                 let mut sizes: Vec<f64> = bends.iter().map(|b| b.abs()).collect();
                 sizes.sort_by(f64::total_cmp);
                 // 1.4826 median is the standard deviation of normal values; that of a bend of noise alone is 1.22
-                let median = sizes.get(sizes.len() / 2).copied().unwrap_or_default();
+                let median = sizes.at(sizes.len() / 2);
                 let scale = (1.4826 * median).max(1.5_f64.sqrt());
                 for (k, (cell, bend)) in own.iter().zip(&bends).enumerate() {
                     let around = bends.iter().take(k + 2).skip(k.saturating_sub(1));

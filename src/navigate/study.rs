@@ -3,7 +3,7 @@
 //! The mission's own motion is the reference (at rest, in the papers); each motion beside it is compared with it by the
 //! ratio of root mean squares over the mission.
 
-use super::errors::{ImuErrors, Source};
+use super::errors::{ErrorSource, ImuErrors};
 use super::linear;
 use super::mission::Mission;
 use super::motion::Motion;
@@ -19,7 +19,7 @@ pub const PERFECT: &str = "perfect_unit";
 
 /// Which errors fly together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Separation {
+pub enum FlownTogether {
     /// All together.
     Together,
     /// All together, and each group alone.
@@ -86,20 +86,20 @@ pub struct Progress {
 /// The scenarios of a set of errors.
 ///
 /// ```
-/// use tumble::navigate::{errors::{ImuErrors, Source}, study::{Separation, scenarios}};
+/// use tumble::navigate::{errors::{ImuErrors, ErrorSource}, study::{FlownTogether, scenarios}};
 /// let mut errors = ImuErrors::default();
 /// for id in ["gyro_bias_x", "gyro_bias_y", "accelerometer_bias_x"] {
-///     Source::named(id).unwrap().set(&mut errors, 1e-6);
+///     ErrorSource::named(id).unwrap().set(&mut errors, 1e-6);
 /// }
-/// let ids: Vec<String> = scenarios(&errors, Separation::Groups).into_iter().map(|s| s.id).collect();
+/// let ids: Vec<String> = scenarios(&errors, FlownTogether::Groups).into_iter().map(|s| s.id).collect();
 /// assert_eq!(ids, ["all", "gyro_bias", "accelerometer_bias", "perfect_unit"]);
 /// ```
-pub fn scenarios(errors: &ImuErrors, separation: Separation) -> Vec<Scenario> {
+pub fn scenarios(errors: &ImuErrors, separation: FlownTogether) -> Vec<Scenario> {
     let mut scenarios = vec![Scenario { id: "all".into(), errors: *errors }];
     let present = errors.present();
-    if separation != Separation::Together {
+    if separation != FlownTogether::Together {
         let mut groups: Vec<String> = Vec::new();
-        for group in present.iter().map(Source::group) {
+        for group in present.iter().map(ErrorSource::group) {
             if !groups.contains(&group) {
                 groups.push(group);
             }
@@ -115,7 +115,7 @@ pub fn scenarios(errors: &ImuErrors, separation: Separation) -> Vec<Scenario> {
             scenarios.push(Scenario { id: "random_walk".into(), errors: noise });
         }
     }
-    if separation == Separation::Components {
+    if separation == FlownTogether::Components {
         scenarios.extend(present.iter().map(|s| Scenario { id: s.id(), errors: ImuErrors::single(*s, s.of(errors)) }));
     }
     scenarios.push(Scenario { id: PERFECT.into(), errors: ImuErrors::default() });
@@ -158,7 +158,7 @@ pub fn fly(
                 }
             }
             count += 1;
-            let steps = number::count_u64((row.truth.time / mission.step).round());
+            let steps = number::count_u64((row.truth.time / mission.step_s).round());
             let next = sink(&name, row, Progress { done: mission.steps * index as u64 + steps, of });
             stopped = next == Continue::Stop;
             next
@@ -256,7 +256,7 @@ pub fn propagate_calibration(
     let mut before = 0;
     for (name, motion) in motions {
         let (mut times, mut linear, mut count) = (Vec::new(), Vec::new(), 0);
-        let steps = |time: f64| number::count_u64((time / mission.step).round());
+        let steps = |time: f64| number::count_u64((time / mission.step_s).round());
         let mut stopped = false;
         linear::propagate(mission, motion, &mut |signatures| {
             if count % every == 0 || signatures.time >= mission.duration() {

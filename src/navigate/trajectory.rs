@@ -39,9 +39,9 @@ pub struct Truth {
     /// East, north, m/s.
     pub velocity: [f64; 2],
     /// Geodetic latitude, rad.
-    pub latitude: f64,
+    pub latitude_rad: f64,
     /// Longitude, rad, not reduced to a turn.
-    pub longitude: f64,
+    pub longitude_rad: f64,
 }
 
 /// Rates, specific forces and attitude at the nodes of a block; for the linear error model.
@@ -69,8 +69,8 @@ pub struct Trajectory {
     rest: Block,
     done: u64,
     steps: u64,
-    latitude: f64,
-    longitude: f64,
+    latitude_rad: f64,
+    longitude_rad: f64,
     rules: Vec<Quadrature>,
     values: Box<NodeValues>,
     constant: bool,
@@ -87,17 +87,17 @@ impl Trajectory {
         // A block spans a tenth of the shortest period, and 0.64 s at the most (the navigator's own curvature terms
         // are linear over a block).
         let span = (0.1 * motion.shortest_period()).min(0.64);
-        let longest = 2 * number::count((0.5 * span / mission.step).round()).clamp(1, MAX_STEPS / 2);
+        let longest = 2 * number::count((0.5 * span / mission.step_s).round()).clamp(1, MAX_STEPS / 2);
         // Chebyshev nodes hold half a period to rounding
-        let parts = if 2.0 * mission.step > 0.5 * motion.shortest_period() {
-            number::count((4.0 * mission.step / motion.shortest_period()).ceil())
+        let parts = if 2.0 * mission.step_s > 0.5 * motion.shortest_period() {
+            number::count((4.0 * mission.step_s / motion.shortest_period()).ceil())
         } else {
             0
         };
         let constant = schedule.is_empty() && motion.shortest_period() == f64::INFINITY;
         Trajectory {
             site: mission.site,
-            step: mission.step,
+            step: mission.step_s,
             attitude: motion.attitude,
             schedule,
             heading,
@@ -106,8 +106,8 @@ impl Trajectory {
             rest: Block::default(),
             done: 0,
             steps: mission.steps,
-            latitude: mission.site.latitude,
-            longitude: mission.site.longitude,
+            latitude_rad: mission.site.latitude_rad,
+            longitude_rad: mission.site.longitude_rad,
             rules: Vec::new(),
             values: Box::new(NodeValues { inertial: [[0.0; NODES]; 6], rotation: [[0.0; NODES]; 9] }),
             constant,
@@ -138,8 +138,8 @@ impl Trajectory {
             time,
             quaternion,
             velocity: [speed * east, speed * north],
-            latitude: self.latitude,
-            longitude: self.longitude,
+            latitude_rad: self.latitude_rad,
+            longitude_rad: self.longitude_rad,
         }
     }
 
@@ -258,8 +258,8 @@ impl Trajectory {
         let mut frame = [[0.0; NODES]; 3];
         let mut force = [[0.0; NODES]; 3];
         if self.schedule.is_empty() {
-            let rate = earth::earth_rate(self.site.latitude);
-            let gravity = earth::normal_gravity(self.site.latitude, self.site.altitude);
+            let rate = earth::earth_rate(self.site.latitude_rad);
+            let gravity = earth::normal_gravity(self.site.latitude_rad, self.site.altitude_m);
             frame = [[0.0; NODES], [rate[1]; NODES], [rate[2]; NODES]];
             force[2] = [gravity; NODES];
         } else {
@@ -281,27 +281,27 @@ impl Trajectory {
         frame: &mut [AtNodes; 3],
         force: &mut [AtNodes; 3],
     ) {
-        let altitude = self.site.altitude;
+        let altitude_m = self.site.altitude_m;
         let (speed, acceleration, turned, turning) = self.stage(start + 0.5 * span);
         let since = times.map(|time| time - start - 0.5 * span);
         let speeds: AtNodes = since.map(|since| speed + acceleration * since);
         let headings: [(f64, f64); NODES] = since.map(|since| (self.heading + turned + turning * since).sin_cos());
-        let mut latitudes = [self.latitude; NODES];
+        let mut latitudes = [self.latitude_rad; NODES];
         let mut rates = [0.0; NODES];
         for _ in 0..4 {
             for (j, rate) in rates.iter_mut().enumerate() {
-                *rate = speeds[j] * headings[j].1 / Curvature::at(latitudes[j], altitude).meridian;
+                *rate = speeds[j] * headings[j].1 / Curvature::at(latitudes[j], altitude_m).meridian;
             }
-            for (latitude, weights) in latitudes.iter_mut().zip(&rule.running) {
-                *latitude = self.latitude + span * dot(weights, &rates);
+            for (latitude_rad, weights) in latitudes.iter_mut().zip(&rule.running) {
+                *latitude_rad = self.latitude_rad + span * dot(weights, &rates);
             }
         }
         let mut turns = [0.0; NODES];
-        for (j, (latitude, speed)) in latitudes.iter().zip(&speeds).enumerate() {
+        for (j, (latitude_rad, speed)) in latitudes.iter().zip(&speeds).enumerate() {
             let (east, north) = headings[j];
             let velocity = [speed * east, speed * north];
-            let transport = earth::transport_rate(*latitude, altitude, velocity);
-            let earth = earth::earth_rate(*latitude);
+            let transport = earth::transport_rate(*latitude_rad, altitude_m, velocity);
+            let earth = earth::earth_rate(*latitude_rad);
             let coriolis: [f64; 3] = std::array::from_fn(|i| 2.0 * earth[i] + transport[i]);
             frame[0][j] = transport[0];
             frame[1][j] = earth[1] + transport[1];
@@ -309,13 +309,13 @@ impl Trajectory {
             // f = dv/dt + (2 w_ie + w_en) x v + g up; a turn adds the centripetal acceleration
             force[0][j] = acceleration * east + speed * turning * north - coriolis[2] * velocity[1];
             force[1][j] = acceleration * north - speed * turning * east + coriolis[2] * velocity[0];
-            force[2][j] =
-                coriolis[0] * velocity[1] - coriolis[1] * velocity[0] + earth::normal_gravity(*latitude, altitude);
-            turns[j] = velocity[0] / (Curvature::at(*latitude, altitude).prime_vertical * latitude.cos());
+            force[2][j] = coriolis[0] * velocity[1] - coriolis[1] * velocity[0]
+                + earth::normal_gravity(*latitude_rad, altitude_m);
+            turns[j] = velocity[0] / (Curvature::at(*latitude_rad, altitude_m).prime_vertical * latitude_rad.cos());
         }
         if start >= 0.0 {
-            self.latitude += span * dot(&rule.whole, &rates);
-            self.longitude += span * dot(&rule.whole, &turns);
+            self.latitude_rad += span * dot(&rule.whole, &rates);
+            self.longitude_rad += span * dot(&rule.whole, &turns);
         }
     }
 }
@@ -458,10 +458,10 @@ fn dot(a: &AtNodes, b: &AtNodes) -> f64 {
 }
 
 /// Metres east and north of a small difference in longitude and latitude, rad.
-pub fn metres(truth: &Truth, altitude: f64, latitude: f64, longitude: f64) -> [f64; 2] {
-    let radii = Curvature::at(truth.latitude, altitude);
+pub fn metres(truth: &Truth, altitude_m: f64, latitude_rad: f64, longitude_rad: f64) -> [f64; 2] {
+    let radii = Curvature::at(truth.latitude_rad, altitude_m);
     [
-        (longitude - truth.longitude) * radii.prime_vertical * truth.latitude.cos(),
-        (latitude - truth.latitude) * radii.meridian,
+        (longitude_rad - truth.longitude_rad) * radii.prime_vertical * truth.latitude_rad.cos(),
+        (latitude_rad - truth.latitude_rad) * radii.meridian,
     ]
 }

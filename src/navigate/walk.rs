@@ -94,6 +94,7 @@ impl<'a> Walk<'a> {
         [straight, round]
             .into_iter()
             .flatten()
+            // a sum of squares that is not a number is no better
             .min_by(|a, b| (!a.settled, a.rss).partial_cmp(&(!b.settled, b.rss)).unwrap_or(std::cmp::Ordering::Equal))
     }
 
@@ -174,6 +175,7 @@ impl<'a> Walk<'a> {
             let member = state.set.iter().position(|own| own == cause);
             columns.push(match member.and_then(|k| state.flown.jacobian.get(k)) {
                 Some(own) => own.clone(),
+                // `raw` has a column for each cause
                 None => self.case.raw.get(j).cloned().unwrap_or_default(),
             });
         }
@@ -182,6 +184,7 @@ impl<'a> Walk<'a> {
         }
         columns.push(laid);
         self.case.weigh(self.u, &state.out, &mut columns);
+        // it was pushed above
         let residual = columns.pop().unwrap_or_default();
         let mut plausibility_penalty = Vec::with_capacity(causes.len());
         let mut norms = Vec::with_capacity(causes.len());

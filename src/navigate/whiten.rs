@@ -13,9 +13,10 @@
     reason = "matrices and vectors over the seven channels, indexed by `from_fn` and loops over that length"
 )]
 
-use super::errors::Source;
+use super::errors::ErrorSource;
 use super::measured::{CHANNELS, Measured};
 use super::signatures::Instant;
+use crate::elements::Elements;
 use nalgebra::SMatrix;
 
 type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
@@ -29,7 +30,7 @@ pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], col
         }
         return 0.0;
     }
-    let first_start = Source::all().len();
+    let first_start = ErrorSource::all().len();
     let mut at = 0;
     let mut size = 0.0;
     for (run, instants) in measured.runs.iter().zip(walks) {
@@ -47,7 +48,7 @@ pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], col
             }
             (psi_before, walk_before) = (psi, walk);
             for channel in (0..CHANNELS).filter(|c| row.value.get(*c).is_some_and(Option::is_some)) {
-                let u = u.get(at).copied().unwrap_or(1.0);
+                let u = u.at(at);
                 let variance = p[(channel, channel)].max(0.0) + u * u;
                 size += (variance / (u * u)).ln();
                 let gain = p.column(channel) / variance;
@@ -72,6 +73,7 @@ fn transition(psi: &Matrix, before: &Matrix) -> Matrix {
     let size = [1.0, 1.0, 1.0, 7.9e3, 7.9e3, 6.4e6, 6.4e6];
     let scaled = |m: &Matrix| Matrix::from_fn(|i, j| m[(i, j)] * size[j] / size[i]);
     let ratio = scaled(before).transpose().lu().solve(&scaled(psi).transpose()).map(|x| x.transpose());
+    // the first of a run has nothing before it
     let ratio = ratio.unwrap_or_else(Matrix::identity);
     Matrix::from_fn(|i, j| ratio[(i, j)] * size[i] / size[j])
 }

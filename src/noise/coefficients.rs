@@ -5,9 +5,9 @@
 )]
 
 use super::covariance::{Gram, covariance, gram};
+use crate::linear::Triangle;
 use crate::uncertainty::quantiles::chi_square_survival;
 use crate::vocabulary::vocabulary;
-use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::f64::consts::{LN_2, PI};
 
@@ -147,7 +147,8 @@ struct Fitted {
 fn beyond(z: f64, skewness: f64) -> f64 {
     let nu = 8.0 / (skewness * skewness);
     if skewness > 0.0 && nu < 1e4 {
-        return chi_square_survival((nu + z * (2.0 * nu).sqrt()).max(0.0), nu).unwrap_or(1.0);
+        // what is not finite is far beyond
+        return chi_square_survival((nu + z * (2.0 * nu).sqrt()).max(0.0), nu).unwrap_or(0.0);
     }
     0.5 * chi_square_survival(z * z, 1.0).unwrap_or(0.0)
 }
@@ -224,6 +225,7 @@ fn selected(points: &Points) -> Option<Coefficients> {
     }
     let dof = points.variances.len().saturating_sub(active.iter().filter(|a| **a).count());
     let terms = std::array::from_fn(|k| {
+        // five terms, five places
         let term = Term::ALL.get(k).copied().unwrap_or(Term::RandomWalk);
         if active[k] {
             let value = fitted.squares[k].sqrt();
@@ -245,6 +247,7 @@ fn selected(points: &Points) -> Option<Coefficients> {
         });
         Coefficient { term, value: None, u: None, p: p[k], below }
     });
+    // a misfit that is not finite is rejected
     let p = chi_square_survival(fitted.chi_square, dof.max(1) as f64).unwrap_or(0.0);
     Some(Coefficients { terms, chi_square: fitted.chi_square, dof, p, walk_sampled: None })
 }
@@ -332,8 +335,13 @@ impl Points {
         };
         let (a, y) = (white(&a), white(&y));
         let qr = a.col_piv_qr();
-        let normal = a.transpose() * &a;
-        let inverse = normal.llt(Side::Lower).ok()?.solve(Mat::<f64>::identity(which.len(), which.len()));
+        // A P = Q R: (A'A)^-1 = P (R'R)^-1 P'
+        let (r, order) = (qr.R(), qr.P().arrays().0);
+        let least = f64::EPSILON * n as f64 * r[(0, 0)].abs();
+        if !(0..which.len()).all(|k| r[(k, k)].abs() > least) {
+            return None;
+        }
+        let pivoted = Triangle::of_upper(which.len(), |i, j| r[(i, j)]).inverse();
         let x = {
             use faer::linalg::solvers::SolveLstsq;
             qr.solve_lstsq(&y)
@@ -344,8 +352,10 @@ impl Points {
         let mut covariance = [[0.0; 5]; 5];
         for (i, k) in which.iter().enumerate() {
             squares[*k] = x[(i, 0)] / scales[i];
-            for (j, m) in which.iter().enumerate() {
-                covariance[*k][*m] = inverse[(i, j)] / (scales[i] * scales[j]);
+        }
+        for (i, row) in order.iter().zip(&pivoted) {
+            for (j, value) in order.iter().zip(row) {
+                covariance[which[*i]][which[*j]] = value / (scales[*i] * scales[*j]);
             }
         }
         // weights of the estimates, in the given points: L^-T of those in the white ones

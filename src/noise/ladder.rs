@@ -8,6 +8,7 @@
     reason = "`x` and `s` of a level have the same length and pairs are counted from it; pieces of eight are asked with `get` before they are indexed"
 )]
 
+use crate::elements::Parts;
 use crate::number;
 
 /// Longest distance of a difference within a level, in its own steps.
@@ -91,6 +92,7 @@ impl Ladder {
         let mut sums: Vec<Sums> = Vec::new();
         for k in 0..per_octave * (LEVELS + 10) {
             let wanted = number::count_u64(2f64.powf(k as f64 / per_octave as f64).round());
+            // beyond 2^64 samples
             let level = (0..LEVELS).find(|level| wanted >> level <= REACH as u64).unwrap_or(LEVELS - 1);
             let distance = number::count((wanted as f64 / (1_u64 << level) as f64).round()).min(REACH);
             let m = (distance as u64) << level;
@@ -180,7 +182,7 @@ impl Ladder {
             running += y - reference;
             running
         }));
-        first.s.extend_from_slice(first.x.get(first.s.len()..).unwrap_or_default());
+        first.s.extend_from_slice(first.x.part(first.s.len()..));
         self.total += running - before;
         self.running = running;
         self.samples += samples.len() as u64;
@@ -219,6 +221,7 @@ impl Level {
         let (x, from) = (&self.x, self.seen);
         if !only_allan {
             // a third difference of the prefix sums does not notice a constant or linear part, so both are left out
+            // no samples, no sums
             let anchor = self.s.first().copied().unwrap_or(0.0);
             self.prefix.clear();
             self.prefix.push(0.0);
@@ -253,6 +256,7 @@ impl Level {
 /// `sum (c0 x[j - d0] + c1 x[j - d1] + ...)^2` over `j` from `from`, and the number of terms.
 fn squares(x: &[f64], from: usize, back: [usize; 4], c: [f64; 4]) -> (f64, u64) {
     let count = x.len().saturating_sub(from);
+    // too few samples for this distance: no terms
     let part = |d: usize| x.get(from.saturating_sub(d)..).and_then(|x| x.get(..count)).unwrap_or_default();
     let [a, b, e, f] = back.map(part);
     const LANES: usize = 8;

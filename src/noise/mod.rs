@@ -108,6 +108,7 @@ pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
         .map(|(s, tau)| {
             let alpha = coefficients.as_ref().map_or(0, |c| c.alpha(*tau));
             let deviation = |kind: Kind, square: f64, differences: u64| {
+                // where the formula has no value: the least that an interval can have
                 let edf = equivalent_dof(kind, alpha, s.m, ladder.samples() + 1).unwrap_or(1.0);
                 let value = square.max(0.0).sqrt();
                 Deviation { value, interval: self::interval(value, edf, level), edf, differences }

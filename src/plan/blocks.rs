@@ -4,6 +4,7 @@
     reason = "matrices are `n x n` row by row and indices run below `n`: callers give what `information`, `weighted` or a border of 2 k rows made of that size"
 )]
 
+use crate::elements::{Elements, Parts};
 use crate::linear::{Triangle, dot};
 
 /// `count` candidates, each `rows` whitened rows in `unknowns` coordinates; element (row, unknown) of all candidates lies together.
@@ -33,6 +34,7 @@ impl Blocks {
     /// Some of the candidates.
     pub(super) fn subset(&self, chosen: &[usize]) -> Blocks {
         let element = |j: usize, r: usize, c: usize| {
+            // `from_fn` asks within these bounds
             chosen.get(j).and_then(|j| self.column(r, c).get(*j)).copied().unwrap_or_default()
         };
         Blocks::from_fn(chosen.len(), self.rows, self.unknowns, element)
@@ -55,13 +57,13 @@ impl Blocks {
 
     /// Row `r` of candidate `j`.
     pub fn row(&self, j: usize, r: usize) -> Vec<f64> {
-        (0..self.unknowns).map(|c| self.column(r, c).get(j).copied().unwrap_or_default()).collect()
+        (0..self.unknowns).map(|c| self.column(r, c).at(j)).collect()
     }
 
     /// Element (r, c) of every candidate.
     pub(super) fn column(&self, r: usize, c: usize) -> &[f64] {
         let start = (r * self.unknowns + c) * self.count;
-        self.data.get(start..start + self.count).unwrap_or_default()
+        self.data.part(start..start + self.count)
     }
 
     /// `x_jr . w` for every candidate j, into `out`; a shorter `w` stands for zeros after it.
@@ -71,7 +73,7 @@ impl Blocks {
         let mut start = 0;
         for piece in out.chunks_mut(PIECE) {
             let end = start + piece.len();
-            let part = |c: usize| self.column(r, c).get(start..end).unwrap_or_default();
+            let part = |c: usize| self.column(r, c).part(start..end);
             piece.fill(0.0);
             let mut c = 0;
             loop {
@@ -99,7 +101,7 @@ impl Blocks {
     pub(super) fn quadratic(&self, r: usize, s: usize, b: &[f64], out: &mut [f64], work: &mut [f64]) {
         out.fill(0.0);
         for c in 0..self.unknowns {
-            let row = b.get(c * self.unknowns..(c + 1) * self.unknowns).unwrap_or_default();
+            let row = b.part(c * self.unknowns..(c + 1) * self.unknowns);
             self.along(s, row, work);
             for ((out, x), w) in out.iter_mut().zip(self.column(r, c)).zip(work.iter()) {
                 *out += x * w;
@@ -146,6 +148,7 @@ impl Blocks {
             return self.clone();
         }
         let element = |j: usize, r: usize, c: usize| {
+            // a portion of fewer rows is filled up with rows of zeros, which tell nothing
             reduced.get(j).and_then(|own| own.get(r)?.get(c)).copied().unwrap_or_default()
         };
         Blocks::from_fn(self.count, rows, self.unknowns, element)
@@ -153,9 +156,8 @@ impl Blocks {
 
     /// Rows of `R` for one candidate.
     fn reduced(&self, j: usize) -> Vec<Vec<f64>> {
-        let mut columns: Vec<Vec<f64>> = (0..self.unknowns)
-            .map(|c| (0..self.rows).map(|r| self.column(r, c).get(j).copied().unwrap_or_default()).collect())
-            .collect();
+        let mut columns: Vec<Vec<f64>> =
+            (0..self.unknowns).map(|c| (0..self.rows).map(|r| self.column(r, c).at(j)).collect()).collect();
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let mut first = 0.0_f64;
         while rows.len() < self.rows.min(self.unknowns) {
@@ -180,7 +182,7 @@ impl Blocks {
     pub(super) fn squares(&self, r: usize, root: &[f64], out: &mut [f64], work: &mut [f64]) {
         out.fill(0.0);
         for (k, row) in root.chunks_exact(self.unknowns.max(1)).enumerate() {
-            self.along(r, row.get(..=k).unwrap_or_default(), work);
+            self.along(r, row.part(..=k), work);
             out.iter_mut().zip(work.iter()).for_each(|(out, w)| *out += w * w);
         }
     }
@@ -193,6 +195,7 @@ pub(super) fn largest(list: &[f64]) -> (usize, f64) {
         lanes.iter_mut().zip(piece).for_each(|(most, v)| *most = if *v > *most { *v } else { *most });
     }
     let most = lanes.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    // the greatest of an empty list, or of not-a-numbers: minus infinity, which nobody takes
     (list.iter().position(|v| *v == most).unwrap_or(0), most)
 }
 
@@ -219,13 +222,13 @@ pub(super) fn invert(m: &[f64], n: usize) -> Option<(Vec<f64>, f64)> {
 pub(super) fn inverse_and_root(m: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>, f64)> {
     let triangle = triangle(m, n)?;
     let columns = triangle.inverse_columns();
-    let root = (0..n).flat_map(|i| columns.iter().map(move |column| column.get(i).copied().unwrap_or_default()));
+    let root = (0..n).flat_map(|i| columns.iter().map(move |column| column.at(i)));
     Some((triangle.inverse().concat(), root.collect(), triangle.log_determinant()))
 }
 
 /// Cholesky's triangle of a matrix whose smallest pivot is above 1e-12 of its largest diagonal element.
 fn triangle(m: &[f64], n: usize) -> Option<Triangle> {
-    let entry = |i: usize, j: usize| m.get(i * n + j).copied().unwrap_or(f64::NAN);
+    let entry = |i: usize, j: usize| m.at(i * n + j);
     let largest = (0..n).fold(0.0_f64, |most, i| most.max(entry(i, i)));
     Triangle::of(n, entry, |_| 1e-12 * largest)
 }
@@ -234,6 +237,7 @@ fn triangle(m: &[f64], n: usize) -> Option<Triangle> {
 pub(super) fn determinant_and_trace(t: &mut [f64], f: &mut [f64], n: usize) -> (f64, f64) {
     let mut determinant = 1.0;
     for k in 0..n {
+        // k itself is among them
         let pivot = (k..n).max_by(|&a, &b| t[a * n + k].abs().total_cmp(&t[b * n + k].abs())).unwrap_or(k);
         if pivot != k {
             determinant = -determinant;

@@ -115,6 +115,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
             }
             let stays: Vec<bool> = weights.iter().zip(&gain).map(|(w, g)| *w > WEIGHTLESS || *g >= mean).collect();
             if least == 0.0 && 4 * stays.iter().filter(|stays| **stays).count() < 3 * active.len() {
+                // candidates beyond the list were dropped
                 let kept = |k: &usize| stays.get(*k).copied().unwrap_or(false);
                 let places: Vec<usize> = (0..active.len()).filter(kept).collect();
                 (active, weights) = places.iter().map(|k| (active[*k], weights[*k])).unzip();

@@ -13,6 +13,7 @@ use super::bound::sandwich;
 use super::exchange::{Design, FEW, Objective, Problem, WORTH, improve_state, information, value};
 use super::prices::{Prices, Till};
 use super::state::State;
+use crate::elements::Elements;
 use crate::linear::dot;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
@@ -146,11 +147,11 @@ impl<'a> Moves<'a> {
     }
 
     fn place(&self, k: usize) -> usize {
-        self.prices.place.get(k).copied().unwrap_or_default()
+        self.prices.place.at(k)
     }
 
     fn kind(&self, k: usize) -> usize {
-        self.prices.kind.get(k).copied().unwrap_or_default()
+        self.prices.kind.at(k)
     }
 
     fn repeats_allowed(&self, design: &[usize]) -> bool {

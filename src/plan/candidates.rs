@@ -121,6 +121,7 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
                 let pairs = row.joints.iter().zip(&joints);
                 pairs.filter(|(_, own)| !matches!(own, JointState::Held { .. })).all(|(other, own)| other == own)
             };
+            // no row turns alike: as the first
             let like = if uniform { first } else { rows.iter().find(turns_alike).unwrap_or(first) };
             Reading {
                 columns: campaign.readings.position(&names, first, joints.clone()).columns,
@@ -265,6 +266,7 @@ pub(super) fn portions(joints: &[&str], candidates: &Readings, unit: Unit) -> Re
             Unit::Pair => "a candidate has no replacement of the opposite sense",
             _ => "the mountings of the candidates have different numbers of readings",
         };
+        // a group has members
         let place = short.first().map(|r| described(joints, r)).unwrap_or_default();
         return Err(Malformed::new(Fault::Missing, what)
             .expected(format!("{size} readings in each portion, as others have; single readings always go"))

@@ -6,6 +6,7 @@ use super::eigenvalue::Combinations;
 use super::exchange::Objective;
 use super::pool::Pool;
 use crate::campaign::{Campaign, Kind};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 
 /// What the best schedule is best in.
@@ -56,9 +57,7 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
             let n = pool.blocks.unknowns();
             match rows.as_slice() {
                 [only] => Ok(Objective::Trace(weight_matrix(&[(1.0, only.clone())], n))),
-                _ => Ok(Objective::Largest(Blocks::from_fn(rows.len(), 1, n, |j, _, c| {
-                    rows.get(j).and_then(|row| row.get(c)).copied().unwrap_or_default()
-                }))),
+                _ => Ok(Objective::Largest(Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows.at(j).at(c)))),
             }
         }
     }

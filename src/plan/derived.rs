@@ -4,6 +4,7 @@ use super::judge::PredictedDerived;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind};
 use crate::design::DesignMatrix;
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::estimate::Estimate;
 use faer::Mat;
@@ -25,10 +26,7 @@ pub(super) fn derived(
         let mut u_at = |point: &[f64]| -> Option<f64> {
             tape.gradient(point, &mut scratch, &mut gradient);
             let g = gradient.get(..n)?;
-            let usable = g
-                .iter()
-                .enumerate()
-                .all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.estimable.get(k).copied().unwrap_or(false)));
+            let usable = g.iter().enumerate().all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.is_estimable(k)));
             let variance: f64 = g
                 .iter()
                 .enumerate()
@@ -83,7 +81,7 @@ fn nearby(campaign: &Campaign, quantity: &Derived, point: &[f64]) -> Vec<Vec<f64
     }
     let mut points = Vec::new();
     for (p, first) in used.iter().enumerate() {
-        for second in used.get(p + 1..).unwrap_or_default() {
+        for second in used.part(p + 1..) {
             for direction in 0..DIRECTIONS {
                 let (sin, cos) = (std::f64::consts::PI * f64::from(direction) / f64::from(DIRECTIONS)).sin_cos();
                 points.push(moved(&[(*first, STEP * cos), (*second, STEP * sin)]));

@@ -192,12 +192,13 @@ fn natural_size(campaign: &Campaign, regressor: &Regressor) -> f64 {
     let names = line.names();
     let inputs: Vec<f64> = names.iter().map(|name| size(name)).collect();
     let natural = Tape::compile(line, &names).map(|tape| tape.value(&inputs, &mut Scratch::default()).abs());
+    // a term without a value at these inputs has no natural size
     natural.ok().filter(|size| size.is_finite()).unwrap_or_default()
 }
 
 /// A regressor in words; the same for terms that differ in the order of their factors only.
 fn name(campaign: &Campaign, regressor: &Regressor) -> String {
-    let parameter = |k: &usize| campaign.parameters.get(*k).map(|p| p.id.clone()).unwrap_or_default();
+    let parameter = |k: &usize| campaign.parameter_id(*k).to_string();
     match regressor {
         Regressor::Term(line) => line.canonical(),
         Regressor::Tilt(k) => format!("tilt:{}", parameter(k)),
@@ -209,6 +210,7 @@ fn name(campaign: &Campaign, regressor: &Regressor) -> String {
             let name = campaign.readings.columns.get(*column).map_or("", String::as_str);
             format!("{}:{name}", if *sense { "sense" } else { "rate" })
         }
+        // the effect was made for a joint of this bench
         Regressor::Approach(k) => format!("approach:{}", campaign.bench.joints().nth(*k).unwrap_or_default()),
         Regressor::Prior(k) => format!("prior:{}", parameter(k)),
         Regressor::Constraint(k) => format!("constraint:{}", k + 1),

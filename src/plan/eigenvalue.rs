@@ -15,6 +15,7 @@
 use super::blocks::{add_outer, times};
 use super::largest::{Worst, inverse_root};
 use super::state::{State, packed};
+use crate::elements::Elements;
 use crate::linear::dot;
 use faer::{Mat, Side};
 
@@ -89,11 +90,11 @@ impl Worst for Combinations {
         }
         let mut along = vec![vec![0.0; blocks.count()]; k];
         along.iter_mut().enumerate().for_each(|(r, out)| blocks.along(r, &w, out));
-        let root_of = |j: usize| inverse_root(k, |r, s| spread[packed(r, s)].get(j).copied().unwrap_or_default());
+        let root_of = |j: usize| inverse_root(k, |r, s| spread[packed(r, s)].at(j));
         let less = |root: &[f64], b: &dyn Fn(usize) -> f64| {
             (0..k).map(|r| (0..=r).map(|s| root[packed(s, r)] * b(s)).sum::<f64>().powi(2)).sum::<f64>()
         };
-        let bound = |j: usize| most - less(&root_of(j), &|s| along[s].get(j).copied().unwrap_or_default());
+        let bound = |j: usize| most - less(&root_of(j), &|s| along[s].at(j));
         let mut replacements: Vec<(f64, usize)> = state.replacements(at).into_iter().map(|j| (bound(j), j)).collect();
         replacements.sort_by(|a, b| a.0.total_cmp(&b.0));
         state.effort += (blocks.count() * (n * n + 2 * k * n) * k) as f64;

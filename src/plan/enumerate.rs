@@ -148,6 +148,7 @@ fn grow(
         out.push(runs.collect());
         return Some(());
     }
+    // the first choice begins at the first candidate
     let first = chosen.last().copied().unwrap_or(0);
     for k in first..count {
         if fits(chosen, k) {

@@ -19,6 +19,7 @@ use super::reasons::reasons;
 use super::scheduled::{schedule_rows, scheduled};
 use super::search::{EFFORT, Limits, search};
 use crate::campaign::{Campaign, Readings};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
 
@@ -224,9 +225,7 @@ impl<'a> Search<'a> {
         most: usize,
     ) -> Self {
         let n = pool.blocks.unknowns();
-        let limited = Blocks::from_fn(rows.len(), 1, n, |j, _, c| {
-            rows.get(j).and_then(|r| r.get(c)).copied().unwrap_or_default()
-        });
+        let limited = Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows.at(j).at(c));
         let prices = Prices::new(&pool.portions, *costs, 0.0, apart);
         Search { pool, rows, objective: Objective::Largest(limited), request, prices, most }
     }
@@ -325,6 +324,7 @@ impl<'a> Search<'a> {
             }
         }
         let mut high = cost(&best.chosen);
+        // all cost alike: one step
         let step = self.prices.least_step().unwrap_or(high);
         let within = |budget: f64, best: &Reach, earnest: bool| {
             let prices = self.prices.with_budget(budget);

@@ -19,7 +19,7 @@ use super::scheduled::{check, schedule_rows, scheduled};
 use super::search::{Found, Limits, Progress, search};
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::Separation;
+use crate::fit::RankDefect;
 
 /// How exchanges look for replacements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -112,7 +112,7 @@ pub struct Improvement {
     /// Criterion by a fresh QR of the final schedule against the one that the exchange had, as a relative difference; not where angles moved.
     pub check: Option<f64>,
     /// What even all candidates together do not determine.
-    pub unreachable: Vec<Separation>,
+    pub unreachable: Vec<RankDefect>,
     /// Columns that differ in the schedule and have one value in all candidates, with that value.
     pub frozen: Vec<(String, f64)>,
 }

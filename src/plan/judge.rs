@@ -11,9 +11,10 @@ use super::order::times;
 use super::point::{self, Lacking};
 use crate::campaign::{Campaign, Constraint, Kind, Reading, Role};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate;
-use crate::fit::{self, Separation};
+use crate::fit::{self, RankDefect};
 use crate::quality;
 use faer::Mat;
 
@@ -78,7 +79,7 @@ pub struct Judgement {
     /// Each value of the schedule.
     pub readings: Vec<PredictedReading>,
     /// What only combinations determine, wherever the parameters lie, and the position that would separate it.
-    pub not_estimable: Vec<Separation>,
+    pub not_estimable: Vec<RankDefect>,
     /// What cannot be told at this point though it could nearby: a value is lacking.
     pub lacking: Option<Lacking>,
     /// Inequalities of the campaign: a bound lowers an uncertainty only where it is reached, so they are not counted.
@@ -148,7 +149,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             }
         }
     }
-    let estimable = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
+    let estimable = |k: usize| estimate.is_estimable(k);
     let parameters: Vec<Predicted> = campaign
         .estimated()
         .iter()
@@ -171,10 +172,11 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         .iter()
         .enumerate()
         .map(|(i, origin)| {
-            let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
+            let at = |list: &[f64]| list.at(i);
             let (u, redundancy) = (at(u), at(&redundancies));
             let leverage = 1.0 - redundancy;
             let mdb = (redundancy > quality::UNCHECKED).then(|| delta * u / redundancy.sqrt());
+            // an unchecked reading: reported without effects
             let effect = (0..n).map(|k| sensitivities[(k, i)] * mdb.unwrap_or_default()).collect();
             PredictedReading { origin: *origin, u, leverage, mdb, effect }
         })
@@ -254,7 +256,7 @@ pub(super) fn weighted_sensitivities(campaign: &Campaign, noise: &Noise) -> Resu
     let estimate = fit::adjust_meeting_equations(campaign, &design.point, &independent.system, &settings)?;
     let sensitivities = independent.sensitivities(&estimate);
     let known: Vec<(usize, f64)> = (0..campaign.unknowns())
-        .filter(|k| estimate.estimable.get(*k).copied().unwrap_or(false))
+        .filter(|k| estimate.is_estimable(*k))
         .map(|k| (k, estimate.covariance[(k, k)].sqrt()))
         .filter(|(_, u)| *u > 0.0)
         .collect();
@@ -270,7 +272,7 @@ fn parts(
 ) -> Vec<Vec<f64>> {
     let mut parts = vec![vec![0.0; known.len()]; readings];
     for (i, origin) in design.rows.iter().enumerate() {
-        let noise = u.get(i).copied().unwrap_or_default();
+        let noise = u.at(i);
         if let Some(part) = parts.get_mut(origin.reading) {
             part.iter_mut().zip(known).for_each(|(sum, (k, u))| *sum += sensitivities[(*k, i)] * noise / u);
         }

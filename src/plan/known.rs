@@ -50,7 +50,7 @@ pub(super) fn contributions(
             _ => None,
         })
         .collect();
-    let mut parts: Vec<Vec<f64>> = sensitivities(campaign, design, rows, estimate, &known);
+    let mut parts: Vec<Vec<f64>> = sensitivities(campaign, design, rows, estimate, &known)?;
     let tilts: Vec<(usize, Option<f64>)> = campaign
         .estimated()
         .iter()
@@ -71,7 +71,7 @@ pub(super) fn contributions(
             let there = design::assemble(campaign, model, &point)?;
             let rows = Independent::new(campaign, &there, noise);
             let adjusted = rows.adjust(campaign, &there)?;
-            Ok(sensitivities(campaign, &there, &rows, &adjusted, &known))
+            sensitivities(campaign, &there, &rows, &adjusted, &known)
         };
         for ((plus, minus), squares) in at(1.0)?.into_iter().zip(at(-1.0)?).zip(&mut squares) {
             let half: Vec<f64> = plus.iter().zip(&minus).map(|(p, m)| 0.5 * (p - m)).collect();
@@ -83,7 +83,7 @@ pub(super) fn contributions(
     }
     let share = |k: usize, u: f64| {
         let own = estimate.covariance[(k, k)].sqrt();
-        if own > 0.0 && estimate.estimable.get(k).copied().unwrap_or(false) { u / own } else { 0.0 }
+        if own > 0.0 && estimate.is_estimable(k) { u / own } else { 0.0 }
     };
     let all =
         squares.iter().zip(&known).flat_map(|(s, (p, _))| s.iter().enumerate().map(move |(k, s)| (*p, k, s.sqrt())));
@@ -92,9 +92,10 @@ pub(super) fn contributions(
         _ => Some(next),
     });
     let through = strongest.filter(|(_, k, u)| share(*k, *u) > 1e-6).map(|(p, parameter, u)| ThroughTilts {
+        // the size for an example is named as such in the report
         size: if unstated { FOR_EXAMPLE } else { noise.tilts.unwrap_or(FOR_EXAMPLE) },
         counted: !unstated,
-        known: campaign.parameters.get(p).map(|p| p.id.clone()).unwrap_or_default(),
+        known: campaign.parameter_id(p).to_string(),
         parameter,
         u,
     });
@@ -117,7 +118,7 @@ fn sensitivities(
     rows: &Independent,
     estimate: &Estimate,
     known: &[(usize, f64)],
-) -> Vec<Vec<f64>> {
+) -> Result<Vec<Vec<f64>>> {
     known
         .iter()
         .map(|(k, u)| {
@@ -125,9 +126,9 @@ fn sensitivities(
             for (i, value) in shift.iter_mut().enumerate().take(design.rows.len()) {
                 *value = -design.jacobian[(i, *k)] * u;
             }
-            let mut c = estimate.factor.solve(&rows.column(shift)).unwrap_or_else(|_| vec![0.0; campaign.unknowns()]);
+            let mut c = estimate.factor.solve(&rows.column(shift))?;
             c.truncate(campaign.unknowns());
-            c
+            Ok(c)
         })
         .collect()
 }

@@ -5,6 +5,7 @@
 
 use super::pool::Pool;
 use crate::campaign::{JointState, Readings};
+use crate::elements::Elements;
 use std::collections::HashMap;
 
 /// Steps finer than this are no sweep.
@@ -41,6 +42,7 @@ fn gcd(a: usize, b: usize) -> usize {
 
 /// Candidates on each coarser grid, the coarsest first, and which of the earlier ones each holds; the last is all candidates.
 pub(super) fn levels(candidates: &Readings) -> Vec<(Readings, Vec<usize>)> {
+    // angles on no common grid: one level
     let all = steps(candidates).unwrap_or(1);
     let mut levels: Vec<(usize, Readings)> = Vec::new();
     for steps in (2..all).filter(|k| all.is_multiple_of(*k)) {
@@ -62,7 +64,7 @@ pub(super) fn levels(candidates: &Readings) -> Vec<(Readings, Vec<usize>)> {
     levels.push((all, candidates.clone()));
     let grids: Vec<usize> = levels.iter().map(|(steps, _)| *steps).collect();
     let within = |own: usize| {
-        let all = grids.get(own).copied().unwrap_or_default();
+        let all = grids.at(own);
         let coarser = grids.iter().enumerate().take(own);
         coarser.filter(|(_, grid)| all.is_multiple_of(**grid)).map(|(k, _)| k).collect::<Vec<usize>>()
     };

@@ -11,6 +11,7 @@
 use super::effort::{Costs, Noise, mounting};
 use super::judge::weighted_sensitivities;
 use crate::campaign::{Campaign, Reading, Readings};
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
@@ -82,10 +83,11 @@ pub fn ordered(
                     best = Some((shift, run));
                 }
             }
+            // nothing to order
             best.map(|(_, run)| run).unwrap_or_default()
         }
     };
-    let mut readings: Vec<Reading> = rows.get(..fixed).unwrap_or_default().to_vec();
+    let mut readings: Vec<Reading> = rows.part(..fixed).to_vec();
     readings.extend(sequence.iter().filter_map(|k| rows.get(*k)).cloned());
     Ok(timed(Readings { columns: campaign.readings.columns.clone(), rows: readings }, costs, fixed))
 }
@@ -132,6 +134,7 @@ fn timed(mut readings: Readings, costs: &Costs, fixed: usize) -> Readings {
     let after = last.is_none_or(|last| own.first().is_none_or(|first| *first > last));
     if !(distinct && after) {
         let work = times(&readings.rows, costs);
+        // nothing was done before: from zero
         let begin = fixed.checked_sub(1).and_then(|k| work.get(k)).copied().unwrap_or(0.0);
         own = work.iter().skip(fixed).map(|t| last.unwrap_or(0.0) + 60.0 * (t - begin)).collect();
     }
@@ -316,6 +319,7 @@ fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>) -> Vec<V
     let mut sorted: Vec<Vec<usize>> = Vec::with_capacity(groups.len());
     let mut last = fixed.checked_sub(1);
     while !groups.is_empty() {
+        // groups have members
         let first = |group: &Vec<usize>| group.first().copied().unwrap_or_default();
         let next = match last {
             None => 0,
@@ -354,6 +358,7 @@ fn abba(rows: &[Reading], group: Vec<usize>, costs: &Costs, negative_first: bool
     let sense = |block: &Vec<usize>| {
         let reading = block.first().and_then(|k| rows.get(*k));
         let rates = reading.into_iter().flat_map(|r| r.joints.iter().map(|s| s.rate_deg_s()));
+        // at rest
         rates.into_iter().find(|rate| *rate != 0.0).unwrap_or(0.0)
     };
     let (mut plus, mut minus): (Vec<Vec<usize>>, Vec<Vec<usize>>) =

@@ -137,7 +137,7 @@ pub(super) fn lacking(
         }
     }
     let Some((design, estimate)) = best else { return Ok(None) };
-    let told = |estimate: &Estimate, k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
+    let told = |estimate: &Estimate, k: usize| estimate.is_estimable(k);
     let untold = (0..campaign.unknowns()).filter(|k| told(&estimate, *k) && !told(here, *k)).collect();
     let mut needs = Vec::new();
     for k in &free {
@@ -168,8 +168,7 @@ pub(super) fn check_point(campaign: &Campaign, kept: &Readings, candidates: &Rea
         list.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.as_str()).collect::<Vec<_>>().join(", ")
     };
     let needs = names(&lacking.needs);
-    let first =
-        lacking.needs.first().and_then(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).unwrap_or_default();
+    let first = lacking.needs.first().map_or("?", |k| campaign.parameter_id(*k)).to_string();
     Err(Malformed::new(
         Fault::Missing,
         format!(

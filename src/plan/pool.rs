@@ -9,9 +9,10 @@ use super::effort::Noise;
 use super::whitened::{Term, adjusted, mounted_apart, whitened, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::{self, Model};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
-use crate::fit::{self, Separation};
+use crate::fit::{self, RankDefect};
 use faer::Mat;
 
 /// Candidates, ready for exchanges.
@@ -30,7 +31,7 @@ pub(super) struct Pool {
     /// The unknowns from the coordinates: `x = T z`.
     directions: Mat<f64>,
     /// What even all candidates together do not determine.
-    pub not_estimable: Vec<Separation>,
+    pub not_estimable: Vec<RankDefect>,
 }
 
 impl Pool {
@@ -89,22 +90,19 @@ impl Pool {
 
     /// Coordinates of a linear function of the unknowns; `None` where it takes part in a defect.
     pub fn coordinates(&self, c: &[f64]) -> Option<Vec<f64>> {
-        let estimable = |k: usize| self.estimate.estimable.get(k).copied().unwrap_or(false);
+        let estimable = |k: usize| self.estimate.is_estimable(k);
         if c.iter().enumerate().any(|(k, c)| *c != 0.0 && !estimable(k)) {
             return None;
         }
         let t = &self.directions;
-        Some(
-            (0..t.ncols())
-                .map(|k| (0..t.nrows()).map(|j| t[(j, k)] * c.get(j).copied().unwrap_or_default()).sum())
-                .collect(),
-        )
+        Some((0..t.ncols()).map(|k| (0..t.nrows()).map(|j| t[(j, k)] * c.at(j)).sum()).collect())
     }
 
     /// Candidates that differ from each in the state of one joint (for coordinate exchange).
     pub fn neighbours(&self) -> Vec<Vec<usize>> {
         let mut groups: std::collections::HashMap<(usize, String), Vec<usize>> = std::collections::HashMap::new();
         let states =
+            // portions have readings
             |k: usize| self.portions.get(k).and_then(|p| p.first()).map(|r| r.joints.clone()).unwrap_or_default();
         let key = |k: usize, joint: usize| {
             let mut others = states(k);

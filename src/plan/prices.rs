@@ -8,6 +8,7 @@
 
 use super::effort::{Costs, mounting};
 use crate::campaign::Reading;
+use crate::elements::{Elements, Parts};
 use std::collections::HashMap;
 
 /// What portions cost together.
@@ -49,6 +50,7 @@ impl Prices {
         };
         let (mut place, mut kind, mut own_slots, mut at) = (Vec::new(), Vec::new(), Vec::new(), HashMap::new());
         for (k, portion) in portions.iter().enumerate() {
+            // portions have readings
             let key = portion.first().map(|r| format!("{:?}", mounting(r))).unwrap_or_default();
             let here = number(&mut places, if apart { k.to_string() } else { key });
             let turning: Vec<Vec<f64>> =
@@ -81,6 +83,7 @@ impl Prices {
         });
         let alone = alone.collect();
         let padded = |own: &Vec<usize>| {
+            // shorter lists repeat their last slot; a portion has one at least
             (0..states).map(|s| own.get(s).or(own.last()).copied().unwrap_or_default()).collect::<Vec<_>>()
         };
         let slots = own_slots.iter().flat_map(padded).collect();
@@ -114,11 +117,11 @@ impl Prices {
 
     /// Cost of one portion at a mounting of its own.
     pub fn alone(&self, j: usize) -> f64 {
-        self.alone.get(j).copied().unwrap_or_default()
+        self.alone.at(j)
     }
 
     fn slots(&self, j: usize) -> &[usize] {
-        self.slots.get(j * self.states..(j + 1) * self.states).unwrap_or_default()
+        self.slots.part(j * self.states..(j + 1) * self.states)
     }
 
     /// Different slots of a portion among those that pass.
@@ -161,8 +164,8 @@ impl Till {
         if prices.apart {
             return comes.map_or(0.0, |j| prices.alone(j)) - goes.map_or(0.0, |j| prices.alone(j));
         }
-        let place = |j: usize| prices.place.get(j).copied().unwrap_or_default();
-        let uses = |slot: usize| self.uses.get(slot).copied().unwrap_or_default();
+        let place = |j: usize| prices.place.at(j);
+        let uses = |slot: usize| self.uses.get(slot).copied().unwrap_or(0); // a slot that is not there is not used
         let reading = prices.costs.reading * prices.size as f64;
         let rate = prices.costs.rate_change;
         match (goes, comes) {

@@ -35,7 +35,7 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
     let n = schedule.unknowns();
     let u = |readings: &Readings| -> Result<Vec<Option<f64>>> {
         let estimate = adjusted(schedule, &with_priors(schedule, readings, noise, &[])?, n)?;
-        let known = |k: usize| estimate.estimable.get(k).copied().unwrap_or(false);
+        let known = |k: usize| estimate.is_estimable(k);
         Ok((0..n).map(|k| known(k).then(|| estimate.covariance[(k, k)].sqrt())).collect())
     };
     let with = u(&schedule.readings)?;

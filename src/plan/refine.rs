@@ -130,6 +130,7 @@ pub(super) fn refined(
         _ => start / now - 1.0,
     };
     let changed = |group: &&Vec<usize>| {
+        // groups have members
         let first = group.first().copied().unwrap_or_default();
         rows.get(first).map(mounting) != given.get(first).cloned()
     };

@@ -8,6 +8,7 @@ use super::order::ordered;
 use super::pool::{Pool, log_det_of};
 use super::whitened::{adjusted, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::Estimate;
 
@@ -31,6 +32,7 @@ pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repe
     let mut next = 1 + kept.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0);
     let mut labels: Vec<(Vec<Option<f64>>, String)> = Vec::new();
     for portion in chosen.iter().filter_map(|j| pool.portions.get(*j)) {
+        // portions have readings
         let place = portion.first().map(mounting).unwrap_or_default();
         let known =
             labels.iter().find(|(other, _)| !repeats_remount && *other == place).map(|(_, label)| label.clone());
@@ -103,7 +105,7 @@ fn in_coordinates(pool: &Pool, fresh: &Estimate) -> Vec<f64> {
     let factor = &pool.estimate.factor;
     let (basis, r, scale) = (factor.basis(), factor.r(), factor.scale());
     let n = basis.len();
-    let t = |i: usize, k: usize| r[(i, k)] * basis.get(k).and_then(|j| scale.get(*j)).copied().unwrap_or_default();
+    let t = |i: usize, k: usize| r[(i, k)] * scale.at(basis.at(k));
     let c = |k: usize, l: usize| match (basis.get(k), basis.get(l)) {
         (Some(a), Some(b)) => fresh.covariance[(*a, *b)],
         _ => 0.0,

@@ -8,6 +8,7 @@ use super::effort::{Noise, mountings};
 use super::judge::priors;
 use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::{self, DesignMatrix, Model};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Felt, Group, Line, Pattern, System, Whitening};
 use crate::fit;
@@ -124,7 +125,7 @@ pub(super) fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u
     for (k, sd) in &noise.remount {
         let felt = design.rows.iter().enumerate().map(|(row, origin)| Felt {
             row,
-            level: mounting_of.get(origin.reading).copied().unwrap_or_default(),
+            level: mounting_of.at(origin.reading),
             by: design.jacobian[(row, *k)],
         });
         lines.push(Line { felt: felt.collect(), variance: Some(sd * sd), memory: None });

@@ -2,6 +2,7 @@
 //!
 //! Residuals of a fit are slightly correlated, so both tests are close, not exact; with fewer than eight residuals they say nothing.
 
+use crate::elements::Elements;
 use crate::uncertainty::quantiles;
 use std::cell::RefCell;
 
@@ -60,7 +61,7 @@ pub fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<RunsTest
             Some(*sum)
         });
         let factorials: Vec<f64> = std::iter::once(0.0).chain(sums).collect();
-        let of = |n: usize| factorials.get(n).copied().unwrap_or_default();
+        let of = |n: usize| factorials.at(n);
         // ln C(n, k)
         let choose = |n: usize, k: usize| of(n) - of(k) - of(n.saturating_sub(k));
         let ways = choose(all, positive);

@@ -1,5 +1,6 @@
 //! Quality of each row of a system, and the global test of all.
 
+use crate::elements::Elements;
 use crate::estimate::{Estimate, Group, System};
 use crate::uncertainty::quantiles;
 
@@ -22,6 +23,7 @@ pub struct RowQuality {
 
 /// Non-centrality `delta0 = z(1 - alpha/2) + z(power)` of the minimal detectable bias, alpha = 0.001, power = 0.80 (Baarda's 4.13).
 pub fn baarda_delta() -> f64 {
+    // both probabilities lie between 0 and 1, where there is a quantile
     let z = |p| quantiles::normal_quantile(p).unwrap_or(0.0);
     z(1.0 - 0.001 / 2.0) + z(0.80)
 }
@@ -34,7 +36,7 @@ pub fn rows(system: &System, estimate: &Estimate) -> Vec<RowQuality> {
     let delta = baarda_delta();
     (0..system.observed.len())
         .map(|i| {
-            let at = |list: &[f64]| list.get(i).copied().unwrap_or_default();
+            let at = |list: &[f64]| list.at(i);
             let scale = match system.group.get(i) {
                 Some(Group::Estimated(g)) => estimate.group_scale.get(*g).copied().flatten(),
                 _ => Some(1.0),

@@ -4,6 +4,7 @@
 //! most from the sum of squares is a suspect if that is significant over *all* readings (Sidak), and the search goes on with its shift
 //! estimated. Where the variance is estimated, the test is the t test of the shift (A. J. Pope 1976, in its exact form).
 
+use crate::elements::Elements;
 use crate::linear::{self, Triangle};
 use crate::uncertainty::quantiles;
 use faer::MatRef;
@@ -89,11 +90,12 @@ impl<'a> Whitened<'a> {
     }
 
     fn sd(&self, row: usize) -> f64 {
-        self.sd.get(row).copied().unwrap_or(1.0)
+        self.sd.at(row)
     }
 
     /// A reading's redundancy number, zero where no other reading checks it.
     fn checked(&self, row: usize) -> f64 {
+        // rows beyond the readings are priors, which nothing checks
         self.redundancy.get(row).copied().filter(|r| *r > UNCHECKED).unwrap_or(0.0)
     }
 
@@ -134,9 +136,9 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
         let square = norm(&residuals);
         let mut best: Option<(usize, f64)> = None;
         for row in (0..readings).filter(|row| !rows.contains(row)) {
-            let left = redundancies.get(row).copied().unwrap_or_default();
+            let left = redundancies.at(row);
             let redundancy = if left > UNCHECKED { left } else { 0.0 };
-            let along = residuals.get(row).copied().unwrap_or_default();
+            let along = residuals.at(row);
             if redundancy > 0.0 && best.is_none_or(|(_, gain)| along * along / redundancy > gain) {
                 best = Some((row, along * along / redundancy));
             }
@@ -151,7 +153,7 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
         unit.iter_mut().for_each(|u| *u /= length);
         linear::project(&mut residuals, &[&unit]);
         for (row, left) in redundancies.iter_mut().enumerate() {
-            *left -= unit.get(row).copied().unwrap_or_default().powi(2);
+            *left -= unit.at(row).powi(2);
         }
         extra.push(unit);
         rows.push(row);
@@ -197,14 +199,10 @@ fn together(system: &Whitened<'_>, rows: &[usize], tested: usize) -> Option<Vec<
     let count = rows.len();
     let dof = system.dof - count;
     // R of the columns' QR: the shifts solve R s = Q'v, and their covariance is R^-1 R^-T
-    let qr = faer::Mat::from_fn(system.residuals.len(), count, |i, a| {
-        all.get(a).and_then(|column| column.get(i)).copied().unwrap_or_default()
-    })
-    .qr();
+    let qr = faer::Mat::from_fn(system.residuals.len(), count, |i, a| all.at(a).at(i)).qr();
     let r = qr.thin_R();
     let triangle = Triangle::of_upper(count, |i, j| r[(i, j)]);
-    let right =
-        faer::Mat::from_fn(system.residuals.len(), 1, |i, _| system.residuals.get(i).copied().unwrap_or_default());
+    let right = faer::Mat::from_fn(system.residuals.len(), 1, |i, _| system.residuals.at(i));
     let along = qr.compute_thin_Q().transpose() * right;
     let mut shifts: Vec<f64> = along.col_as_slice(0).to_vec();
     triangle.backward(&mut shifts);

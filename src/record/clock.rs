@@ -206,7 +206,7 @@ impl Clock {
                 .collect();
             steps.retain(|step| *step > 0.0);
             steps.sort_by(f64::total_cmp);
-            self.step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+            self.step = steps.get(steps.len() / 2).copied().unwrap_or(0.0); // no step forward
         }
         let mut start = 0;
         let mut inside = false;

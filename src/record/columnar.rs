@@ -2,6 +2,7 @@
 
 use super::columnar_labels::{self, Pages};
 use super::{As, Block, Column, Labels};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use parquet::basic::{LogicalType, TimeUnit};
 use parquet::column::reader::ColumnReader;
@@ -140,7 +141,7 @@ impl Columnar {
             }
             let wanted = self.wanted.iter().zip(&mut self.open).zip(&mut block.columns);
             for (((column, kind), reader), to) in wanted {
-                let factor = self.factors.get(*column).copied().unwrap_or(1.0);
+                let factor = self.factors.at(*column);
                 let title = self.columns.get(*column).map_or("", |c| c.title.as_str());
                 match (kind, reader) {
                     (_, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels),

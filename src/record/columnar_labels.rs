@@ -1,6 +1,7 @@
 //! Labels from the pages of a Parquet column: each entry of a dictionary is looked up once, and a row costs an index.
 
 use super::Labels;
+use crate::elements::Parts;
 use parquet::basic::{Encoding, Type};
 use parquet::column::page::{Page, PageReader};
 use parquet::errors::ParquetError;
@@ -61,7 +62,7 @@ impl Pages {
                 break;
             }
             let end = self.rows.len().min(self.next + count - to.len());
-            to.extend_from_slice(self.rows.get(self.next..end).unwrap_or_default());
+            to.extend_from_slice(self.rows.part(self.next..end));
             self.next = end;
         }
         Ok(())

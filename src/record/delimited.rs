@@ -3,6 +3,7 @@
 use super::dialect::{cells, is_blank, is_remark};
 use super::number::{leading, number};
 use super::{As, Block, Dialect, Labels, UNREADABLE, text};
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, Read};
 
@@ -126,7 +127,7 @@ impl Delimited {
                 self.buffer.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1)
             };
             let buffer = std::mem::take(&mut self.buffer);
-            let result = self.rows(buffer.get(..whole).unwrap_or_default(), block);
+            let result = self.rows(buffer.part(..whole), block);
             self.buffer = buffer;
             self.buffer.drain(..whole);
             result?;
@@ -158,16 +159,16 @@ impl Delimited {
             self.line += 1;
             let rows = block.rows();
             if let Some(length) = self.fast(rest, block, delimiter, mark) {
-                rest = rest.get(length..).unwrap_or_default();
+                rest = rest.part(length..);
                 continue;
             }
             // what the quick way does not take: remarks, blank lines, quotes, absent values, faults
             block.columns.iter_mut().for_each(|column| column.truncate(rows));
             let end = rest.iter().position(|b| *b == b'\n');
-            let line = rest.get(..end.unwrap_or(rest.len())).unwrap_or_default();
+            let line = rest.part(..end.unwrap_or(rest.len()));
             let line = line.strip_suffix(b"\r").unwrap_or(line);
             self.slow(line, block, end.is_none())?;
-            rest = rest.get(end.map_or(rest.len(), |k| k + 1)..).unwrap_or_default();
+            rest = rest.part(end.map_or(rest.len(), |k| k + 1)..);
         }
         Ok(())
     }

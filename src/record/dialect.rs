@@ -3,6 +3,7 @@
 use super::number::number;
 use super::text::decoded;
 use super::{Column, heading};
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 
 /// How a table is written.
@@ -42,11 +43,11 @@ pub(super) fn cells(line: &[u8], delimiter: u8) -> Vec<&[u8]> {
         if *byte == b'"' {
             inside = !inside;
         } else if *byte == delimiter && !inside {
-            found.push(unquoted(line.get(start..k).unwrap_or_default()));
+            found.push(unquoted(line.part(start..k)));
             start = k + 1;
         }
     }
-    found.push(unquoted(line.get(start..).unwrap_or_default()));
+    found.push(unquoted(line.part(start..)));
     found
 }
 
@@ -127,12 +128,11 @@ impl Dialect {
     pub fn titled(head: &[u8]) -> Result<Dialect> {
         let lines: Vec<&[u8]> = head.split(|b| *b == b'\n').collect();
         let is_row = |line: &[u8]| !line.trim_ascii().is_empty() && !is_remark(line);
-        let Some(first) = lines.iter().position(|line| is_row(line)) else {
+        let Some((first, title)) = lines.iter().enumerate().find(|(_, line)| is_row(line)) else {
             return Err(Malformed::new(Fault::Missing, "the table is empty")
                 .expected("a first line that names the columns, and rows of numbers"));
         };
-        let title = lines.get(first).copied().unwrap_or_default();
-        let title = title.strip_suffix(b"\r").unwrap_or(title);
+        let title = title.strip_suffix(b"\r").unwrap_or(title); // as it is where no such end stands
         let times = |delimiter: &u8| title.iter().filter(|b| *b == delimiter).count();
         // the last of several that are as frequent is taken
         let delimiter = b"\t;,".iter().copied().max_by_key(times).unwrap_or(b',');

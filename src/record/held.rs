@@ -1,6 +1,7 @@
 //! A table that is held in memory, in blocks; and which of a file's tables is meant.
 
 use super::{As, Block, Column, Labels, UNREADABLE};
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::sync::Arc;
 
@@ -147,11 +148,9 @@ impl Held {
         for ((column, kind), to) in self.wanted.iter().zip(&mut block.columns) {
             to.clear();
             match self.values.get(*column) {
-                Some(Cells::Numbers(own)) => {
-                    numbers(own.get(self.at..end).unwrap_or_default(), *kind, to, &mut self.labels)
-                }
+                Some(Cells::Numbers(own)) => numbers(own.part(self.at..end), *kind, to, &mut self.labels),
                 Some(Cells::Texts(own)) => {
-                    let own = own.get(self.at..end).unwrap_or_default();
+                    let own = own.part(self.at..end);
                     texts(own, *kind, to, &mut self.labels).map_err(|text| {
                         let title = self.columns.get(*column).map_or("", |column| column.title.as_str());
                         Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))

@@ -3,6 +3,7 @@
 //! The layout is that of *MAT-File Format* (The MathWorks). Left aside: cells, objects, sparse matrices, characters, arrays of structs.
 
 use super::held::{Array, Held, tables};
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::io::Read;
 
@@ -34,7 +35,7 @@ pub(super) fn open(name: &str, bytes: &[u8], table: Option<&str>) -> Result<Held
         Some(b"MI") => true,
         _ => return Err(cut().found("no mark of the byte order in its head")),
     };
-    let mut reader = Reader { bytes: bytes.get(HEAD..).unwrap_or_default(), big };
+    let mut reader = Reader { bytes: bytes.part(HEAD..), big };
     let mut arrays = Vec::new();
     let total = reader.bytes.len();
     while !reader.bytes.is_empty() {

@@ -52,6 +52,7 @@ pub use heading::title;
 pub use held::{Cells, Held};
 pub use text::table_text;
 
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::fs::File;
 use std::io::{Read, Seek};
@@ -199,7 +200,7 @@ impl Record {
     ) -> Result<Self> {
         let mut first = [0_u8; FIRST];
         let read = file.read(&mut first).map_err(|error| self::text::broken(name, &error))?;
-        let first = first.get(..read).unwrap_or_default();
+        let first = first.part(..read);
         match Format::of(first) {
             Format::Parquet => return Columnar::open(name, file).map(Record::Columnar),
             Format::Text => {}

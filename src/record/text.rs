@@ -1,5 +1,6 @@
 //! Bytes of a logger's or spreadsheet's file as UTF-8: gzip, byte order marks, UTF-16, Latin-1.
 
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::io::{self, BufRead, BufReader, Read};
 
@@ -53,7 +54,7 @@ impl Read for Utf16 {
             self.ready = String::from_utf16_lossy(&units).into_bytes();
             self.at = 0;
         }
-        let part = self.ready.get(self.at..).unwrap_or_default();
+        let part = self.ready.part(self.at..);
         let length = part.len().min(to.len());
         to.iter_mut().zip(part).for_each(|(slot, byte)| *slot = *byte);
         self.at += length;

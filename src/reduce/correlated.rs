@@ -9,6 +9,7 @@
 //! costs is in u, and no degrees of freedom need to be carried.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
+use crate::elements::Elements;
 use crate::number;
 use crate::uncertainty::quantiles::{fisher_f_survival, normal_quantile, student_t_two_sided};
 
@@ -125,6 +126,7 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
     let roots: f64 = taus.iter().map(|tau| 1.0 / tau.sqrt()).sum();
     for (i, tau) in taus.into_iter().enumerate() {
         let own = markov(longest, tau);
+        // no blocks: of one sample
         let block = own.first().copied().unwrap_or(1.0);
         for (j, ratio) in spread(0.1, SMOOTH, RATIOS).enumerate() {
             let prior = with_memory / (tau.sqrt() * roots * RATIOS as f64);
@@ -160,7 +162,8 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
 pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<MeanUncertainty> {
     let mut lengths: Vec<f64> = segments.iter().map(|s| s.length).collect();
     lengths.sort_by(f64::total_cmp);
-    let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0);
+    let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0); // no segments, no answers
+    // likewise
     let most = lengths.last().copied().unwrap_or(1.0);
     let wide = number::count((most / LONGEST as f64).ceil().min((middling / LEAST as f64).floor()).max(1.0));
     let width = wide as f64;
@@ -274,21 +277,25 @@ pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<Me
             };
             result.autocorrelation = family(true);
             result.allan_floor = family(false);
+            // a segment without differences tells nothing of the noise
             let (f, dof) = likeliest.own.get(k).copied().unwrap_or((0.0, 0.0));
             let ratio = if dof > 0.0 { f / dof / likeliest.variance } else { 1.0 };
+            // a ratio that is not finite is not called noisier
             let chance = fisher_f_survival(ratio, dof.max(1.0), nu).unwrap_or(1.0);
             if segments.len() > 1 && chance * (segments.len() as f64) < NOISIER {
                 result.noisier = ratio.sqrt();
             }
             let half = half_interval(&parts, nu, level) * result.noisier;
+            // levels lie between 0 and 1
             let factor = normal_quantile(0.5 + 0.5 * level).unwrap_or(1.96);
             result.u = (half / factor).max(result.resolution);
             let first: f64 = parts.iter().map(|(w, s)| w * s * s).sum();
             let second: f64 = parts.iter().map(|(w, s)| w * s.powi(4) * (1.0 + 2.0 / nu)).sum();
             result.dof = 2.0 * first * first / (second - first * first).max(1e-12 * second);
+            // a segment without a slope of its own
             let (slope, variance) = likeliest.slopes.get(k).copied().unwrap_or((0.0, 0.0));
             result.slope = (slope / width, (variance * likeliest.variance).sqrt() * result.noisier / width);
-            result.lag1 = lag1(pieces.get(k).map(Vec::as_slice).unwrap_or_default());
+            result.lag1 = lag1(pieces.at(k));
             result.lag_blocks = width;
             result
         })
@@ -304,6 +311,7 @@ fn half_interval(parts: &[(f64, f64)], nu: f64, level: f64) -> f64 {
         let tail: f64 = parts
             .iter()
             .filter(|(_, s)| *s > 0.0)
+            // beyond all numbers: nothing
             .map(|(w, s)| w * student_t_two_sided(middle / s, nu).unwrap_or(0.0))
             .sum();
         if tail > 1.0 - level { low = middle } else { high = middle }

@@ -1,5 +1,6 @@
 //! What is odd in a channel, named and counted: spikes, stuck values, saturation, absent values. Nothing is changed.
 
+use crate::elements::Parts;
 use crate::number;
 use crate::vocabulary::vocabulary;
 
@@ -62,6 +63,7 @@ struct Extreme {
 impl Extreme {
     /// The extreme so far.
     fn size(&self) -> f64 {
+        // before the first value
         self.value.unwrap_or(f64::NEG_INFINITY)
     }
 
@@ -137,6 +139,7 @@ impl Watch {
             scales.push(*median / 0.6745);
         }
         scales.sort_by(f64::total_cmp);
+        // too few windows to judge: nothing is a spike
         let scale = scales.get(scales.len() / 4).copied().unwrap_or(f64::INFINITY).max(self.step);
         let limit = FAR * scale;
         for (j, size) in sizes.iter().enumerate().filter(|(_, size)| **size > limit) {
@@ -152,7 +155,7 @@ impl Watch {
                 events.push(Event { kind: EventKind::Spike, sample, length: 1 });
             }
         }
-        self.before = all.get(all.len().saturating_sub(2)..).unwrap_or_default().to_vec();
+        self.before = all.part(all.len().saturating_sub(2)..).to_vec();
     }
 
     fn close(&mut self, events: &mut Vec<Event>) {

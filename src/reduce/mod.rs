@@ -100,6 +100,7 @@ pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>])
                     let (slope, slope_u) = uncertainty.slope;
                     let seconds = trace.block as f64 * trace.interval;
                     let t = if slope_u > 0.0 { slope / slope_u } else { 0.0 };
+                    // not testable: no slope
                     let p = student_t_two_sided(t, uncertainty.dof.max(1.0)).unwrap_or(1.0);
                     let effective_n = if uncertainty.u > 0.0 { (block.sd / uncertainty.u).powi(2) } else { 1.0 };
                     Mean {

@@ -138,6 +138,7 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
     let mut segments: Vec<Segment> = Vec::new();
     let level = |range: &Range<u64>, k: usize| {
         let blocks = trace.blocks(range.start, range.end);
+        // a range beyond the trace has no blocks
         trace.channels.get(k).and_then(|c| c.means.get(blocks)).map(<[f64]>::to_vec).unwrap_or_default()
     };
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -154,8 +155,10 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
                 let (mut a, b) = (level(&before, k), level(&range, k));
                 a.reverse();
                 let (first, second) = (a.get(..near.min(a.len())), b.get(..near.min(b.len())));
+                // not judged by stillness: alike only where equal
                 let sd = stillness.and_then(|s| s.still_sd.get(k)).copied().unwrap_or(0.0);
                 let alike = |a: f64, b: f64| (a - b).abs() <= SAME * sd;
+                // the lengths were cut to those that there are
                 alike(mean(first.unwrap_or_default()), mean(second.unwrap_or_default()))
                     || match (ahead(&a, near, 0.5 * apart), ahead(&b, near, 0.5 * apart)) {
                         (Some(a), Some(b)) => alike(a, b),

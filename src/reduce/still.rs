@@ -33,11 +33,12 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
     let mut still_sd = Vec::new();
     for (place, channel) in trace.channels.iter().enumerate() {
         // prefix sums about a middle value, so that squares keep their digits
-        let middle = channel.means.get(blocks / 2).copied().unwrap_or(0.0);
+        let middle = channel.means.get(blocks / 2).copied().unwrap_or(0.0); // a record shorter than a block has none
         let (mut sum, mut square) = (0.0, 0.0);
         let mut sums = vec![(0.0, 0.0)];
         for (k, v) in channel.means.iter().enumerate() {
             let d = v - middle;
+            // a channel in blocks of one sample keeps no squares
             let inside = channel.squares.get(k).copied().unwrap_or(0.0) / trace.block as f64;
             (sum, square) = (sum + d, square + d * d + inside);
             sums.push((sum, square));
@@ -55,6 +56,7 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
         let mut apart: Vec<f64> = variances.iter().step_by(STRIDE).copied().collect();
         apart.sort_by(f64::total_cmp);
         let step = channel.resolution();
+        // none in a record shorter than a window
         let quantile = apart.get(number::count(apart.len() as f64 * QUANTILE)).copied().unwrap_or(0.0);
         let variance = (quantile / OF_STILL).max(step * step / 12.0);
         still_sd.push(variance.sqrt());

@@ -2,6 +2,7 @@
 
 use super::events::{Event, EventKind, Watch};
 use super::{Block, Segment};
+use crate::elements::Parts;
 use crate::number;
 
 /// Most blocks of a channel.
@@ -107,7 +108,7 @@ impl Trace {
         for from in (start..end).step_by(1 << 16) {
             let to = (from + (1 << 16)).min(end);
             for (channel, column) in self.channels.iter_mut().zip(columns) {
-                let values = column.get(from..to).unwrap_or_default();
+                let values = column.part(from..to);
                 channel.watch.see(values, self.samples, &mut channel.events);
                 channel.push(values, self.block);
             }
@@ -127,12 +128,14 @@ impl Trace {
 
     /// Time of a sample, s since the first one.
     pub fn time(&self, sample: u64) -> f64 {
+        // before the first gap: from the start
         let (from, time) = self.resumes.iter().rev().find(|(from, _)| *from <= sample).copied().unwrap_or((0, 0.0));
         time + (sample - from) as f64 * self.interval
     }
 
     /// The first sample that is not before a time.
     pub fn sample(&self, time: f64) -> u64 {
+        // before the first gap: from the start
         let (from, start) = self.resumes.iter().rev().find(|(_, t)| *t <= time).copied().unwrap_or((0, 0.0));
         let next = self.resumes.iter().map(|(sample, _)| *sample).find(|sample| *sample > from);
         let sample = from.saturating_add(number::count_u64(((time - start) / self.interval - 1e-6).ceil()));
@@ -150,6 +153,7 @@ impl Trace {
     /// Events of a channel within a segment, by kind.
     pub fn count_events(&self, channel: usize, segment: &Segment) -> Vec<(EventKind, u64)> {
         let mut counts: Vec<(EventKind, u64)> = Vec::new();
+        // a channel that is not watched has no events
         let events = self.channels.get(channel).map(|c| c.events.as_slice()).unwrap_or_default();
         for event in events.iter().filter(|e| segment.pieces.iter().any(|p| p.contains(&e.sample))) {
             match counts.iter_mut().find(|(kind, _)| *kind == event.kind) {
@@ -231,6 +235,7 @@ impl Channel {
             if count == 0 {
                 block.start = range.start as f64;
             }
+            // a range beyond the trace adds nothing
             let means = self.means.get(range.clone()).unwrap_or_default();
             sum += means.iter().sum::<f64>();
             within += self.squares.get(range).unwrap_or_default().iter().sum::<f64>();

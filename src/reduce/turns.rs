@@ -41,12 +41,14 @@ const STILL: f64 = 0.02;
 pub fn whole_turns_of(trace: &Trace, segmentation: &mut Segmentation) -> Vec<Option<f64>> {
     let mut kept = Vec::new();
     let mut durations = Vec::new();
+    // no angle: no turns
     let angles = trace.angle.as_ref().map(|channel| channel.means.as_slice()).unwrap_or_default();
     let sample = |block: usize| (block * trace.block) as u64;
     for mut segment in std::mem::take(&mut segmentation.segments) {
         let (start, end) = segment.span();
         let blocks = trace.blocks(start, end);
         let (first, length) = (blocks.start, blocks.len());
+        // beyond the trace: no turns
         let own = angles.get(blocks).unwrap_or_default();
         let (Some(a), Some(b)) = (own.first(), own.last()) else {
             kept.push(segment);
@@ -106,6 +108,7 @@ impl Unwrap {
             if !now.is_finite() {
                 return f64::NAN;
             }
+            // the first step is from zero
             let step = now - self.last.unwrap_or(0.0);
             self.turns += if self.last.is_some() { step - step.round() } else { step };
             self.last = Some(now);

@@ -26,7 +26,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
     let campaign = &fit.campaign;
     let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
     let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
-    let estimable = |k: usize| scales_known && fit.estimate.estimable.get(k).copied().unwrap_or(false);
+    let estimable = |k: usize| scales_known && fit.estimate.is_estimable(k);
     let matrix: Vec<Vec<Option<f64>>> = (0..order.len())
         .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
         .collect();
@@ -317,7 +317,7 @@ fn readings(fit: &Fit) -> Vec<ReadingReport> {
         reports.push(ReadingReport {
             index: fit.number(origin.reading),
             position: reading.map(|r| r.position.clone()).unwrap_or_default(),
-            sensor: fit.campaign.bench.sensors.get(origin.sensor).map(|s| s.id.clone()).unwrap_or_default(),
+            sensor: fit.campaign.sensor_id(origin.sensor).to_string(),
             value: reading
                 .and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor))
                 .map_or(value, |observation| observation.value),

@@ -157,7 +157,7 @@ pub(super) fn external(fit: &Fit, row: usize) -> Option<BTreeMap<String, f64>> {
 pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let checks = &fit.checks;
     let level = fit.settings.level;
-    let sensor = |s: usize| fit.campaign.bench.sensors.get(s).map(|s| s.id.clone()).unwrap_or_default();
+    let sensor = |s: usize| fit.campaign.sensor_id(s).to_string();
     let significant = |x: f64| super::table::significant(x, 3);
     let mut verdict = Vec::new();
     let lack_of_fit = checks.lack_of_fit.map(|test| {

@@ -122,7 +122,7 @@ pub struct PassedOverReport {
 
 /// The report of a foresight.
 pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
-    let id = |k: &usize| campaign.parameters.get(*k).map(|p| p.id.clone()).unwrap_or_default();
+    let id = |k: &usize| campaign.parameter_id(*k).to_string();
     let label = |j: &usize| foresight.prospects.get(*j).map(|p| labelled(campaign, p)).unwrap_or_default();
     let first = |g: usize| foresight.groups.get(g).and_then(|own| own.members.first()).map(label).unwrap_or_default();
     let effect = |p: &Prospect| ProspectReport {

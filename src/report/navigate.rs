@@ -3,7 +3,7 @@
 use super::{ARCSEC, VERSION, finite};
 use crate::language::{Language, say};
 use crate::navigate::earth::EARTH_RATE;
-use crate::navigate::errors::{ImuErrors, Source};
+use crate::navigate::errors::{ErrorSource, ImuErrors};
 use crate::navigate::linear;
 use crate::navigate::mission::Mission;
 use crate::navigate::propagation::NavigationUncertainty;
@@ -189,7 +189,7 @@ pub fn navigate_report(
         report: ReportKind::Navigate,
         title: mission.title.clone(),
         duration_h: mission.duration() / 3600.0,
-        step_s: mission.step,
+        step_s: mission.step_s,
         convention: "phi angle: C' = (I - phi x) C, C from body to east-north-up; errors are computed minus true"
             .into(),
         vertical_channel: "held at the site's altitude, no vertical velocity".into(),
@@ -197,7 +197,7 @@ pub fn navigate_report(
         periods: linear::frequencies(mission.site).map(|[earth, slow, fast]| PeriodsReport {
             schuler_min: TAU / (0.5 * (slow + fast)) / 60.0,
             earth_h: TAU / earth / 3600.0,
-            foucault_h: Some(TAU / (EARTH_RATE * mission.site.latitude.sin().abs()) / 3600.0).filter(|h| *h < 1e4),
+            foucault_h: Some(TAU / (EARTH_RATE * mission.site.latitude_rad.sin().abs()) / 3600.0).filter(|h| *h < 1e4),
         }),
         scenarios: scenarios.iter().map(scenario).collect(),
         results: flown.iter().flat_map(results).collect(),
@@ -231,7 +231,7 @@ fn warning(mission: &Mission, own: &study::Unresolved) -> String {
     if own.period.is_finite() {
         text.push_str(&format!(
             "; its step of {} s does not resolve a motion of {} s (a step of {} s would)",
-            mission.step,
+            mission.step_s,
             own.period,
             digits(own.period / 25.0)
         ));
@@ -247,7 +247,7 @@ fn scenario(scenario: &Scenario) -> ScenarioReport {
 pub(super) fn error_quantities(own: &ImuErrors) -> BTreeMap<String, QuantityWithUnit> {
     let value = |value: f64, unit: &str| QuantityWithUnit { value, unit: unit.into() };
     let mut errors: BTreeMap<String, QuantityWithUnit> =
-        own.present().iter().map(|s: &Source| (s.id(), value(s.of(own) / s.si_per_unit(), s.unit()))).collect();
+        own.present().iter().map(|s: &ErrorSource| (s.id(), value(s.of(own) / s.si_per_unit(), s.unit()))).collect();
     if own.gyro.random_walk > 0.0 {
         let walk = own.gyro.random_walk.to_degrees() * 60.0;
         errors.insert("angle_random_walk".into(), value(walk, "deg/sqrt(h)"));

@@ -3,12 +3,13 @@
 use super::navigate::error_quantities;
 use super::{GapReport, GapsReport, NoiseReport, QuantityWithUnit, StepReport, VERSION};
 use crate::diagnosis::{NoiseFrom, Settings, Verdict};
+use crate::elements::Elements;
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis};
-use crate::navigate::errors::Source;
+use crate::navigate::errors::ErrorSource;
 use crate::navigate::measured::{CHANNEL_NAMES, Measured, si_per_unit};
 use crate::navigate::mission::Mission;
-use crate::navigate::separate::Separation;
+use crate::navigate::separate::DiscriminatingMotion;
 use crate::navigate::study;
 use crate::report::ReportKind;
 use crate::wire::MotionFile;
@@ -278,7 +279,7 @@ pub fn navigate_diagnose_report(
             .collect(),
         candidates: diagnosis.candidates.0,
         distinct_candidates: diagnosis.candidates.1,
-        invisible: diagnosis.invisible.iter().map(Source::id).collect(),
+        invisible: diagnosis.invisible.iter().map(ErrorSource::id).collect(),
         refits: diagnosis.refits.0,
         settled: diagnosis.refits.1,
     }
@@ -316,10 +317,10 @@ fn alias(alias: &Alias) -> NavigationAliasReport {
     }
 }
 
-fn separation(own: &Separation) -> SeparationReport {
+fn separation(own: &DiscriminatingMotion) -> SeparationReport {
     let motion = MotionFile::of(&own.motion);
     let is = motion.in_words();
-    SeparationReport { motion, is, tells: own.tells.iter().map(Source::id).collect(), by: own.by }
+    SeparationReport { motion, is, tells: own.tells.iter().map(ErrorSource::id).collect(), by: own.by }
 }
 
 fn gap(own: Gap) -> GapReport {
@@ -333,7 +334,7 @@ fn gap(own: Gap) -> GapReport {
 }
 
 fn column(channel: usize) -> String {
-    CHANNEL_NAMES.get(channel).copied().unwrap_or_default().into()
+    CHANNEL_NAMES.at(channel).into()
 }
 
 fn channels(measured: &Measured, diagnosis: &NavigationDiagnosis) -> Vec<ChannelReport> {

@@ -4,6 +4,7 @@ use super::plan_table::{defects, drift, nowhere, number, work, work_of};
 use super::table::{plain, significant};
 use super::wrap::hanging;
 use super::{DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, PlannedPositionReport};
+use crate::elements::Parts;
 use crate::language::{Language, say};
 
 /// The positions of a schedule, one line for each mounting: its label, and its keys; the key that changes within it has several values.
@@ -14,7 +15,7 @@ pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> 
         // the longest run with this label in which only one key changes
         let mut changing: Option<&str> = None;
         let mut length = 1;
-        for other in rest.get(1..).unwrap_or_default() {
+        for other in rest.part(1..) {
             let same_keys = other.at.keys().eq(first.at.keys()) && other.position == first.position;
             let different: Vec<&str> =
                 first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();

@@ -219,7 +219,7 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
                     index: r.origin.reading + 1,
                     position: reading.map(|r| r.position.clone()).unwrap_or_default(),
                     at: reading.map(|r| position_keys(campaign, &r.joints)).unwrap_or_default(),
-                    sensor: campaign.bench.sensors.get(r.origin.sensor).map(|s| s.id.clone()).unwrap_or_default(),
+                    sensor: campaign.sensor_id(r.origin.sensor).to_string(),
                     u: r.u,
                     leverage: r.leverage,
                     mdb: r.mdb,
@@ -241,7 +241,7 @@ fn to_run(campaign: &Campaign, improvement: &Improvement) -> Vec<Reading> {
 }
 
 fn reason(campaign: &Campaign, reason: &Reason) -> ReasonReport {
-    let parameter = campaign.parameters.get(reason.parameter).map(|p| p.id.clone()).unwrap_or_default();
+    let parameter = campaign.parameter_id(reason.parameter).to_string();
     ReasonReport { position: reason.position.clone(), parameter, grows: reason.grows }
 }
 

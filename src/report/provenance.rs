@@ -1,5 +1,6 @@
 //! What a report was made from: names of the input files and digests of their bytes.
 
+use crate::elements::Parts;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 #[cfg(feature = "cli")]
@@ -34,7 +35,7 @@ impl Input {
         loop {
             match from.read(&mut piece)? {
                 0 => break,
-                n => digest.update(piece.get(..n).unwrap_or_default()),
+                n => digest.update(piece.part(..n)),
             }
         }
         let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();

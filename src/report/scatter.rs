@@ -4,7 +4,7 @@ use super::finite;
 use super::table::{percent, plain, significant};
 use crate::campaign::{Known, Size};
 use crate::estimate::LineState;
-use crate::fit::{Fit, Source, VarianceFrom};
+use crate::fit::{Fit, VarianceFrom, VarianceSource};
 use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -89,7 +89,7 @@ fn shares(fit: &Fit, source: &str) -> BTreeMap<String, f64> {
     share.collect()
 }
 
-fn one(fit: &Fit, source: &Source) -> ScatterReport {
+fn one(fit: &Fit, source: &VarianceSource) -> ScatterReport {
     let line = source.line.and_then(|k| fit.campaign.scatter.get(k));
     let sensor = source.name.strip_prefix("readings of ").unwrap_or_default();
     let unit_of_sensor = || {
@@ -129,7 +129,7 @@ fn one(fit: &Fit, source: &Source) -> ScatterReport {
 }
 
 /// What the numbers alone do not say.
-fn note(fit: &Fit, source: &Source, each: bool) -> Option<Sentence> {
+fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
     let text = match source.state {
         LineState::AtZero if source.u_is_below() => sentence!("the-readings-scatter-no-more-than-without"),
         LineState::AtZero => sentence!("the-readings-scatter-no-more-than-without-2"),

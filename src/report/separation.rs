@@ -1,7 +1,7 @@
 //! Rank defects in reports: what is free, along which direction, what is determined instead, and where to measure next.
 
 use crate::campaign::{Campaign, JointState};
-use crate::fit::{NamedCombination, Separation};
+use crate::fit::{NamedCombination, RankDefect};
 use crate::language::{Sentence, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,7 +54,7 @@ pub struct CombinationReport {
 }
 
 /// A rank defect, and which position would end it.
-pub(super) fn not_estimable(campaign: &Campaign, separation: &Separation) -> NotEstimableReport {
+pub(super) fn not_estimable(campaign: &Campaign, separation: &RankDefect) -> NotEstimableReport {
     let direction = &separation.direction.terms;
     let hides = match direction.split_last() {
         Some(((last, _), [others @ .., (before, _)])) if !others.is_empty() => {

@@ -1,5 +1,7 @@
 //! Lines for a terminal.
 
+use crate::elements::TextPart;
+
 /// Columns of a terminal that a line should not exceed.
 pub const WIDTH: usize = 80;
 
@@ -24,7 +26,7 @@ pub fn lines(text: &str) -> String {
         } else {
             let lead = body.chars().take_while(|c| *c == ' ').count();
             wrapped.push_str(&hanging(body, lead + 2));
-            wrapped.push_str(line.get(body.len()..).unwrap_or_default());
+            wrapped.push_str(line.part(body.len()..));
         }
     }
     if wrapped.contains('\u{a0}') { wrapped.replace('\u{a0}', " ") } else { wrapped }
@@ -35,9 +37,9 @@ fn within(line: &str, indent: usize, width: usize) -> String {
     let mut column = 0;
     // leading spaces belong to the line
     let lead = line.len() - line.trim_start_matches(' ').len();
-    text.push_str(line.get(..lead).unwrap_or_default());
+    text.push_str(line.part(..lead));
     column += lead;
-    for (k, word) in line.get(lead..).unwrap_or_default().split(' ').enumerate() {
+    for (k, word) in line.part(lead..).split(' ').enumerate() {
         for (n, piece) in unbroken(word).enumerate() {
             let (size, space) = (columns(piece), usize::from(k > 0 && n == 0));
             if k + n > 0 && column + space + size > width && column > indent {
@@ -88,7 +90,7 @@ fn unbroken(word: &str) -> impl Iterator<Item = &str> {
     }
     starts.push(word.len());
     let ends: Vec<usize> = starts.iter().skip(1).copied().collect();
-    starts.into_iter().zip(ends).map(|(from, to)| word.get(from..to).unwrap_or_default())
+    starts.into_iter().zip(ends).map(|(from, to)| word.part(from..to))
 }
 
 #[cfg(test)]

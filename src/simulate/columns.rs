@@ -3,6 +3,7 @@
 use super::Regressor;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::design::{Context, Kinematics, Node, RowOrigin, SensorModel, Smoothness, Workspace, kinematics, nodes};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 
 /// Nodes of one turn for terms with kinks or jumps: a column needs no more than four digits.
@@ -185,11 +186,11 @@ pub(crate) fn indicator(campaign: &Campaign, rows: &[RowOrigin], regressor: &Reg
                 (true, false) => slope.signum(),
                 _ => slope,
             };
-            Box::new(move |k| of(slopes.get(k).copied().unwrap_or_default()))
+            Box::new(move |k| of(slopes.at(k)))
         }
         Regressor::Approach(joint) => {
             let senses = senses(campaign, *joint);
-            Box::new(move |k| senses.get(k).copied().unwrap_or_default())
+            Box::new(move |k| senses.at(k))
         }
         Regressor::Term(_)
         | Regressor::Tilt(_)
@@ -217,6 +218,7 @@ fn slopes(campaign: &Campaign, column: usize) -> Vec<f64> {
         let slope = (value(after)? - value(before)?) / (at(after)? - at(before)?);
         slope.is_finite().then_some(slope)
     };
+    // a reading without value or time beside it: no slope is known, and the effect has no size there
     (0..rows.len()).map(|k| slope(k).unwrap_or(0.0)).collect()
 }
 

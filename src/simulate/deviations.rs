@@ -3,6 +3,7 @@
 use super::Truth;
 use crate::campaign::{Campaign, Size};
 use crate::design::DesignMatrix;
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use rand_distr::{Distribution, StandardNormal};
@@ -50,7 +51,7 @@ pub(super) fn deviations(
         let size = match (told, &asked.size) {
             (Some(own), _) => own.sd,
             (None, Size::Estimated) => return Err(missing("the standard deviation")),
-            (None, _) => stated.get(k).copied().unwrap_or_default().sqrt(),
+            (None, _) => stated.at(k).sqrt(),
         };
         let mut drawn: Vec<f64> = (0..line.levels()).map(|_| StandardNormal.sample(&mut random)).collect();
         if let Some(memory) = &line.memory {

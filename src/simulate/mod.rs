@@ -21,6 +21,7 @@ use crate::algebra::Expression;
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, Observation, coefficient_unit};
 use crate::design::{self, Model};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -135,11 +136,13 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         .collect();
     let wanted: Vec<(&Regressor, Option<usize>)> = apart.iter().map(|h| (&h.regressor, h.sensor)).collect();
     let effects = columns(&world, &rows, &tilts, &point, &wanted)?;
+    // a sensor of which the truth says nothing has no noise
+    let noise_of = |sensor: usize| truth.noise.get(sensor).copied().unwrap_or_default();
     let own_sd: Vec<f64> = rows
         .iter()
         .map(|origin| {
             let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |reading| reading.samples);
-            truth.noise.get(origin.sensor).copied().unwrap_or_default().sd / samples.sqrt()
+            noise_of(origin.sensor).sd / samples.sqrt()
         })
         .collect();
     let (added, own_sd) = if campaign.scatter.is_empty() {
@@ -153,12 +156,12 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
     let mut work = model.workspace();
     for (i, origin) in rows.iter().enumerate() {
         let mut value = model.predict(&world, origin.reading, origin.sensor, &point, &mut gradient, &mut work)?;
-        value += apart.iter().zip(&effects).map(|(h, column)| h.value * column.get(i).unwrap_or(&0.0)).sum::<f64>();
-        let noise = truth.noise.get(origin.sensor).copied().unwrap_or_default();
+        value += apart.iter().zip(&effects).map(|(h, column)| h.value * column.at(i)).sum::<f64>();
+        let noise = noise_of(origin.sensor);
         let z: f64 = StandardNormal.sample(&mut generator);
         let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |reading| reading.samples);
         let sd = noise.sd / samples.sqrt();
-        value += added.get(i).copied().unwrap_or_default() + own_sd.get(i).copied().unwrap_or(sd) * z;
+        value += added.at(i) + own_sd.at(i) * z;
         if let Some(decimals) = noise.decimals {
             let scale = 10f64.powi(decimals.min(300) as i32);
             let rounded = (value * scale).round() / scale;

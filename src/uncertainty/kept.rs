@@ -1,6 +1,7 @@
 //! What a Monte Carlo keeps of its trials: the ends of each sequence, and sums.
 
 use super::monte_carlo::reach;
+use crate::elements::Elements;
 use crate::number;
 
 /// How many of the smallest values an interval's lower end can be among: the shortest interval leaves `1 - level` on one side alone.
@@ -65,6 +66,7 @@ impl Sorted {
     pub fn at(&self, k: usize) -> f64 {
         let k = k.min(self.len.saturating_sub(1));
         let from_above = self.len.saturating_sub(1) - k;
+        // between the two ends that are kept nothing is known
         self.low.get(k).copied().or_else(|| self.high.get(from_above).map(|v| -v)).unwrap_or(f64::NAN)
     }
 }
@@ -108,7 +110,7 @@ impl Sums {
 
     pub fn covariance(&self) -> Vec<Vec<f64>> {
         let (n, m) = (self.centre.len(), self.trials as f64);
-        let at = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(f64::NAN);
+        let at = |list: &[f64], k: usize| list.at(k);
         let of = |i: usize, j: usize| {
             let (i, j) = (i.max(j), i.min(j));
             (at(&self.second, i * n + j) - at(&self.first, i) * at(&self.first, j) / m) / (m - 1.0)

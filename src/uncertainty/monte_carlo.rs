@@ -10,6 +10,7 @@
 use super::kept::{Sorted, Sums, Tail, slack, tail};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Distribution, Known};
+use crate::elements::{Elements, Parts};
 use crate::linear::{Triangle, dot};
 use crate::number;
 use faer::Mat;
@@ -152,8 +153,8 @@ pub fn monte_carlo(
             let sorted = Sorted { low: low.sorted(), high: high.sorted(), len: kept };
             let (symmetric, shortest) = intervals(&sorted, level);
             let ends = sampling(&sorted, level);
-            let mean = means.get(k).copied().unwrap_or(f64::NAN);
-            let variance = covariance.get(k).and_then(|row| row.get(k)).copied().unwrap_or(f64::NAN);
+            let mean = means.at(k);
+            let variance = covariance.at(k).at(k);
             Propagated { mean, sd: variance.sqrt(), symmetric, shortest, ends }
         })
         .collect();
@@ -257,7 +258,7 @@ fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
         }
         for output in &model.outputs {
             values.push(match output {
-                Output::Parameter(k) => point.get(*k).copied().unwrap_or(f64::NAN),
+                Output::Parameter(k) => point.at(*k),
                 Output::Line(tape) => tape.value(&point, &mut work),
             });
         }
@@ -320,15 +321,14 @@ fn ellipsoid_factor(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Option<f64> {
     let n = means.len();
-    let sd: Vec<f64> =
-        covariance.iter().enumerate().map(|(k, row)| row.get(k).copied().unwrap_or(f64::NAN).sqrt()).collect();
+    let sd: Vec<f64> = covariance.iter().enumerate().map(|(k, row)| row.at(k).sqrt()).collect();
     let correlation = |i: usize, j: usize| {
         let own = covariance.get(i).and_then(|row| row.get(j)).zip(sd.get(i).zip(sd.get(j)));
         own.map_or(f64::NAN, |(covariance, (a, b))| if i == j { 1.0 } else { covariance / (a * b) })
     };
     let lower = Triangle::of(n, correlation, |_| 1e-10)?;
     let distance = |trial: &[f64], white: &mut [f64]| {
-        let own = trial.get(first..).unwrap_or_default();
+        let own = trial.part(first..);
         for (white, ((y, mean), sd)) in white.iter_mut().zip(own.iter().zip(means).zip(&sd)) {
             *white = (y - mean) / sd;
         }

@@ -1,6 +1,7 @@
 //! From text to a unit.
 
 use super::unit::Unit;
+use crate::elements::TextPart;
 use crate::error::{Fault, Malformed, Result};
 
 /// Bytes in the longest unit that is read, and parentheses inside each other at most.
@@ -41,7 +42,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn rest(&self) -> &str {
-        self.text.get(self.at..).unwrap_or_default()
+        self.text.part(self.at..)
     }
 
     fn peek(&mut self) -> Option<char> {
@@ -120,7 +121,7 @@ impl Reader<'_> {
         let signed = rest.strip_prefix(['-', '+']).unwrap_or(rest);
         let digits = signed.len() - signed.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').len();
         let length = rest.len() - signed.len() + digits;
-        match rest.get(..length).unwrap_or_default().parse::<f64>() {
+        match rest.part(..length).parse::<f64>() {
             Ok(power) if power.abs() <= 20.0 => {
                 self.at += length;
                 Ok(power)

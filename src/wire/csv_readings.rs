@@ -7,6 +7,7 @@ use super::{Named, Source};
 use crate::bench::Bench;
 use crate::campaign::Readings;
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 
 /// Read a CSV; empty cells are absent values, `position` is a text, every other cell that looks like a number is one.
 ///
@@ -107,8 +108,8 @@ pub(super) fn is_decimal_comma(text: &str) -> bool {
 /// The line of a record: its position as the reader gives it stands before the remarks and empty lines above it.
 pub(super) fn line_of(record: &csv::StringRecord, text: &str) -> u64 {
     let Some(place) = record.position() else { return 0 };
-    let start = usize::try_from(place.byte()).unwrap_or(usize::MAX);
-    let above = text.get(start..).unwrap_or_default().split_inclusive('\n');
+    // the reader's place may lie within a character that is not of this text, then nothing stands above
+    let above = text.get(number::index(place.byte())..).unwrap_or_default().split_inclusive('\n');
     place.line() + above.take_while(|line| line.starts_with('#') || line.trim().is_empty()).count() as u64
 }
 
@@ -144,7 +145,7 @@ pub(super) fn delimiter(text: &str) -> u8 {
 }
 
 pub(super) fn csv_error(error: &csv::Error, source: &Source) -> Malformed {
-    let line = error.position().map_or(0, |p| usize::try_from(p.line()).unwrap_or(0));
+    let line = error.position().map_or(0, |p| number::index(p.line()));
     let malformed = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
             Malformed::new(Fault::Syntax, "a row has another number of cells than the first line")

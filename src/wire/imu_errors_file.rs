@@ -1,7 +1,8 @@
 //! Errors of an inertial measurement unit as a mission file gives them.
 
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::navigate::errors::{ImuErrors, Instrument, Kind, Source};
+use crate::navigate::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor, value};
 use serde::{Deserialize, Serialize};
@@ -151,7 +152,7 @@ impl DriftFile {
 }
 
 impl DriftCoefficients {
-    fn slot(&mut self, source: &Source) -> &mut f64 {
+    fn slot(&mut self, source: &ErrorSource) -> &mut f64 {
         match (source.axis, source.input) {
             (0, 0) => &mut self.xx,
             (0, 1) => &mut self.xy,
@@ -241,7 +242,7 @@ impl InstallationFile {
 }
 
 impl InstallationAngles {
-    fn slot(&mut self, source: &Source) -> &mut f64 {
+    fn slot(&mut self, source: &ErrorSource) -> &mut f64 {
         match (source.axis, source.input) {
             (0, 1) => &mut self.xy,
             (0, _) => &mut self.xz,
@@ -308,7 +309,7 @@ impl ErrorsFile {
     /// small one.
     pub fn errors(&self) -> Result<ImuErrors> {
         let mut errors = ImuErrors::default();
-        for source in Source::catalogue() {
+        for source in ErrorSource::catalogue() {
             let (key, value) = self.value(&source);
             let (si, limit) = (value * source.si_per_unit(), source.limit());
             if !(si.abs() <= limit) {
@@ -339,8 +340,8 @@ impl ErrorsFile {
         Ok(errors)
     }
 
-    /// Change one source by a value in [`Source::unit`]; everything else stays as it was written.
-    pub fn add(&mut self, source: &Source, change: f64) {
+    /// Change one source by a value in [`ErrorSource::unit`]; everything else stays as it was written.
+    pub fn add(&mut self, source: &ErrorSource, change: f64) {
         let axes = |file: &mut AxesFile| {
             let mut each = file.each();
             each.get_mut(source.axis).into_iter().for_each(|value| *value += change);
@@ -372,8 +373,8 @@ impl ErrorsFile {
         }
     }
 
-    fn value(&self, source: &Source) -> (&'static str, f64) {
-        let at = |values: &[f64]| values.get(source.axis).copied().unwrap_or_default();
+    fn value(&self, source: &ErrorSource) -> (&'static str, f64) {
+        let at = |values: &[f64]| values.at(source.axis);
         let axes = |file: AxesFile| at(&file.each());
         let installation = |file: InstallationFile| *file.each().slot(source);
         match (source.instrument, source.kind) {

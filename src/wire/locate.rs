@@ -1,6 +1,7 @@
 //! From a JSON path to a line and a column.
 
 use super::Source;
+use crate::elements::TextPart;
 use crate::error::Malformed;
 use serde_json::value::RawValue;
 use std::{borrow::Cow, fmt};
@@ -76,7 +77,7 @@ pub(super) fn csv_row(path: &str) -> Option<CsvRow<'_>> {
 
 /// Offset in the raw JSON string of the `inner`-th byte of its unescaped content.
 fn escaped_offset(raw: &str, inner: usize) -> usize {
-    let body = raw.get(1..).unwrap_or_default();
+    let body = raw.part(1..);
     let (mut at, mut plain) = (0, 0);
     let bytes = body.as_bytes();
     while plain < inner && at < bytes.len() {
@@ -100,10 +101,10 @@ pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     while !text.is_char_boundary(end) {
         end -= 1;
     }
-    let before = text.get(..end).unwrap_or_default();
+    let before = text.part(..end);
     let line_start = before.rfind('\n').map_or(0, |k| k + 1);
     let line = 1 + before.bytes().filter(|b| *b == b'\n').count();
-    (line, 1 + before.get(line_start..).unwrap_or_default().chars().count())
+    (line, 1 + before.part(line_start..).chars().count())
 }
 
 /// Byte offset of a line and a byte column, both from 1.
@@ -121,7 +122,7 @@ pub(super) fn token_ending_at(text: &str, offset: usize) -> (usize, usize) {
     while !text.is_char_boundary(last) {
         last -= 1;
     }
-    let before = text.get(..last).unwrap_or_default();
+    let before = text.part(..last);
     let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
     let start = match text.get(last..).and_then(|rest| rest.chars().next()) {
         Some('"') => before.rfind('"').filter(|open| !before[*open..].contains('\n')),

@@ -3,6 +3,7 @@
 use super::Source;
 use super::csv_readings::{at_line, csv_error, delimiter, is_decimal_comma, line_of};
 use super::locate::csv_place;
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::measured::{CHANNEL_NAMES, CHANNELS, Measured, MeasuredRow, si_per_unit};
 use crate::navigate::mission::Mission;
@@ -213,7 +214,7 @@ pub fn write_measured(measured: &Measured, mission: &Mission) -> String {
     let mut header: Vec<String> = several.then(|| "motion".to_string()).into_iter().collect();
     header.push("time_s".into());
     for channel in &channels {
-        let name = CHANNEL_NAMES.get(*channel).copied().unwrap_or_default();
+        let name = CHANNEL_NAMES.at(*channel);
         header.push(name.into());
         header.extend(stated(*channel).then(|| format!("{name}_u")));
     }

@@ -3,7 +3,7 @@
 use super::{ErrorsFile, MotionFile, Named, Source, parse};
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::mission::{Mission, Site};
-use crate::navigate::study::Separation;
+use crate::navigate::study::FlownTogether;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -106,9 +106,9 @@ impl MissionFile {
     /// Check the mission and turn it into the domain's. Errors: [`Malformed`] with the JSON path.
     pub fn mission(&self) -> Result<Mission> {
         let site = Site {
-            latitude: self.site.latitude_deg.to_radians(),
-            longitude: self.site.longitude_deg.to_radians(),
-            altitude: self.site.altitude_m,
+            latitude_rad: self.site.latitude_deg.to_radians(),
+            longitude_rad: self.site.longitude_deg.to_radians(),
+            altitude_m: self.site.altitude_m,
         };
         let motion = self.motion.motion().map_err(|e| e.under("motion"))?;
         let mut mission = Mission::new(site, self.step_s, self.duration_h * 3600.0, self.output_every_s, motion)?;
@@ -132,11 +132,11 @@ impl MissionFile {
 
 impl ScenariosFile {
     /// The domain's word for it.
-    pub fn separation(self) -> Separation {
+    pub fn separation(self) -> FlownTogether {
         match self {
-            ScenariosFile::Together => Separation::Together,
-            ScenariosFile::Groups => Separation::Groups,
-            ScenariosFile::Components => Separation::Components,
+            ScenariosFile::Together => FlownTogether::Together,
+            ScenariosFile::Groups => FlownTogether::Groups,
+            ScenariosFile::Components => FlownTogether::Components,
         }
     }
 }

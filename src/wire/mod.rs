@@ -42,6 +42,7 @@ mod table_readings;
 mod truth_file;
 mod write;
 
+use crate::elements::Parts;
 pub use bench_file::{AxisFile, BenchFile, DirectionFile, LinkFile, SensorFile, UnitsFile};
 pub use build_bench::{BenchBuilder, SensorBuilder};
 pub use build_campaign::{CampaignBuilder, ReadingBuilder};
@@ -127,11 +128,11 @@ impl Source {
             Err(error) => {
                 let at = error.utf8_error().valid_up_to();
                 let bytes = error.into_bytes();
-                let before = bytes.get(..at).unwrap_or_default();
+                let before = bytes.part(..at);
                 let line = 1 + before.iter().filter(|b| **b == b'\n').count();
                 let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-                let column = 1 + String::from_utf8_lossy(before.get(start..).unwrap_or_default()).chars().count();
-                let byte = bytes.get(at).copied().unwrap_or_default();
+                let column = 1 + String::from_utf8_lossy(before.part(start..)).chars().count();
+                let byte = bytes.get(at).copied().unwrap_or_default(); // there is one: what stood before it is not all
                 Err(Malformed::new(Fault::Syntax, "the file is not UTF-8 text")
                     .expected("UTF-8 (in a spreadsheet: save as 'CSV UTF-8')")
                     .found(format!("byte 0x{byte:02X}, which is not UTF-8 here (Latin-1?)"))

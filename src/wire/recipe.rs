@@ -5,6 +5,7 @@
 //! ```
 
 use super::{ReducedReading, Schedule};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{self, As, Block, Clock, Jump, Record};
@@ -209,7 +210,7 @@ impl Recipe {
                     breaks += 1;
                 }
                 let rows = |k: usize| {
-                    let column = block.columns.get(k).map(Vec::as_slice).unwrap_or_default();
+                    let column = block.columns.at(k);
                     column.get(stretch.rows.clone()).unwrap_or_default()
                 };
                 let columns: Vec<&[f64]> = (0..chosen.len()).map(rows).collect();
@@ -309,7 +310,7 @@ pub fn times(table: &mut Record) -> Result<Vec<(String, f64, f64)>> {
     let (mut list, mut block) = (Vec::new(), Block::default());
     while table.next(&mut block)? {
         for k in 0..block.rows() {
-            let number = |column: usize| block.columns.get(column).and_then(|c| c.get(k)).copied().unwrap_or(f64::NAN);
+            let number = |column: usize| block.columns.at(column).at(k);
             if !(number(1) > number(0)) {
                 return Err(Malformed::new(Fault::Value, "a segment does not end after it starts")
                     .expected("end_s above start_s")

@@ -8,6 +8,7 @@ use super::{Named, Table, csv_readings};
 use crate::batch::{Layout, Use};
 use crate::bench::Bench;
 use crate::campaign::Readings;
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Block, Record};
 
@@ -34,7 +35,7 @@ fn of_record(bench: &Bench, mut record: Record, map: &Named<String>) -> Result<R
             let place = table_place(rows.len() + 1, record.name());
             let mut cells = Vec::with_capacity(layout.keys.len());
             for ((key, kind), column) in layout.keys.iter().zip(&layout.uses).zip(&block.columns) {
-                let own = column.get(k).copied().unwrap_or(f64::NAN);
+                let own = column.at(k);
                 let cell = match kind {
                     Use::Input | Use::Value(_) => number(Some(own)),
                     Use::Other if own.is_nan() => Cell::Nothing(()),

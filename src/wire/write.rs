@@ -132,7 +132,7 @@ fn derived_file(derived: &Derived) -> DerivedFile {
 }
 
 fn constraint_file(campaign: &Campaign, constraint: &Constraint) -> ConstraintFile {
-    let id = |k: &usize| campaign.parameters.get(*k).map(|p| p.id.clone()).unwrap_or_default();
+    let id = |k: &usize| campaign.parameter_id(*k).to_string();
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
             let of = Some(Named(terms.iter().map(|(k, factor)| (id(k), *factor)).collect()));

@@ -71,7 +71,7 @@ fn a_parabola_in_rationals() {
 /// ISO/TS 28037:2010, pages 13 and 14, recomputed in rational arithmetic.
 #[test]
 fn iso_ts_28037_weighted_lines() {
-    let reference: Value = serde_json::from_str(include_str!("../data/iso_ts_28037.json")).expect("JSON");
+    let reference: Value = serde_json::from_str(include_str!("../data/reference/iso_ts_28037.json")).expect("JSON");
     let sets = reference["sets"].as_array().expect("sets");
     assert_eq!(sets.len(), 2);
     for set in sets {

@@ -1,5 +1,5 @@
 //! NIST Statistical Reference Datasets, linear regression: digits of coefficients, standard errors and leverages against exact
-//! rational solutions (the decimal data taken as exact), through `adjust` on plain matrices (tests/data/nist_strd.json), and through
+//! rational solutions (the decimal data taken as exact), through `adjust` on plain matrices (tests/data/reference/nist_strd.json), and through
 //! `fit` on campaigns whose model line is the polynomial (tests/data/nist).
 //!
 //! Filip stops at 7.9 digits because the powers are rounded: the exact solution of the rounded rows (in 80 digits) agrees
@@ -34,7 +34,7 @@ fn adjusted(set: &Value) -> Estimate {
 
 #[test]
 fn digits_of_an_adjustment() {
-    let reference: Value = serde_json::from_str(include_str!("../data/nist_strd.json")).expect("JSON");
+    let reference: Value = serde_json::from_str(include_str!("../data/reference/nist_strd.json")).expect("JSON");
     // Set, digits that the coefficients must have, digits that numpy has with scaled columns.
     let required = [
         ("longley", 10.0, 10.9),

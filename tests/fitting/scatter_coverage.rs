@@ -101,7 +101,7 @@ fn check_within(name: &str, rates: &[f64], count: usize, each: f64) {
 fn scatter_coverage_imu_at_24_positions() {
     let schedule = std::fs::read_to_string(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/examples/20-imu-three-axis-table/schedule.campaign.json"
+        "/examples/10-imu-three-axis-table/schedule.campaign.json"
     ))
     .unwrap();
     let mut file: serde_json::Value = serde_json::from_str(&schedule).unwrap();

@@ -8,7 +8,7 @@ use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
 use tumble::diagnosis::{NoiseFrom, Settings, Verdict};
 use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
-use tumble::navigate::errors::{ImuErrors, Source};
+use tumble::navigate::errors::{ErrorSource, ImuErrors};
 use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
 use tumble::navigate::mission::{Mission, Site};
 use tumble::navigate::motion::{Attitude, Motion, Oscillation};
@@ -21,7 +21,7 @@ const ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 const U: Channels = [2.0 * ARCSEC, 2.0 * ARCSEC, 2.0 * ARCSEC, 0.01, 0.01, 5.0, 5.0];
 
 fn site() -> Site {
-    Site { latitude: 45.7796f64.to_radians(), longitude: 126.6705f64.to_radians(), altitude: 0.0 }
+    Site { latitude_rad: 45.7796f64.to_radians(), longitude_rad: 126.6705f64.to_radians(), altitude_m: 0.0 }
 }
 
 fn at_rest() -> Motion {
@@ -73,7 +73,7 @@ fn size(mission: &Mission, source: usize, times: &[f64], t: f64) -> Option<f64> 
         .flat_map(|s| s.iter().zip(U).map(|(s, u)| (s / u) * (s / u)).collect::<Vec<f64>>())
         .sum();
     let size = t / square.sqrt();
-    (size < Source::catalogue()[source].limit()).then_some(size)
+    (size < ErrorSource::catalogue()[source].limit()).then_some(size)
 }
 
 fn names(found: &NavigationDiagnosis) -> Vec<String> {
@@ -90,7 +90,7 @@ fn one_error_is_named() {
         let mission = mission(motion);
         let times = times(&mission);
         println!("{name}: hidden, its size, how it came out, named, its t and aliases");
-        let rows: Vec<(String, usize, usize)> = Source::catalogue()
+        let rows: Vec<(String, usize, usize)> = ErrorSource::catalogue()
             .into_par_iter()
             .enumerate()
             .filter(|(j, _)| j % every == 0)
@@ -124,14 +124,14 @@ fn one_error_is_named() {
 }
 
 /// How the hidden errors came out: all named, named or among the aliases of different findings, or wrong.
-fn way(found: &NavigationDiagnosis, hidden: &[Source]) -> &'static str {
+fn way(found: &NavigationDiagnosis, hidden: &[ErrorSource]) -> &'static str {
     if found.findings.len() != hidden.len() {
         return "WRONG";
     }
     if hidden.iter().all(|source| found.findings.iter().any(|f| f.source == *source)) {
         return "named";
     }
-    let holds = |k: usize, source: &Source| {
+    let holds = |k: usize, source: &ErrorSource| {
         found.findings.get(k).is_some_and(|f| f.source == *source || f.aliases.iter().any(|a| a.source == *source))
     };
     let straight = hidden.iter().enumerate().all(|(k, source)| holds(k, source));
@@ -145,7 +145,7 @@ fn two_errors_are_named() {
     for (name, motion) in [("static", at_rest()), ("swing", swing())] {
         let mission = mission(motion);
         let times = times(&mission);
-        let visible: Vec<(usize, Source, f64)> = Source::catalogue()
+        let visible: Vec<(usize, ErrorSource, f64)> = ErrorSource::catalogue()
             .into_iter()
             .enumerate()
             .filter_map(|(j, source)| Some((j, source, size(&mission, j, &times, 15.0)?)))
@@ -183,9 +183,9 @@ fn two_errors_are_named() {
 }
 
 /// What each error does at its size, in standard uncertainties.
-fn columns(mission: &Mission, times: &[f64], errors: &[(usize, Source, f64)]) -> Vec<Vec<f64>> {
+fn columns(mission: &Mission, times: &[f64], errors: &[(usize, ErrorSource, f64)]) -> Vec<Vec<f64>> {
     let instants = signatures::instants(mission, &mission.motion, times);
-    let column = |(j, _, size): &(usize, Source, f64)| -> Vec<f64> {
+    let column = |(j, _, size): &(usize, ErrorSource, f64)| -> Vec<f64> {
         let one = |channels: &Channels| channels.iter().zip(U).map(|(s, u)| size * s / u).collect::<Vec<f64>>();
         instants.iter().flat_map(|i| one(&i.signatures[*j])).collect()
     };
@@ -203,7 +203,7 @@ fn beyond_one(columns: &[Vec<f64>], a: usize, b: usize) -> f64 {
 /// A short mission for many seeds.
 fn short() -> Mission {
     let mut mission = Mission::new(site(), 0.5, 3.0 * HOUR, 60.0, at_rest()).unwrap();
-    Source::named("gyro_bias_x").unwrap().set(&mut mission.errors, 5e-8);
+    ErrorSource::named("gyro_bias_x").unwrap().set(&mut mission.errors, 5e-8);
     mission
 }
 
@@ -260,10 +260,10 @@ fn what_is_not_in_the_catalogue_is_unexplained() {
     let late = |seed: u64| {
         // at rest the navigator does not change in time, so that an error from a later time on is the same, later
         let source = ["gyro_bias_y", "accelerometer_bias_x", "gyro_bias_z"][seed as usize % 3];
-        let j = Source::catalogue().iter().position(|s| s.id() == source).unwrap();
+        let j = ErrorSource::catalogue().iter().position(|s| s.id() == source).unwrap();
         // flown at the size of t = 80 over the whole run, and made t = 80 for what is left of the run (static, small: linear)
         let size = size(&mission, j, &times, 80.0).unwrap();
-        let errors = ImuErrors::single(Source::named(source).unwrap(), size);
+        let errors = ImuErrors::single(ErrorSource::named(source).unwrap(), size);
         let start = 5000.0 + 40.0 * seed as f64;
         let later: Vec<f64> = times.iter().map(|t| (t - start).max(0.0)).collect();
         let mut truth = signatures::predicted(&mission, &mission.motion, &errors, &later);
@@ -318,7 +318,7 @@ fn large_errors_are_refitted_on_the_full_simulation() {
     let hidden = [("gyro_bias_y", 0.3), ("start_attitude_up", 600.0)];
     let mut errors = ImuErrors::default();
     for (id, value) in hidden {
-        let source = Source::named(id).unwrap();
+        let source = ErrorSource::named(id).unwrap();
         source.set(&mut errors, value * source.si_per_unit());
     }
     let truth = signatures::predicted(&mission, &mission.motion, &errors, &times);
@@ -350,8 +350,8 @@ fn a_motion_that_is_named_tells() {
     for id in ["gyro_scale_factor_z", "gyro_installation_yz", "accelerometer_installation_xz"] {
         let mission = mission(at_rest());
         let times = times(&mission);
-        let source = Source::named(id).unwrap();
-        let j = Source::catalogue().iter().position(|s| *s == source).unwrap();
+        let source = ErrorSource::named(id).unwrap();
+        let j = ErrorSource::catalogue().iter().position(|s| *s == source).unwrap();
         let errors = ImuErrors::single(source, size(&mission, j, &times, 400.0).unwrap());
         let truth = signatures::predicted(&mission, &mission.motion, &errors, &times);
         let mut data = measured(&times, &truth, 1, true);
@@ -385,7 +385,7 @@ fn a_motion_that_is_named_tells() {
 fn noise_from_residuals_and_channels_left_out() {
     let mission = mission(at_rest());
     let times = times(&mission);
-    let source = Source::named("accelerometer_bias_y").unwrap();
+    let source = ErrorSource::named("accelerometer_bias_y").unwrap();
     let truth = signatures::predicted(&mission, &mission.motion, &ImuErrors::single(source, 1e-3), &times);
     let data = measured(&times, &truth, 3, false);
     let found = diagnose(&mission, &data, &Settings::default()).unwrap();
@@ -408,9 +408,9 @@ fn noise_from_residuals_and_channels_left_out() {
             .for_each(|row| row.value[..3].iter_mut().for_each(|v| *v = v.filter(|_| attitude)));
         let found = diagnose(&mission, &data, &Settings::default()).unwrap();
         let finding = &found.findings[0];
-        let all: Vec<Source> =
+        let all: Vec<ErrorSource> =
             finding.aliases.iter().map(|a| a.source).chain([finding.source]).filter_map(|c| c.constant()).collect();
-        let ids: Vec<String> = all.iter().map(Source::id).collect();
+        let ids: Vec<String> = all.iter().map(ErrorSource::id).collect();
         let told = finding.separate_by.first().map(|s| tumble::wire::MotionFile::of(&s.motion).in_words());
         println!("{name}: one of {ids:?}; would tell: {}", told.unwrap_or_default());
         assert!(found.findings.len() == 1 && all.contains(&source));

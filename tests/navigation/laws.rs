@@ -9,7 +9,7 @@ use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
 use tumble::diagnosis::{Settings, Verdict};
 use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
-use tumble::navigate::errors::{ImuErrors, Source};
+use tumble::navigate::errors::{ErrorSource, ImuErrors};
 use tumble::navigate::linear;
 use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
 use tumble::navigate::mission::{Mission, Site};
@@ -67,7 +67,7 @@ fn legs() -> Motion {
 }
 
 fn mission(motion: Motion) -> Mission {
-    let site = Site { latitude: 45.7796f64.to_radians(), longitude: 126.6705f64.to_radians(), altitude: 0.0 };
+    let site = Site { latitude_rad: 45.7796f64.to_radians(), longitude_rad: 126.6705f64.to_radians(), altitude_m: 0.0 };
     let swings = motion.shortest_period().is_finite();
     let (step, hours) = (if swings { 0.1 } else { 0.5 }, if long() { 6.0 } else { 4.0 });
     Mission::new(site, step, hours * HOUR, 60.0, motion).unwrap()
@@ -97,13 +97,13 @@ fn flown(mission: &Mission, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> 
 
 /// A bias that follows a function of time, by steps of a minute: the response to each piece is a difference of two responses that start then.
 /// (The linear equations of the navigator, integrated with the drive of that minute; nothing of the search's own columns.)
-fn changing(mission: &Mission, source: &Source, times: &[f64], f: &dyn Fn(f64) -> f64) -> Vec<Channels> {
-    let j = Source::catalogue().iter().position(|own| own == source).unwrap();
-    let first = Source::all().len();
+fn changing(mission: &Mission, source: &ErrorSource, times: &[f64], f: &dyn Fn(f64) -> f64) -> Vec<Channels> {
+    let j = ErrorSource::catalogue().iter().position(|own| own == source).unwrap();
+    let first = ErrorSource::all().len();
     let piece = 60.0;
     let mut mission = mission.clone();
-    mission.steps_per_row = 2 * (0.5 * piece / mission.step) as u64;
-    let piece = mission.steps_per_row as f64 * mission.step;
+    mission.steps_per_row = 2 * (0.5 * piece / mission.step_s) as u64;
+    let piece = mission.steps_per_row as f64 * mission.step_s;
     // what a unit bias adds in each piece: S(t) - Psi(t) Psi(s)^-1 S(s), summed up state by state
     let (mut rows, mut state) = (Vec::new(), nalgebra::SVector::<f64, 7>::zeros());
     let mut before: Option<(nalgebra::SMatrix<f64, 7, 7>, nalgebra::SVector<f64, 7>)> = None;
@@ -188,7 +188,7 @@ fn laws_five_biases_are_named() {
                         let [least, most] = if id.starts_with('g') { gyro } else { accelerometer };
                         let size = least * (most / least).powf(uniform(&mut random));
                         let sign = if uniform(&mut random) < 0.5 { -1.0 } else { 1.0 };
-                        let source = Source::named(id).unwrap();
+                        let source = ErrorSource::named(id).unwrap();
                         source.set(&mut errors, sign * size * source.si_per_unit());
                         expected.push(id.to_string());
                     }
@@ -219,7 +219,7 @@ fn laws_an_outlier_does_not_stop_the_search() {
                 let mut random = seed(100 + trial);
                 let ids = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
                 let id = ids[trial as usize % 5];
-                let source = Source::named(id).unwrap();
+                let source = ErrorSource::named(id).unwrap();
                 let size = if id.starts_with('g') { 1e-3 } else { 1e-5 } * 1000f64.powf(uniform(&mut random));
                 let errors = ImuErrors::single(source, size * source.si_per_unit());
                 let mut data = measured(&times, &flown(&mission, &errors, &times), &mut random);
@@ -297,7 +297,7 @@ fn laws_errors_that_change_in_time() {
                 let mut random = seed(300 + trial);
                 let ids = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
                 let id = ids[2 * trial as usize % 5];
-                let source = Source::named(id).unwrap();
+                let source = ErrorSource::named(id).unwrap();
                 let size = if id.starts_with('g') { 0.01 } else { 3e-4 } * source.si_per_unit();
                 let duration = mission.duration();
                 let unit = changing(&mission, &source, &times, &|time| f(time / duration));
@@ -348,7 +348,7 @@ fn laws_random_walks_are_named() {
                     own.errors.accelerometer.random_walk = factor * densities[1] * units[1];
                     let mut expected = vec![name.to_string()];
                     if biased {
-                        let source = Source::named("gyro_bias_z").unwrap();
+                        let source = ErrorSource::named("gyro_bias_z").unwrap();
                         source.set(&mut own.errors, 0.5 * source.si_per_unit());
                         expected.push(source.id());
                     }

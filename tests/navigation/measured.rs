@@ -180,11 +180,11 @@ fn questions_that_cannot_be_asked() {
     assert!(!at("x.csv").exists());
 }
 
-/// The measurements of example 31 are those that its command makes, and hold what its truth hides.
+/// The measurements of example 19 are those that its command makes, and hold what its truth hides.
 #[test]
 fn example_31_is_reproduced() {
     let folder = tempfile::tempdir().unwrap();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/31-navigation-errors");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/19-navigation-errors");
     let written = folder.path().join("both.csv");
     let noise = ["--noise-arcsec", "2", "--noise-m-s", "0.01", "--noise-m", "5"];
     let command = ["navigate", "truth.mission.json", "--measured", written.to_str().unwrap()];

@@ -1,6 +1,6 @@
 //! Missions: what they may hold, turns and swings under way, acceleration-sensitive drift, the navigator's own error.
 use tumble::error::Malformed;
-use tumble::navigate::errors::{ImuErrors, Source};
+use tumble::navigate::errors::{ErrorSource, ImuErrors};
 use tumble::navigate::mission::Mission;
 use tumble::navigate::run::{self, Continue, Flight, Scenario};
 use tumble::navigate::{propagation, study};
@@ -112,10 +112,10 @@ fn a_swing_in_heading_is_clockwise() {
 #[test]
 fn acceleration_sensitive_drift_at_rest_is_a_bias() {
     let mission = parsed(serde_json::json!({ "static": { "heading_deg": 30 } })).unwrap();
-    let gravity = tumble::navigate::earth::normal_gravity(mission.site.latitude, 0.0) / 9.80665;
+    let gravity = tumble::navigate::earth::normal_gravity(mission.site.latitude_rad, 0.0) / 9.80665;
     for (drift, bias) in [("xz", "x"), ("yz", "y"), ("zz", "z")] {
         let one = |id: String, value: f64| {
-            let source = Source::named(&id).unwrap();
+            let source = ErrorSource::named(&id).unwrap();
             let errors = ImuErrors::single(source, value * source.si_per_unit());
             let scenario = Scenario { id, errors };
             run::fly(&mission, &mission.motion, &[scenario], &mut |_| Continue::Yes).outcomes[0].last
@@ -130,7 +130,10 @@ fn acceleration_sensitive_drift_at_rest_is_a_bias() {
     // as a mission file gives it
     let errors = serde_json::json!({ "gyro_acceleration_sensitive_deg_h_per_g": { "xz": 2 } });
     let mission = with(serde_json::json!({ "errors": errors })).unwrap();
-    assert_eq!(mission.errors.present().iter().map(Source::id).collect::<Vec<_>>(), ["gyro_acceleration_sensitive_xz"]);
+    assert_eq!(
+        mission.errors.present().iter().map(ErrorSource::id).collect::<Vec<_>>(),
+        ["gyro_acceleration_sensitive_xz"]
+    );
 }
 
 /// A full circle comes back, and the navigator, which integrates rates and forces without knowing of turns, agrees with the truth.
@@ -150,7 +153,7 @@ fn turns_and_swings_under_way_close() {
         let scenario = Scenario { id: "none".into(), errors: ImuErrors::default() };
         let mut places = Vec::new();
         let flight = run::fly(&mission, &mission.motion, &[scenario], &mut |row| {
-            places.push((row.truth.time, row.truth.latitude, row.truth.longitude, row.truth.velocity));
+            places.push((row.truth.time, row.truth.latitude_rad, row.truth.longitude_rad, row.truth.velocity));
             Continue::Yes
         });
         let own = flight.outcomes[0].position.max;
@@ -225,7 +228,7 @@ fn the_navigators_own_error_is_a_row_and_a_warning() {
     };
     for (period, step, warns) in [(0.025, 0.01, true), (6.0, 0.01, false), (0.025, 0.001, false)] {
         let mission = swing(period, step);
-        let scenarios = study::scenarios(&mission.errors, study::Separation::Groups);
+        let scenarios = study::scenarios(&mission.errors, study::FlownTogether::Groups);
         assert_eq!(scenarios.last().unwrap().id, "perfect_unit");
         let flown = study::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes);
         let report = report::navigate_report(&mission, &scenarios, &flown, &[]);
@@ -243,7 +246,7 @@ fn ratios_to_rounding_are_not_printed() {
         "beside": [{ "swing": { "pitch": { "amplitude_deg": 7, "period_s": 6 } } }],
         "errors": { "accelerometer_scale_factor": [1e-3, -5e-4, 7e-4], "gyro_bias_deg_h": 0.01 } });
     let mission = with(keys).unwrap();
-    let scenarios = study::scenarios(&mission.errors, study::Separation::Groups);
+    let scenarios = study::scenarios(&mission.errors, study::FlownTogether::Groups);
     let flown = study::fly(&mission, &scenarios, &mut |_, _, _| Continue::Yes);
     for ratio in study::ratios(&mission, &flown) {
         let all = [ratio.tilt, ratio.azimuth, ratio.velocity, ratio.position];

@@ -2,7 +2,7 @@
 use std::f64::consts::TAU;
 use tumble::navigate::{
     earth,
-    errors::{ImuErrors, Kind, Source},
+    errors::{ErrorSource, ImuErrors, Kind},
     linear,
     mission::{Mission, Site},
     motion::{Attitude, Leg, Legs, Motion, Oscillation},
@@ -15,7 +15,7 @@ use tumble::wire;
 const HOUR: f64 = 3600.0;
 
 fn site() -> Site {
-    Site { latitude: 45.7796f64.to_radians(), longitude: 126.6705f64.to_radians(), altitude: 0.0 }
+    Site { latitude_rad: 45.7796f64.to_radians(), longitude_rad: 126.6705f64.to_radians(), altitude_m: 0.0 }
 }
 
 fn angle(amplitude: f64, period: f64, phase: f64) -> Oscillation {
@@ -96,7 +96,7 @@ fn fourth_order_in_the_step() {
 fn linear_model_agrees() {
     for (name, motion) in [("static", Motion::at_rest(0.05, -0.1, 0.7)), ("swing", swing()), ("legs", legs())] {
         let mission = Mission::new(site(), 0.01, 14.0 * HOUR, 600.0, motion).unwrap();
-        let sources = Source::catalogue();
+        let sources = ErrorSource::catalogue();
         let scenarios: Vec<Scenario> = sources
             .iter()
             .map(|s| {
@@ -159,7 +159,7 @@ fn linear_model_agrees() {
 fn periods_of_the_error_equations() {
     let [earth, slow, fast] = linear::frequencies(site()).unwrap();
     let foucault = TAU / (0.5 * (fast - slow)) / HOUR;
-    let expected = TAU / (earth::EARTH_RATE * site().latitude.sin()) / HOUR;
+    let expected = TAU / (earth::EARTH_RATE * site().latitude_rad.sin()) / HOUR;
     println!(
         "Schuler {:.2} min, Earth {:.4} h, Foucault {foucault:.2} h (2 pi / (W sin L) = {expected:.2} h)",
         TAU / (0.5 * (fast + slow)) / 60.0,
@@ -174,11 +174,11 @@ fn periods_of_the_error_equations() {
 #[test]
 fn closed_forms_at_rest() {
     let mission = Mission::new(site(), 0.02, 42.2 * 60.0, 60.0, Motion::default()).unwrap();
-    let radii = earth::Curvature::at(site().latitude, 0.0);
-    let gravity = earth::normal_gravity(site().latitude, 0.0);
+    let radii = earth::Curvature::at(site().latitude_rad, 0.0);
+    let gravity = earth::normal_gravity(site().latitude_rad, 0.0);
     let schuler = (gravity / radii.meridian).sqrt();
     let t = mission.duration();
-    let source = |id: &str| Source::named(id).unwrap();
+    let source = |id: &str| ErrorSource::named(id).unwrap();
     // north accelerometer bias: dN = b / ws^2 (1 - cos ws t)
     let bias = 1e-4 * gravity;
     let north = last(&mission, &Motion::default(), ImuErrors::single(source("accelerometer_bias_y"), bias)).position[1];
@@ -202,7 +202,7 @@ fn closed_forms_at_rest() {
 /// With its values (1 per mille on all axes) its sentences hold; what excites an accelerometer's scale factor are the legs, not the swing.
 #[test]
 fn findings_of_the_source() {
-    let text = include_str!("../../examples/11-navigator/findings.mission.json");
+    let text = include_str!("../../examples/09-navigator/findings.mission.json");
     let source = wire::Source { name: "findings.mission.json".into(), text: text.into() };
     let file: wire::MissionFile = wire::parse(&source).unwrap();
     let mission = file.mission().unwrap();
@@ -302,7 +302,7 @@ fn random_walk_grows_with_the_root_of_time() {
 fn lanes_do_not_mix() {
     let mission = Mission::new(site(), 0.01, 0.2 * HOUR, 60.0, swing()).unwrap();
     let scenarios: Vec<Scenario> =
-        Source::all().into_iter().map(|s| Scenario { id: s.id(), errors: ImuErrors::single(s, 1e-4) }).collect();
+        ErrorSource::all().into_iter().map(|s| Scenario { id: s.id(), errors: ImuErrors::single(s, 1e-4) }).collect();
     let together = run::fly(&mission, &mission.motion, &scenarios, &mut |_| Continue::Yes);
     for (i, scenario) in scenarios.iter().enumerate() {
         let alone = last(&mission, &mission.motion, scenario.errors);
@@ -316,7 +316,7 @@ fn independent_navigator_agrees() {
     use nalgebra::{Matrix3, Rotation3, Vector3};
     let mission = Mission::new(site(), 0.01, 600.0, 600.0, swing()).unwrap();
     let mut errors = ImuErrors::default();
-    for (i, source) in Source::all().iter().enumerate() {
+    for (i, source) in ErrorSource::all().iter().enumerate() {
         let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
         let size = match source.kind {
             Kind::Bias => 1e-5,
@@ -333,15 +333,15 @@ fn independent_navigator_agrees() {
             * Rotation3::from_axis_angle(&Vector3::x_axis(), pitch.at(t))
             * Rotation3::from_axis_angle(&Vector3::y_axis(), roll.at(t))
     };
-    let earth_rate = Vector3::from(earth::earth_rate(site().latitude));
-    let gravity = Vector3::new(0.0, 0.0, earth::normal_gravity(site().latitude, 0.0));
+    let earth_rate = Vector3::from(earth::earth_rate(site().latitude_rad));
+    let gravity = Vector3::new(0.0, 0.0, earth::normal_gravity(site().latitude_rad, 0.0));
     let apply = |e: &tumble::navigate::errors::TriadErrors, x: Vector3<f64>| {
         let k = Matrix3::from_fn(|i, j| e.matrix[i][j]);
         x + k * x + Vector3::from(e.bias) + Vector3::from(e.square).component_mul(&x.component_mul(&x))
     };
     let (h, n) = (1e-3, 600_000);
     let mut c = attitude(0.0).into_inner();
-    let (mut v, mut latitude, mut longitude) = (Vector3::zeros(), site().latitude, site().longitude);
+    let (mut v, mut latitude_rad, mut longitude_rad) = (Vector3::zeros(), site().latitude_rad, site().longitude_rad);
     for i in 0..n {
         let t = (i as f64 + 0.5) * h;
         let turn = (attitude(t - 0.5 * h).inverse() * attitude(t + 0.5 * h)).scaled_axis() / h;
@@ -350,34 +350,34 @@ fn independent_navigator_agrees() {
         let drift = Matrix3::from_fn(|i, j| errors.drift[i][j]) * specific;
         let rate = apply(&errors.gyro, middle.inverse() * earth_rate + turn) + drift;
         let force = apply(&errors.accelerometer, specific);
-        let frame = |v: &Vector3<f64>, latitude: f64| {
-            let transport = Vector3::from(earth::transport_rate(latitude, 0.0, [v.x, v.y]));
-            let earth = Vector3::from(earth::earth_rate(latitude));
+        let frame = |v: &Vector3<f64>, latitude_rad: f64| {
+            let transport = Vector3::from(earth::transport_rate(latitude_rad, 0.0, [v.x, v.y]));
+            let earth = Vector3::from(earth::earth_rate(latitude_rad));
             (earth + transport, 2.0 * earth + transport)
         };
-        let (own, _) = frame(&v, latitude);
+        let (own, _) = frame(&v, latitude_rad);
         let half = Rotation3::new(-own * 0.5 * h).into_inner() * c * Rotation3::new(rate * 0.5 * h).into_inner();
-        let (_, coriolis) = frame(&v, latitude);
+        let (_, coriolis) = frame(&v, latitude_rad);
         let mut change = half * force - coriolis.cross(&v);
         change.z = 0.0;
         let v_mid = v + change * 0.5 * h;
-        let (own, coriolis) = frame(&v_mid, latitude);
+        let (own, coriolis) = frame(&v_mid, latitude_rad);
         let mut change = half * force - coriolis.cross(&v_mid);
         change.z = 0.0;
         c = Rotation3::new(-own * h).into_inner() * c * Rotation3::new(rate * h).into_inner();
         let v_new = v + change * h;
         let mean = 0.5 * (v + v_new);
-        let radii = earth::Curvature::at(latitude, 0.0);
-        latitude += h * mean.y / radii.meridian;
-        longitude += h * mean.x / (radii.prime_vertical * latitude.cos());
+        let radii = earth::Curvature::at(latitude_rad, 0.0);
+        latitude_rad += h * mean.y / radii.meridian;
+        longitude_rad += h * mean.x / (radii.prime_vertical * latitude_rad.cos());
         v = v_new;
     }
     let wrong = c * attitude(n as f64 * h).into_inner().transpose();
     let phi = -Rotation3::from_matrix_unchecked(wrong).scaled_axis();
-    let radii = earth::Curvature::at(site().latitude, 0.0);
+    let radii = earth::Curvature::at(site().latitude_rad, 0.0);
     let position = [
-        (longitude - site().longitude) * radii.prime_vertical * site().latitude.cos(),
-        (latitude - site().latitude) * radii.meridian,
+        (longitude_rad - site().longitude_rad) * radii.prime_vertical * site().latitude_rad.cos(),
+        (latitude_rad - site().latitude_rad) * radii.meridian,
     ];
     println!("lanes:       {fast:?}\nindependent: {phi:?} {v:?} {position:?}");
     for i in 0..3 {

@@ -4,7 +4,7 @@ use assert_cmd::Command;
 use std::path::{Path, PathBuf};
 
 fn example() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/30-plan-five-positions")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/18-plan-five-positions")
 }
 
 /// Exit code, stdout and stderr of `tumble ARGUMENTS` in a folder.

@@ -19,7 +19,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Run {
 }
 
 fn example() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/60-production-line")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/26-production-line")
 }
 
 /// Rows of a CSV by their first cell.

@@ -271,7 +271,7 @@ fn the_lab_file_has_a_schema_and_the_example_obeys_it() {
 /// What scatters has a result of its own, with the standard deviation and unit of every source.
 #[test]
 fn what_scatters_stands_in_the_certificate() {
-    let campaign = "examples/40-position-scatter/with.campaign.json";
+    let campaign = "examples/20-position-scatter/with.campaign.json";
     let (_, text, errors) = tumble(&["fit", campaign, "--json", "-"]);
     let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {errors}"));
     let told: Vec<&serde_json::Value> =

@@ -166,10 +166,10 @@ fn your_own_positions_hold_their_truth() {
     assert!(digits(kind.u, 129.68 * ARCSEC * 0.004 / 2.9222) > 3.0);
 }
 
-/// The truth behind example 40 (tests/scripts/position_scatter_example.py): with its line, the intervals hold it; without, they do not.
+/// The truth behind example 20 (tests/scripts/position_scatter_example.py): with its line, the intervals hold it; without, they do not.
 #[test]
 fn position_scatter_holds_its_truth_with_the_line_only() {
-    let folder = root().join("examples/40-position-scatter");
+    let folder = root().join("examples/20-position-scatter");
     let text = |name: &str| std::fs::read_to_string(folder.join(name)).expect("a file");
     let truth: serde_json::Value = serde_json::from_str(&text("truth.json")).expect("JSON");
     let outside = |name: &str| {

@@ -216,7 +216,7 @@ fn the_page_of_a_plan_begins_with_the_answer() {
 /// Coefficients of a closed form are no angles: their column is not called so, and their digits are seen.
 #[test]
 fn closed_forms_of_coefficients_have_their_digits() {
-    let (code, text, errors) = tumble(&["compare", "examples/21-gyro-skew-triad/direct.campaign.json", "--html", "-"]);
+    let (code, text, errors) = tumble(&["compare", "examples/11-gyro-skew-triad/direct.campaign.json", "--html", "-"]);
     assert!(code != 1, "{errors}");
     let root = tree(&text);
     let table = &root.all("table")[0];

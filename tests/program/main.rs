@@ -6,6 +6,7 @@ mod by;
 mod cli;
 mod columns;
 mod conformity;
+mod data_sources;
 mod dcc;
 mod examples;
 mod files;

@@ -50,7 +50,7 @@ fn reports_fit_80_columns() {
     let campaigns = examples(".campaign.json");
     assert!(campaigns.len() > 30, "{campaigns:?}");
     for campaign in campaigns {
-        // the many devices of example 60 are rows of CSV
+        // the many devices of example 26 are rows of CSV
         let file = campaign.to_string_lossy();
         let one = !file.contains("production-line");
         check(&["check", &file]);

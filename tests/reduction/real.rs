@@ -41,7 +41,7 @@ fn parameter(fit: &Value, id: &str) -> (f64, f64) {
 /// 38 positions from the raw record; chi-square as the means' uncertainties foretell it; the calibration of two other programs.
 #[test]
 fn xsens_from_the_log() {
-    let (reduced, fit) = calibrated(&example("25-xsens-from-the-log"), "xsens.csv.gz", &[]);
+    let (reduced, fit) = calibrated(&example("15-xsens-from-the-log"), "xsens.csv.gz", &[]);
     let segments = reduced["segments"].as_array().expect("segments");
     let ratio = number(&fit["fit"]["chi_square"]) / number(&fit["fit"]["dof"]);
     println!("{} segments, chi-square/dof {ratio:.3}", segments.len());
@@ -83,7 +83,7 @@ fn xsens_from_the_log() {
 /// Each of the nine published parameters of each device within two standard uncertainties.
 #[test]
 fn three_mpu_9150() {
-    let folder = example("26-mpu-9150");
+    let folder = example("16-mpu-9150");
     let expected = json("mpu9150.json");
     for device in expected.as_array().expect("devices") {
         let name = device["device"].as_str().expect("a name");
@@ -116,7 +116,7 @@ fn three_mpu_9150() {
 /// The closed forms of Ferraris as imucal computes them, least squares beside them, and what the hand scatters.
 #[test]
 fn ferraris_session() {
-    let folder = example("27-ferraris-session");
+    let folder = example("17-ferraris-session");
     let (code, out, error) = tumble(&folder, &["compare", "accelerometer.campaign.json", "--json", "-"]);
     assert_eq!(code, 0, "{error}");
     let report: Value = serde_json::from_str(&out).expect("a report");

@@ -168,7 +168,7 @@ fn one_recipe_two_doors() {
 /// The Xsens record: 38 positions and the calibration in one command, to the digit those of two.
 #[test]
 fn xsens_in_one_command() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/25-xsens-from-the-log");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/15-xsens-from-the-log");
     let scratch = tempfile::tempdir().expect("a folder");
     let to = scratch.path().join("two.campaign.json");
     let to = to.to_str().expect("a path");

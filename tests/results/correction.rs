@@ -94,10 +94,10 @@ fn inputs_return_for_every_bench_with_sensors_of_rate_or_force() {
         ("01-gyro-table/table1.campaign.json", 1),
         ("02-accelerometer/table2.campaign.json", 1),
         ("03-your-own-positions/my-positions.campaign.json", 1),
-        ("20-imu-three-axis-table/perfect-table.campaign.json", 6),
-        ("20-imu-three-axis-table/table-errors.campaign.json", 6),
-        ("21-gyro-skew-triad/direct.campaign.json", 3),
-        ("23-accelerometer-dividing-head/head-24.campaign.json", 1),
+        ("10-imu-three-axis-table/perfect-table.campaign.json", 6),
+        ("10-imu-three-axis-table/table-errors.campaign.json", 6),
+        ("11-gyro-skew-triad/direct.campaign.json", 3),
+        ("13-accelerometer-dividing-head/head-24.campaign.json", 1),
     ] {
         assert_eq!(inputs_return(name), solved, "{name}");
     }
@@ -106,7 +106,7 @@ fn inputs_return_for_every_bench_with_sensors_of_rate_or_force() {
 /// A cube's theodolites follow no rate and no force: there is nothing to correct, and the reason is said.
 #[test]
 fn what_follows_no_input_is_said() {
-    let calibration = Calibration::of(&exact(&example("22-cube-mirror/attitude.campaign.json")));
+    let calibration = Calibration::of(&exact(&example("12-cube-mirror/attitude.campaign.json")));
     let error = Corrector::new(&calibration).unwrap_err();
     assert!(error.to_string().contains("corrects nothing") && error.to_string().contains("follows no rate"), "{error}");
 }
@@ -114,7 +114,7 @@ fn what_follows_no_input_is_said() {
 /// A report's correction, written and read again, corrects alike.
 #[test]
 fn a_calibration_survives_its_file() {
-    let calibration = Calibration::of(&exact(&example("20-imu-three-axis-table/perfect-table.campaign.json")));
+    let calibration = Calibration::of(&exact(&example("10-imu-three-axis-table/perfect-table.campaign.json")));
     let file = wire::CorrectionFile::of(&calibration).unwrap();
     let text = serde_json::to_string(&file).unwrap();
     let read: wire::CorrectionFile = serde_json::from_str(&text).unwrap();

@@ -99,8 +99,8 @@ fn exports_agree_with_the_program() {
     for example in [
         "01-gyro-table/table1.campaign.json",
         "02-accelerometer/table2.campaign.json",
-        "20-imu-three-axis-table/perfect-table.campaign.json",
-        "21-gyro-skew-triad/direct.campaign.json",
+        "10-imu-three-axis-table/perfect-table.campaign.json",
+        "11-gyro-skew-triad/direct.campaign.json",
     ] {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
@@ -136,7 +136,7 @@ fn exports_agree_with_the_program() {
 #[test]
 fn other_programs_get_their_files() {
     let folder = tempfile::tempdir().unwrap();
-    let imu = calibration(folder.path(), "20-imu-three-axis-table/perfect-table.campaign.json");
+    let imu = calibration(folder.path(), "10-imu-three-axis-table/perfect-table.campaign.json");
     let text = |to: &str| String::from_utf8(tumble(&["export", imu.to_str().unwrap(), "--to", to]).stdout).unwrap();
     let kalibr = text("kalibr");
     assert!(

@@ -1,4 +1,4 @@
-"""Example 50: an accelerometer triad calibrated twice, and a record to correct; nothing shared with the program but the conventions.
+"""Example 21: an accelerometer triad calibrated twice, and a record to correct; nothing shared with the program but the conventions.
 
 The unit stands on a two-axis head (outer about x, inner about z), readings in LSB of 16384 to 1 g. Between the calibrations the bias of
 y moves by 40 LSB and the scale factor of z by 300 ppm; everything else stays. Writes the bench, both campaigns, a record of the unit
@@ -10,7 +10,7 @@ import os
 
 import numpy as np
 
-FOLDER = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "50-calibration-in-use")
+FOLDER = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "21-calibration-in-use")
 SENSITIVITY = 16384.0 * np.array([[1.0012, 0.0031, -0.0018], [0.0007, 0.9985, 0.0042], [-0.0026, 0.0011, 1.0004]])
 BIAS = np.array([120.0, -85.0, 240.0])
 NOISE = 1.5  # LSB, each reading a mean

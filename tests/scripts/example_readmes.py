@@ -1,4 +1,4 @@
-"""README.md and the picture of examples/20 to 24, from what the program prints and reports.
+"""README.md and the picture of examples/10 to 24, from what the program prints and reports.
 
 Run after `cargo build --release`: python3 tests/scripts/example_readmes.py   (needs nothing but Python)
 Every console block is a command and lines of its output; tests/systems/readmes.rs runs them again and compares.
@@ -121,7 +121,7 @@ def readme(folder, text):
 
 
 def imu():
-    folder = "20-imu-three-axis-table"
+    folder = "10-imu-three-axis-table"
     study = json.loads((ROOT / "examples" / folder / "study.json").read_text())
     gyro, acc = "gyro_installation_arcsec", "accelerometer_installation_arcsec"
     rows = [r for r in study if r["table_error_arcsec"] > 0]
@@ -186,7 +186,7 @@ The study's numbers are in `study.json`; a test computes them again.
 
 
 def skew():
-    folder = "21-gyro-skew-triad"
+    folder = "11-gyro-skew-triad"
     truth = json.loads((ROOT / "tests/data/simulated/skew-triad.truth.json").read_text())["truth"]
     first, direct = report(folder, "fit", "first-stage.campaign.json"), report(folder, "fit", "direct.campaign.json")
     names = [f"D{a}{k}" for k in (1, 2, 3) for a in "IS"]
@@ -251,7 +251,7 @@ At 1 g the three squares add to a constant: P_x, P_y, P_z and D are one too many
 
 
 def cube():
-    folder = "22-cube-mirror"
+    folder = "12-cube-mirror"
     rules = [("stated rule, s = 0.69", 0.4033), ("stated rule, s = 0.76", 0.4238), ("stated rule, both runs pooled: s = 0.726", 0.4137),
              ("mean of the two results of the stated rule", 0.4136), ("both runs pooled, twelve values", 0.3567),
              ("circle error of a mean of two faces, s = 0.76", 0.3714), ("two runs as two effects, no circle error", 0.4191),
@@ -317,7 +317,7 @@ Roger) is part of the uncertainty, a line of its own in the budget; then it is 9
 
 
 def head():
-    folder = "23-accelerometer-dividing-head"
+    folder = "13-accelerometer-dividing-head"
     truth = json.loads((ROOT / "tests/data/simulated/dividing-head.truth.json").read_text())["truth"]
     p = Picture("K2 and K3 by 4, 8, 12 and 24 positions, with U (95 %)", (0.5, 4.5), (-60, 80), "positions", "1e-6 V/g^2, 1e-6 V/g^3")
     p.ticks([1, 2, 3, 4], [-60, -40, -20, 0, 20, 40, 60, 80], ["4", "8", "12", "24"])
@@ -363,7 +363,7 @@ The zero of the head hides: asked for both, the program says that only a combina
 
 
 def xsens():
-    folder = "24-xsens-static-positions"
+    folder = "14-xsens-static-positions"
     r = report(folder, "fit", "xsens.campaign.json")
     rows = [(q["index"], 1e3 * q["residual"]) for q in r["readings"]]
     p = Picture("Residuals of the norm of gravity, 38 static positions", (0, 39), (-3, 3), "position", "residual, 1e-3 m/s^2")

@@ -1,6 +1,6 @@
-"""Example 11's table of headings and amplitudes: swing against rest for the source's values (1 per mille on all axes).
+"""Example 09's table of headings and amplitudes: swing against rest for the source's values (1 per mille on all axes).
 
-Runs `tumble navigate` (after `cargo build --release`) on variants of examples/11-navigator/findings.mission.json, at a step of 0.05 s, and
+Runs `tumble navigate` (after `cargo build --release`) on variants of examples/09-navigator/findings.mission.json, at a step of 0.05 s, and
 prints the rows of the README's table. Run: python3 tests/scripts/navigator_headings.py   (needs nothing but Python; a minute)
 """
 import json
@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-BASE = json.loads((ROOT / "examples/11-navigator/findings.mission.json").read_text())
+BASE = json.loads((ROOT / "examples/09-navigator/findings.mission.json").read_text())
 AMPLITUDES = {"7, 10, 5": (7, 10, 5), "10, 10, 10": (10, 10, 10)}
 
 

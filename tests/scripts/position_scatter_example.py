@@ -1,4 +1,4 @@
-"""Readings of examples/40-position-scatter: three accelerometers at 24 positions of a three-axis table whose joints are set to 5 arcsec.
+"""Readings of examples/20-position-scatter: three accelerometers at 24 positions of a three-axis table whose joints are set to 5 arcsec.
 
 Exact rotations in plain Python; nothing is shared with the program. Run: python3 tests/scripts/position_scatter_example.py
 """
@@ -7,9 +7,9 @@ import math
 import random
 
 rng = random.Random(2026)
-folder = "examples/40-position-scatter/"
+folder = "examples/20-position-scatter/"
 arcsec = math.pi / 648000
-schedule = json.load(open("examples/20-imu-three-axis-table/schedule.campaign.json"))
+schedule = json.load(open("examples/10-imu-three-axis-table/schedule.campaign.json"))
 positions = schedule["readings"][:24]
 truth = {"Kax": 20003.1, "Eaxz": -8.5e-4, "Eaxy": 4.2e-4, "Ax0": 18.9, "Kxx": 0.38,
          "Kay": 19984.6, "Eayx": 2.6e-4, "Eayz": 9.1e-4, "Ay0": -10.5, "Kyy": -0.25,

@@ -1,4 +1,4 @@
-"""Readings of forty gyros from one rate-table schedule, and their fits by numpy: examples/60-production-line.
+"""Readings of forty gyros from one rate-table schedule, and their fits by numpy: examples/26-production-line.
 
     python tests/scripts/production_line.py
 
@@ -11,7 +11,7 @@ import os
 
 import numpy as np
 
-FOLDER = os.path.join(os.path.dirname(__file__), "../../examples/60-production-line")
+FOLDER = os.path.join(os.path.dirname(__file__), "../../examples/26-production-line")
 RATES = [20, -20, 50, -50, 100, -100]
 WARM = [-15.0, 0.0, 15.0]  # temperature less 25 degC
 NAMES = ["V0", "kI", "kII", "cT"]

@@ -1,4 +1,4 @@
-"""Examples 51 to 54 and the numbers that the tests expect of them, by rows written out by hand and numpy alone.
+"""Examples 22 to 25 and the numbers that the tests expect of them, by rows written out by hand and numpy alone.
 
 Writes readings (CSV) into the examples and tests/data/ready/expected.json. Noise is seeded; the truth stands in this file.
 """
@@ -50,7 +50,7 @@ def six_positions():
             force.append(a)
             values = [round(float(t[0] + np.dot(t[1:], a[others[s]]) + 0.6 * RNG.standard_normal()), 2) for s, t in truth.items()]
             rows.append([name, p, r, *values])
-    write("51-six-positions", ["position", "pitch_deg", "roll_deg", "ax", "ay", "az"], rows)
+    write("22-six-positions", ["position", "pitch_deg", "roll_deg", "ax", "ay", "az"], rows)
     force = np.array(force)
     expected = {}
     names = {"ax": ["bx", "Kx", "Kxy", "Kxz"], "ay": ["by", "Ky", "Kyx", "Kyz"], "az": ["bz", "Kz", "Kzx", "Kzy"]}
@@ -89,7 +89,7 @@ def rate_steps():
             w = sense * rate + UP
             v = 0.00213 + 0.0200412 * w + 3.1e-7 * abs(w) + 1.4e-9 * w**2
             rows.append([sense * rate, round(float(v + 2e-6 * RNG.standard_normal()), 7)])
-    write("52-rate-steps", ["gamma_deg_s", "V"], rows)
+    write("23-rate-steps", ["gamma_deg_s", "V"], rows)
     w = np.array([row[0] for row in rows]) + UP
     x, c = least_squares(np.column_stack([np.ones_like(w), w, abs(w), w**2]), np.array([row[1] for row in rows]))
     expected = {name: [x[i], float(np.sqrt(c[i, i]))] for i, name in enumerate(["V0", "K", "A", "K2"])}
@@ -107,7 +107,7 @@ def temperature():
             w, d = rate + UP, actual - 25
             v = 0.0021 + 4.0e-6 * d + 2.0e-8 * d**2 + (0.0200412 - 9.0e-7 * d) * w
             rows.append([actual, rate, "" if rate else 0, round(float(v + 5e-6 * RNG.standard_normal()), 7)])
-    write("53-temperature", ["temperature_c", "gamma_deg_s", "gamma_deg", "V"], rows)
+    write("24-temperature", ["temperature_c", "gamma_deg_s", "gamma_deg", "V"], rows)
     d = np.array([row[0] for row in rows]) - 25
     w = np.array([row[1] for row in rows]) + UP
     x, c = least_squares(np.column_stack([np.ones_like(w), d, d**2, w, d * w]), np.array([row[3] for row in rows]))
@@ -126,7 +126,7 @@ def turn_on():
         for minute in range(4):
             v = k * (UP * 3600.0 + bias + 0.15 * RNG.standard_normal())
             rows.append([turn, minute, 0, round(float(v), 9)])
-    write("54-turn-on", ["turn_on", "minute", "gamma_deg", "V"], rows)
+    write("25-turn-on", ["turn_on", "minute", "gamma_deg", "V"], rows)
     y = np.array([row[3] for row in rows]).reshape(10, 4) / k - UP * 3600.0  # deg/h
     means = y.mean(axis=1)
     within = ((y - means[:, None]) ** 2).sum() / 30
@@ -192,6 +192,6 @@ def triad_norm():
     return expected
 
 
-found = {"triad-norm": triad_norm(), "51-six-positions": six_positions(), "52-rate-steps": rate_steps(), "53-temperature": temperature(), "54-turn-on": turn_on()}
+found = {"triad-norm": triad_norm(), "22-six-positions": six_positions(), "23-rate-steps": rate_steps(), "24-temperature": temperature(), "25-turn-on": turn_on()}
 (ROOT / "tests/data/ready").mkdir(exist_ok=True)
 (ROOT / "tests/data/ready/expected.json").write_text(json.dumps(found, indent=1) + "\n")

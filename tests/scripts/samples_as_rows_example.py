@@ -1,4 +1,4 @@
-"""The record of examples/55-samples-as-rows: a gyro on a rate table that swings, in a chamber that warms up; logged at 4 Hz for 33 minutes.
+"""The record of examples/27-samples-as-rows: a gyro on a rate table that swings, in a chamber that warms up; logged at 4 Hz for 33 minutes.
 
     python3 tests/scripts/samples_as_rows_example.py
 """
@@ -9,7 +9,7 @@ import math
 import random
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent.parent.parent / "examples" / "55-samples-as-rows"
+HERE = Path(__file__).resolve().parent.parent.parent / "examples" / "27-samples-as-rows"
 random.seed(5505)
 STEP, ROWS = 0.25, 8000
 WHITE, SD, TAU = 40e-6, 25e-6, 60.0  # V, V, s

@@ -68,7 +68,7 @@ def dividing_head():
     for count, names in asked.items():
         schedule = [{"position": str(k + 1), "theta_deg": 360.0 * k / count} for k in range(count)]
         exact = simulate(system, schedule, HEAD_TRUTH)
-        example(f"23-accelerometer-dividing-head/head-{count}.campaign.json", {
+        example(f"13-accelerometer-dividing-head/head-{count}.campaign.json", {
             "bench": name, "estimate": {n: {} for n in names}, "readings": noisy(exact, HEAD_NOISE, 2300 + count)})
         if count == 24:
             noiseless("dividing-head", "24 equidistant positions, all tilts zero", name, HEAD_TRUTH, names, {}, exact, HEAD_NOISE)
@@ -129,20 +129,20 @@ def imu():
     estimate = lambda names: {n: ({"start": IMU_STARTS[n]} if n in IMU_STARTS else {}) for n in names}
     exact = simulate(system, imu_schedule(), truth)
     noiseless("imu-table", "24 positions and 36 rate runs on a perfect table", name, truth, sensor_names, {}, exact, IMU_NOISE, IMU_STARTS)
-    example("20-imu-three-axis-table/perfect-table.campaign.json", {
+    example("10-imu-three-axis-table/perfect-table.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names), "readings": noisy(exact, IMU_NOISE, 2001)})
     arcsec = np.pi / 648000
     tilts = {n: float(f"{v * arcsec:.6g}") for n, v in zip(TABLE, [22, -31, 27, -18, -4, 5])}
     shaken = simulate(system, imu_schedule(), {**truth, **tilts})
     noiseless("imu-table-tilted", "the same on a table with errors, estimated jointly", name, {**truth, **tilts},
               sensor_names + TABLE, {}, shaken, IMU_NOISE, IMU_STARTS)
-    example("20-imu-three-axis-table/table-errors.campaign.json", {
+    example("10-imu-three-axis-table/table-errors.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names + TABLE), "readings": noisy(shaken, IMU_NOISE, 2002)})
     every = ["level_x", "level_y", "outer_zero", "outer_linear", "square_om", "middle_zero", "middle_linear", "square_mi",
              "inner_zero", "inner_linear", "mount_x", "mount_y", "mount_z"]
-    example("20-imu-three-axis-table/everything.campaign.json", {
+    example("10-imu-three-axis-table/everything.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names + every), "readings": noisy(shaken, IMU_NOISE, 2002)})
-    example("20-imu-three-axis-table/schedule.campaign.json", {
+    example("10-imu-three-axis-table/schedule.campaign.json", {
         "bench": name, "estimate": estimate(sensor_names), "readings": without("read", imu_schedule())})
 
 
@@ -199,7 +199,7 @@ def skew():
     write("simulated/skew-triad.truth.json", {
         "note": "drift coefficients along the gyros' own axes, E 1e-3 from nominal", "truth": truth, "estimated": direct})
     readings = stated(exact, sensors, SKEW_STATIC, SKEW_RATE, 2101)
-    folder = "21-gyro-skew-triad"
+    folder = "11-gyro-skew-triad"
     example(f"{folder}/first-stage.campaign.json", {
         "bench": name, "estimate": asked(first), "derived": derived, "readings": readings})
     example(f"{folder}/direct.campaign.json", {"bench": name, "estimate": asked(direct), "readings": readings})
@@ -246,14 +246,14 @@ def cube():
               CUBE_STARTS)
     noiseless("cube-mirror", "two faces, six repeats", name, CUBE_TRUTH, names, {"mark": {"value": CUBE_TRUTH["mark"]}}, exact, sd,
               CUBE_STARTS)
-    example("22-cube-mirror/attitude.campaign.json", {
+    example("12-cube-mirror/attitude.campaign.json", {
         "bench": name, "known": known, "estimate": {n: ({"start": CUBE_STARTS[n]} if n in CUBE_STARTS else {}) for n in names},
         "readings": noisy(exact, sd, 2201)})
     # the paper's repeatabilities: six values with exactly this sample standard deviation
     pattern = np.array([-1.2, 0.7, 0.1, -0.4, 1.5, -0.7])
     pattern = (pattern - pattern.mean()) / pattern.std(ddof=1)
     for s in (0.69, 0.76):
-        example(f"22-cube-mirror/roll-{int(100 * s):03d}.campaign.json", {
+        example(f"12-cube-mirror/roll-{int(100 * s):03d}.campaign.json", {
             "bench": {"id": "roll-repeats", "title": f"six roll values with repeatability {s} arcsec and a circle error of 0.5 arcsec",
                       "sensors": {"T": {"unit": "arcsec", "model": "roll + circle"}}},
             "known": {"circle": {"value": 0, "unit": "arcsec", "u": RECTANGULAR, "distribution": "rectangular"}},
@@ -262,7 +262,7 @@ def cube():
 
 
     # both faces, combined with c = 0.5 each (eq. 22)
-    example("22-cube-mirror/both-faces.campaign.json", {
+    example("12-cube-mirror/both-faces.campaign.json", {
         "bench": {"id": "roll-repeats", "title": "roll by face left and face right, six values each, each circle with an error of 0.5 arcsec",
                   "sensors": {"L": {"unit": "arcsec", "model": "left + circle_left"}, "R": {"unit": "arcsec", "model": "right + circle_right"}}},
         "known": {c: {"value": 0, "unit": "arcsec", "u": RECTANGULAR, "distribution": "rectangular"} for c in ("circle_left", "circle_right")},

@@ -13,9 +13,9 @@ from exact_simulator import read_sensor
 from system_campaigns import ROOT, bench
 
 exact_simulator.TURN_STEPS = 64
-CAMPAIGNS = ["examples/23-accelerometer-dividing-head/head-8.campaign.json",
-             "examples/23-accelerometer-dividing-head/head-24.campaign.json",
-             "examples/21-gyro-skew-triad/first-stage.campaign.json"]
+CAMPAIGNS = ["examples/13-accelerometer-dividing-head/head-8.campaign.json",
+             "examples/13-accelerometer-dividing-head/head-24.campaign.json",
+             "examples/11-gyro-skew-triad/first-stage.campaign.json"]
 
 
 def fit(path):

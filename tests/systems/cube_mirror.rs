@@ -6,7 +6,7 @@ use tumble::campaign::{Campaign, Role};
 use tumble::compare;
 use tumble::fit::{self, Fit, Settings};
 
-const FOLDER: &str = "examples/22-cube-mirror";
+const FOLDER: &str = "examples/12-cube-mirror";
 
 #[test]
 fn noiseless_truth_comes_back() {

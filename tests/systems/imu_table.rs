@@ -6,7 +6,7 @@ use tumble::campaign::Campaign;
 use tumble::compare;
 use tumble::fit::{self, Settings};
 
-const FOLDER: &str = "examples/20-imu-three-axis-table";
+const FOLDER: &str = "examples/10-imu-three-axis-table";
 const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
 const TABLE: [&str; 6] = ["level_x", "level_y", "square_om", "middle_zero", "middle_linear", "inner_linear"];
 

@@ -108,7 +108,7 @@ fn gyros_on_a_cone() {
 /// is known, and a quantity that turns with the face has no value.
 #[test]
 fn angles_between_axes_are_determined_where_the_mounting_face_is_free() {
-    let path = |file: &str| format!("examples/20-imu-three-axis-table/{file}.campaign.json");
+    let path = |file: &str| format!("examples/10-imu-three-axis-table/{file}.campaign.json");
     let [free, known] =
         ["everything", "table-errors"].map(|file| fit::fit(&campaign(&path(file)), &exact()).expect(file));
     let of = |found: &Fit, id: &str| found.derived.iter().find(|own| own.id == id).cloned().expect("a ready line");

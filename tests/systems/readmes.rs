@@ -9,11 +9,11 @@ use std::process::Command;
 fn every_console_block_is_what_the_program_prints() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let folders = [
-        "20-imu-three-axis-table",
-        "21-gyro-skew-triad",
-        "22-cube-mirror",
-        "23-accelerometer-dividing-head",
-        "24-xsens-static-positions",
+        "10-imu-three-axis-table",
+        "11-gyro-skew-triad",
+        "12-cube-mirror",
+        "13-accelerometer-dividing-head",
+        "14-xsens-static-positions",
     ];
     let mut blocks = 0;
     for folder in folders {

@@ -48,17 +48,17 @@ const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
 
 #[test]
 fn six_positions() {
-    agrees("51-six-positions", "triad.campaign.json");
+    agrees("22-six-positions", "triad.campaign.json");
 }
 
 #[test]
 fn rate_steps() {
-    agrees("52-rate-steps", "steps.campaign.json");
+    agrees("23-rate-steps", "steps.campaign.json");
 }
 
 #[test]
 fn temperature() {
-    agrees("53-temperature", "chamber.campaign.json");
+    agrees("24-temperature", "chamber.campaign.json");
 }
 
 /// Input axes of a triad by the norm of gravity: misalignment with its azimuth, and the angles between the axes.
@@ -83,8 +83,8 @@ fn triad_by_the_norm() {
 /// Balanced: the mean and its u by the analysis of variance, and the scatter between turn-ons.
 #[test]
 fn turn_on() {
-    let found = fitted("54-turn-on", "turn-on.campaign.json");
-    let expected = &expected()["54-turn-on"];
+    let found = fitted("25-turn-on", "turn-on.campaign.json");
+    let expected = &expected()["25-turn-on"];
     let bias = found.parameter("B").unwrap();
     let uncertainty = bias.uncertainty.unwrap();
     assert!((bias.value.unwrap() - expected["B"][0].as_f64().unwrap()).abs() < 1e-6);

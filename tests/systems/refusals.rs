@@ -26,14 +26,14 @@ fn a_tilt_may_follow_joints_only() {
 
 #[test]
 fn a_circle_reading_without_its_face_is_refused() {
-    let text = read("examples/22-cube-mirror/attitude.campaign.json").replacen("\"face\": 1,", "", 1);
+    let text = read("examples/12-cube-mirror/attitude.campaign.json").replacen("\"face\": 1,", "", 1);
     let error = fit::fit(&parse("attitude", &text).unwrap(), &Settings::default()).unwrap_err();
     assert!(error.what().contains("face") && error.place().path.contains("readings[1]"), "{error:?}");
 }
 
 #[test]
 fn a_rate_run_without_its_held_joints_is_refused() {
-    let text = read("examples/20-imu-three-axis-table/perfect-table.campaign.json").replacen(
+    let text = read("examples/10-imu-three-axis-table/perfect-table.campaign.json").replacen(
         "\"middle_deg\": 180, \"inner_deg\": 90",
         "\"middle_deg\": 180",
         1,
@@ -47,7 +47,7 @@ fn a_rate_run_without_its_held_joints_is_refused() {
 #[test]
 fn an_impossible_level_is_refused_without_quoting_the_campaign() {
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_tumble"))
-        .args(["fit", "examples/20-imu-three-axis-table/perfect-table.campaign.json", "--level", "1.5"])
+        .args(["fit", "examples/10-imu-three-axis-table/perfect-table.campaign.json", "--level", "1.5"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();

@@ -5,7 +5,7 @@ use faer::Mat;
 use tumble::compare;
 use tumble::fit::{self, Fit, Settings};
 
-const FOLDER: &str = "examples/21-gyro-skew-triad";
+const FOLDER: &str = "examples/11-gyro-skew-triad";
 const TRUTH: &str = "tests/data/simulated/skew-triad.truth.json";
 /// To reach, in deg/(h g).
 const FIGURE: f64 = 1.3e-3;

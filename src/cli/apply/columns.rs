@@ -3,6 +3,7 @@
 use super::text::{cell, unwritten};
 use super::{Correction, Counts, Plan, Stream, plan, titles};
 use crate::cli::log;
+use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{As, Block, Record, UNREADABLE};
@@ -66,11 +67,11 @@ impl Source {
         let mut block = Block::default();
         while self.record.next(&mut block)? {
             corrected.iter_mut().for_each(Vec::clear);
-            let sensors = block.columns.get(..readings.len()).unwrap_or_default();
-            let rest = block.columns.get(readings.len()..).unwrap_or_default();
+            let sensors = block.columns.part(..readings.len());
+            let rest = block.columns.part(readings.len()..);
             let (inputs, kept) = rest.split_at_checked(plan.given.iter().flatten().count()).unwrap_or((rest, &[]));
             for row in 0..block.rows() {
-                let at = |column: &Vec<f64>| column.get(row).copied().unwrap_or(f64::NAN);
+                let at = |column: &Vec<f64>| column.at(row);
                 for ((to, column), conversion) in readings.iter_mut().zip(sensors).zip(&self.plan.conversions) {
                     *to = conversion.map_or(at(column), |conversion| conversion.apply(at(column)));
                 }
@@ -130,7 +131,7 @@ pub(super) fn to_text(correction: &Correction<'_>, output: impl Write) -> Result
     writer.write_record(source.header(correction).iter().map(|(title, _)| title)).map_err(|e| unwritten(&e))?;
     let counts = source.each(correction, |kept, corrected, labels| {
         for row in 0..corrected.first().map_or(0, Vec::len) {
-            let at = |column: &Vec<f64>| column.get(row).copied().unwrap_or(f64::NAN);
+            let at = |column: &Vec<f64>| column.at(row);
             for (column, text) in kept.iter().zip(&texts) {
                 let own = at(column);
                 match text {

@@ -180,6 +180,7 @@ pub(super) fn lines_in(parts: &Parts<'_>, language: &Language, input: &dyn Fn(Sl
                 }
                 let given =
                     calibration.inputs.iter().filter(|i| i.role == InputRole::Given).position(|i| i.name == name);
+                // `Corrector::new` has refused every other name
                 input(Slot::Given(given.unwrap_or_default()))
             })
         })

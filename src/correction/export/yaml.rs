@@ -3,6 +3,7 @@
 use super::{Origin, needs, number};
 use crate::bench::STANDARD_GRAVITY_M_S2;
 use crate::correction::{Calibration, Corrector, Quantity};
+use crate::elements::Elements;
 use crate::error::Result;
 
 /// Rows (sensors) that measure a quantity, and its three columns; `None` where the unit does not measure all of it.
@@ -59,13 +60,7 @@ pub(super) fn kalibr(calibration: &Calibration, corrector: &Corrector, origin: &
     text.push_str("# M, A: readings per rad/s and per m/s^2; kalibr takes readings in rad/s and m/s^2 (M near 1). bias: reading at zero input, which kalibr estimates itself.\n");
     text.push_str("model: scale-misalignment\n");
     let m = corrector.sensitivity();
-    let bias = |rows: &[usize]| {
-        rows.iter()
-            .map(|i| corrector.bias().get(*i).copied().unwrap_or_default())
-            .map(number)
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
+    let bias = |rows: &[usize]| rows.iter().map(|i| corrector.bias().at(*i)).map(number).collect::<Vec<_>>().join(", ");
     if let Some((rows, columns)) = &accelerometers {
         let factor = si(calibration, Quantity::Force);
         text.push_str(&format!("accelerometers:\n  M:\n{}\n  bias: [{}]\n", sub(m, rows, columns, factor), bias(rows)));
@@ -97,8 +92,7 @@ pub(super) fn ros(calibration: &Calibration, corrector: &Corrector, origin: &Ori
             .flat_map(|j| rows.map(|i| corrector.sensitivity().get((i, *j)).map_or(f64::NAN, |s| s * factor))),
     );
     let Some(inverse) = sensitivity.try_inverse() else { return Err(needs("imu_calib", "three accelerometers")) };
-    let bias =
-        nalgebra::Vector3::from_iterator(rows.iter().map(|i| corrector.bias().get(*i).copied().unwrap_or_default()));
+    let bias = nalgebra::Vector3::from_iterator(rows.iter().map(|i| corrector.bias().at(*i)));
     let offset = inverse * bias;
     let mut text = head(
         calibration,

@@ -18,6 +18,7 @@
 )]
 
 use super::{Line, Pattern};
+use crate::elements::Elements;
 use faer::{Mat, MatRef};
 
 /// Everything known: standard deviations of the rows, and variances of the lines.
@@ -95,12 +96,14 @@ impl Part {
     /// Take the columns to a triangle; `false` where `V` is not positive definite.
     fn factorise(&mut self, columns: usize) -> bool {
         let m = self.rows;
+        // no signs are kept where all are positive
         let sign_of = |sign: &[f64], i: usize| sign.get(i).copied().unwrap_or(1.0);
         let mut is_positive = true;
         for j in 0..columns {
             let column = &self.matrix[j * m..(j + 1) * m];
             let own = sign_of(&self.sign, j);
             let eligible = (j..m).filter(|i| sign_of(&self.sign, *i) == own);
+            // row j itself is eligible
             let pivot = eligible.max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs())).unwrap_or(j);
             (0..columns).for_each(|k| self.matrix.swap(k * m + j, k * m + pivot));
             // reflections that were made keep their rows: the exchange belongs to what comes after
@@ -168,11 +171,12 @@ impl Whitening {
                 }
             }
             let Some(memory) = &line.memory else { continue };
+            // no time constant yet: independent
             let tau = memory.tau.unwrap_or(0.0);
             for level in 0..line.levels() {
                 let before = pattern.before.get(start + level).copied().flatten();
                 let (Some(from), Some(own)) = (before, chain.get_mut(start + level)) else { continue };
-                let at = |l: usize| memory.time.get(l).copied().unwrap_or(0.0);
+                let at = |l: usize| memory.time.at(l);
                 let dt = (at(level) - at(from.saturating_sub(*start))).abs() / tau;
                 let left = (-(-2.0 * dt).exp_m1()).max(f64::MIN_POSITIVE).sqrt();
                 *own = if dt < 40.0 { (1.0 / left, -(-dt).exp() / left) } else { (1.0, 0.0) };
@@ -249,7 +253,7 @@ impl Whitening {
 
     /// Sign with which a deviation's own row counts.
     pub(super) fn sign(&self, deviation: usize) -> f64 {
-        self.sign.get(deviation).copied().unwrap_or(1.0)
+        self.sign.get(deviation).copied().unwrap_or(1.0) // none are kept where all are positive
     }
 
     /// `sum s_i a_i b_i` over some deviations.

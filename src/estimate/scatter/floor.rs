@@ -11,6 +11,7 @@
 
 use super::elimination::{Augmented, Whitening};
 use super::{Line, Pattern, Scattered};
+use crate::elements::Elements;
 use crate::estimate::{Group, System};
 use faer::Mat;
 
@@ -70,7 +71,7 @@ impl Floor {
             }
         }
         let factor = |group: &Group| match group {
-            Group::Estimated(g) => variances.groups.get(*g).copied().unwrap_or(1.0),
+            Group::Estimated(g) => variances.groups.at(*g),
             Group::Known => 1.0,
         };
         let sd: Vec<f64> = system.u.iter().zip(&system.group).map(|(u, g)| u * factor(g).sqrt()).collect();
@@ -80,7 +81,7 @@ impl Floor {
         for (k, (line, start)) in lines.iter().zip(&pattern.first).enumerate() {
             let own = variances.component.get(k).copied().flatten();
             deviations[*start..start + line.levels()].fill(own);
-            let variance = variances.lines.get(k).copied().unwrap_or(0.0);
+            let variance = variances.lines.at(k);
             for felt in &line.felt {
                 if let Some(slot) = total.get_mut(felt.row) {
                     *slot += felt.by * felt.by * variance;

@@ -196,6 +196,7 @@ fn spans(whitening: &Whitening, members: &Membership) -> (Augmented, Option<Mat<
     whitening.spans(|rows, deviations, span| {
         let columns = span.ncols();
         let sign: Vec<f64> = deviations.iter().map(|d| whitening.sign(*d)).collect();
+        // no signs are kept where all are positive
         let own_sign = |i: usize| sign.get(i).copied().unwrap_or(1.0);
         let square = |i: usize| own_sign(i) * (0..columns).map(|k| sign[k] * span[(i, k)] * span[(i, k)]).sum::<f64>();
         deviations.iter().enumerate().for_each(|(i, d)| norms.deviations[*d] = square(i));

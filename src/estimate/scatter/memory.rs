@@ -7,6 +7,7 @@
 use super::problem::Problem;
 use super::reml::{FULL, Limits};
 use super::{Line, Pattern};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Elimination, Settings, System};
 
@@ -84,7 +85,7 @@ fn range(line: &Line) -> (f64, f64) {
     let whole = times.last().zip(times.first()).map_or(1.0, |(b, a)| b - a);
     let mut gaps: Vec<f64> = times.windows(2).map(|p| p[1] - p[0]).filter(|g| *g > 0.0).collect();
     gaps.sort_by(f64::total_cmp);
-    let gap = gaps.get(gaps.len() / 2).copied().unwrap_or(1.0);
+    let gap = gaps.get(gaps.len() / 2).copied().unwrap_or(1.0); // all at one time: any correlation time will do
     ((gap / 5.0).ln(), (whole.max(gap) * 2.0).ln())
 }
 
@@ -145,9 +146,10 @@ pub(super) fn lean(line: &Line, pattern: &Pattern, start: usize, variance: f64, 
     let levels = line.levels();
     let mut felt = vec![0.0; levels];
     line.felt.iter().filter(|f| f.row < values.len()).for_each(|f| felt[f.level] += f.by * values[f.row]);
-    let at = |l: usize| memory.time.get(l).copied().unwrap_or(0.0);
+    let at = |l: usize| memory.time.at(l);
     let before = |l: usize| pattern.before[start + l].map(|d| d - start);
     let mut order: Vec<usize> = (0..levels).collect();
+    // one run where none are told apart
     let run = |l: usize| memory.run.get(l).copied().unwrap_or(0);
     order.sort_by(|a, b| run(*a).cmp(&run(*b)).then(at(*a).total_cmp(&at(*b))));
     let correlated = |tau: f64| -> Vec<f64> {

@@ -9,6 +9,7 @@
 )]
 
 use super::Line;
+use crate::elements::Elements;
 
 /// Blocks with no more deviations than this are one front.
 const ONE_FRONT: usize = 40;
@@ -65,7 +66,7 @@ impl Pattern {
             line_of[*start..start + line.levels()].fill(k);
             let Some(memory) = &line.memory else { continue };
             let mut order: Vec<usize> = (0..line.levels()).collect();
-            let at = |level: usize| (memory.run.get(level).copied(), memory.time.get(level).copied().unwrap_or(0.0));
+            let at = |level: usize| (memory.run.get(level).copied(), memory.time.at(level));
             order.sort_by(|a, b| at(*a).0.cmp(&at(*b).0).then(at(*a).1.total_cmp(&at(*b).1)));
             for level in &order {
                 time[start + level] = Some(at(*level).1);
@@ -106,9 +107,11 @@ impl Pattern {
         let timed = deviations.iter().any(|d| time[*d].is_some());
         let mut count: Vec<usize> = vec![0; self.first.len()];
         deviations.iter().for_each(|d| count[line_of[*d]] += 1);
+        // there is a line: deviations belong to it
         let leading = (0..count.len()).max_by_key(|k| count[*k]).unwrap_or(0);
         let key = |row: &usize| -> f64 {
             let of = |d: &usize| if timed { time[*d] } else { (line_of[*d] == leading).then_some(*d as f64) };
+            // a row that feels none of these stands last
             own[*row].iter().find_map(of).unwrap_or(f64::INFINITY)
         };
         let mut sorted: Vec<(f64, usize)> = rows.iter().map(|row| (key(row), *row)).collect();

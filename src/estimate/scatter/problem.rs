@@ -87,6 +87,7 @@ impl<'a> Problem<'a> {
             deviations[*start..start + line.levels()].fill(*own);
         }
         let members = Membership { rows: rows.collect(), deviations, count };
+        // no hint, no floor
         let rounding = |g: usize| least.get(g).copied().unwrap_or(0.0).powi(2);
         let floor = (0..groups).map(rounding).collect();
         Ok(Problem { system, lines, elimination, settings, pattern, groups, component, members, floor, state })
@@ -141,6 +142,7 @@ impl<'a> Problem<'a> {
     /// Variance of each line.
     pub fn variances(&self, theta: &[f64]) -> Vec<f64> {
         let own =
+            // neither stated nor a component: an estimated line that no row feels has no variance
             |(line, component): (&Line, &Option<usize>)| line.variance.or(component.map(|c| theta[c])).unwrap_or(0.0);
         self.lines.iter().zip(&self.component).map(own).collect()
     }
@@ -163,7 +165,7 @@ impl<'a> Problem<'a> {
         if self.groups > 0 {
             let plain = self.adjust(self.system)?;
             for (g, slot) in theta.iter_mut().enumerate().take(self.groups) {
-                let scale = plain.group_scale.get(g).copied().flatten().unwrap_or(1.0);
+                let scale = plain.scale_or_one(g);
                 *slot = (scale * scale).max(self.floor[g]).max(f64::MIN_POSITIVE);
             }
         }

@@ -13,7 +13,7 @@ use super::together::{Together, together};
 use crate::campaign::{self, Campaign};
 use crate::error::Result;
 use crate::estimate::LineState;
-use crate::fit::noise::{Noise, StreamedSource};
+use crate::fit::noise::{ScatterSources, StreamedSource};
 use crate::uncertainty::Evaluation;
 use faer::Mat;
 
@@ -174,7 +174,7 @@ pub(super) fn noise(
     uncertain: &Uncertain,
     solved: &Together,
     (at_zero, rows): (&[bool], &[u64]),
-) -> Noise {
+) -> ScatterSources {
     let n = question.unknowns;
     let mut sources: Vec<StreamedSource> = Vec::new();
     // places in the covariance of estimated variances: sensor and which of its logarithms
@@ -272,5 +272,5 @@ pub(super) fn noise(
         let ((s, i), (r, j)) = (components[a], components[b]);
         if s == r { by(i) * by(j) * uncertain.logarithms[s][i][j] } else { 0.0 }
     });
-    Noise::streamed(sources, solved.folded.cofactor.clone(), spread, leans, determined)
+    ScatterSources::streamed(sources, solved.folded.cofactor.clone(), spread, leans, determined)
 }

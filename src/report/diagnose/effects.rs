@@ -149,7 +149,7 @@ pub(super) fn effects(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<EffectR
 
 fn effect(campaign: &Campaign, diagnosis: &Diagnosis, finding: &Finding) -> EffectReport {
     let own = &finding.effect;
-    let sensor = |k: usize| campaign.bench.sensors.get(k).map(|s| s.id.clone()).unwrap_or_default();
+    let sensor = |k: usize| campaign.sensor_id(k).to_string();
     let keys = |list: &[Vec<JointState>]| list.iter().map(|joints| position_keys(campaign, joints)).collect();
     let after = diagnosis.after.as_ref().unwrap_or(&diagnosis.before);
     let results = || after.parameters.iter();

@@ -224,7 +224,7 @@ pub(super) fn places(campaign: &Campaign, diagnosis: &Diagnosis, significance: f
 }
 
 fn sensor(campaign: &Campaign, k: usize) -> String {
-    campaign.bench.sensors.get(k).map(|s| s.id.clone()).unwrap_or_default()
+    campaign.sensor_id(k).to_string()
 }
 
 pub(super) fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<UnexplainedReport> {
@@ -251,7 +251,7 @@ pub(super) fn residuals(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<Resid
     rows.zip(diagnosis.gap_before.residuals.iter().zip(&diagnosis.gap_after.residuals))
         .map(|((i, origin), (before, after))| ResidualReport {
             index: origin.reading + 1,
-            position: campaign.readings.rows.get(origin.reading).map(|r| r.position.clone()).unwrap_or_default(),
+            position: campaign.position_of(origin.reading).to_string(),
             sensor: sensor(campaign, origin.sensor),
             before: *before,
             after: *after,

@@ -5,6 +5,7 @@ use super::super::table::{plain, rounded, significant};
 use super::super::wrap::{WIDTH, hanging};
 use super::{DiagnoseReport, EffectReport, GapReport, words};
 use crate::diagnosis::Verdict;
+use crate::elements::Parts;
 use crate::language::{Language, say};
 
 /// Most aliases, places and positions that are listed at a terminal; the JSON report has all.
@@ -232,7 +233,7 @@ fn gap(report: &DiagnoseReport, lang: Language) -> String {
             say!(lang, "sd-after"),
             say!(lang, "max-after"),
         ];
-        text.push_str(&format!("\n{}", plain(header.get(..if found { 7 } else { 5 }).unwrap_or_default(), &rows)));
+        text.push_str(&format!("\n{}", plain(header.part(..if found { 7 } else { 5 }), &rows)));
     }
     let source = words::noise_source(report.gap.noise.from, lang);
     let noise = match report.gap.sensors.values().next() {

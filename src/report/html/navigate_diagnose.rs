@@ -3,6 +3,7 @@
 use super::diagnose_page::tone;
 use super::{Align, Figure, Page, Section, Table};
 use crate::diagnosis::NoiseFrom;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::navigate::diagnose::NavigationDiagnosis;
@@ -24,6 +25,10 @@ const TITLES: [(&str, &str); 7] = [
     ("position-east", "m"),
     ("position-north", "m"),
 ];
+
+fn title_of(channel: usize) -> (&'static str, &'static str) {
+    TITLES.get(channel).copied().unwrap_or(("?", "")) // channels are places in this list
+}
 
 /// The page of a report, with figures of the diagnosis that it tells of.
 pub fn navigate_diagnose_page(
@@ -170,7 +175,7 @@ pub fn navigate_diagnose_svg(
     let size = |channel: &crate::navigate::remainder::ChannelGap| channel.before.0 / channel.u.max(f64::MIN_POSITIVE);
     let worst = pairs.max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
     let Some((series, _)) = worst else { return curves(&[], say!(lang, "gap"), "", say!(lang, "time-h")) };
-    let (what, unit) = TITLES.get(series.channel).copied().unwrap_or_default();
+    let (what, unit) = title_of(series.channel);
     let what = lang.word(what);
     let title = say!(lang, "measured-minus-predicted", what, motion = series.motion);
     curves(&lines(series, found, lang), &title, unit, say!(lang, "time-h"))
@@ -196,9 +201,9 @@ fn figures(report: &NavigateDiagnoseReport, diagnosis: &NavigationDiagnosis, lan
     let several = report.runs.len() > 1;
     let mut figures = Vec::new();
     for (series, channel) in diagnosis.gaps_over_time.iter().zip(&diagnosis.channels) {
-        let (what, unit) = TITLES.get(series.channel).copied().unwrap_or_default();
+        let (what, unit) = title_of(series.channel);
         let what = lang.word(what);
-        let name = CHANNEL_NAMES.get(series.channel).copied().unwrap_or_default();
+        let name = CHANNEL_NAMES.at(series.channel);
         let scale = 1.0 / si_per_unit(series.channel);
         let where_ = if several { format!(" ({})", series.motion) } else { String::new() };
         figures.push(Figure {

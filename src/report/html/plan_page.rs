@@ -183,7 +183,7 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
         .take(2)
         .collect();
     let Some(across) = swept.first() else { return Ok(section) };
-    let up = swept.get(1).copied().unwrap_or("");
+    let up = swept.get(1).copied().unwrap_or(""); // one joint alone: no second axis
     let spots = |list: &mut dyn Iterator<Item = PositionReport>| {
         let mut count: BTreeMap<(i64, i64), Spot> = BTreeMap::new();
         for position in list {

@@ -4,6 +4,7 @@ use super::{
     Area, BLUE, Drawn, INK, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, WIDE, fitted, rules, scale, style, svg,
     text_width,
 };
+use crate::elements::Parts;
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::number;
@@ -158,7 +159,7 @@ fn draw(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
     }
     for (first, end) in groups.iter().filter(|_| groups.len() > 1) {
         // the mean of a group before: what the eye should see among many points
-        let own = points.get(*first..*end).unwrap_or_default();
+        let own = points.part(*first..*end);
         let mean = own.iter().map(|p| at(p.before)).sum::<f64>() / own.len().max(1) as f64;
         if own.len() > 2 && mean.is_finite() {
             let ends = [(x(*first as f64) + 4, y(mean)), (x(*end as f64) - 4, y(mean))];

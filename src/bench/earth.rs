@@ -1,0 +1,56 @@
+//! Constants of the Earth, each with its source: the one table that benches, sites and the navigator use.
+//!
+//! | constant | value | source |
+//! |---|---|---|
+//! | semi-major axis | 6 378 137.0 m | NIMA TR8350.2 (WGS 84), 3rd ed., table 3.1 |
+//! | flattening | 1/298.257 223 563 | the same |
+//! | Earth rate | 7.292 115e-5 rad/s | the same; 15.041 067 deg/h is this, rounded to seven digits, as the papers of the benches write it |
+//! | first eccentricity squared | 6.694 379 990 14e-3 | TR8350.2, table 3.3 |
+//! | normal gravity on the equator | 9.780 325 335 9 m/s^2 | TR8350.2, table 3.4 |
+//! | `k` of Somigliana's formula | 0.001 931 852 652 41 | the same |
+//! | `m = w^2 a^2 b / GM` | 0.003 449 786 506 84 | the same |
+//! | standard gravity | 9.806 65 m/s^2 | 3rd CGPM (1901); the unit `g` |
+
+pub use crate::units::STANDARD_GRAVITY_M_S2;
+
+/// Semi-major axis of WGS 84, m.
+pub const SEMI_MAJOR_AXIS_M: f64 = 6_378_137.0;
+/// Flattening of WGS 84.
+pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
+/// First eccentricity squared of WGS 84.
+pub const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
+/// Earth rate of WGS 84, rad/s.
+pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+/// The same in degrees per hour, rounded to seven digits.
+pub const EARTH_RATE_DEG_H: f64 = 15.041067;
+/// Normal gravity on the equator, m/s^2.
+pub const EQUATORIAL_GRAVITY_M_S2: f64 = 9.780_325_335_9;
+/// `k` of Somigliana's formula.
+pub const SOMIGLIANA: f64 = 0.001_931_852_652_41;
+/// Centrifugal force over gravity on the equator, `m = w^2 a^2 b / GM`.
+pub const CENTRIFUGAL_RATIO: f64 = 0.003_449_786_506_84;
+
+/// Normal gravity, m/s^2, from the squared sine of the geodetic latitude and the altitude above the ellipsoid: Somigliana's formula with the
+/// free-air reduction to second order (TR8350.2, equations 4-1 and 4-3).
+pub(crate) fn gravity_at(sine_squared: f64, altitude_m: f64) -> f64 {
+    let on_ellipsoid = EQUATORIAL_GRAVITY_M_S2 * (1.0 + SOMIGLIANA * sine_squared)
+        / (1.0 - ECCENTRICITY_SQUARED * sine_squared).sqrt();
+    let ratio = altitude_m / SEMI_MAJOR_AXIS_M;
+    let reduction = 1.0 + FLATTENING + CENTRIFUGAL_RATIO - 2.0 * FLATTENING * sine_squared;
+    on_ellipsoid * (1.0 - 2.0 * ratio * reduction + 3.0 * ratio * ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What follows from the defining constants agrees with the table to its last digit; GM = 3.986004418e14 m^3/s^2 (TR8350.2, table 3.1).
+    #[test]
+    fn derived_constants_follow_from_the_defining_ones() {
+        assert!((FLATTENING * (2.0 - FLATTENING) - ECCENTRICITY_SQUARED).abs() < 0.5e-14);
+        let semi_minor = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING);
+        let ratio = EARTH_RATE_RAD_S.powi(2) * SEMI_MAJOR_AXIS_M.powi(2) * semi_minor / 3.986_004_418e14;
+        assert!((ratio - CENTRIFUGAL_RATIO).abs() < 0.5e-14, "{ratio}");
+        assert!((EARTH_RATE_RAD_S.to_degrees() * 3600.0 - EARTH_RATE_DEG_H).abs() < 0.5e-6);
+    }
+}

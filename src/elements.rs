@@ -1,0 +1,162 @@
+//! Elements of lists whose lengths a constructor has established, so that the index cannot lie outside: one policy for all of them.
+//!
+//! A build with debug assertions (fuzzing, `cargo test` without `--release`) stops where an index is outside after all. A release build goes on with
+//! what no reader takes for a result: not-a-number, an empty part, a place that no list has. A plausible number (0, 1) never stands in for one that is
+//! missing. Where an element may honestly be absent, the code says `get` and what absence means.
+
+/// Elements by an index that the list's constructor has established.
+pub(crate) trait Elements {
+    /// What an element is read as.
+    type Element<'a>
+    where
+        Self: 'a;
+
+    /// Element `k`; outside, NaN (numbers), an empty list (lists of numbers), `usize::MAX` (places).
+    fn at(&self, k: usize) -> Self::Element<'_>;
+}
+
+impl Elements for [f64] {
+    type Element<'a> = f64;
+
+    #[inline]
+    #[track_caller]
+    fn at(&self, k: usize) -> f64 {
+        debug_assert!(k < self.len(), "number {k} of {}", self.len());
+        self.get(k).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// Numbers whose count the caller of a public function chose.
+pub(crate) trait OrNan {
+    /// Number `k`, NaN where there is none.
+    fn or_nan(&self, k: usize) -> f64;
+}
+
+impl OrNan for [f64] {
+    #[inline]
+    fn or_nan(&self, k: usize) -> f64 {
+        self.get(k).copied().unwrap_or(f64::NAN)
+    }
+}
+
+impl Elements for [usize] {
+    type Element<'a> = usize;
+
+    #[inline]
+    #[track_caller]
+    fn at(&self, k: usize) -> usize {
+        debug_assert!(k < self.len(), "place {k} of {}", self.len());
+        self.get(k).copied().unwrap_or(usize::MAX)
+    }
+}
+
+impl<T> Elements for [Vec<T>] {
+    type Element<'a>
+        = &'a [T]
+    where
+        T: 'a;
+
+    #[inline]
+    #[track_caller]
+    fn at(&self, k: usize) -> &[T] {
+        debug_assert!(k < self.len(), "list {k} of {}", self.len());
+        self.get(k).map(Vec::as_slice).unwrap_or_default()
+    }
+}
+
+impl<T> Elements for [&Vec<T>] {
+    type Element<'a>
+        = &'a [T]
+    where
+        Self: 'a;
+
+    #[inline]
+    #[track_caller]
+    fn at(&self, k: usize) -> &[T] {
+        debug_assert!(k < self.len(), "list {k} of {}", self.len());
+        self.get(k).map(|list| list.as_slice()).unwrap_or_default()
+    }
+}
+
+impl<const N: usize> Elements for [[f64; N]] {
+    type Element<'a> = [f64; N];
+
+    #[inline]
+    #[track_caller]
+    fn at(&self, k: usize) -> [f64; N] {
+        debug_assert!(k < self.len(), "numbers {k} of {}", self.len());
+        self.get(k).copied().unwrap_or([f64::NAN; N])
+    }
+}
+
+impl Elements for [&'static str] {
+    type Element<'a> = &'static str;
+
+    #[inline]
+    #[track_caller]
+    fn at(&self, k: usize) -> &'static str {
+        debug_assert!(k < self.len(), "name {k} of {}", self.len());
+        self.get(k).copied().unwrap_or("?")
+    }
+}
+
+/// Parts of a list by a range that lies within it.
+pub(crate) trait Parts<T> {
+    /// The elements of `range`; none if it is not within the list.
+    fn part<R>(&self, range: R) -> &[T]
+    where
+        R: std::slice::SliceIndex<[T], Output = [T]>;
+}
+
+impl<T> Parts<T> for [T] {
+    #[inline]
+    #[track_caller]
+    fn part<R>(&self, range: R) -> &[T]
+    where
+        R: std::slice::SliceIndex<[T], Output = [T]>,
+    {
+        let part = self.get(range);
+        debug_assert!(part.is_some(), "a range beyond {} elements", self.len());
+        part.unwrap_or_default()
+    }
+}
+
+/// Parts of a text by a range that lies within it, from one character's edge to another's.
+pub(crate) trait TextPart {
+    /// The characters of `range`; none if it is not within the text.
+    fn part<R>(&self, range: R) -> &str
+    where
+        R: std::slice::SliceIndex<str, Output = str>;
+}
+
+impl TextPart for str {
+    #[inline]
+    #[track_caller]
+    fn part<R>(&self, range: R) -> &str
+    where
+        R: std::slice::SliceIndex<str, Output = str>,
+    {
+        let part = self.get(range);
+        debug_assert!(part.is_some(), "a range beyond a text of {} bytes, or within a character", self.len());
+        part.unwrap_or_default()
+    }
+}
+
+#[cfg(all(test, not(debug_assertions)))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_outside_is_never_a_plausible_number() {
+        let (numbers, places, lists) = (vec![1.5, 2.5], vec![7_usize], vec![vec![3.0]]);
+        assert_eq!((numbers.at(1), places.at(0), lists.at(0).at(0)), (2.5, 7, 3.0));
+        assert!(
+            numbers.at(2).is_nan()
+                && lists.at(1).is_empty()
+                && lists.at(1).at(0).is_nan()
+                && lists.at(0).at(1).is_nan()
+        );
+        assert_eq!(places.at(1), usize::MAX);
+        assert_eq!((numbers.part(1..), numbers.part(..3), numbers.part(3..)), (&[2.5][..], &[][..], &[][..]));
+    }
+}

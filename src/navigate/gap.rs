@@ -1,0 +1,16 @@
+//! How far measured and predicted navigation errors are apart.
+
+/// A gap, in standard uncertainties (of innovations, where the mission has random walks).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest by size.
+    pub max: f64,
+    /// Sum of squares.
+    pub chi_square: f64,
+    /// Values minus errors fitted.
+    pub dof: usize,
+    /// Probability of a sum of squares as large by chance; `None` where only residuals tell the noise.
+    pub p: Option<f64>,
+}
