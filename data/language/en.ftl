@@ -268,6 +268,7 @@ linear-rows-are-exact-derivatives-at-the = Linear: rows are exact derivatives at
 exact-rows-are-exact-derivatives-iterated-to = Exact: rows are exact derivatives, iterated to the solution.
 uncertainties-of-the-readings-are-as-stated = Uncertainties of the readings are as stated.
 readings-of-one-sensor-scatter-alike-and = Readings of one sensor scatter alike and independently; how much, their residuals say.
+beside-what-scatters-readings-scatter-alike = Beside the sources under "What scatters", readings of one sensor scatter alike and independently; how much, their residuals say.
 entered-as-rows-of-their-own = { $prior } entered as rows of their own.
 known = known
 exact = exact

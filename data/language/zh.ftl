@@ -234,6 +234,7 @@ linear-rows-are-exact-derivatives-at-the = 线性：各行取参考点处的精�
 exact-rows-are-exact-derivatives-iterated-to = 精确：各行取精确导数，迭代至解。
 uncertainties-of-the-readings-are-as-stated = 读数的不确定度按所给取用。
 readings-of-one-sensor-scatter-alike-and = 同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
+beside-what-scatters-readings-scatter-alike = 除“分散性来源”一节所列各项外，同一传感器的读数分散程度相同且相互独立，其大小由残差得出。
 entered-as-rows-of-their-own = { $prior }各作为一行参与平差。
 known = 已知量
 exact = 精确

@@ -5,6 +5,9 @@ use super::function::{ATAN2, Operator, integer_power, small_integer};
 use super::print::number;
 use std::collections::BTreeMap;
 
+/// Passes until a line with sums in parentheses is the same when it is read again; two or three do.
+const SETTLING: usize = 8;
+
 /// What is raised to a power inside a term; plain names sort before everything else.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Base {
@@ -33,9 +36,25 @@ impl Expression {
     /// use tumble::algebra::Expression;
     /// assert_eq!(Expression::parse("a_S*a_I")?.canonical(), "a_I*a_S");
     /// assert_eq!(Expression::parse("cos(beta*2) * gamma_deg_s")?.canonical(), "gamma_deg_s*cos(2*beta)");
+    /// assert_eq!(Expression::parse("(-a-b)*c")?.canonical(), Expression::parse("-(a+b)*c")?.canonical());
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn canonical(&self) -> String {
+        let mut text = self.sorted();
+        // sums in parentheses take up a number that stands before them: until that has ended
+        for _ in 0..SETTLING {
+            if !text.contains('(') {
+                break;
+            }
+            match Expression::parse(&text).map(|line| line.sorted()) {
+                Ok(next) if next != text => text = next,
+                _ => break,
+            }
+        }
+        text
+    }
+
+    fn sorted(&self) -> String {
         let mut finite = true;
         let sum = self.fold(|node| {
             let sum = sum_of(node);
@@ -104,10 +123,12 @@ impl Sum {
         self
     }
 
-    /// The sum as one term: a sum of several becomes a factor in parentheses.
+    /// The sum as one term: a sum of several becomes a factor in parentheses, its first name with a plus, so that `(-a-b)*c` is `-(a+b)*c`.
     fn into_term(mut self) -> (Factors, f64) {
         if self.0.len() > 1 {
-            return (Factors::from([(Base::Operand(format!("({})", self.text())), 1)]), 1.0);
+            let first = self.0.iter().find(|(factors, _)| !factors.is_empty());
+            let sign = if first.is_some_and(|(_, number)| *number < 0.0) { -1.0 } else { 1.0 };
+            return (Factors::from([(Base::Operand(format!("({})", self.scaled(sign).text())), 1)]), sign);
         }
         // a sum of no terms is the empty product times zero
         self.0.pop_first().unwrap_or_default()

@@ -81,6 +81,12 @@ proptest! {
     }
 
     #[test]
+    fn the_canonical_form_is_its_own(line in any_line()) {
+        let canonical = parsed(&line).canonical();
+        prop_assert_eq!(parsed(&canonical).canonical(), canonical, "{}", line);
+    }
+
+    #[test]
     fn the_canonical_form_does_not_depend_on_order(left in any_line(), right in any_line()) {
         for operator in ["+", "*"] {
             let one = parsed(&format!("({left}) {operator} ({right})"));

@@ -38,7 +38,10 @@ pub(super) fn assumptions(fit: &Fit, report: &FitReport, lang: Language) -> Sect
     });
     points.push(match report.fit.variance {
         VarianceFrom::Stated => say!(lang, "uncertainties-of-the-readings-are-as-stated").into(),
-        VarianceFrom::Estimated => say!(lang, "readings-of-one-sensor-scatter-alike-and").into(),
+        VarianceFrom::Estimated if fit.campaign.scatter.is_empty() => {
+            say!(lang, "readings-of-one-sensor-scatter-alike-and").into()
+        }
+        VarianceFrom::Estimated => say!(lang, "beside-what-scatters-readings-scatter-alike").into(),
     });
     if report.fit.priors > 0 {
         points.push(say!(lang, "entered-as-rows-of-their-own", prior = lang.count(report.fit.priors, "prior")));
