@@ -1,5 +1,6 @@
 //! What a report was made from: names of the input files and digests of their bytes.
 
+#[cfg(feature = "cli")]
 use crate::elements::Parts;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
