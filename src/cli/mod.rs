@@ -9,6 +9,7 @@ mod batch;
 mod batch_diagnose;
 mod bench;
 mod calibrations;
+mod catalogue;
 mod check;
 mod compare;
 mod diagnose;

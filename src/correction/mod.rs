@@ -12,7 +12,10 @@
 //! of the last frame; fewer give the component along each sensor's own axis, the others being given with the readings or taken as zero, which
 //! [`Calibration::inputs`] says. Deliberately absent: files and formats (`wire`, `report`), dynamics of the sensors, noise of single samples.
 
+mod bound;
+mod calibrated;
 mod calibration;
+mod choose;
 pub mod export;
 mod inputs;
 mod solve;

@@ -1,6 +1,6 @@
 //! Families of candidates: what their members share of the tests, and which of them can build any pattern.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use super::catalogue::breaks;
 use super::evidence::Evidence;
 use crate::campaign::Campaign;

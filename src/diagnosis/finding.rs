@@ -1,11 +1,12 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
+use super::criteria::Question;
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
 use super::pass::Seen;
 use super::posterior;
 use super::remainder::Remainder;
-use super::search::{Found, Question};
+use super::search::Found;
 use super::separate::Separation;
 use super::sets::Rival;
 use super::settings::Settings;
@@ -393,7 +394,7 @@ impl Effects<'_> {
         let evidence = self.evidence;
         let member = self.set.get(place)?;
         let effect = self.candidates.get(*member)?;
-        let others = super::search::without(self.set, place);
+        let others = super::criteria::without(self.set, place);
         let without = evidence.given(&others)?;
         let standing = evidence.standing(&others, *member).filter(|_| !self.complete);
         let (alone, dof_alone) = evidence.t(&without, *member);

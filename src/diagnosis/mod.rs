@@ -46,8 +46,10 @@
 mod ambiguity;
 mod assumptions;
 mod averaged;
+mod candidate;
 mod candidates;
 mod catalogue;
+mod criteria;
 mod evidence;
 mod families;
 mod finding;
@@ -79,7 +81,7 @@ mod support;
 mod vetted;
 
 pub use assumptions::Held;
-pub use candidates::Candidate;
+pub use candidate::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding, InSensor};
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};

@@ -1,11 +1,13 @@
 //! One pass: every candidate at one point of the model, and what the search finds among them.
 
 use super::candidates::{Kept, build};
+use super::criteria::Question;
+use super::criteria::without;
 use super::evidence::Evidence;
 use super::noise::{self, Finished, Weighted};
 use super::remainder::Remainders;
 use super::screen::{self, Chosen, Scanned, Screen};
-use super::search::{self, Found, Question};
+use super::search::{self, Found};
 use super::settings::Settings;
 use super::support::Support;
 use super::{Candidate, Effect, assumptions, families};
@@ -141,7 +143,7 @@ impl<'a> Pass<'a> {
     pub fn is_confirmed(&self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
         let left = seen.weighted.squares(&after.estimate.residuals);
         let promised = seen.evidence.rss_of(set);
-        let least = (0..set.len()).map(|place| seen.evidence.rss_of(&search::without(set, place)) - promised);
+        let least = (0..set.len()).map(|place| seen.evidence.rss_of(&without(set, place)) - promised);
         left - promised <= 0.5 * least.fold(f64::INFINITY, f64::min)
     }
 

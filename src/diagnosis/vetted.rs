@@ -4,12 +4,13 @@
 //! other explanation is taken back, and what it explained is unexplained again. Where the rest follows the order of time, it is no noise, and
 //! all names must stand against it.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
+use super::criteria::{Question, without};
 use super::noise::Weighted;
 use super::pass::{Outcome, Pass, Seen};
 use super::posterior::{self, Posterior};
 use super::repair::repaired;
-use super::search::{Found, Question, without};
+use super::search::Found;
 use super::serial::{self, Serial};
 use super::sets::Rival;
 use super::settings::Settings;

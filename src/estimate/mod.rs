@@ -10,6 +10,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
+//! | `unknowns.rs` | what an estimate says of the unknowns, whether its rows are at hand or folded |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
 //! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
 //! | `stacked.rs` | many systems of one shape, each with a design of its own |
@@ -56,6 +57,7 @@ pub mod scatter;
 mod sequential;
 mod small_qr;
 mod stacked;
+mod unknowns;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
@@ -73,6 +75,7 @@ pub use scatter::{
 pub use sequential::Sequential;
 pub(crate) use sequential::Sum;
 pub use stacked::{Stacked, adjust_stacked};
+pub use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;

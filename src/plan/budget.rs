@@ -10,8 +10,10 @@
 
 use super::blocks::{add_outer, invert, times};
 use super::bound::sandwich;
-use super::exchange::{Design, FEW, Objective, Problem, WORTH, improve_state, information, value};
+use super::exchange::value;
+use super::exchange::{FEW, improve_state};
 use super::prices::{Prices, Till};
+use super::problem::{Design, Objective, Problem, WORTH, information};
 use super::state::State;
 use crate::elements::Elements;
 use crate::linear::dot;

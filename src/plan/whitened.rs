@@ -5,7 +5,8 @@
 )]
 
 use super::effort::{Noise, mountings};
-use super::judge::priors;
+use crate::campaign::Role;
+
 use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
@@ -166,4 +167,22 @@ fn term_columns(
         }
     }
     Ok(columns)
+}
+
+/// Standard uncertainty of each row of a design, and what of it is the row's own noise.
+pub(super) fn own_noise(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<f64>) {
+    let rows = &campaign.readings.rows;
+    let of = |origin: &design::RowOrigin| rows.get(origin.reading).map_or(1.0, |r| noise.u(r, origin.sensor));
+    let stated: Vec<f64> = design.rows.iter().map(of).collect();
+    let own = fit::own_noise(campaign, design, &stated);
+    (stated, own)
+}
+
+/// Estimated parameters with a prior, and its standard uncertainty.
+pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
+    let prior = |(k, p): (usize, &crate::campaign::Parameter)| match &p.role {
+        Role::Estimated { prior: Some(prior), .. } => Some((k, prior.u)),
+        _ => None,
+    };
+    campaign.estimated().iter().enumerate().filter_map(prior).collect()
 }

@@ -26,8 +26,9 @@ mod turns;
 
 pub use correlated::{Block, MeanUncertainty, mean_uncertainties};
 pub use events::{Event, EventKind};
-pub use segments::{By, Rejected, Segment, Segmentation, segment};
+pub use segments::{By, Rejected, Segmentation, segment};
 pub use still::Stillness;
+pub use trace::Segment;
 pub use trace::{Channel, Run, Trace};
 pub use turns::{Unwrap, whole_turns, whole_turns_of};
 

@@ -40,7 +40,7 @@ fn stated_scatter_is_dense_generalised_least_squares() {
         let lines: Vec<Line> =
             case["lines"].as_array().unwrap().iter().map(|l| line(l, l["variance"].as_f64())).collect();
         let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
-        for (own, other) in found.estimate.solution.iter().zip(numbers(&case["solution"])) {
+        for (own, other) in found.estimate.unknowns.solution.iter().zip(numbers(&case["solution"])) {
             near(*own, other, 1e-9, name);
         }
         let covariance = matrix(&case["covariance"]);
@@ -48,7 +48,7 @@ fn stated_scatter_is_dense_generalised_least_squares() {
             found.shares.iter().fold(Mat::zeros(covariance.nrows(), covariance.nrows()), |a, b| a + b);
         for i in 0..covariance.nrows() {
             for j in 0..covariance.nrows() {
-                near(found.estimate.covariance[(i, j)], covariance[(i, j)], 1e-9, name);
+                near(found.estimate.unknowns.covariance[(i, j)], covariance[(i, j)], 1e-9, name);
                 // the parts of the readings and of the lines make up the whole
                 let rows: f64 = (0..m)
                     .map(|k| found.sensitivities[(i, k)] * found.sensitivities[(j, k)] * system.u[k] * system.u[k])
@@ -60,7 +60,7 @@ fn stated_scatter_is_dense_generalised_least_squares() {
         near(found.whitening.log_determinant(), case["log_determinant"].as_f64().unwrap(), 1e-9, name);
         // sensitivities are those of the estimate
         let moved: f64 = (0..m).map(|k| found.sensitivities[(0, k)] * system.observed[k]).sum();
-        near(moved, found.estimate.solution[0], 1e-9, name);
+        near(moved, found.estimate.unknowns.solution[0], 1e-9, name);
         // redundancies of rows and deviations sum to the degrees of freedom
         let carried = found.whitening.carry_back(&found.whitening.whiten(&system.observed));
         let square: f64 = carried.iter().zip(&system.observed).map(|(a, b)| a * b).sum();
@@ -107,7 +107,7 @@ fn estimated_scatter_is_restricted_likelihood() {
     }
     for i in 0..3 {
         for j in 0..3 {
-            near(found.estimate.covariance[(i, j)], covariance[(i, j)], 1e-9, "covariance");
+            near(found.estimate.unknowns.covariance[(i, j)], covariance[(i, j)], 1e-9, "covariance");
             near(found.correction[(i, j)], correction[(i, j)], 1e-8, "correction");
         }
     }
@@ -129,12 +129,12 @@ fn offsets_of_any_size_keep_their_digits() {
         let lines = [Line { felt, variance: Some(sd * sd), memory: None }];
         let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
         let name = case["sd"].as_str().unwrap();
-        near(found.estimate.solution[1], number(&case["b1"]), 1e-12, name);
+        near(found.estimate.unknowns.solution[1], number(&case["b1"]), 1e-12, name);
         // the offsets decide b0 alone: as a share of its uncertainty, which they make as large as they are
-        let share = (found.estimate.solution[0] - number(&case["b0"])).abs() / number(&case["u0"]);
+        let share = (found.estimate.unknowns.solution[0] - number(&case["b0"])).abs() / number(&case["u0"]);
         assert!(share < 1e-5, "{name}: b0 is off by {share:e} of its u");
-        near(found.estimate.covariance[(1, 1)].sqrt(), number(&case["u1"]), 1e-12, name);
-        near(found.estimate.covariance[(0, 0)].sqrt(), number(&case["u0"]), 1e-6, name);
+        near(found.estimate.unknowns.covariance[(1, 1)].sqrt(), number(&case["u1"]), 1e-12, name);
+        near(found.estimate.unknowns.covariance[(0, 0)].sqrt(), number(&case["u0"]), 1e-6, name);
         near(found.estimate.sum_of_squares, number(&case["chi_square"]), 1e-11, name);
         if sd > 1e6 {
             // the offsets are all there is to the uncertainty of b0, to the digits of (u/sd)^2
@@ -211,8 +211,8 @@ fn published_variance_components() {
             // lme4 stops at about 1e-7 of the likelihood's width
             near(own, case["sd"][*source].as_f64().unwrap(), 1e-5, name);
         }
-        assert!((found.estimate.solution[0] - mean).abs() <= mean_digit, "{name}");
-        let own = found.estimate.covariance[(0, 0)].sqrt();
+        assert!((found.estimate.unknowns.solution[0] - mean).abs() <= mean_digit, "{name}");
+        let own = found.estimate.unknowns.covariance[(0, 0)].sqrt();
         assert!((own - se).abs() <= se_digit, "{name}: {own} {se}");
     }
 }
@@ -236,8 +236,8 @@ fn gum_h5_days_of_a_zener_standard() {
     let lines = [Line { felt, variance: None, memory: None }];
     let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
     // H.5.2: mean 10.000097 V, s_b = 85 uV within days, s_B = 43 uV between days, u = 18 uV
-    assert!((found.estimate.solution[0] - 97.0).abs() <= 0.5);
+    assert!((found.estimate.unknowns.solution[0] - 97.0).abs() <= 0.5);
     assert!((found.group_variance[0].unwrap().sqrt() - 85.0).abs() <= 0.5);
     assert!((found.variance[0].sqrt() - 43.0).abs() <= 0.5);
-    assert!((found.estimate.covariance[(0, 0)].sqrt() - 18.0).abs() <= 0.5);
+    assert!((found.estimate.unknowns.covariance[(0, 0)].sqrt() - 18.0).abs() <= 0.5);
 }

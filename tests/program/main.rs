@@ -3,6 +3,7 @@
 mod api;
 mod bad_input;
 mod by;
+mod circles;
 mod cli;
 mod columns;
 mod conformity;

@@ -1,6 +1,6 @@
 //! The page of many devices: counts, distributions, devices that stand apart, control charts.
 
-use super::fit_page::colophon;
+use super::colophon::colophon;
 use super::{Align, Figure, Page, Section, Table, Tone, cells};
 use crate::batch::Summary;
 use crate::campaign::Campaign;

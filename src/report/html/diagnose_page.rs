@@ -1,7 +1,7 @@
 //! The page of a diagnosis: the answer and its picture, what is missing, the repair, and what it rests on.
 
-use super::diagnose_figure::figure;
-use super::fit_page::colophon;
+use super::colophon::colophon;
+use super::diagnose_figure::{figure, named};
 use super::scatter_page;
 use super::{Align, Block, MarkedLine, Page, Section, Table, Tone, cells};
 use crate::campaign::{Campaign, Role};
@@ -200,14 +200,6 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block
     Block::Card { heading: begun(&lang.name(&effect.name), lang), tone: Tone::Bad, facts }
 }
 
-/// A factor: a column of the campaign in code type, anything else in words.
-pub(super) fn factor(name: &str, lang: Language) -> String {
-    match lang.name(name) {
-        std::borrow::Cow::Borrowed(name) => format!("`{name}`"),
-        std::borrow::Cow::Owned(name) => name,
-    }
-}
-
 /// A heading: a capital letter where the language has them, no full stop.
 fn begun(text: &str, lang: Language) -> String {
     lang.sentence(text).trim_end_matches(['.', '\u{3002}']).to_string()
@@ -338,7 +330,7 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
     let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
     for place in &shown {
         table.row(vec![
-            factor(&place.factor, lang),
+            named(&place.factor, lang),
             words::level(&place.level),
             format!("`{}`", place.sensor),
             place.readings.to_string(),

@@ -39,6 +39,7 @@ mod batch_page;
 mod cells;
 mod changes_page;
 mod checks_page;
+mod colophon;
 mod compare_page;
 mod conformity_page;
 mod diagnose_figure;

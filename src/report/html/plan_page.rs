@@ -12,7 +12,7 @@ use crate::report::foresight_table::some_of;
 use crate::report::plan_better::{
     apart, cost_limit, equal_effort, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
 };
-use crate::report::plan_table::{judged_at, lacking as lacking_value, nowhere, through_tilts, work_of};
+use crate::report::plan_words::{judged_at, lacking as lacking_value, nowhere, through_tilts, work_of};
 use crate::report::plot::{Spot, positions};
 use crate::report::table::significant;
 use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
