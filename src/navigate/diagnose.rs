@@ -26,7 +26,8 @@ use super::refine::Walk;
 use super::remainder::{self, ChannelGap, GapOverTime};
 use super::separate::DiscriminatingMotion;
 use super::walk;
-use crate::diagnosis::{NoiseFrom, Settings, Step, Verdict};
+use super::settings::Settings;
+use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 
 /// Another error that explains the same.
