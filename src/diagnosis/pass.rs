@@ -293,7 +293,13 @@ impl<'a> Pass<'a> {
             let positions = noise::positions(self.campaign, &design, weighted.weight.len());
             let basis = weighted.basis(&design, self.campaign.unknowns());
             let basis = basis.as_ref().map_or(weighted.estimate.factor.thin_q(), |own| own.as_ref());
-            let support = Support { weighted: &weighted, basis, columns: &columns, positions: &positions, hangs: self.settings.hangs };
+            let support = Support {
+                weighted: &weighted,
+                basis,
+                columns: &columns,
+                positions: &positions,
+                hangs: self.settings.hangs,
+            };
             let is_pattern = |set: &[usize]| families::is_pattern(self.campaign, &candidates, set, &self.settings);
             let needs_all = |j: usize| candidates.get(j).is_some_and(|c| families::needs_all(c, &self.settings));
             let other_phase = |j: usize| families::other_phase(&candidates, j, &self.settings);

@@ -82,7 +82,12 @@ const PAIRS: usize = 6;
 const PAIRED: usize = 400;
 
 /// The pairs that look exchanged: `(r_i, r_j)` would become `(r_i + y_j - y_i, r_j + y_i - y_j)`.
-pub(super) fn exchanged(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted, settings: &Settings) -> Vec<Scanned> {
+pub(super) fn exchanged(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    weighted: &Weighted,
+    settings: &Settings,
+) -> Vec<Scanned> {
     let mut found: Vec<(f64, Scanned)> = Vec::new();
     for sensor in 0..campaign.bench.sensors.len() {
         let own = design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor);

@@ -148,7 +148,9 @@ impl<'a> Walk<'a> {
     pub fn score(&self, state: &State) -> f64 {
         let settings = &self.case.settings;
         let cost = |cause: &Cause| self.penalty + settings.rank_penalty * cause.rank();
-        state.rss + state.set.iter().map(cost).sum::<f64>() + (self.penalty + settings.single_penalty) * state.out.len() as f64
+        state.rss
+            + state.set.iter().map(cost).sum::<f64>()
+            + (self.penalty + settings.single_penalty) * state.out.len() as f64
     }
 
     fn record(&mut self, state: &State, linear: &Linear, now: &[usize]) {
