@@ -1059,6 +1059,7 @@ quantity-position = position error
 samples-a-second = { $record }: { $rate } samples a second ({ $from })
 below = below (95 %)
 their-sum-does-not-describe-the-deviations = Their sum does not describe the deviations
+random-walk-sampled = The rate random walk is taken as sampled at the end of each interval of { $interval } s rather than averaged over it: this describes the deviations better
 their-sum-describes-the-deviations = Their sum describes the deviations
 chi-square-dof-p = chi-square { $chi }, { $dof } dof, p { $p }
 in-stretches = in { $n } stretches

@@ -3,12 +3,13 @@
 use super::outputs::Outputs;
 use super::pages::Pages;
 use super::{Outcome, files};
-use crate::diagnosis::{Settings, Verdict};
+use crate::diagnosis::Verdict;
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{self, NavigationDiagnosis};
 use crate::navigate::errors::Instrument;
+use crate::navigate::settings::Settings;
 use crate::report;
 use crate::wire::{self, MissionFile};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -57,10 +57,7 @@ pub(super) fn build(
     Ok(found)
 }
 
-/// Readings, as a share of all, whose jump may be decided by tilts.
-const JUMPS_BY_TILTS: f64 = 0.1;
-
-/// Is a jump (`sign(w_O)`) at more than a tenth of the readings decided by what only small tilts leave of its input? Its column can then be bent
+/// Is a jump (`sign(w_O)`) at more than a small share of the readings decided by what only small tilts leave of its input? Its column can then be bent
 /// to many patterns by tilts that no reading determines.
 fn hangs_on_tilts(candidate: &Candidate, found: &[Candidate], settings: &Settings) -> bool {
     let inside = candidate.regressor.strip_prefix("sign(").and_then(|rest| rest.strip_suffix(')'));
@@ -73,7 +70,7 @@ fn hangs_on_tilts(candidate: &Candidate, found: &[Candidate], settings: &Setting
     let small = settings.vanishing * largest / input.size.max(f64::MIN_POSITIVE);
     let rows = candidate.column.iter().zip(&input.column).filter(|(own, _)| **own != 0.0);
     let (all, by_tilts) = rows.fold((0, 0), |(all, few), (_, v)| (all + 1, few + usize::from(v.abs() < small)));
-    by_tilts as f64 > JUMPS_BY_TILTS * all as f64
+    by_tilts as f64 > settings.jumps_by_tilts * all as f64
 }
 
 /// Columns of terms that no tilt moves, by regressor and sensor.

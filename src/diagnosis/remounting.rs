@@ -22,8 +22,6 @@ use std::collections::HashMap;
 
 /// Fewest positions, and fewest mountings beyond the first of each setting, from which a scatter of positions is estimated.
 const FEWEST: usize = 4;
-/// Deviances that differ by less do not tell what it is that deviates.
-const APART: f64 = 6.0;
 
 /// What may deviate anew at each mounting: one or more lines, and a name for them.
 struct Source {
@@ -78,7 +76,7 @@ pub(super) fn found(
     }
     let after = second.after.clone().unwrap_or_else(|| second.before.clone());
     let aliases: Vec<&(f64, String, String)> =
-        ranking.iter().skip(1).filter(|(other, ..)| gain - other < APART).collect();
+        ranking.iter().skip(1).filter(|(other, ..)| gain - other < settings.scatters_apart).collect();
     let finding = of(campaign, &after, source, *gain, p, &aliases, &first.before);
     if second.after.is_none() {
         second.changes = finding::changes(&first.before, &after, &[]);

@@ -61,6 +61,7 @@ mod unknowns;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
+pub(crate) use compensated::Sum;
 pub(crate) use cone_program::solver_settings;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
@@ -73,7 +74,6 @@ pub use scatter::{
     step_scattered,
 };
 pub use sequential::Sequential;
-pub(crate) use sequential::Sum;
 pub use stacked::{Stacked, adjust_stacked};
 pub use unknowns::Unknowns;
 

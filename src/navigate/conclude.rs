@@ -37,7 +37,15 @@ impl Walk<'_> {
                 let [column] = column;
                 column
             };
-            separate::separate(case.mission, case.measured, u, &present, &state.set, &mut findings)?;
+            separate::separate(
+                case.mission,
+                case.measured,
+                u,
+                &present,
+                &state.set,
+                case.settings.tells,
+                &mut findings,
+            )?;
             findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));
         }
         let mut explained = left.clone();

@@ -25,8 +25,9 @@ use super::mission::Mission;
 use super::refine::Walk;
 use super::remainder::{self, ChannelGap, GapOverTime};
 use super::separate::DiscriminatingMotion;
+use super::settings::Settings;
 use super::walk;
-use crate::diagnosis::{NoiseFrom, Settings, Step, Verdict};
+use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 
 /// Another error that explains the same.

@@ -7,9 +7,6 @@ use crate::elements::Elements;
 use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 
-/// Share of the rows that single wrong values may make up.
-const SINGLE: f64 = 0.05;
-
 impl Walk<'_> {
     /// Single values far from what the state predicts and from their neighbours in time; none where they are more than a few.
     ///
@@ -19,12 +16,13 @@ impl Walk<'_> {
         if self.case.from != NoiseFrom::Stated {
             return Vec::new();
         }
+        let settings = &self.case.settings;
         let mut white = [self.case.left(&state.flown.predicted)];
         self.case.weigh(self.u, &[], &mut white);
         let [white] = white;
         let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
-        let most = number::count(SINGLE * rows as f64).max(1);
-        let level = 0.1 * self.case.settings.significance / white.len().max(1) as f64;
+        let most = number::count(settings.singles * rows as f64).max(1);
+        let level = settings.single_share * settings.common.significance / white.len().max(1) as f64;
         // a level of zero asks for more than any number
         let far = normal_quantile(1.0 - 0.5 * level).unwrap_or(6.0);
         let beyond: Vec<usize> = white.iter().enumerate().filter(|(_, v)| v.abs() > far).map(|(i, _)| i).collect();
@@ -57,7 +55,7 @@ impl Walk<'_> {
                     let around = bends.iter().take(k + 2).skip(k.saturating_sub(1));
                     let largest = around.fold(0.0_f64, |most, b| most.max(b.abs()));
                     let edge = if k == 0 || k + 1 == own.len() { 2.0 } else { 1.0 };
-                    if bend.abs() > 8.0 * scale * edge && bend.abs() >= largest {
+                    if bend.abs() > settings.stands_out * scale * edge && bend.abs() >= largest {
                         found.push((*cell, bend.abs()));
                     }
                 }

@@ -16,7 +16,6 @@ use super::mission::Mission;
 use super::refine::{State, Walk};
 use super::search::Products;
 use super::signatures::{Instant, instants, motion, times};
-use super::walk::RANK;
 use super::whiten::whiten;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
@@ -24,8 +23,6 @@ use crate::linear::{dot, normalise};
 /// Densities that are tried first, rad/sqrt(s) or (m/s)/sqrt(s) alike: their range, and the factor between them.
 const RANGE: (f64, f64) = (1e-9, 1e-2);
 const FACTOR: f64 = 4.0;
-/// Standard deviations by which a channel's innovations may differ from their size, or remember one another.
-const WHITE: f64 = 4.5;
 
 /// A random walk found.
 #[derive(Debug, Clone, Copy)]
@@ -113,7 +110,7 @@ impl Walk<'_> {
 
     /// The score of a state with all that its random walk costs.
     pub fn score_of_all(&self, state: &State) -> f64 {
-        let own = self.wander.map_or(0.0, |own| self.penalty + RANK * own.cause().rank());
+        let own = self.wander.map_or(0.0, |own| self.penalty + self.case.settings.rank_penalty * own.cause().rank());
         self.score(state) + self.case.spread(self.u, &state.out) + own
     }
 
@@ -167,14 +164,15 @@ impl Walk<'_> {
                 groups.get_mut(cell.run * CHANNELS + cell.channel).into_iter().for_each(|group| group.push(*value));
             }
         }
+        let most = self.case.settings.white;
         let sized = |values: &[f64]| {
             let n = values.len() as f64;
-            ((dot(values, values) - n) / (2.0 * n).sqrt()).abs() < WHITE
+            ((dot(values, values) - n) / (2.0 * n).sqrt()).abs() < most
         };
         groups.iter().filter(|group| group.len() >= 8).all(|group| {
             let (first, second) = group.split_at(group.len() / 2);
             let memory: f64 = group.iter().zip(group.iter().skip(1)).map(|(a, b)| a * b).sum();
-            sized(first) && sized(second) && (memory / (group.len() as f64).sqrt()).abs() < WHITE
+            sized(first) && sized(second) && (memory / (group.len() as f64).sqrt()).abs() < most
         })
     }
 }

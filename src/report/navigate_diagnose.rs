@@ -2,7 +2,7 @@
 
 use super::navigate::error_quantities;
 use super::{GapReport, GapsReport, NoiseReport, QuantityWithUnit, StepReport, VERSION};
-use crate::diagnosis::{NoiseFrom, Settings, Verdict};
+use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::elements::Elements;
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis};
@@ -10,6 +10,7 @@ use crate::navigate::errors::ErrorSource;
 use crate::navigate::measured::{CHANNEL_NAMES, Measured, si_per_unit};
 use crate::navigate::mission::Mission;
 use crate::navigate::separate::DiscriminatingMotion;
+use crate::navigate::settings::Settings;
 use crate::navigate::study;
 use crate::report::ReportKind;
 use crate::wire::MotionFile;
@@ -234,7 +235,7 @@ pub fn navigate_diagnose_report(
         runs: measured.runs.iter().map(run).collect(),
         left_out: measured.left_out,
         verdict: diagnosis.verdict,
-        significance: settings.significance,
+        significance: settings.common.significance,
         effects: diagnosis.findings.iter().map(|finding| effect(finding, diagnosis)).collect(),
         model_before: error_quantities(&diagnosis.before),
         model_after: error_quantities(&diagnosis.after),

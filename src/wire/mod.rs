@@ -58,7 +58,7 @@ pub use derived_file::{DerivedFile, DerivedLine};
 pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use folder::{Folder, Table};
-pub use front::{bench_ref, fit_rows, read_campaign_beside};
+pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{

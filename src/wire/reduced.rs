@@ -209,7 +209,7 @@ impl CampaignFile {
         if samples.is_rows() {
             return Err(Malformed::new(
                 Fault::Value,
-                "samples as rows are streamed and never all at hand, which only `tumble fit` and `check` can do with",
+                "samples as rows are streamed and never all at hand: only `tumble fit` and `tumble check` take them",
             )
             .expected("the record's path as \"readings\" (all rows are held, up to 2000000), or samples without \"as\": \"rows\" (their means)")
             .at_path("readings.as"));

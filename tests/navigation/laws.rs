@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
-use tumble::diagnosis::{Settings, Verdict};
+use tumble::diagnosis::Verdict;
 use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
 use tumble::navigate::errors::{ErrorSource, ImuErrors};
 use tumble::navigate::linear;
@@ -15,6 +15,7 @@ use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
 use tumble::navigate::mission::{Mission, Site};
 use tumble::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
 use tumble::navigate::run::{self, Continue, Scenario};
+use tumble::navigate::settings::Settings;
 use tumble::navigate::signatures;
 
 /// A kind of fault: its name, how a finding says it, and its size over the share of the run.

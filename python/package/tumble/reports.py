@@ -2516,8 +2516,12 @@ class AgreementReport(Node):
     """Degrees of freedom."""
     p: float
     """Probability of more."""
+    walk_sampled_s: float | None
+    """The sampling interval, s, where a rate random walk was taken as sampled at the ends of the intervals rather than averaged over each: its
+    Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
+    described was taken."""
 
-    _keys = frozenset(["chi_square", "describes", "dof", "p"])
+    _keys = frozenset(["chi_square", "describes", "dof", "p", "walk_sampled_s"])
 
 
 class CoefficientReport(Node):
