@@ -56,7 +56,7 @@ pub use common::Common;
 pub use device::Device;
 pub use fleet::{Fleet, Schedules};
 pub use layout::{Layout, Use};
-pub use parts::{Line, Part, Parts};
+pub use parts::{DesignRow, Part, Parts};
 pub use parts_row::Coverage;
 pub use repeat::repeats;
 pub use row::{Row, Solved, Verdict};

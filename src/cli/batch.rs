@@ -298,6 +298,7 @@ impl Table<'_> {
                  kept until they are whole"
             ));
             restart()?;
+            // no column of lots: all are of one
             let counts = batch::count(self.names.len(), &open, by.as_deref().unwrap_or_default())?;
             pass(Some(&counts))?;
         }

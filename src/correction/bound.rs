@@ -1,7 +1,7 @@
 //! A model line bound to the parameters and inputs of a calibration.
 
-use super::calibration::{Calibration, Line};
-use super::inputs::{Input, Quantity};
+use super::calibration::{CalibratedLine, Calibration};
+use super::inputs::{LineInput, Quantity};
 use crate::algebra::{Scratch, Tape};
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
@@ -24,7 +24,7 @@ pub(super) struct Bound {
 }
 
 /// The direction of an axis input of a line in the last frame; `None` for a name that is none.
-pub(super) fn direction_of(line: &Line, name: &str) -> Option<(Quantity, Vector3<f64>)> {
+pub(super) fn direction_of(line: &CalibratedLine, name: &str) -> Option<(Quantity, Vector3<f64>)> {
     let (quantity, axis) = match (name.strip_prefix("w_"), name.strip_prefix("a_")) {
         (Some(axis), _) => (Quantity::Rate, axis),
         (_, Some(axis)) => (Quantity::Force, axis),
@@ -42,7 +42,7 @@ pub(super) fn direction_of(line: &Line, name: &str) -> Option<(Quantity, Vector3
 
 impl Bound {
     /// Errors: a name that is neither parameter, axis input nor given input.
-    pub(super) fn new(line: &Line, calibration: &Calibration, inputs: &[Input]) -> Result<Self> {
+    pub(super) fn new(line: &CalibratedLine, calibration: &Calibration, inputs: &[LineInput]) -> Result<Self> {
         let names = line.model.names();
         let slots = names
             .iter()
@@ -79,7 +79,11 @@ impl Bound {
     }
 
     /// Slopes with respect to rate and force at zero input, columns at their fallbacks.
-    pub(super) fn slopes_at_zero(&self, calibration: &Calibration, inputs: &[Input]) -> (Vector3<f64>, Vector3<f64>) {
+    pub(super) fn slopes_at_zero(
+        &self,
+        calibration: &Calibration,
+        inputs: &[LineInput],
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let given: Vec<f64> = inputs.iter().map(|input| input.fallback).collect();
         let state =
             State { rate: Vector3::zeros(), force: Vector3::zeros(), given: &given, parameters: &calibration.values };

@@ -1,6 +1,6 @@
 //! What a fit says for correcting readings.
 
-use super::calibration::{Calibration, Line, Mounting, Span};
+use super::calibration::{CalibratedLine, Calibration, Mounting, Span};
 use super::choose::choose;
 use crate::bench::Link;
 use crate::campaign::{Campaign, Role};
@@ -37,7 +37,7 @@ impl Calibration {
                 .filter(|name| fit.parameters.iter().any(|p| p.id == *name && p.state == State::NotEstimable))
                 .collect();
             if not_estimable.is_empty() {
-                lines.push(Line {
+                lines.push(CalibratedLine {
                     sensor: sensor.id.clone(),
                     unit: sensor.unit.clone(),
                     axes: sensor.axes.clone(),

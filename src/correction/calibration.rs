@@ -1,6 +1,6 @@
 //! A calibration as a value: model lines, parameters with their covariance, and how the sensors sit.
 
-use super::inputs::{self, Input, Quantity};
+use super::inputs::{self, LineInput, Quantity};
 use crate::algebra::Expression;
 use crate::bench::{ForceUnit, RateUnit};
 use crate::language::Sentence;
@@ -14,11 +14,11 @@ pub struct Calibration {
     /// Unit of specific forces.
     pub force_unit: ForceUnit,
     /// The sensors that take part, with their lines.
-    pub lines: Vec<Line>,
+    pub lines: Vec<CalibratedLine>,
     /// Sensors that cannot be corrected, each with the reason.
     pub left_out: Vec<(String, Sentence)>,
     /// What the lines determine, and what must be given with the readings.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<LineInput>,
     /// Names of the parameters that the lines use.
     pub parameters: Vec<String>,
     /// Their values, in the bench's units (tilts in rad).
@@ -33,7 +33,7 @@ pub struct Calibration {
 
 /// One sensor and its model line.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct CalibratedLine {
     /// The sensor.
     pub sensor: String,
     /// Unit of its readings.
@@ -66,7 +66,7 @@ pub struct Span {
 
 impl Calibration {
     /// The unit of an input; empty where only its name tells.
-    pub fn unit_of(&self, input: &Input) -> &'static str {
+    pub fn unit_of(&self, input: &LineInput) -> &'static str {
         match input.quantity {
             Quantity::Rate => self.rate_unit.symbol(),
             Quantity::Force => self.force_unit.symbol(),
@@ -76,12 +76,12 @@ impl Calibration {
     }
 
     /// What the calibration covered of a rate or force.
-    pub fn range_of(&self, input: &Input) -> f64 {
+    pub fn range_of(&self, input: &LineInput) -> f64 {
         if input.quantity == Quantity::Rate { self.span.rate } else { self.span.force }
     }
 
     /// The inputs that are solved for, in order.
-    pub fn solved(&self) -> impl Iterator<Item = &Input> {
+    pub fn solved(&self) -> impl Iterator<Item = &LineInput> {
         self.inputs.iter().filter(|input| input.role == inputs::InputRole::Solved)
     }
 }

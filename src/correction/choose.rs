@@ -1,8 +1,8 @@
 //! Which inputs the sensors of a unit determine, and which must be given with the readings.
 
 use super::bound::{Bound, direction_of};
-use super::calibration::{Calibration, Line};
-use super::inputs::{Input, InputRole, Quantity};
+use super::calibration::{CalibratedLine, Calibration};
+use super::inputs::{InputRole, LineInput, Quantity};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::language::sentence;
@@ -51,7 +51,7 @@ pub(super) fn choose(calibration: &mut Calibration, campaign: &Campaign) {
 }
 
 /// Columns and joint angles of the lines.
-fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<Input>) {
+fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<LineInput>) {
     for line in &calibration.lines {
         for name in line.model.names() {
             let known = calibration.parameters.iter().any(|p| p == name) || inputs.iter().any(|i| i.name == name);
@@ -62,7 +62,7 @@ fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<Inpu
             let values: Vec<f64> = column.map_or(Vec::new(), |k| {
                 campaign.readings.rows.iter().filter_map(|row| row.columns.get(k).copied().flatten()).collect()
             });
-            inputs.push(Input {
+            inputs.push(LineInput {
                 name: name.to_string(),
                 quantity: if column.is_some() { Quantity::Column } else { Quantity::Angle },
                 direction: Vector3::zeros(),
@@ -74,7 +74,7 @@ fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<Inpu
 }
 
 /// The inputs that a group of gyros or accelerometers determines.
-fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector3<f64>)], inputs: &mut Vec<Input>) {
+fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector3<f64>)], inputs: &mut Vec<LineInput>) {
     let prefix = if quantity == Quantity::Rate { "w_" } else { "a_" };
     let unit = |v: &Vector3<f64>| v / v.norm();
     let directions = DMatrix::from_fn(group.len().max(3), 3, |i, j| {
@@ -84,7 +84,7 @@ fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector
     if group.len() >= 3 && singular.iter().all(|s| *s > INDEPENDENT * singular.max()) {
         for (axis, direction) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {
             let name = format!("{prefix}{axis}");
-            inputs.push(Input { name, quantity, direction, role: InputRole::Solved, fallback: 0.0 });
+            inputs.push(LineInput { name, quantity, direction, role: InputRole::Solved, fallback: 0.0 });
         }
         return;
     }
@@ -102,7 +102,7 @@ fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector
 }
 
 /// Every other rate and force of the lines: those that the solved ones do not fix are to be given.
-fn given(calibration: &Calibration, inputs: &mut Vec<Input>) {
+fn given(calibration: &Calibration, inputs: &mut Vec<LineInput>) {
     for line in &calibration.lines {
         for name in line.model.names() {
             if let Some((quantity, direction)) = direction_of(line, name) {
@@ -114,8 +114,8 @@ fn given(calibration: &Calibration, inputs: &mut Vec<Input>) {
 
 /// Add an input unless those of its quantity fix it already; where another sensor's axis of the same name points elsewhere, with the sensor's name.
 fn add(
-    inputs: &mut Vec<Input>,
-    line: &Line,
+    inputs: &mut Vec<LineInput>,
+    line: &CalibratedLine,
     name: String,
     quantity: Quantity,
     direction: Vector3<f64>,
@@ -135,5 +135,5 @@ fn add(
         return;
     }
     let name = if inputs.iter().any(|own| own.name == name) { format!("{name}_{}", line.sensor) } else { name };
-    inputs.push(Input { name, quantity, direction, role, fallback: 0.0 });
+    inputs.push(LineInput { name, quantity, direction, role, fallback: 0.0 });
 }

@@ -26,7 +26,7 @@ pub enum InputRole {
 
 /// An input of the model lines.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Input {
+pub struct LineInput {
     /// Its name in the lines, for example `w_x`.
     pub name: String,
     /// What it is.

@@ -21,7 +21,7 @@ mod inputs;
 mod solve;
 mod validity;
 
-pub use calibration::{Calibration, Line, Mounting, Span};
-pub use inputs::{Input, InputRole, Quantity};
+pub use calibration::{CalibratedLine, Calibration, Mounting, Span};
+pub use inputs::{InputRole, LineInput, Quantity};
 pub use solve::{Corrected, Corrector};
 pub use validity::{Linearity, linearity};

@@ -6,7 +6,7 @@
 
 use super::Calibration;
 use super::bound::{Bound, Slot, State};
-use super::inputs::{Input, InputRole, Quantity};
+use super::inputs::{InputRole, LineInput, Quantity};
 use crate::algebra::Scratch;
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
@@ -26,7 +26,7 @@ pub struct Corrected {
 pub struct Corrector {
     bound: Vec<Bound>,
     /// All inputs; those that are given, by their index here.
-    inputs: Vec<Input>,
+    inputs: Vec<LineInput>,
     parameters: Vec<f64>,
     covariance: DMatrix<f64>,
     /// `f(0)`, one for each sensor.
@@ -260,7 +260,7 @@ impl Corrector {
 
 /// The vectors whose multiples add up to the rate and the force: for each kind the rows of the pseudo-inverse of the inputs' directions, so that
 /// what no input fixes is zero.
-fn parts(inputs: &[Input]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+fn parts(inputs: &[LineInput]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let mut parts = vec![(Vector3::zeros(), Vector3::zeros()); inputs.len()];
     for quantity in [Quantity::Rate, Quantity::Force] {
         let which: Vec<usize> =

@@ -88,7 +88,7 @@ pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angl
 pub use holdout::Holdout;
 pub use noise::NoiseFrom;
 pub use pass::candidates;
-pub use places::{Cell, Grouping, Level, Place};
+pub use places::{Grouping, Level, Place, PlaceMean};
 pub use pool::{Pool, VISIBLE};
 pub use separate::Separation;
 pub use settings::Settings;
@@ -152,7 +152,7 @@ pub struct Unexplained {
     /// Standard deviation of what is unexplained, in the unit of the first sensor; `None` where the noise is unknown.
     pub sd: Option<f64>,
     /// Mean residual at each distinct state of the joints, the most significant first.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<PlaceMean>,
     /// Candidates that come nearest, with the share of the sum of squares that they take off together: not accepted.
     pub nearest: Vec<Candidate>,
     /// That share.

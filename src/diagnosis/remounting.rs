@@ -13,7 +13,7 @@ use crate::campaign::{Campaign, Deviating, JointState, Kind, Per, Scatter, Size}
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{self, Group, Line, System, adjust_scattered};
+use crate::estimate::{self, Group, ScatterLine, System, adjust_scattered};
 use crate::fit::{self, Fit, Weighting};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
@@ -172,7 +172,7 @@ fn gains(
 ) -> Result<Vec<(f64, String, String)>> {
     let settings = estimate::Settings::default();
     let u = fit::weigh(campaign, design, Weighting::AsStated)?.u;
-    let given: Vec<Line> = fit::scatter_lines(campaign, design, &u);
+    let given: Vec<ScatterLine> = fit::scatter_lines(campaign, design, &u);
     let before = adjust_scattered(system, &given, None, &[], &settings)?.deviance;
     let mut all = Vec::new();
     for source in sources {
@@ -182,7 +182,7 @@ fn gains(
         if own.iter().all(|line| line.felt.is_empty()) {
             continue;
         }
-        let lines: Vec<Line> = given.iter().cloned().chain(own).collect();
+        let lines: Vec<ScatterLine> = given.iter().cloned().chain(own).collect();
         let Ok(found) = adjust_scattered(system, &lines, None, &[], &settings) else { continue };
         let sizes: Vec<String> = source
             .lines

@@ -70,7 +70,7 @@ pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
-    Felt, Floor, Line, LineState, Memory, Pattern, Scattered, Stepped, Variances, Whitening, adjust_scattered,
+    Felt, Floor, LineState, Memory, Pattern, ScatterLine, Scattered, Stepped, Variances, Whitening, adjust_scattered,
     step_scattered,
 };
 pub use sequential::Sequential;

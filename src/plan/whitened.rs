@@ -11,7 +11,7 @@ use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Felt, Group, Line, Pattern, System, Whitening};
+use crate::estimate::{self, Estimate, Felt, Group, Pattern, ScatterLine, System, Whitening};
 use crate::fit;
 use crate::simulate::{self, Regressor};
 use faer::Mat;
@@ -118,7 +118,12 @@ pub(super) fn whitened(
 }
 
 /// What scatters at a schedule, with its variances: the campaign's lines, and what every mounting scatters.
-pub(super) fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u: &[f64]) -> (Vec<Line>, Vec<f64>) {
+pub(super) fn lines(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    noise: &Noise,
+    u: &[f64],
+) -> (Vec<ScatterLine>, Vec<f64>) {
     let mut lines = fit::scatter_lines(campaign, design, u);
     let mut variance = noise.lines.clone();
     variance.resize(lines.len(), 0.0);
@@ -129,7 +134,7 @@ pub(super) fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u
             level: mounting_of.at(origin.reading),
             by: design.jacobian[(row, *k)],
         });
-        lines.push(Line { felt: felt.collect(), variance: Some(sd * sd), memory: None });
+        lines.push(ScatterLine { felt: felt.collect(), variance: Some(sd * sd), memory: None });
         variance.push(sd * sd);
     }
     (lines, variance)

@@ -1,6 +1,6 @@
 //! A record in bounded memory: block means with the spread inside each block; blocks double in length as the record grows.
 
-use super::correlated::Block;
+use super::correlated::SegmentBlocks;
 use super::events::{Event, EventKind, Watch};
 use crate::elements::Parts;
 use crate::number;
@@ -227,8 +227,8 @@ impl Channel {
     }
 
     /// The blocks of a segment, what repeats with a turn taken out.
-    pub fn block(&self, trace: &Trace, segment: &Segment, turn_s: Option<f64>) -> Block {
-        let mut block = Block { start: 0.0, length: 0.0, ..Block::default() };
+    pub fn block(&self, trace: &Trace, segment: &Segment, turn_s: Option<f64>) -> SegmentBlocks {
+        let mut block = SegmentBlocks { start: 0.0, length: 0.0, ..SegmentBlocks::default() };
         let (mut sum, mut within) = (0.0, 0.0);
         let mut count = 0;
         for piece in &segment.pieces {

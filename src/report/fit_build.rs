@@ -316,7 +316,7 @@ fn readings(fit: &Fit) -> Vec<ReadingReport> {
         let value = predicted + observed;
         reports.push(ReadingReport {
             index: fit.number(origin.reading),
-            position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+            position: fit.campaign.position_of(origin.reading).to_string(),
             sensor: fit.campaign.sensor_id(origin.sensor).to_string(),
             value: reading
                 .and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor))

@@ -269,6 +269,7 @@ fn known_text(known: &super::KnownReport) -> String {
 
 /// A stated value without what converting its unit left in the last digit.
 fn without_rounding(value: f64) -> f64 {
+    // a printed number is read again
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 

@@ -127,7 +127,7 @@ pub struct BinReport {
 const NAMED: usize = 3;
 
 fn name(fit: &Fit, sensor: usize) -> String {
-    fit.campaign.bench.sensors.get(sensor).map(|own| own.id.clone()).unwrap_or_default()
+    fit.campaign.sensor_id(sensor).to_string()
 }
 
 /// The record of a fit, if it was streamed.

@@ -86,6 +86,7 @@ pub fn times(table: &mut Record) -> Result<Vec<(String, f64, f64)>> {
                     .in_file(table.name()));
             }
             let labelled = position.map(|_| number(2)).filter(|n| n.is_finite());
+            // a label column holds numbers of labels; without the column there is none
             let label = labelled.and_then(|n| table.labels().get(number::count(n))).cloned().unwrap_or_default();
             list.push((label, number(0), number(1)));
         }

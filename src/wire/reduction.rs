@@ -6,7 +6,7 @@
 
 use super::recipe::{Recipe, SegmentsBy};
 use super::reduced::{ReducedReading, Schedule};
-use crate::elements::Elements;
+use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::{self, As, Block, Clock, Jump, Record};
@@ -151,7 +151,7 @@ impl Recipe {
                 }
                 let rows = |k: usize| {
                     let column = block.columns.at(k);
-                    column.get(stretch.rows.clone()).unwrap_or_default()
+                    column.part(stretch.rows.clone())
                 };
                 let columns: Vec<&[f64]> = (0..chosen.len()).map(rows).collect();
                 let turned = angle_at.map(|k| unwrap.turns(rows(k)));
@@ -184,6 +184,7 @@ impl Recipe {
         trace.runs = runs
             .into_iter()
             .map(|(label, start, end)| Run {
+                // a label column holds numbers of labels, and that of none is empty
                 label: labels.get(number::count(label)).cloned().unwrap_or_default(),
                 start,
                 end,

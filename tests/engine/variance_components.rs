@@ -2,7 +2,7 @@
 
 use crate::support::json;
 use faer::Mat;
-use tumble::estimate::{Felt, Group, Line, LineState, Settings, System, adjust, adjust_scattered};
+use tumble::estimate::{Felt, Group, LineState, ScatterLine, Settings, System, adjust, adjust_scattered};
 
 fn numbers(value: &serde_json::Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
@@ -37,9 +37,9 @@ fn koch_two_groups() {
 }
 
 /// Offsets that rows share, `level(i)` each.
-fn offsets(m: usize, level: impl Fn(usize) -> usize) -> Line {
+fn offsets(m: usize, level: impl Fn(usize) -> usize) -> ScatterLine {
     let felt = (0..m).map(|row| Felt { row, level: level(row), by: 1.0 }).collect();
-    Line { felt, variance: None, memory: None }
+    ScatterLine { felt, variance: None, memory: None }
 }
 
 /// One-way layout: REML of a balanced design is the analysis of variance, to 1e-10; below zero it is zero.

@@ -9,6 +9,8 @@ mod columns;
 mod conformity;
 mod data_sources;
 mod dcc;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod examples;
 mod files;
 mod html;
@@ -16,6 +18,7 @@ mod kept;
 mod languages;
 #[path = "../markup/mod.rs"]
 mod markup;
+mod mutated;
 mod schemas;
 #[path = "../support/mod.rs"]
 mod support;

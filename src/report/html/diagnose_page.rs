@@ -3,7 +3,7 @@
 use super::colophon::colophon;
 use super::diagnose_figure::{figure, named};
 use super::scatter_page;
-use super::{Align, Block, MarkedLine, Page, Section, Table, Tone, cells};
+use super::{Align, MarkedLine, Page, PageBlock, Section, Table, Tone, cells};
 use crate::campaign::{Campaign, Role};
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::{NoiseFrom, Verdict};
@@ -142,7 +142,7 @@ fn gap(report: &DiagnoseReport, lang: Language) -> Table {
     table
 }
 
-fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block {
+fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> PageBlock {
     let mut facts: Vec<(String, String)> = Vec::new();
     let mut fact = |name: &str, text: String| {
         if !text.is_empty() {
@@ -197,7 +197,7 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block
     fact(say!(lang, "no-position-of-this-bench-tells-it"), cells::names(&effect.separate_never, lang));
     fact(say!(lang, "why-it-happens"), lang.name(&effect.why).into_owned());
     fact(say!(lang, "to-confirm"), lang.name(&effect.confirm).into_owned());
-    Block::Card { heading: begun(&lang.name(&effect.name), lang), tone: Tone::Bad, facts }
+    PageBlock::Card { heading: begun(&lang.name(&effect.name), lang), tone: Tone::Bad, facts }
 }
 
 /// A heading: a capital letter where the language has them, no full stop.
@@ -219,7 +219,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
     let mut section = Section::new(say!(lang, "the-model"));
     let line = |id: &str, kept: &str, added: &str| MarkedLine { kept: format!("{id} = {kept}"), added: added.into() };
     let before = report.model_before.iter().map(|(id, own)| line(id, own, ""));
-    section = section.prose(say!(lang, "as-given-2")).block(Block::Marked(before.collect()));
+    section = section.prose(say!(lang, "as-given-2")).block(PageBlock::Marked(before.collect()));
     let changed: Vec<MarkedLine> = report
         .model_after
         .iter()
@@ -229,7 +229,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
         })
         .collect();
     if !changed.is_empty() {
-        section = section.prose(say!(lang, "with-what-was-found")).block(Block::Marked(changed));
+        section = section.prose(say!(lang, "with-what-was-found")).block(PageBlock::Marked(changed));
     }
     let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| words::repair(effect, lang)).collect();
     if report.model_before == report.model_after {
