@@ -148,7 +148,7 @@ fn a_line_without_its_inputs_is_refused() {
             .map_or(String::new(), |error| error.to_string())
     };
     let said = error("a0 + a_I");
-    assert!(said.contains("sensor B has no axis 'a_I'") && said.contains("an axis of another sensor"), "{said}");
+    assert!(said.contains("sensor B has no axis 'I'") && said.contains("an axis of another sensor"), "{said}");
     let said = error("a0 + c9*a_O");
     assert!(said.contains("'c9'"), "{said}");
     // the same lines bound to a campaign whose columns or parameters were taken away
