@@ -99,7 +99,8 @@ pub struct NavigationEffectReport {
     pub t: f64,
     /// Probability of evidence as strong by chance, among all that was tried.
     pub p: f64,
-    /// Probability that it, or an error that cannot be told from it, is present; null for random walks and single values.
+    /// Probability that it, or an error that cannot be told from it, is present; absent for random walks and single values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
     /// Share of the gap's sum of squares that it takes off.
     pub explains: f64,
