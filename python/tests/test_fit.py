@@ -153,7 +153,7 @@ def test_simulated_readings_come_back() -> None:
     assert made["readings"] == json.loads((folder / "measured.campaign.json").read_text())["readings"]
 
 
-def test_samples_as_rows(tmp_path: Path) -> None:
+def test_samples_as_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # the same line, its readings the rows of a record
     (tmp_path / "log.csv").write_text("x,y\n0,1\n1,3\n2,4\n")
     campaign = {**LINE, "readings": {"samples": "log.csv", "as": "rows"}}
@@ -163,6 +163,7 @@ def test_samples_as_rows(tmp_path: Path) -> None:
     assert fit["b"].value == pytest.approx(1.5, abs=1e-12)
     assert fit["b"].u == pytest.approx(math.sqrt(1 / 12), rel=1e-9)
     assert fit.report.record is not None
-    assert tumble.fit(campaign, folder=tmp_path)["b"].value == pytest.approx(1.5, abs=1e-12)
+    monkeypatch.chdir(tmp_path)
+    assert tumble.fit(campaign)["b"].value == pytest.approx(1.5, abs=1e-12)
     with pytest.raises(tumble.MalformedError, match="other.csv"):
-        tumble.fit({**LINE, "readings": {"samples": "other.csv", "as": "rows"}}, folder=tmp_path)
+        tumble.fit({**LINE, "readings": {"samples": "other.csv", "as": "rows"}})

@@ -61,4 +61,4 @@ pub use parts_row::Coverage;
 pub use repeat::repeats;
 pub use row::{Row, Solved, Verdict};
 pub use stream::{Counts, Ended, count, stream};
-pub use summary::{Lot, OutlyingDevice, Quantity, Scattering, Summary};
+pub use summary::{Lot, NotInOrder, OutlyingDevice, Quantity, Scattering, Summary};

@@ -101,7 +101,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         }
         return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
     };
-    arguments.many.refuse_alone()?;
+    arguments.many.refuse_alone(&[])?;
     if let Some(note) = batch::repeated(&campaign) {
         super::note(&note);
     }

@@ -7,6 +7,7 @@
 mod apply;
 mod batch;
 mod batch_diagnose;
+mod batch_reports;
 mod bench;
 mod calibrations;
 mod catalogue;

@@ -14,7 +14,8 @@ pub(super) struct Question<'a> {
     pub settings: &'a Settings,
     /// Of each candidate (in noise variances): decides among sets that fit alike.
     pub plausibility_penalty: &'a [f64],
-    pub support: &'a Support<'a>,
+    /// What a set rests on; `None` where no position carries anything.
+    pub support: Option<&'a Support<'a>>,
     /// May several of these stand in one set? Members of a family that can build any pattern may not.
     pub is_pattern: &'a dyn Fn(&[usize]) -> bool,
     /// May a candidate be named only where nothing is left unexplained?
@@ -27,7 +28,11 @@ pub(super) struct Question<'a> {
 
 impl<'a> Question<'a> {
     /// For what has been found: probabilities ask for no families.
-    pub fn without_families(settings: &'a Settings, plausibility_penalty: &'a [f64], support: &'a Support<'a>) -> Self {
+    pub fn without_families(
+        settings: &'a Settings,
+        plausibility_penalty: &'a [f64],
+        support: Option<&'a Support<'a>>,
+    ) -> Self {
         Question {
             settings,
             plausibility_penalty,

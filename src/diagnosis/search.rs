@@ -113,7 +113,9 @@ fn leading(evidence: &Evidence, sets: &[(f64, Vec<usize>)], question: &Question<
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
     let stands = |set: &[usize]| {
         is_complete(evidence, set, question)
-            && (set.len() == 1 || (question.support.is_enough(evidence, set) && outweighs(evidence, set, settings)))
+            && (set.len() == 1
+                || (question.support.is_none_or(|own| own.is_enough(evidence, set))
+                    && outweighs(evidence, set, settings)))
             && (!set.iter().any(|j| (question.needs_all)(*j)) || leaves_nothing(evidence, set, question))
             && !(question.is_pattern)(set)
     };

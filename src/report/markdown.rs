@@ -105,7 +105,11 @@ fn table(table: &Table) -> Vec<String> {
             let is_bar = |k: usize| table.columns.get(k).is_some_and(|c| c.align == Align::Bar);
             let text = |k: usize, cell: &str| if is_bar(k) { bar(cell) } else { inline(cell) };
             let cell = |k: usize| row.cells.get(k).map(|cell| text(k, cell)).unwrap_or_default();
-            (0..titles.len()).map(|k| if k == 0 { cell(0) + mark } else { cell(k) }).collect()
+            let first = match row.link.as_str() {
+                "" => cell(0),
+                link => format!("[{}]({link})", cell(0)),
+            };
+            (0..titles.len()).map(|k| if k == 0 { first.clone() + mark } else { cell(k) }).collect()
         })
         .collect();
     let width = |k: usize| {

@@ -152,6 +152,8 @@ pub struct Row {
     pub tone: Tone,
     /// Set off from the rows before it by a rule.
     pub rule: bool,
+    /// Where its first cell leads; empty for nowhere.
+    pub link: String,
 }
 
 /// A figure.
@@ -251,6 +253,14 @@ impl Table {
     /// Add a row.
     pub fn row(&mut self, cells: Vec<String>) -> &mut Self {
         self.rows.push(Row { cells, ..Row::default() });
+        self
+    }
+
+    /// The first cell of the last row leads to a page, where there is one.
+    pub fn link(&mut self, to: Option<&String>) -> &mut Self {
+        if let (Some(row), Some(to)) = (self.rows.last_mut(), to) {
+            row.link.clone_from(to);
+        }
         self
     }
 
