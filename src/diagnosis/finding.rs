@@ -215,7 +215,7 @@ pub(super) fn conclude(
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
     let basis = weighted.estimate.factor.thin_q();
     let support = Support { weighted: &weighted, basis, columns: &columns, positions: &[], hangs: settings.hangs };
-    let question = Question::without_families(settings, &plausibility_penalty, &support);
+    let question = Question::without_families(settings, &plausibility_penalty, Some(&support));
     let rivals: Vec<Rival> = match &found {
         // places are those of the order in which the effects are reported
         Found::Set { set: own, rivals, .. } => rivals

@@ -59,6 +59,8 @@ mod noise;
 mod pass;
 mod passes;
 mod places;
+#[cfg(feature = "navigate")]
+mod plain;
 mod pool;
 mod posterior;
 mod prospective;
@@ -87,7 +89,11 @@ pub use holdout::Holdout;
 pub use noise::NoiseFrom;
 pub use pass::candidates;
 pub use places::{Cell, Grouping, Level, Place};
+#[cfg(feature = "navigate")]
+pub(crate) use plain::{Plain, Stands};
 pub use pool::{Pool, VISIBLE};
+#[cfg(feature = "navigate")]
+pub(crate) use remainder::Felt;
 pub use separate::Separation;
 pub use settings::Settings;
 pub use steps::{GapStep, Step};

@@ -307,7 +307,7 @@ impl<'a> Pass<'a> {
             let question = Question {
                 settings: &self.settings,
                 plausibility_penalty: &plausibility_penalty,
-                support: &support,
+                support: Some(&support),
                 is_pattern: &is_pattern,
                 needs_all: &needs_all,
                 other_phase: &other_phase,

@@ -30,7 +30,8 @@ pub(super) struct Question<'a> {
     pub settings: &'a Settings,
     /// Of each candidate (in noise variances): decides among sets that fit alike.
     pub plausibility_penalty: &'a [f64],
-    pub support: &'a Support<'a>,
+    /// What a set rests on; `None` where no position carries anything.
+    pub support: Option<&'a Support<'a>>,
     /// May several of these stand in one set? Members of a family that can build any pattern may not.
     pub is_pattern: &'a dyn Fn(&[usize]) -> bool,
     /// May a candidate be named only where nothing is left unexplained?
@@ -43,7 +44,11 @@ pub(super) struct Question<'a> {
 
 impl<'a> Question<'a> {
     /// For what has been found: probabilities ask for no families.
-    pub fn without_families(settings: &'a Settings, plausibility_penalty: &'a [f64], support: &'a Support<'a>) -> Self {
+    pub fn without_families(
+        settings: &'a Settings,
+        plausibility_penalty: &'a [f64],
+        support: Option<&'a Support<'a>>,
+    ) -> Self {
         Question {
             settings,
             plausibility_penalty,
@@ -160,7 +165,9 @@ fn leading(evidence: &Evidence, sets: &[(f64, Vec<usize>)], question: &Question<
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
     let stands = |set: &[usize]| {
         is_complete(evidence, set, question)
-            && (set.len() == 1 || (question.support.is_enough(evidence, set) && outweighs(evidence, set, settings)))
+            && (set.len() == 1
+                || (question.support.is_none_or(|own| own.is_enough(evidence, set))
+                    && outweighs(evidence, set, settings)))
             && (!set.iter().any(|j| (question.needs_all)(*j)) || leaves_nothing(evidence, set, question))
             && !(question.is_pattern)(set)
     };

@@ -156,7 +156,7 @@ impl Settings {
     }
 
     /// Level of the test for serial patterns.
-    pub(super) fn serial(&self) -> f64 {
+    pub(crate) fn serial(&self) -> f64 {
         self.serial_share * self.significance
     }
 

@@ -63,7 +63,7 @@ fn probabilities(seen: &Seen, set: &[usize], rivals: &[Rival], whole: bool, sett
     let columns: Vec<&Vec<f64>> = seen.candidates.iter().map(|c| &c.column).collect();
     let basis = seen.weighted.estimate.factor.thin_q();
     let support = Support { weighted: &seen.weighted, basis, columns: &columns, positions: &[], hangs: settings.hangs };
-    let question = Question::without_families(settings, &seen.plausibility_penalty, &support);
+    let question = Question::without_families(settings, &seen.plausibility_penalty, Some(&support));
     let own = |(place, member): (usize, &usize)| {
         let posterior = posterior::of(&seen.evidence, &without(set, place), *member, whole, &question);
         with_aliases(&posterior, *member, |j| rivals.iter().any(|own| own.place == place && own.candidate == j))

@@ -8,7 +8,7 @@ use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::settings::Settings;
 use super::signatures;
-use super::whiten::whiten;
+use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -93,6 +93,11 @@ impl<'a> Case<'a> {
         }
         let (columns, raw, there) = (Rc::new(columns), Rc::new(raw), Rc::new(there));
         Some(Case { columns, raw, there, around: *errors, ..self.clone() })
+    }
+
+    /// The same question with random walks that the mission does not state.
+    pub fn with_walks(&self, walks: Walks) -> Case<'a> {
+        Case { columns: Rc::new(self.columns.walking(walks)), ..self.clone() }
     }
 
     /// The question of the first rows alone, which `early` holds: `kept` says which values those are.

@@ -29,6 +29,9 @@ impl<'a> Walk<'a> {
         let empty = self.refine(&[], &[], &[])?;
         let far = empty.rss > FAR * FAR * self.u.len() as f64;
         let original = self.case.clone();
+        let (start, end) = self.part;
+        let part = |from: f64, to: f64| (start + from * (end - start), start + to * (end - start));
+        self.part = part(0.0, 0.1);
         let first = self.walk(empty, 1)?;
         if self.is_finished(&first) {
             return Some(first);
@@ -37,7 +40,8 @@ impl<'a> Walk<'a> {
         let biases: Vec<Cause> = self.visible(|kind, instrument| kind == Kind::Bias && instrument != Instrument::Start);
         let starts: Vec<Cause> = self.visible(|kind, _| kind == Kind::Attitude);
         let both: Vec<Cause> = biases.iter().chain(&starts).copied().collect();
-        for start in [biases, both] {
+        for (start, share) in [(biases, 0.1), (both, 0.4)] {
+            self.part = part(share, share + 0.3);
             self.case = original.clone();
             let state = self.begin(&start, &first.out, far);
             self.ordinary = state.clone().or(self.ordinary.take());
@@ -53,6 +57,7 @@ impl<'a> Walk<'a> {
         let complete = self.is_finished(&best.0);
         if !(complete && far && best.0.set.iter().all(is_bias)) {
             self.case = original;
+            self.part = part(0.7, 1.0);
             let most = if complete { best.0.set.len() } else { self.case.settings.causes };
             let state = self.walk(first, most);
             self.keep(&mut best, state);
@@ -73,8 +78,7 @@ impl<'a> Walk<'a> {
 
     /// A set refined from nothing; where the gap is far from linear, from what its first rows say too.
     fn begin(&mut self, set: &[Cause], out: &[usize], far: bool) -> Option<State> {
-        let names: Vec<String> = set.iter().map(Cause::id).collect();
-        (self.progress)(&names.join(" + "));
+        self.tell(0, set);
         let straight = if far { None } else { self.refine(set, &vec![0.0; set.len()], out) };
         if straight.as_ref().is_some_and(|state| state.settled) {
             return straight;
@@ -94,7 +98,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Columns are the derivatives around the mission's errors; where a state is far from these, around the state.
-    fn relinearise(&mut self, state: &State) {
+    pub(super) fn relinearise(&mut self, state: &State) {
         if self.moved >= MOST_MOVED {
             return;
         }
@@ -205,7 +209,7 @@ impl<'a> Walk<'a> {
 
     /// Improve and refine in turn; a set grows to so many causes at most.
     fn walk(&mut self, mut state: State, most: usize) -> Option<State> {
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             // such a set can build any pattern: it is none that will be accepted
             if state.set.iter().filter(|cause| !cause.is_constant()).count() > 2 * self.case.settings.changing {
                 break;
@@ -240,8 +244,7 @@ impl<'a> Walk<'a> {
                 break;
             }
             self.sharpen(&state, &mut set, &mut values);
-            let names: Vec<String> = set.iter().map(Cause::id).collect();
-            (self.progress)(&names.join(" + "));
+            self.tell(round, &set);
             let refined = self.refine(&set, &values, &state.out).or_else(|| {
                 // too far for the linear model: from where the walk stands
                 let from = |cause: &Cause| {

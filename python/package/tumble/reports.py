@@ -2178,10 +2178,12 @@ class NavigationEffectReport(Node):
     """Name in the field's words."""
     p: float
     """Probability of evidence as strong by chance, among all that was tried."""
+    probability: float | None
+    """Probability that it, or an error that cannot be told from it, is present; absent for random walks and single values."""
     regressor: str
     """The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
-    (`angle_random_walk`, `velocity_random_walk`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value
-    (`reading:17`, the number of its row)."""
+    (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`, `acceleration_random_walk_x`), a fault of the reference
+    (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row)."""
     separate_by: list[SeparationReport]
     """Motions that would tell them apart, best first; as a mission file has them."""
     t: float
@@ -2193,7 +2195,7 @@ class NavigationEffectReport(Node):
     value: float
     """What the mission has to be changed by, in `unit`."""
 
-    _keys = frozenset(["after", "aliases", "before", "explains", "name", "p", "regressor", "separate_by", "t", "u", "unit", "value"])
+    _keys = frozenset(["after", "aliases", "before", "explains", "name", "p", "probability", "regressor", "separate_by", "t", "u", "unit", "value"])
 
 
 class NavigationSuspectReport(Node):
@@ -2378,9 +2380,10 @@ class NavigateDiagnoseReport(Report):
     tumble: str
     """Version of the program that wrote it."""
     unexplained: UnexplainedNavigationReport | None
-    """What is unexplained; null unless the verdict says so."""
+    """What is unexplained (beside what was found); null unless the verdict says so."""
     verdict: NavigateDiagnoseVerdict
-    """`effects-found`, `nothing-missing`, `unexplained`, or `not-diagnosable` (fewer than three values)."""
+    """`effects-found`, `partly-explained` (what was found stands, and something is left), `nothing-missing`, `unexplained`, or
+    `not-diagnosable` (fewer than three values)."""
 
     _keys = frozenset(["candidates", "channels", "distinct_candidates", "effects", "gap", "invisible", "left_out", "mission", "model_after", "model_before", "refits", "report", "runs", "settled", "significance", "steps", "suspects", "tumble", "unexplained", "verdict"])
 
