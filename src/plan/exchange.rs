@@ -15,7 +15,7 @@
     reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
 )]
 
-use super::blocks::{Blocks, add_outer, invert};
+use super::blocks::{Blocks, invert};
 use super::bound::Bound;
 use super::eigenvalue::Combinations;
 use super::largest::{Worst, lower};
@@ -77,30 +77,34 @@ pub(super) const SWEEPS: usize = 200;
 const REFACTOR: usize = 50;
 
 /// A list longer than this is counted before it is summed.
-const LONG: usize = 500;
+const LONG: usize = 40;
+
+/// Every candidate of a list, and how often it stands there.
+pub(super) fn counted(chosen: &[usize]) -> Vec<(usize, u32)> {
+    let mut sorted = chosen.to_vec();
+    sorted.sort_unstable();
+    let mut counts: Vec<(usize, u32)> = Vec::new();
+    for j in sorted {
+        match counts.last_mut() {
+            Some((last, times)) if *last == j => *times += 1,
+            _ => counts.push((j, 1)),
+        }
+    }
+    counts
+}
 
 /// `M`, for a list of chosen candidates.
 pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Vec<f64> {
-    let mut m = base.to_vec();
+    let (mut m, mut x) = (base.to_vec(), Vec::new());
     if chosen.len() > LONG {
         // one sum for each candidate, however often it is chosen
-        let mut times = vec![0_u32; blocks.count()];
-        for j in chosen {
-            if let Some(count) = times.get_mut(*j) {
-                *count += 1;
-            }
-        }
-        for (j, times) in times.iter().enumerate().filter(|(_, times)| **times > 0) {
-            for r in 0..blocks.rows() {
-                add_outer(&mut m, f64::from(*times), &blocks.row(j, r));
-            }
+        for (j, times) in counted(chosen) {
+            (0..blocks.rows()).for_each(|r| blocks.add_row(&mut m, f64::from(times), j, r, &mut x));
         }
         return m;
     }
     for j in chosen {
-        for r in 0..blocks.rows() {
-            add_outer(&mut m, 1.0, &blocks.row(*j, r));
-        }
+        (0..blocks.rows()).for_each(|r| blocks.add_row(&mut m, 1.0, *j, r, &mut x));
     }
     m
 }
