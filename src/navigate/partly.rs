@@ -80,7 +80,7 @@ impl Walk<'_> {
                 return all.then_some(Partly { state, stands, nearest, nearest_share });
             }
             // names that come round again do not settle
-            if causes.is_empty() || before.iter().any(|own| *own == causes) {
+            if causes.is_empty() || before.contains(&causes) {
                 return None;
             }
             before.push(causes.clone());

@@ -21,10 +21,10 @@ fn outside(mission: &Mission, times: &[f64], kind: u64, random: &mut Pcg64Mcg) -
     let other = (channel + 1 + (uniform(random) * 6.0) as usize) % 7;
     let size = 3.0 * 10f64.powf(uniform(random));
     let period = 1000.0 * 10f64.powf(uniform(random));
-    let phase = 6.28 * uniform(random);
+    let phase = std::f64::consts::TAU * uniform(random);
     let keep = (-97.3 / (600.0 * 6f64.powf(uniform(random)))).exp();
     let mut states = [0.0; 2];
-    let wave = move |time: f64| (6.283 * time / period + phase).sin();
+    let wave = move |time: f64| (std::f64::consts::TAU * time / period + phase).sin();
     if kind == 3 {
         let source = ErrorSource::named(BIASES[(uniform(random) * 5.0) as usize]).unwrap();
         let truth = changing(mission, &source, times, &wave);
