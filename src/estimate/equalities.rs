@@ -145,8 +145,8 @@ impl Equations {
 /// let sum = Equation { terms: vec![(0, 1.0), (1, 1.0), (2, 1.0)], value: 180.0 };
 /// let Equations::Consistent(elimination) = Equations::new(3, &[1.0; 3], &[sum]) else { panic!() };
 /// let triangle = adjust_on(&system, &elimination, &Settings::default())?;
-/// assert!((triangle.solution[0] - 58.0).abs() < 1e-12 && triangle.dof == 1);
-/// assert!((triangle.covariance[(0, 0)] - 2.0 / 3.0).abs() < 1e-12);
+/// assert!((triangle.unknowns.solution[0] - 58.0).abs() < 1e-12 && triangle.dof == 1);
+/// assert!((triangle.unknowns.covariance[(0, 0)] - 2.0 / 3.0).abs() < 1e-12);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings) -> Result<Estimate> {

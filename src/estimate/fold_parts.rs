@@ -22,7 +22,7 @@ impl Fold {
     /// other.push(faer::mat![[1.0]].as_ref(), &[6.0], &[1.0])?;
     /// one.merge(&Fold::unpack(1, 0, &other.pack())?)?;
     /// let mean = one.finish(Group::Estimated(0), &Settings::default())?;
-    /// assert!((mean.solution[0] - 3.0).abs() < 1e-14 && (mean.sum_of_squares - 14.0).abs() < 1e-13);
+    /// assert!((mean.unknowns.solution[0] - 3.0).abs() < 1e-14 && (mean.sum_of_squares - 14.0).abs() < 1e-13);
     /// # Ok::<(), tumble::error::Malformed>(())
     /// ```
     pub fn merge(&mut self, other: &Fold) -> Result<()> {

@@ -33,7 +33,7 @@ fn collect(folder: &Path, path: &[String], found: &mut BTreeMap<Module, String>)
     for entry in std::fs::read_dir(folder).unwrap() {
         let file = entry.unwrap().path();
         let name = file.file_stem().unwrap().to_string_lossy().to_string();
-        let below = [path, &[name.clone()]].concat();
+        let below = [path, std::slice::from_ref(&name)].concat();
         if file.is_dir() {
             collect(&file, &below, found);
         } else if file.extension().is_some_and(|own| own == "rs") && name != "main" && name != "lib" {

@@ -5,6 +5,7 @@
 use crate::draws::draws;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
+use serde_json::Value;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -117,12 +118,90 @@ fn damaged(corpus: &[Vec<u8>], rng: &mut Pcg64Mcg) -> Vec<u8> {
     text
 }
 
+/// The nodes of a JSON value.
+fn nodes(value: &Value) -> usize {
+    1 + match value {
+        Value::Array(list) => list.iter().map(nodes).sum::<usize>(),
+        Value::Object(map) => map.values().map(nodes).sum(),
+        _ => 0,
+    }
+}
+
+/// Damage that leaves JSON what it is, so that it comes past the parser: one node becomes another.
+fn changed(value: &mut Value, at: &mut usize, rng: &mut Pcg64Mcg) {
+    if *at > 0 {
+        *at -= 1;
+        let parts: Vec<&mut Value> = match value {
+            Value::Array(list) => list.iter_mut().collect(),
+            Value::Object(map) => map.values_mut().collect(),
+            _ => Vec::new(),
+        };
+        for part in parts {
+            let count = nodes(part);
+            if *at < count {
+                return changed(part, at, rng);
+            }
+            *at -= count;
+        }
+        return;
+    }
+    let draw = |rng: &mut Pcg64Mcg, n: usize| (rng.next_u64() % n.max(1) as u64) as usize;
+    match value {
+        Value::Number(number) => {
+            let own = number.as_f64().unwrap_or(1.0);
+            let others = [0.0, -own, 1e308, 5e-324, 1e17, 0.1, 4_294_967_296.0, own * 1e9, own * 1e-9, own + 1.0];
+            *value = others[draw(rng, others.len())].into();
+        }
+        Value::String(text) => match draw(rng, 4) {
+            0 => text.clear(),
+            1 => text.push_str(TOKENS[draw(rng, TOKENS.len())]),
+            2 => *value = Value::Null,
+            _ => *value = 1.5.into(),
+        },
+        Value::Array(list) => match (draw(rng, 4), list.last().cloned()) {
+            (0, _) => list.clear(),
+            (1, _) => drop(list.pop()),
+            (2, Some(last)) => list.push(last),
+            _ => list.reverse(),
+        },
+        Value::Object(map) => {
+            let keys: Vec<String> = map.keys().cloned().collect();
+            let pair = [draw(rng, keys.len()), draw(rng, keys.len())].map(|k| keys.get(k).cloned().unwrap_or_default());
+            match (draw(rng, 3), map.remove(&pair[0])) {
+                // it goes, it has another name, or it has what another has
+                (0, _) | (_, None) => {}
+                (1, Some(own)) => drop(map.insert(format!("{}_x", pair[0]), own)),
+                (_, Some(own)) => {
+                    let other = map.insert(pair[1].clone(), own.clone());
+                    map.insert(pair[0].clone(), other.unwrap_or(own));
+                }
+            }
+        }
+        Value::Bool(own) => *own = !*own,
+        Value::Null => *value = 1e3.into(),
+    }
+}
+
+/// Some damage: of files of JSON, every second input stays JSON.
+fn input(corpus: &[Vec<u8>], number: usize) -> Vec<u8> {
+    let mut rng = Pcg64Mcg::seed_from_u64(number as u64);
+    if number.is_multiple_of(2) {
+        return damaged(corpus, &mut rng);
+    }
+    let own = &corpus[(rng.next_u64() % corpus.len() as u64) as usize];
+    let Ok(mut value) = serde_json::from_slice::<Value>(own) else { return damaged(corpus, &mut rng) };
+    for _ in 0..1 + rng.next_u64() % 2 {
+        let mut at = (rng.next_u64() % nodes(&value) as u64) as usize;
+        changed(&mut value, &mut at, &mut rng);
+    }
+    value.to_string().into_bytes()
+}
+
 /// `reader` says whether it took an input. Prints how many it took; a panic is reported with the input, kept in the folder for temporary files.
 fn hold(name: &str, corpus: &[Vec<u8>], count: usize, reader: impl Fn(&[u8]) -> bool) {
     let mut taken = 0;
     for k in 0..count {
-        let mut rng = Pcg64Mcg::seed_from_u64(k as u64);
-        let input = damaged(corpus, &mut rng);
+        let input = input(corpus, k);
         match catch_unwind(AssertUnwindSafe(|| reader(&input))) {
             Ok(took) => taken += usize::from(took),
             Err(_) => {
