@@ -117,6 +117,7 @@ fn foreign(text: &str, own: &BTreeSet<String>) -> Vec<String> {
     const FIELD: &[&str] = &[
         "tumble",
         "apply",
+        "fit",
         "export",
         "diagnose",
         "linear",
