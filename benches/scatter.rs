@@ -4,14 +4,14 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use tumble::estimate::{Felt, Group, Line, Settings, System, adjust, adjust_scattered};
+use tumble::estimate::{Felt, Group, ScatterLine, Settings, System, adjust, adjust_scattered};
 
 fn noise(i: usize) -> f64 {
     (i * i * 7919 + 13) as f64 * 0.618_034 % 2.0 - 1.0
 }
 
 /// `positions` x 6 sensors, `n` unknowns, three joints felt at each position.
-fn imu(positions: usize, n: usize) -> (System, Vec<Line>) {
+fn imu(positions: usize, n: usize) -> (System, Vec<ScatterLine>) {
     let m = 6 * positions;
     let derivative =
         |i: usize, j: usize| if j % 6 == i % 6 { ((i / 6) as f64 * 0.7 * (1 + j / 6) as f64 + 0.3).sin() } else { 0.0 };
@@ -24,13 +24,13 @@ fn imu(positions: usize, n: usize) -> (System, Vec<Line>) {
     let joint = |k: usize| {
         let by = |i: usize| (i as f64 * 1.3 + k as f64).cos();
         let felt = (0..m).map(|row| Felt { row, level: row / 6, by: by(row) }).collect();
-        Line { felt, variance: Some(0.3), memory: None }
+        ScatterLine { felt, variance: Some(0.3), memory: None }
     };
     (system, (0..3).map(joint).collect())
 }
 
 /// `rows` readings at 38 positions, six unknowns, one estimated offset a position.
-fn positions(rows: usize) -> (System, Vec<Line>) {
+fn positions(rows: usize) -> (System, Vec<ScatterLine>) {
     let system = System {
         rows: faer::Mat::from_fn(rows, 6, |i, j| ((i % 38) as f64 * 0.4 * j as f64 + 0.2).cos()),
         observed: (0..rows).map(|i| noise(i) + noise(i % 38)).collect(),
@@ -38,7 +38,7 @@ fn positions(rows: usize) -> (System, Vec<Line>) {
         group: vec![Group::Estimated(0); rows],
     };
     let felt = (0..rows).map(|row| Felt { row, level: row % 38, by: 1.0 }).collect();
-    (system, vec![Line { felt, variance: None, memory: None }])
+    (system, vec![ScatterLine { felt, variance: None, memory: None }])
 }
 
 fn scatter(criterion: &mut Criterion) {

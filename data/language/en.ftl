@@ -899,6 +899,8 @@ histogram-of-curve-what-the-scatter-of = Histogram of `{ $id }`; curve: what the
 histogram-of-curve-what-the-scatter-of-2 = Histogram of `{ $id }`; curve: what the scatter of each device's readings alone would leave.
 distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is what the scatter of each device's own readings alone would leave, dashed lines are limits. Values far out are counted in the last bar.
+devices-that-are-not-in-order = Devices that are not in order
+the-first-devices-that-are-not-in-order = The first { $listed } of them:
 devices-that-stand-apart = Devices that stand apart
 no-accepted-device-stands-apart-from-the = No accepted device stands apart from the others at 1 % over all devices and quantities.
 z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond what a normal distribution leaves at 1 % over all devices and quantities; the farthest first, at most 50. A single report: `tumble fit` with the readings of that device.
@@ -1059,6 +1061,7 @@ quantity-position = position error
 samples-a-second = { $record }: { $rate } samples a second ({ $from })
 below = below (95 %)
 their-sum-does-not-describe-the-deviations = Their sum does not describe the deviations
+random-walk-sampled = The rate random walk is taken as sampled at the end of each interval of { $interval } s rather than averaged over it: this describes the deviations better
 their-sum-describes-the-deviations = Their sum describes the deviations
 chi-square-dof-p = chi-square { $chi }, { $dof } dof, p { $p }
 in-stretches = in { $n } stretches

@@ -802,6 +802,8 @@ histogram-of-curve-what-the-scatter-of = `{ $id }` 的直方图；曲线为仅�
 histogram-of-curve-what-the-scatter-of-2 = `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布。
 distributions = 分布
 each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被测件；曲线为仅由各自读数的分散所致的分布，虚线为限值。远离的值计入最末一格。
+devices-that-are-not-in-order = 不合格的器件
+the-first-devices-that-are-not-in-order = 仅列出前 { $listed } 个：
 devices-that-stand-apart = 离群的被测件
 no-accepted-device-stands-apart-from-the = 就全部被测件和全部量而言，在 1 % 水平上没有离群的被测件。
 z-value-median-mad-beyond-what-a = z = （量值 - 中位数）/（1.4826 MAD），列出的值超出正态分布在全部被测件和全部量上 1 % 的范围；最远者在前，至多 50 个。单个报告：用该被测件的读数运行 `tumble fit`。
@@ -928,6 +930,7 @@ quantity-position = 位置误差
 samples-a-second = { $record }：每秒 { $rate } 个采样（{ $from }）
 below = 上限（95 %）
 their-sum-does-not-describe-the-deviations = 各项之和不能描述实测偏差
+random-walk-sampled = 速率随机游走按每个 { $interval } s 间隔末端的瞬时值（而非间隔内的平均值）处理：以更少的项即可描述实测偏差
 their-sum-describes-the-deviations = 各项之和能够描述实测偏差
 chi-square-dof-p = χ² = { $chi }，自由度 { $dof }，p = { $p }
 in-stretches = ，分为 { $n } 段

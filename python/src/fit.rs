@@ -231,6 +231,19 @@ pub fn fit<'py>(
     let settings = asked.settings().map_err(|error| raised(py, &error, None))?;
     let question = Question::new(campaign, name, folder, dumps);
     let table = table.map(|table| crate::table::columns(&table)).transpose()?;
+    if table.is_none()
+        && let Some(source) = question.of_rows()?
+    {
+        let (folder, text) = (question.folder().to_path_buf(), source.clone());
+        let fitted = interruptible(py, move || {
+            let fit = made(tumble::wire::fit_rows_beside(&text, &folder, &settings)?, monte_carlo);
+            if monte_carlo.is_some() {
+                fit.reported()?;
+            }
+            Ok(fit)
+        })?;
+        return fitted.map_err(|error| question.raised(py, error, Some(&source)));
+    }
     let (campaign, source) = question.campaign(table)?;
     let fitted = match is_small(&campaign, &settings) && monte_carlo.is_none() {
         true => py.detach(|| engine::fit_owned(campaign, &settings).map(|fit| made(fit, None))),

@@ -111,6 +111,19 @@ impl<'py> Question<'py> {
         }
     }
 
+    /// The question as text, where its readings are the rows of a record.
+    pub fn of_rows(&self) -> PyResult<Option<Source>> {
+        if let Ok(dict) = self.content.cast::<PyDict>() {
+            let readings = dict.get_item("readings")?;
+            if readings.is_none_or(|own| own.cast::<PyDict>().is_err()) {
+                return Ok(None);
+            }
+        }
+        let source = self.source()?;
+        let has_rows = source.text.contains("\"as\"") && wire::campaign_of(&source).is_ok_and(|file| file.has_rows());
+        Ok(has_rows.then_some(source))
+    }
+
     /// The exception of an error about this question.
     pub fn raised(&self, py: Python<'_>, error: Malformed, source: Option<&Source>) -> PyErr {
         let source = source.cloned().or_else(|| self.source().ok());

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -150,3 +151,19 @@ def test_simulated_readings_come_back() -> None:
     folder = EXAMPLES / "07-hidden-effect"
     made = tumble.simulate(folder / "schedule.campaign.json", folder / "hidden.truth.json", seed=7)
     assert made["readings"] == json.loads((folder / "measured.campaign.json").read_text())["readings"]
+
+
+def test_samples_as_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # the same line, its readings the rows of a record
+    (tmp_path / "log.csv").write_text("x,y\n0,1\n1,3\n2,4\n")
+    campaign = {**LINE, "readings": {"samples": "log.csv", "as": "rows"}}
+    path = tmp_path / "line.campaign.json"
+    path.write_text(json.dumps(campaign))
+    fit = tumble.fit(path)
+    assert fit["b"].value == pytest.approx(1.5, abs=1e-12)
+    assert fit["b"].u == pytest.approx(math.sqrt(1 / 12), rel=1e-9)
+    assert fit.report.record is not None
+    monkeypatch.chdir(tmp_path)
+    assert tumble.fit(campaign)["b"].value == pytest.approx(1.5, abs=1e-12)
+    with pytest.raises(tumble.MalformedError, match="other.csv"):
+        tumble.fit({**LINE, "readings": {"samples": "other.csv", "as": "rows"}})

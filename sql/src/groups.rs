@@ -8,7 +8,7 @@ use datafusion::arrow::datatypes::{DataType, Float64Type};
 use datafusion::common::{Result, ScalarValue, exec_datafusion_err};
 use datafusion::logical_expr::{Accumulator, EmitTo, GroupsAccumulator};
 use std::sync::Arc;
-use tumble::batch::{Coverage, Line, Part, Parts, Row, Verdict};
+use tumble::batch::{Coverage, DesignRow, Part, Parts, Row, Verdict};
 use tumble::campaign::Observation;
 use tumble::record::UNREADABLE;
 
@@ -346,7 +346,7 @@ impl Group {
             return 0;
         }
         let Some(parts) = &bound.parts else { return 0 };
-        let mut values: Vec<(&Line, Observation)> = Vec::with_capacity(self.kept.len());
+        let mut values: Vec<(&DesignRow, Observation)> = Vec::with_capacity(self.kept.len());
         for value in &self.kept {
             if let Some(Ok(lines)) = positions.lines.get(value.position as usize)
                 && let Some(Ok(line)) = lines.get(value.sensor as usize)

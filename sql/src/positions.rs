@@ -5,11 +5,11 @@ use datafusion::arrow::array::{Array, ArrayRef, AsArray, StringArray};
 use datafusion::arrow::datatypes::Float64Type;
 use datafusion::common::{Result, exec_datafusion_err};
 use std::collections::HashMap;
-use tumble::batch::{Device, Line, Use};
+use tumble::batch::{Device, DesignRow, Use};
 use tumble::record::UNREADABLE;
 
 /// What a row says of a value: nothing read, a value, or what is wrong.
-pub(crate) type Lines = Vec<std::result::Result<Line, String>>;
+pub(crate) type Lines = Vec<std::result::Result<DesignRow, String>>;
 
 /// Positions that were met, with the rows of the design that they have.
 #[derive(Debug, Default)]
@@ -82,7 +82,7 @@ impl Positions {
 }
 
 /// The lines of some positions, for some of the sensors that are read; without any, only whether these are positions.
-fn lines(bound: &Bound, keys: &[&[u64]], sensors: &[usize]) -> tumble::Result<Vec<Vec<Line>>> {
+fn lines(bound: &Bound, keys: &[&[u64]], sensors: &[usize]) -> tumble::Result<Vec<Vec<DesignRow>>> {
     let mut device = Device { rows: keys.len(), ..Device::default() };
     for key in keys {
         for (place, kind) in bound.layout.uses.iter().enumerate() {
@@ -97,7 +97,7 @@ fn lines(bound: &Bound, keys: &[&[u64]], sensors: &[usize]) -> tumble::Result<Ve
         device.values.extend(values.map(|(k, _)| if sensors.contains(&k) { 0.0 } else { f64::NAN }));
     }
     let readings = tumble::wire::device_readings(&bound.template.bench, &bound.layout, &device)?;
-    let mut found: Vec<Vec<Line>> = keys.iter().map(|_| Vec::with_capacity(sensors.len())).collect();
+    let mut found: Vec<Vec<DesignRow>> = keys.iter().map(|_| Vec::with_capacity(sensors.len())).collect();
     let Some(parts) = bound.parts.as_ref().filter(|_| !sensors.is_empty()) else { return Ok(found) };
     for line in parts.lines(readings)? {
         if let Some(own) = found.get_mut(line.reading) {

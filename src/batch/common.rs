@@ -129,12 +129,12 @@ impl Common {
         }
         let estimate = adjust(&system, &settings.adjust).ok()?;
         let (m, n) = system.shape();
-        if estimate.rank < n {
+        if estimate.unknowns.rank < n {
             return None;
         }
         let sensitivities = estimate.factor.sensitivities();
         let share = match m == design.rows.len() {
-            true => estimate.cofactor.clone(),
+            true => estimate.unknowns.cofactor.clone(),
             false => {
                 let scaled = Mat::from_fn(n, design.rows.len(), |j, i| sensitivities[(j, i)] * system.u.at(i));
                 &scaled * scaled.transpose()
@@ -145,7 +145,7 @@ impl Common {
             p: (0..m).flat_map(|i| (0..n).map(move |j| (j, i))).map(|(j, i)| sensitivities[(j, i)]).collect(),
             m,
             n,
-            passes: if estimate.condition.is_some_and(|c| c < ILL) { 1 } else { 2 },
+            passes: if estimate.unknowns.condition.is_some_and(|c| c < ILL) { 1 } else { 2 },
         };
         let readings = design.rows.len();
         let slot = |sensor: usize| sensors.iter().position(|own| *own == sensor);

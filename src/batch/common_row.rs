@@ -38,7 +38,7 @@ impl Common {
             reference: &self.reference,
             known: &self.known,
             scaled: self.scaled,
-            rank: estimate.rank,
+            rank: estimate.unknowns.rank,
             dof: estimate.dof,
             own_dof,
         };
@@ -53,7 +53,7 @@ impl Common {
         let answer = Answer {
             label: &device.label,
             dx,
-            cofactor: &estimate.cofactor,
+            cofactor: &estimate.unknowns.cofactor,
             share: &self.share,
             variance: question.variance(squares, least),
             squares,

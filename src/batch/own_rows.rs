@@ -29,7 +29,7 @@ pub(super) struct Own {
     pub(super) derived: Vec<Tape>,
     pub(super) reference: Vec<f64>,
     /// For each sensor of the layout, in the order of a device's values.
-    pub(super) lines: Vec<Line>,
+    pub(super) lines: Vec<SensorLine>,
     /// Cells of inputs in a row.
     width: usize,
     /// The cell of the number of samples.
@@ -43,7 +43,7 @@ pub(super) type Placed<'a> = (&'a Device, &'a [u32]);
 
 /// A sensor's line.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(super) struct SensorLine {
     line: Option<ColumnLine>,
     /// What each of its lists is.
     pub(super) from: Vec<From>,
@@ -154,7 +154,7 @@ impl Own {
         let line = |sensor: usize| {
             let u = cell(&format!("{}_u", bench.sensors.get(sensor)?.id));
             if is_by_position {
-                return Some(Line { line: None, from: Vec::new(), u, absent: Vec::new() });
+                return Some(SensorLine { line: None, from: Vec::new(), u, absent: Vec::new() });
             }
             let line = model.column_line(sensor)?;
             let from = |read: &Read| match read {
@@ -164,7 +164,7 @@ impl Own {
             let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
             let has = |j: &usize| from.iter().any(|own| matches!(own, From::Fixed(_, Some(k)) if k == j));
             let absent = (0..n).filter(|j| !has(j)).collect();
-            Some(Line { line: Some(line), from, u, absent })
+            Some(SensorLine { line: Some(line), from, u, absent })
         };
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();

@@ -40,7 +40,7 @@ pub(super) struct PropagatedCalibration {
 
 /// A row of the design: what a sensor's value at some position says about the unknowns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct DesignRow {
     /// Which of the readings it belongs to.
     pub reading: usize,
     /// Index of the sensor in the bench.
@@ -148,7 +148,7 @@ impl Parts {
     /// The lines of some readings, one for each value.
     ///
     /// Errors: readings that no fit takes; a model line without a value there.
-    pub fn lines(&self, readings: Readings) -> Result<Vec<Line>> {
+    pub fn lines(&self, readings: Readings) -> Result<Vec<DesignRow>> {
         let campaign = self.template.with_readings(readings);
         fit::askable(&campaign)?;
         let design = design::assemble(&campaign, &self.model, &self.reference)?;
@@ -172,7 +172,7 @@ impl Parts {
             });
             own.chain(further).collect()
         };
-        let line = |(i, (origin, predicted)): (usize, (&design::RowOrigin, &f64))| Line {
+        let line = |(i, (origin, predicted)): (usize, (&design::RowOrigin, &f64))| DesignRow {
             reading: origin.reading,
             sensor: origin.sensor,
             predicted: *predicted,
@@ -196,7 +196,7 @@ impl Parts {
     /// Values read, each with its line.
     ///
     /// Errors: lines of another campaign; values and uncertainties that no fit takes.
-    pub fn push(&self, part: &mut Part, values: &[(&Line, Observation)]) -> Result<()> {
+    pub fn push(&self, part: &mut Part, values: &[(&DesignRow, Observation)]) -> Result<()> {
         let (k, n) = (values.len(), self.template.unknowns() + self.carried.len());
         let u = |own: &Observation| own.u.unwrap_or(1.0 / own.samples.sqrt());
         let rows = Mat::from_fn(k, n, |i, j| {

@@ -91,10 +91,10 @@ impl Parts {
             false => Some(1.0),
         };
         let mut point = self.reference.clone();
-        point.iter_mut().zip(&folded.solution).for_each(|(x, dx)| *x += dx);
+        point.iter_mut().zip(&folded.unknowns.solution).for_each(|(x, dx)| *x += dx);
         let budget_inputs = BudgetInputs {
             known: self.known(fold, &folded)?,
-            own: self.priors.is_empty().then_some(&folded.cofactor),
+            own: self.priors.is_empty().then_some(&folded.unknowns.cofactor),
             readings: part.fold.triangle(),
             folded: &folded,
             variance,
@@ -103,7 +103,7 @@ impl Parts {
         };
         let mut results: Vec<(Option<f64>, Option<Combined>)> = Vec::with_capacity(n + self.derived.len());
         for (j, x) in point.iter().enumerate().take(n) {
-            if folded.estimable.get(j) == Some(&true) {
+            if folded.unknowns.estimable.get(j) == Some(&true) {
                 results.push((Some(*x), budget_inputs.combine(&[(j, 1.0)], |_| 0.0, coverage)));
             } else {
                 results.push((None, None));
@@ -137,8 +137,9 @@ impl Parts {
         let chi_square_p = if scaled || dof == 0 { None } else { quantiles::chi_square_survival(squares, dof as f64) };
         let mut why: Vec<String> =
             chi_square_p.filter(|p| *p < 1.0 - settings.level).map(chi_square_words).into_iter().collect();
-        if !folded.not_estimable.is_empty() {
-            let names = template.estimated().iter().zip(&folded.estimable).filter(|(_, estimable)| !**estimable);
+        if !folded.unknowns.not_estimable.is_empty() {
+            let names =
+                template.estimated().iter().zip(&folded.unknowns.estimable).filter(|(_, estimable)| !**estimable);
             let names: Vec<&str> = names.map(|(p, _)| p.id.as_str()).collect();
             why.push(format!("not estimable: {}", names.join(" ")));
         }
@@ -154,7 +155,7 @@ impl Parts {
             conformity: limits.iter().map(|(_, own)| *own).max(),
             why: why.join("; "),
             readings: part.fold.rows(),
-            rank: folded.rank,
+            rank: folded.unknowns.rank,
             dof,
             value: results.iter().map(|(value, _)| value.unwrap_or(f64::NAN)).collect(),
             u: of(&|own| own.u),
@@ -174,7 +175,7 @@ impl Parts {
     fn known(&self, fold: &Fold, folded: &Folded) -> Result<Vec<(usize, Known, Vec<f64>)>> {
         let mut found: Vec<(usize, Known, Vec<f64>)> = Vec::new();
         for (place, carried) in self.carried.iter().enumerate() {
-            let share = carried.by.map_or(1.0, |j| folded.solution.at(j));
+            let share = carried.by.map_or(1.0, |j| folded.unknowns.solution.at(j));
             let Some(follow) = fold.follow(place, &self.settings.adjust)? else { continue };
             if found.last().is_none_or(|(parameter, ..)| *parameter != carried.parameter) {
                 found.push((carried.parameter, carried.known, vec![0.0; follow.len()]));
@@ -189,7 +190,7 @@ impl Parts {
 
 /// Do the readings determine a quantity with this gradient?
 fn determines(folded: &Folded, gradient: &[f64]) -> bool {
-    folded.free_directions.iter().all(|direction| {
+    folded.unknowns.free_directions.iter().all(|direction| {
         let terms = || direction.terms.iter().map(|(k, e)| gradient.at(*k) * e);
         terms().sum::<f64>().abs() <= SAME * terms().map(f64::abs).sum::<f64>()
     })
@@ -210,7 +211,7 @@ struct BudgetInputs<'a> {
 impl BudgetInputs<'_> {
     /// Combined uncertainty of `c . x`, on which a known input acts by itself (`own`) too.
     fn combine(&self, along: &[(usize, f64)], own: impl Fn(usize) -> f64, coverage: &mut Coverage) -> Option<Combined> {
-        let of = &self.folded.cofactor;
+        let of = &self.folded.unknowns.cofactor;
         let cofactor: f64 =
             along.iter().flat_map(|(i, a)| along.iter().map(move |(j, b)| a * b * of[(*i, *j)])).sum::<f64>().max(0.0);
         let share = match self.own {

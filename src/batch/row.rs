@@ -162,7 +162,7 @@ impl Row {
             conformity: limits.iter().map(|(_, own)| *own).max(),
             why: why.join("; "),
             readings: fit.design.rows.len(),
-            rank: fit.estimate.rank,
+            rank: fit.estimate.unknowns.rank,
             dof: fit.estimate.dof,
             value: of(&|value, _| value),
             u: of(&|_, own| own.map(|c| c.u)),

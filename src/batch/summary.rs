@@ -9,6 +9,8 @@ use std::collections::HashMap;
 
 /// Devices whose values are kept for distributions; of further ones only the counts.
 const KEPT: usize = 1 << 20;
+/// Devices that are listed as not in order.
+const LISTED: usize = 100;
 /// Lots that are kept apart.
 const LOTS: usize = 2000;
 /// Standard deviation of a normal distribution over its median absolute deviation.
@@ -29,6 +31,8 @@ pub struct Summary {
     pub suspicious: usize,
     /// Lots in the order in which they were met.
     pub lots: Vec<Lot>,
+    /// Devices that are not accepted or lie outside a limit, in the order in which they were met; at most 100.
+    pub not_in_order: Vec<NotInOrder>,
     lot_of: HashMap<String, usize>,
     quantities: usize,
     labels: Vec<Box<str>>,
@@ -36,6 +40,19 @@ pub struct Summary {
     values: Vec<[f64; 3]>,
     /// Degrees of freedom of each device's own scale; infinite where uncertainties are stated.
     dofs: Vec<f64>,
+}
+
+/// A device that is not accepted, or outside a limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NotInOrder {
+    /// The device.
+    pub label: String,
+    /// Is its answer usable?
+    pub verdict: Verdict,
+    /// The worst outcome of its limits.
+    pub conformity: Option<Conformity>,
+    /// What is wrong, in words.
+    pub why: String,
 }
 
 /// Devices of one lot or date: for each quantity how many, their mean and sum of squares about it.
@@ -129,6 +146,11 @@ impl Summary {
             None => {}
         }
         self.suspicious += usize::from(!row.suspects.is_empty());
+        let in_order = row.verdict == Verdict::Accepted && row.conformity != Some(Conformity::Fail);
+        if !in_order && self.not_in_order.len() < LISTED {
+            let (verdict, conformity) = (row.verdict, row.conformity);
+            self.not_in_order.push(NotInOrder { label: row.label.clone(), verdict, conformity, why: row.why.clone() });
+        }
         if row.verdict != Verdict::Accepted {
             return;
         }

@@ -1,5 +1,6 @@
 //! Many devices in one table, or in many files: `tumble fit CAMPAIGN --by COLUMN`, `--readings FILE...`.
 
+use super::batch_reports::{self, Reports};
 use super::files::Beside;
 use super::outputs::Outputs;
 use super::pages::Pages;
@@ -39,12 +40,12 @@ pub(super) struct Many {
 }
 
 impl Many {
-    /// Errors: options that need many devices.
-    pub(super) fn refuse_alone(&self) -> Result<()> {
-        match (&self.to, &self.chart) {
-            (None, None) => Ok(()),
-            (to, _) => {
-                let option = if to.is_some() { "--to" } else { "--chart" };
+    /// Errors: options that need many devices; `more` are further ones of the command, and whether they are given.
+    pub(super) fn refuse_alone(&self, more: &[(&str, bool)]) -> Result<()> {
+        let own = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
+        match own.iter().chain(more).find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((option, _)) => {
                 Err(Malformed::new(Fault::Missing, format!("{option} is of many devices, and here is one"))
                     .expected("--by COLUMN, \"by\" in the campaign, or several files of --readings"))
             }
@@ -298,6 +299,7 @@ impl Table<'_> {
                  kept until they are whole"
             ));
             restart()?;
+            // no column of lots: all are of one
             let counts = batch::count(self.names.len(), &open, by.as_deref().unwrap_or_default())?;
             pass(Some(&counts))?;
         }
@@ -353,7 +355,7 @@ pub(super) fn fit(
     question: &Question,
     many: &Many,
     settings: &Settings,
-    json: Option<&Path>,
+    (json, reports): (Option<&Path>, Option<&Path>),
     pages: &Pages,
     lang: Language,
 ) -> Result<Outcome> {
@@ -432,8 +434,17 @@ pub(super) fn fit(
     if json.is_some() || pages.is_asked_for() {
         found.inputs = table.inputs()?;
     }
+    let devices = match reports {
+        Some(folder) => batch_reports::reports(&table, folder, html.or(md), &found, settings, lang)?,
+        None => Reports::default(),
+    };
+    if let Some(folder) = reports.filter(|_| !devices.texts.is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|error| super::outputs::fault(folder, &error))?;
+    }
+    outputs.extend(devices.texts);
     if pages.is_asked_for() {
-        outputs.extend(pages.page(&report::html::batch_page(template, &found, &summary, lang)?)?);
+        let page = report::html::batch_page(template, &found, &summary, &devices.links, lang)?;
+        outputs.extend(pages.page(&page)?);
     }
     if let Some(path) = json {
         outputs.add(path, files::json(&found)?);

@@ -1,7 +1,7 @@
 //! `tumble diagnose CAMPAIGN --by COLUMN`: which device has which effect.
 
 use super::batch::{Many, Others, Question};
-use super::diagnose::Catalogue;
+use super::catalogue::Catalogue;
 use super::outputs::Outputs;
 use super::rows::{DiagnosedRow, EffectColumn, diagnosed};
 use super::{Outcome, rows::Format};

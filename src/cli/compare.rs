@@ -116,6 +116,7 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
             .found(format!("no date in {}", undated.summary().file)));
     }
     let outputs = outputs(arguments)?;
+    // each has a day: asked above
     stored.sort_by(|a, b| a.day().unwrap_or_default().total_cmp(&b.day().unwrap_or_default()));
     let all: Vec<_> = stored.iter().map(|own| own.determination()).collect();
     let last = stored.last();

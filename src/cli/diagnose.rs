@@ -1,14 +1,15 @@
 //! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
 
+use super::catalogue::Catalogue;
 use super::outputs::Outputs;
 use super::pages;
 use super::{Outcome, batch, batch_diagnose, files};
-use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
+use crate::diagnosis::{self, Diagnosis, Verdict};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Remount;
 use crate::language::{Language, say};
 use crate::report::{self, html};
-use crate::wire::{self, BenchRef, Source};
+use crate::wire::{self, BenchRef};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -100,7 +101,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         }
         return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
     };
-    arguments.many.refuse_alone()?;
+    arguments.many.refuse_alone(&[])?;
     if let Some(note) = batch::repeated(&campaign) {
         super::note(&note);
     }
@@ -143,38 +144,6 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         }
     }
     Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
-}
-
-/// Effects that are tried.
-pub(super) struct Catalogue {
-    pub effects: Vec<Effect>,
-    /// The user's own file.
-    own: Option<Source>,
-}
-
-impl Catalogue {
-    /// The user's effects first, so that their names stand where both have the same term.
-    fn new(own: Option<Source>) -> Result<Self> {
-        let mut effects = match &own {
-            Some(source) => wire::read_effects(source)?,
-            None => Vec::new(),
-        };
-        effects.extend(wire::built_in_effects()?);
-        Ok(Catalogue { effects, own })
-    }
-
-    /// The place of an error: the user's catalogue where it is about an effect, else the campaign.
-    pub fn locate(&self, error: Malformed, campaign: &Source) -> Malformed {
-        match &self.own {
-            Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
-            _ => wire::locate(error, campaign),
-        }
-    }
-}
-
-/// The built-in catalogue, after a user's own.
-pub(super) fn catalogue(path: Option<&Path>) -> Result<Catalogue> {
-    Catalogue::new(path.map(files::read).transpose()?)
 }
 
 /// Where the repaired model goes.

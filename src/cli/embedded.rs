@@ -92,5 +92,6 @@ pub fn run_embedded<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -
             }
         }
     };
+    // nothing printed is an empty text
     Printed { exit_code, error: malformed, ..PRINTED.take().unwrap_or_default() }
 }

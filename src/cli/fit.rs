@@ -55,6 +55,10 @@ pub(super) struct Arguments {
     readings: Option<Vec<PathBuf>>,
     #[command(flatten)]
     many: batch::Many,
+    /// With many devices: write a page for each device that is not accepted, lies outside a limit or stands apart into a folder (at most
+    /// 100 pages); --html and --md lead to them.
+    #[arg(long, value_name = "FOLDER")]
+    reports: Option<PathBuf>,
     #[command(flatten)]
     pages: pages::Pages,
     #[command(flatten)]
@@ -122,7 +126,8 @@ fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Res
         return Err(Malformed::new(Fault::Value, format!("{option} is of one device, and here are many"))
             .expected("the readings of one device, for example --readings ONE.csv with a campaign without \"by\""));
     }
-    batch::fit(&question, &arguments.many, &settings(arguments), arguments.json.as_deref(), &arguments.pages, lang)
+    let outputs = (arguments.json.as_deref(), arguments.reports.as_deref());
+    batch::fit(&question, &arguments.many, &settings(arguments), outputs, &arguments.pages, lang)
 }
 
 /// The fit of one device, the campaign as text, and every file that was read.
@@ -148,7 +153,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if question.is_of_many() {
         return many(arguments, question, lang);
     }
-    arguments.many.refuse_alone()?;
+    arguments.many.refuse_alone(&[("--reports", arguments.reports.is_some())])?;
     let [html, md] = arguments.pages.paths();
     let mut outputs = Outputs::plan([html, md, arguments.certificate.path(), arguments.json.as_deref()])?;
     let (fit, source, inputs) = fitted(&question, &settings(arguments))?;

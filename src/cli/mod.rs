@@ -7,8 +7,10 @@
 mod apply;
 mod batch;
 mod batch_diagnose;
+mod batch_reports;
 mod bench;
 mod calibrations;
+mod catalogue;
 mod check;
 mod compare;
 mod diagnose;

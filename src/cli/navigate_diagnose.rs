@@ -3,12 +3,14 @@
 use super::outputs::Outputs;
 use super::pages::Pages;
 use super::{Outcome, files};
-use crate::diagnosis::{Settings, Verdict};
+use crate::diagnosis::Verdict;
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{self, NavigationDiagnosis};
 use crate::navigate::errors::Instrument;
+use crate::navigate::settings::Settings;
+use crate::number;
 use crate::report;
 use crate::wire::{self, MissionFile};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -35,13 +37,14 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     let [html, md] = question.pages.paths();
     let mut outputs = Outputs::plan([html, md, question.json, question.svg, question.write_model])?;
     let settings = Settings::at(question.significance);
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
+    let bar = ProgressBar::new(1000);
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} [{bar:20}] {wide_msg}") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(200));
     bar.set_message("flying the mission");
-    let found = diagnose::diagnose_with(&mission, &measured, &settings, &mut |trying| {
+    let found = diagnose::diagnose_with(&mission, &measured, &settings, &mut |share, trying| {
+        bar.set_position(number::count_u64(1000.0 * share.clamp(0.0, 1.0)));
         bar.set_message(format!("trying {trying}"));
     });
     bar.finish_and_clear();
@@ -56,7 +59,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     if let Some(path) = question.json {
         outputs.add(path, files::json(&report)?);
     }
-    let found = diagnosis.verdict == Verdict::EffectsFound;
+    let found = matches!(diagnosis.verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
     if let Some(path) = question.write_model.filter(|_| found) {
         outputs.add(path, files::json(&repaired(&file, &diagnosis))?);
     }

@@ -2,6 +2,7 @@
 
 use super::outputs::Outputs;
 use super::{Outcome, files, log, pages};
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::noise::{Ladder, analyse};
@@ -70,7 +71,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 if stretch.after_gap {
                     ladder.interrupt();
                 }
-                ladder.push(values.get(stretch.rows.clone()).unwrap_or_default());
+                ladder.push(values.part(stretch.rows.clone()));
             }
         }
     }

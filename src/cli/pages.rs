@@ -101,17 +101,22 @@ impl Pages {
         Ok(texts)
     }
 
-    /// The page of a fit, with the published closed forms beside it where this bench has them and this campaign suits them.
+    /// The page of a fit, if it is asked for.
     pub(super) fn fit(&self, fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Result<Texts> {
-        if self.html.is_none() && self.md.is_none() {
+        if !self.is_asked_for() {
             return Ok(Texts::new());
         }
-        let comparison = compare::closed_forms(&fit.campaign.bench.id)
-            .and_then(|forms| compare::compare_fit(fit, &forms))
-            .ok()
-            // closed forms take all readings, and here is a sample of them
-            .filter(|_| fit.streamed.is_none())
-            .map(|comparison| report::compare_report(&comparison));
-        self.page(&html::fit_page(fit, report, comparison.as_ref(), inputs, lang)?)
+        self.page(&page_of(fit, report, inputs, lang)?)
     }
+}
+
+/// The page of a fit, with the published closed forms beside it where this bench has them and this campaign suits them.
+pub(super) fn page_of(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Result<Page> {
+    let comparison = compare::closed_forms(&fit.campaign.bench.id)
+        .and_then(|forms| compare::compare_fit(fit, &forms))
+        .ok()
+        // closed forms take all readings, and here is a sample of them
+        .filter(|_| fit.streamed.is_none())
+        .map(|comparison| report::compare_report(&comparison));
+    html::fit_page(fit, report, comparison.as_ref(), inputs, lang)
 }

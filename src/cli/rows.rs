@@ -400,6 +400,7 @@ pub(super) fn diagnosed(by: &str, rows: &[DiagnosedRow], format: Format) -> Vec<
         let optional = |x: Option<f64>| {
             let mut text = Vec::new();
             x.into_iter().for_each(|x| number(x, &mut text));
+            // written just above, in ASCII
             String::from_utf8(text).unwrap_or_default()
         };
         let cells = [

@@ -40,12 +40,12 @@ pub struct Quantity {
     /// Effective degrees of freedom.
     pub dof: f64,
     /// What known inputs of Type B contribute.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<InputShare>,
 }
 
 /// A known input's part in a quantity.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Input {
+pub struct InputShare {
     /// Its name.
     pub id: String,
     /// Its estimate.
@@ -136,12 +136,12 @@ impl Changes {
 /// Compare two calibrations of one unit; with `shared` false every input counts as independent.
 ///
 /// ```
-/// use tumble::compare::calibrations::{Determination, Input, Quantity, changes};
+/// use tumble::compare::calibrations::{Determination, InputShare, Quantity, changes};
 /// use nalgebra::DMatrix;
 /// // one scale factor, twice, on the same standard (u = 3 through it) and with a scatter of 4 each
 /// let of = |value: f64| Determination {
 ///     quantities: vec![Quantity { id: "k".into(), unit: "ppm".into(), value, u: Some(5.0), dof: f64::INFINITY,
-///         inputs: vec![Input { id: "standard".into(), estimate: 1.0, u: 3.0, c: 1.0 }] }],
+///         inputs: vec![InputShare { id: "standard".into(), estimate: 1.0, u: 3.0, c: 1.0 }] }],
 ///     covariance: DMatrix::from_element(1, 1, 25.0), ..Determination::default() };
 /// let found = changes(&of(10.0), &of(20.0), 0.95, true);
 /// // u^2 = 25 + 25 - 2*9 = 32
@@ -189,7 +189,7 @@ pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -
 }
 
 /// Inputs that both quantities follow and that are one and the same.
-fn shared_inputs<'a>(a: &'a Quantity, b: &'a Quantity) -> impl Iterator<Item = (&'a Input, &'a Input)> {
+fn shared_inputs<'a>(a: &'a Quantity, b: &'a Quantity) -> impl Iterator<Item = (&'a InputShare, &'a InputShare)> {
     a.inputs.iter().filter_map(|own| {
         let other =
             b.inputs.iter().find(|other| other.id == own.id && other.estimate == own.estimate && other.u == own.u)?;

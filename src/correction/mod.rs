@@ -12,13 +12,16 @@
 //! of the last frame; fewer give the component along each sensor's own axis, the others being given with the readings or taken as zero, which
 //! [`Calibration::inputs`] says. Deliberately absent: files and formats (`wire`, `report`), dynamics of the sensors, noise of single samples.
 
+mod bound;
+mod calibrated;
 mod calibration;
+mod choose;
 pub mod export;
 mod inputs;
 mod solve;
 mod validity;
 
-pub use calibration::{Calibration, Line, Mounting, Span};
-pub use inputs::{Input, InputRole, Quantity};
+pub use calibration::{CalibratedLine, Calibration, Mounting, Span};
+pub use inputs::{InputRole, LineInput, Quantity};
 pub use solve::{Corrected, Corrector};
 pub use validity::{Linearity, linearity};

@@ -1,6 +1,6 @@
 //! A model line bound to one sensor: where each of its names comes from, and how smooth it is in each joint.
 
-use super::{Instant, Kinematics, Smoothness, Workspace};
+use super::{Instant, Kinematics, Smoothness};
 use crate::algebra::{Expression, NameDegree, Tape};
 use crate::bench::{Bench, Link, Sensor};
 use crate::campaign::{Campaign, JointState, Readings, Role};
@@ -75,12 +75,6 @@ impl SensorModel {
             slots.iter().any(|slot| matches!(slot, Slot::Force(_))),
         ];
         Ok(SensorModel { tape, slots, follows, smoothness })
-    }
-
-    /// The line at one instant, given the kinematics there.
-    pub fn value_at(&self, context: &Context<'_>, work: &mut Workspace) -> f64 {
-        self.fill(context, &mut work.inputs);
-        self.tape.value(&work.inputs, &mut work.scratch)
     }
 
     /// The smoothness in the joint over which a reading averages, or that of a single instant.

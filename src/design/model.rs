@@ -42,6 +42,14 @@ pub struct Workspace {
     arch: Arch,
 }
 
+impl SensorModel {
+    /// The line at one instant, given the kinematics there.
+    pub fn value_at(&self, context: &Context<'_>, work: &mut Workspace) -> f64 {
+        self.fill(context, &mut work.inputs);
+        self.tape.value(&work.inputs, &mut work.scratch)
+    }
+}
+
 /// What [`Model::gather_fours`] is asked.
 struct Fours<'a> {
     model: &'a Model,

@@ -8,10 +8,10 @@
 //! variance of the parameters over them adds to their covariance (J. Hoeting, D. Madigan, A. Raftery, C. Volinsky: Bayesian model averaging,
 //! Statistical Science 14 (1999), 382, eq. 3): `u^2 = u(S)^2 + sum_k P_k (x_k - x(S))^2`, about the value that is reported.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
+use super::criteria::Question;
 use super::evidence::Evidence;
 use super::noise::Weighted;
-use super::search::Question;
 use super::sets::Rival;
 use crate::elements::Elements;
 use crate::linear::Triangle;
@@ -36,7 +36,7 @@ pub(super) fn moved_by(
     rivals: &[Rival],
     shares: &[f64],
 ) -> Vec<(f64, f64)> {
-    let unknowns = weighted.estimate.solution.len();
+    let unknowns = weighted.estimate.unknowns.solution.len();
     let Some(named) = moved(candidates, evidence, weighted, set) else { return vec![(0.0, 0.0); unknowns] };
     let mut squares = vec![(0.0_f64, 0.0_f64); unknowns];
     for place in 0..set.len() {
@@ -75,7 +75,7 @@ fn moved(candidates: &[Candidate], evidence: &Evidence, weighted: &Weighted, set
     let scores = set.iter().map(|j| evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
     // directions of which less than a thousandth is their own are one
     let sizes = Triangle::of(set.len(), gram, |_| 1e-6)?.solve(&scores);
-    let mut moved = vec![0.0; weighted.estimate.solution.len()];
+    let mut moved = vec![0.0; weighted.estimate.unknowns.solution.len()];
     for (member, size) in set.iter().zip(sizes) {
         let candidate = candidates.get(*member)?;
         let left = evidence.pool.visible().get(*member).copied()? * weighted.norm(&candidate.column);

@@ -1,5 +1,6 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point where the model stands.
 
+use super::candidate::Candidate;
 use super::catalogue::{Effect, Filling, breaks, fill};
 use super::screen::{Chosen, Scanned};
 use super::settings::Settings;
@@ -8,41 +9,6 @@ use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::{Regressor, Table, indicator};
-
-/// One effect that might be missing.
-#[derive(Debug, Clone)]
-pub struct Candidate {
-    /// The appended term without its coefficient, as reports write it.
-    pub regressor: String,
-    /// Name in the field's words.
-    pub name: String,
-    /// Name of the coefficient in the repaired model line; for a tilt or a known parameter its own.
-    pub coefficient: String,
-    /// What the column is made from.
-    pub kind: Regressor,
-    /// The sensor that has it; `None` for what is common to all.
-    pub sensor: Option<usize>,
-    /// The catalogue's term with its placeholders.
-    pub family: String,
-    /// Order of a harmonic; 0 for what is none.
-    pub harmonic: usize,
-    /// Order among what cannot be told apart, 0 first.
-    pub rank: u8,
-    /// Why it happens.
-    pub why: String,
-    /// How to confirm it.
-    pub confirm: String,
-    /// A coefficient that the model line has already, assumed zero.
-    pub existing: Option<usize>,
-    /// Is it small at every reading against what its inputs could make of it, so that only small tilts leave anything of it?
-    pub vanishing: bool,
-    /// Share of its column's weighted norm that the model leaves; 1 until an evidence has looked.
-    pub visible: f64,
-    /// Its largest value here over what its inputs could make of it; 1 for what is no term.
-    pub size: f64,
-    /// Its value at each row, `m`, zero at the rows of priors.
-    pub column: Vec<f64>,
-}
 
 /// Everything that the catalogue has for this campaign. `rows` is the length of the system, priors included.
 ///
@@ -91,10 +57,7 @@ pub(super) fn build(
     Ok(found)
 }
 
-/// Readings, as a share of all, whose jump may be decided by tilts.
-const JUMPS_BY_TILTS: f64 = 0.1;
-
-/// Is a jump (`sign(w_O)`) at more than a tenth of the readings decided by what only small tilts leave of its input? Its column can then be bent
+/// Is a jump (`sign(w_O)`) at more than a small share of the readings decided by what only small tilts leave of its input? Its column can then be bent
 /// to many patterns by tilts that no reading determines.
 fn hangs_on_tilts(candidate: &Candidate, found: &[Candidate], settings: &Settings) -> bool {
     let inside = candidate.regressor.strip_prefix("sign(").and_then(|rest| rest.strip_suffix(')'));
@@ -107,7 +70,7 @@ fn hangs_on_tilts(candidate: &Candidate, found: &[Candidate], settings: &Setting
     let small = settings.vanishing * largest / input.size.max(f64::MIN_POSITIVE);
     let rows = candidate.column.iter().zip(&input.column).filter(|(own, _)| **own != 0.0);
     let (all, by_tilts) = rows.fold((0, 0), |(all, few), (_, v)| (all + 1, few + usize::from(v.abs() < small)));
-    by_tilts as f64 > JUMPS_BY_TILTS * all as f64
+    by_tilts as f64 > settings.jumps_by_tilts * all as f64
 }
 
 /// Columns of terms that no tilt moves, by regressor and sensor.

@@ -96,6 +96,27 @@ impl Evidence {
         }
     }
 
+    /// Whitened columns against a residual, with nothing in the model; so many of them are distinct.
+    #[cfg(feature = "navigate")]
+    pub fn plain(columns: Mat<f64>, residual: Vec<f64>, tests: usize, from: NoiseFrom, remainders: Remainders) -> Self {
+        let basis = Mat::zeros(residual.len(), 0);
+        let pool = Pool::new(columns, basis.as_ref(), &residual);
+        Evidence {
+            cosines: vec![OnceCell::new(); pool.len()],
+            tests,
+            rss: dot(&residual, &residual),
+            dof: residual.len(),
+            from,
+            multiplicity: vec![tests as f64; pool.len()],
+            remainders,
+            basis,
+            residual,
+            pure: None,
+            strata: None,
+            pool,
+        }
+    }
+
     /// The effects that were in the model from which the variances of what scatters come.
     pub fn found_with(&mut self, set: &[usize]) {
         // dependent columns: the set tells nothing more

@@ -1,21 +1,14 @@
 //! Families of candidates: what their members share of the tests, and which of them can build any pattern.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use super::catalogue::breaks;
 use super::evidence::Evidence;
+use super::settings::Settings;
 use crate::campaign::Campaign;
 use std::collections::{HashMap, HashSet};
 
 /// Placeholders of families whose members stand for readings, positions, times: each family counts as one effect.
 const SCANNED: [&str; 5] = ["{other}", "{reading}", "{position}", "{break}", "{tau}"];
-/// Harmonics up to this order are effects by themselves; higher ones together can build any pattern of an angle.
-const OWN_HARMONICS: usize = 4;
-/// Orders above that which may stand in one set, each alone in its phase.
-const HIGH_ORDERS: usize = 3;
-/// Largest share of the readings that may be bad, and of the positions that may be remounted wrongly.
-const FEW: f64 = 0.05;
-/// Steps in time from which on they build a pattern.
-const STEPS: usize = 3;
 
 fn scanned(candidate: &Candidate) -> Option<&'static str> {
     SCANNED.into_iter().find(|placeholder| candidate.family.contains(placeholder))
@@ -56,24 +49,24 @@ pub(super) fn multiplicity(campaign: &Campaign, candidates: &[Candidate], eviden
 }
 
 /// Is this set rather the expansion of an unknown pattern: high harmonics of several orders, many positions, readings or steps?
-pub(super) fn is_pattern(campaign: &Campaign, candidates: &[Candidate], set: &[usize]) -> bool {
+pub(super) fn is_pattern(campaign: &Campaign, candidates: &[Candidate], set: &[usize], settings: &Settings) -> bool {
     let members = || set.iter().filter_map(|j| candidates.get(*j));
-    let high: HashSet<usize> = members().map(|c| c.harmonic).filter(|k| *k > OWN_HARMONICS).collect();
+    let high: HashSet<usize> = members().map(|c| c.harmonic).filter(|k| *k > settings.own_harmonics).collect();
     let harmonics = members().filter(|c| c.harmonic > 0).count();
-    if high.len() > HIGH_ORDERS || (!high.is_empty() && harmonics > HIGH_ORDERS) {
+    if high.len() > settings.high_orders || (!high.is_empty() && harmonics > settings.high_orders) {
         return true;
     }
     let count = |placeholder: &str| members().filter(|c| scanned(c) == Some(placeholder)).count();
     let rows = campaign.readings.rows.len() as f64;
     let labels: HashSet<&str> = campaign.readings.rows.iter().map(|r| r.position.as_str()).collect();
-    count("{reading}") as f64 > (FEW * rows).max(2.0)
-        || count("{position}") as f64 > (FEW * labels.len() as f64).max(2.0)
-        || count("{break}") > STEPS
+    count("{reading}") as f64 > (settings.singles * rows).max(2.0)
+        || count("{position}") as f64 > (settings.singles * labels.len() as f64).max(2.0)
+        || count("{break}") > settings.steps
 }
 
 /// The other phase of a high harmonic: the cosine of a sine, and the other way round.
-pub(super) fn other_phase(candidates: &[Candidate], index: usize) -> Option<usize> {
-    let own = candidates.get(index).filter(|own| needs_all(own))?;
+pub(super) fn other_phase(candidates: &[Candidate], index: usize, settings: &Settings) -> Option<usize> {
+    let own = candidates.get(index).filter(|own| needs_all(own, settings))?;
     let wanted = if own.regressor.contains("sin(") {
         own.regressor.replace("sin(", "cos(")
     } else {
@@ -96,6 +89,6 @@ pub(super) fn harmonics_of(candidates: &[Candidate], index: usize) -> Vec<usize>
 }
 
 /// A high harmonic is named only where nothing else is left: it may be one of many that build a pattern.
-pub(super) fn needs_all(candidate: &Candidate) -> bool {
-    candidate.harmonic > OWN_HARMONICS
+pub(super) fn needs_all(candidate: &Candidate, settings: &Settings) -> bool {
+    candidate.harmonic > settings.own_harmonics
 }

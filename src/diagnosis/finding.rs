@@ -1,11 +1,12 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
+use super::criteria::Question;
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
 use super::pass::Seen;
 use super::posterior;
 use super::remainder::Remainder;
-use super::search::{Found, Question};
+use super::search::Found;
 use super::separate::Separation;
 use super::sets::Rival;
 use super::settings::Settings;
@@ -214,8 +215,8 @@ pub(super) fn conclude(
     });
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
     let basis = weighted.estimate.factor.thin_q();
-    let support = Support { weighted: &weighted, basis, columns: &columns, positions: &[] };
-    let question = Question::without_families(settings, &plausibility_penalty, &support);
+    let support = Support { weighted: &weighted, basis, columns: &columns, positions: &[], hangs: settings.hangs };
+    let question = Question::without_families(settings, &plausibility_penalty, Some(&support));
     let rivals: Vec<Rival> = match &found {
         // places are those of the order in which the effects are reported
         Found::Set { set: own, rivals, .. } => rivals
@@ -393,7 +394,7 @@ impl Effects<'_> {
         let evidence = self.evidence;
         let member = self.set.get(place)?;
         let effect = self.candidates.get(*member)?;
-        let others = super::search::without(self.set, place);
+        let others = super::criteria::without(self.set, place);
         let without = evidence.given(&others)?;
         let standing = evidence.standing(&others, *member).filter(|_| !self.complete);
         let (alone, dof_alone) = evidence.t(&without, *member);

@@ -194,9 +194,9 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         let minimal = own.map_or(rule.noncentrality, noncentrality) * u;
         let values = prospect.effect.column.iter().zip(&independent.u).map(|(c, u)| (c.abs() * minimal, u));
         prospect.at_a_reading = values.map(|(c, u)| (c, c / u)).reduce(|a, b| if b.0 > a.0 { b } else { a });
-        let sd = |k: usize| estimate.covariance[(k, k)].sqrt();
+        let sd = |k: usize| estimate.unknowns.covariance[(k, k)].sqrt();
         prospect.moves = (0..campaign.unknowns())
-            .filter(|k| estimate.is_estimable(*k) && sd(*k) > 0.0)
+            .filter(|k| estimate.unknowns.is_estimable(*k) && sd(*k) > 0.0)
             .map(|k| (k, prospect.shifts.get(k).map_or(0.0, |s| (s * minimal / sd(k)).abs())))
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         prospect.minimal = Some(minimal);

@@ -46,8 +46,10 @@
 mod ambiguity;
 mod assumptions;
 mod averaged;
+mod candidate;
 mod candidates;
 mod catalogue;
+mod criteria;
 mod evidence;
 mod families;
 mod finding;
@@ -59,6 +61,8 @@ mod noise;
 mod pass;
 mod passes;
 mod places;
+#[cfg(feature = "navigate")]
+mod plain;
 mod pool;
 mod posterior;
 mod prospective;
@@ -79,15 +83,19 @@ mod support;
 mod vetted;
 
 pub use assumptions::Held;
-pub use candidates::Candidate;
+pub use candidate::Candidate;
 pub use catalogue::{Applies, BUILT_IN, Effect};
 pub use finding::{Alias, Change, Finding, InSensor};
 pub use foresee::{Alike, Fate, Foresight, Near, Prospect, Rule, foresee, is_angle};
 pub use holdout::Holdout;
 pub use noise::NoiseFrom;
 pub use pass::candidates;
-pub use places::{Cell, Grouping, Level, Place};
+pub use places::{Grouping, Level, Place, PlaceMean};
+#[cfg(feature = "navigate")]
+pub(crate) use plain::{Plain, Stands};
 pub use pool::{Pool, VISIBLE};
+#[cfg(feature = "navigate")]
+pub(crate) use remainder::Felt;
 pub use separate::Separation;
 pub use settings::Settings;
 pub use steps::{GapStep, Step};
@@ -150,7 +158,7 @@ pub struct Unexplained {
     /// Standard deviation of what is unexplained, in the unit of the first sensor; `None` where the noise is unknown.
     pub sd: Option<f64>,
     /// Mean residual at each distinct state of the joints, the most significant first.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<PlaceMean>,
     /// Candidates that come nearest, with the share of the sum of squares that they take off together: not accepted.
     pub nearest: Vec<Candidate>,
     /// That share.

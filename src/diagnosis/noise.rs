@@ -123,7 +123,7 @@ impl Weighted {
             System { rows: white, observed: self.residual.clone(), u: vec![1.0; m], group: vec![Group::Known; m] };
         let found = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?;
         let mut rest = self.estimate.residuals.clone();
-        for (j, x) in found.solution.iter().enumerate() {
+        for (j, x) in found.unknowns.solution.iter().enumerate() {
             rest.iter_mut().zip(all.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
         }
         Ok(rest)
@@ -272,7 +272,7 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
     let residual = estimate.residuals.clone();
     let rss = residual.iter().map(|v| v * v).sum();
     estimate.residuals = system.observed.clone();
-    for (j, x) in estimate.solution.iter().enumerate().take(system.rows.ncols()) {
+    for (j, x) in estimate.unknowns.solution.iter().enumerate().take(system.rows.ncols()) {
         estimate.residuals.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
     }
     let inverse = |sd: &[f64]| -> Vec<f64> { sd.iter().map(|sd| 1.0 / sd).collect() };

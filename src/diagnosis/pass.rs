@@ -1,11 +1,13 @@
 //! One pass: every candidate at one point of the model, and what the search finds among them.
 
 use super::candidates::{Kept, build};
+use super::criteria::Question;
+use super::criteria::without;
 use super::evidence::Evidence;
 use super::noise::{self, Finished, Weighted};
 use super::remainder::Remainders;
 use super::screen::{self, Chosen, Scanned, Screen};
-use super::search::{self, Found, Question};
+use super::search::{self, Found};
 use super::settings::Settings;
 use super::support::Support;
 use super::{Candidate, Effect, assumptions, families};
@@ -18,8 +20,6 @@ use crate::simulate::Regressor;
 
 /// Passes over a long campaign before what has no column is left alone.
 const SCREENED: usize = 4;
-/// Cosine with the column of a tilt from which a candidate resembles it.
-const RESEMBLES: f64 = 0.9;
 
 /// What the passes of a diagnosis share, and where the next one stands.
 pub(super) struct Pass<'a> {
@@ -141,7 +141,7 @@ impl<'a> Pass<'a> {
     pub fn is_confirmed(&self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
         let left = seen.weighted.squares(&after.estimate.residuals);
         let promised = seen.evidence.rss_of(set);
-        let least = (0..set.len()).map(|place| seen.evidence.rss_of(&search::without(set, place)) - promised);
+        let least = (0..set.len()).map(|place| seen.evidence.rss_of(&without(set, place)) - promised);
         left - promised <= 0.5 * least.fold(f64::INFINITY, f64::min)
     }
 
@@ -151,7 +151,7 @@ impl<'a> Pass<'a> {
     pub fn keeps_its_promise(&mut self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
         let left = seen.weighted.squares(&after.estimate.residuals);
         let promised = seen.evidence.rss - seen.evidence.rss_of(set);
-        if seen.evidence.rss - left >= 0.5 * promised {
+        if seen.evidence.rss - left >= self.settings.kept_promise * promised {
             return true;
         }
         // of a set the least visible is the one that fails
@@ -169,7 +169,7 @@ impl<'a> Pass<'a> {
         let weighted = noise::weigh(self.campaign, &design, self.finished.as_ref())?;
         let screen = Screen::new(self.campaign, &design, &weighted, &self.chosen, &[]);
         self.chosen.add(screen.strongest(&self.chosen).into_iter().map(|(member, _)| member));
-        self.chosen.add(screen::exchanged(self.campaign, &design, &weighted));
+        self.chosen.add(screen::exchanged(self.campaign, &design, &weighted, &self.settings));
         let rows = weighted.weight.len();
         let mut candidates =
             build(self.campaign, self.catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
@@ -269,8 +269,8 @@ impl<'a> Pass<'a> {
             let cosines = evidence.cosines(tilt);
             let resembling = penalty.iter_mut().zip(cosines.iter()).enumerate();
             resembling
-                .filter(|(j, (_, g))| *j != tilt && g.abs() > RESEMBLES)
-                .for_each(|(_, (own, _))| *own = 0.5 * self.settings.indistinguishable);
+                .filter(|(j, (_, g))| *j != tilt && g.abs() > self.settings.resembles_tilt)
+                .for_each(|(_, (own, _))| *own = self.settings.beside_tilt);
         }
         penalty
     }
@@ -285,7 +285,7 @@ impl<'a> Pass<'a> {
             .map(|(candidate, beside)| {
                 let small = if candidate.vanishing { self.settings.small_handicap() } else { 0.0 };
                 // what was only asserted is the first to be doubted
-                let asserted = if assumptions::is_assumption(candidate) { 0.3 } else { 0.0 };
+                let asserted = if assumptions::is_assumption(candidate) { self.settings.asserted } else { 0.0 };
                 self.settings.rank_penalty * f64::from(candidate.rank) + small - asserted + beside
             })
             .collect();
@@ -295,15 +295,21 @@ impl<'a> Pass<'a> {
             let positions = noise::positions(self.campaign, &design, weighted.weight.len());
             let basis = weighted.basis(&design, self.campaign.unknowns());
             let basis = basis.as_ref().map_or(weighted.estimate.factor.thin_q(), |own| own.as_ref());
-            let support = Support { weighted: &weighted, basis, columns: &columns, positions: &positions };
-            let is_pattern = |set: &[usize]| families::is_pattern(self.campaign, &candidates, set);
-            let needs_all = |j: usize| candidates.get(j).is_some_and(families::needs_all);
-            let other_phase = |j: usize| families::other_phase(&candidates, j);
+            let support = Support {
+                weighted: &weighted,
+                basis,
+                columns: &columns,
+                positions: &positions,
+                hangs: self.settings.hangs,
+            };
+            let is_pattern = |set: &[usize]| families::is_pattern(self.campaign, &candidates, set, &self.settings);
+            let needs_all = |j: usize| candidates.get(j).is_some_and(|c| families::needs_all(c, &self.settings));
+            let other_phase = |j: usize| families::other_phase(&candidates, j, &self.settings);
             let harmonics_of = |j: usize| families::harmonics_of(&candidates, j);
             let question = Question {
                 settings: &self.settings,
                 plausibility_penalty: &plausibility_penalty,
-                support: &support,
+                support: Some(&support),
                 is_pattern: &is_pattern,
                 needs_all: &needs_all,
                 other_phase: &other_phase,

@@ -6,7 +6,7 @@ use super::pass::{Outcome, Pass, Seen};
 use super::repair::repaired;
 use super::search::Found;
 use super::settings::Settings;
-use super::{Candidate, fit_exactly, search, stepwise, vetted};
+use super::{Candidate, fit_exactly, stepwise, vetted};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::error::Result;
@@ -74,7 +74,8 @@ fn searched(pass: &mut Pass<'_>, campaign: &Campaign, settings: &Settings) -> Re
         // from a point that only a hypothesis gave, nothing less than a complete explanation counts
         let there = pass.see()?;
         let Found::Set { complete: true, set, .. } = &there.found else { continue };
-        let promised = search::misfit(&there.evidence, set, there.evidence.rss_of(set)) + prices(&there, set, settings);
+        let promised =
+            super::criteria::misfit(&there.evidence, set, there.evidence.rss_of(set)) + prices(&there, set, settings);
         if whole && best.is_some_and(|best| promised >= best) {
             continue;
         }
@@ -98,13 +99,13 @@ fn price_in_all((seen, repaired): &Outcome, weighted: &Weighted, settings: &Sett
     let (_, after) = repaired.as_ref()?;
     let Found::Set { set, .. } = &seen.found else { return None };
     let rss = weighted.squares(&after.estimate.residuals);
-    Some(search::misfit(&seen.evidence, set, rss) + prices(seen, set, settings))
+    Some(super::criteria::misfit(&seen.evidence, set, rss) + prices(seen, set, settings))
 }
 
 /// Prices and plausibility penalties of the members of a set.
 fn prices(seen: &Seen, set: &[usize], settings: &Settings) -> f64 {
     let plausibility_penalty = |j: &usize| seen.plausibility_penalty.at(*j);
-    set.iter().map(|j| search::price(&seen.evidence, *j, settings) + plausibility_penalty(j)).sum()
+    set.iter().map(|j| super::criteria::price(&seen.evidence, *j, settings) + plausibility_penalty(j)).sum()
 }
 
 /// Tilts each of which takes off most of the gap by itself: where they stand, the inputs of everything else are others.

@@ -36,7 +36,7 @@ pub struct Place {
 
 /// The mean residual at one state of the joints.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cell {
+pub struct PlaceMean {
     /// The state.
     pub joints: Vec<JointState>,
     /// The sensor.
@@ -122,7 +122,7 @@ pub(super) fn grouping(campaign: &Campaign, design: &DesignMatrix, weighted: &We
 }
 
 /// Mean residual at every distinct state of the joints, the most significant first.
-pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<Cell> {
+pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<PlaceMean> {
     let mut states: Vec<&[JointState]> = Vec::new();
     let mut seen: HashMap<Vec<[u64; 3]>, usize> = HashMap::new();
     let of = campaign.readings.rows.iter().map(|reading| {
@@ -144,7 +144,7 @@ pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weigh
     for sensor in 0..campaign.bench.sensors.len() {
         for (joints, mean) in states.iter().zip(means(design, weighted, sensor, &by_state)) {
             if let Some(Mean { readings, mean, z }) = mean {
-                cells.push(Cell { joints: joints.to_vec(), sensor, readings, mean, z });
+                cells.push(PlaceMean { joints: joints.to_vec(), sensor, readings, mean, z });
             }
         }
     }
@@ -154,7 +154,7 @@ pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weigh
 }
 
 /// The pattern in one sentence.
-pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted, cells: &[Cell]) -> String {
+pub(super) fn pattern(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted, cells: &[PlaceMean]) -> String {
     let total: f64 = weighted.rss;
     let mut shares: Vec<(f64, String)> = factors(campaign)
         .into_iter()

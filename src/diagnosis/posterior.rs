@@ -9,8 +9,8 @@
 //! not resemble the member may also stand beside it, and the two together count for the member (inclusion probability: M. Barbieri, J. Berger,
 //! Annals of Statistics 32 (2004), 870).
 
+use super::criteria::{Question, price};
 use super::evidence::Evidence;
-use super::search::{Question, price};
 
 /// Candidates whose deviance is computed; the others are too far behind to count.
 const COMPARED: usize = 48;

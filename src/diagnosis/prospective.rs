@@ -1,6 +1,7 @@
 //! Columns of the catalogue at positions where nobody has measured yet: at the schedule, at general positions, at small tilts.
 
-use super::candidates::{self, Candidate};
+use super::candidate::Candidate;
+use super::candidates;
 use super::catalogue::Effect;
 use super::pool::Pool;
 use crate::campaign::{Campaign, JointState, Kind, Reading, Role};

@@ -43,6 +43,14 @@ pub(super) struct Grouping {
     turned: Option<Mat<f64>>,
 }
 
+/// A grouping of rows that belong to no campaign: the group of each row, and how much of its group's deviation the row feels.
+#[cfg(feature = "navigate")]
+pub(crate) struct Felt {
+    pub name: String,
+    pub group: Vec<Option<usize>>,
+    pub size: Vec<f64>,
+}
+
 /// The remainder of one model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Remainder {
@@ -95,6 +103,22 @@ impl Remainders {
         remainders
     }
 
+    /// Groupings of rows that belong to no campaign, with nothing in the model.
+    #[cfg(feature = "navigate")]
+    pub fn plain(rows: usize, known: bool, groupings: Vec<Felt>) -> Self {
+        let mut remainders = Remainders { groupings: Vec::new(), known, rows, rank: 0, basis: Mat::zeros(rows, 0) };
+        for Felt { name, mut group, size } in groupings {
+            group.resize(rows, None);
+            let felt = |(g, z): (&Option<usize>, &f64)| g.map(|_| z * z);
+            let squares: Vec<f64> = group.iter().zip(&size).filter_map(felt).collect();
+            let rms = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+            if rms > 0.0 && group.iter().flatten().max().is_some_and(|last| last + 1 >= FEWEST_GROUPS) {
+                remainders.push(name, group, size.iter().map(|z| z / rms).collect());
+            }
+        }
+        remainders
+    }
+
     fn add(&mut self, name: String, in_time: bool, labels: Vec<Option<usize>>, (z, weighted): (&[f64], &Weighted)) {
         let count = labels.iter().flatten().max().map_or(0, |g| g + 1);
         let grouped = labels.iter().flatten().count();
@@ -118,6 +142,12 @@ impl Remainders {
             }
             return;
         }
+        self.push(name, group, z);
+    }
+
+    /// A grouping of independent rows.
+    fn push(&mut self, name: String, group: Vec<Option<usize>>, z: Vec<f64>) {
+        let count = group.iter().flatten().max().map_or(0, |g| g + 1);
         let mut size = vec![0.0; count];
         let mut basis = Mat::zeros(count, self.rank);
         for (i, (g, z)) in group.iter().zip(&z).enumerate() {

@@ -13,7 +13,7 @@ use crate::campaign::{Campaign, Deviating, JointState, Kind, Per, Scatter, Size}
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{self, Group, Line, System, adjust_scattered};
+use crate::estimate::{self, Group, ScatterLine, System, adjust_scattered};
 use crate::fit::{self, Fit, Weighting};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
@@ -22,8 +22,6 @@ use std::collections::HashMap;
 
 /// Fewest positions, and fewest mountings beyond the first of each setting, from which a scatter of positions is estimated.
 const FEWEST: usize = 4;
-/// Deviances that differ by less do not tell what it is that deviates.
-const APART: f64 = 6.0;
 
 /// What may deviate anew at each mounting: one or more lines, and a name for them.
 struct Source {
@@ -78,7 +76,7 @@ pub(super) fn found(
     }
     let after = second.after.clone().unwrap_or_else(|| second.before.clone());
     let aliases: Vec<&(f64, String, String)> =
-        ranking.iter().skip(1).filter(|(other, ..)| gain - other < APART).collect();
+        ranking.iter().skip(1).filter(|(other, ..)| gain - other < settings.scatters_apart).collect();
     let finding = of(campaign, &after, source, *gain, p, &aliases, &first.before);
     if second.after.is_none() {
         second.changes = finding::changes(&first.before, &after, &[]);
@@ -174,7 +172,7 @@ fn gains(
 ) -> Result<Vec<(f64, String, String)>> {
     let settings = estimate::Settings::default();
     let u = fit::weigh(campaign, design, Weighting::AsStated)?.u;
-    let given: Vec<Line> = fit::scatter_lines(campaign, design, &u);
+    let given: Vec<ScatterLine> = fit::scatter_lines(campaign, design, &u);
     let before = adjust_scattered(system, &given, None, &[], &settings)?.deviance;
     let mut all = Vec::new();
     for source in sources {
@@ -184,7 +182,7 @@ fn gains(
         if own.iter().all(|line| line.felt.is_empty()) {
             continue;
         }
-        let lines: Vec<Line> = given.iter().cloned().chain(own).collect();
+        let lines: Vec<ScatterLine> = given.iter().cloned().chain(own).collect();
         let Ok(found) = adjust_scattered(system, &lines, None, &[], &settings) else { continue };
         let sizes: Vec<String> = source
             .lines

@@ -1,7 +1,7 @@
 //! The repair: a found effect becomes part of the model, visibly, so that any fit can use it.
 
 use super::assumptions;
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use crate::algebra::Expression;
 use crate::campaign::{Asked, Campaign, Deviating, Given, Role};
 use crate::error::Result;

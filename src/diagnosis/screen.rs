@@ -10,6 +10,7 @@
 
 use super::catalogue::breaks;
 use super::noise::Weighted;
+use super::settings::Settings;
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
@@ -79,11 +80,14 @@ impl Chosen {
 const PAIRS: usize = 6;
 /// Readings with the largest residuals that are paired.
 const PAIRED: usize = 400;
-/// Fall of the sum of squares, in noise variances, from which on a pair gets a column.
-const EXCHANGED: f64 = 30.0;
 
 /// The pairs that look exchanged: `(r_i, r_j)` would become `(r_i + y_j - y_i, r_j + y_i - y_j)`.
-pub(super) fn exchanged(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<Scanned> {
+pub(super) fn exchanged(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    weighted: &Weighted,
+    settings: &Settings,
+) -> Vec<Scanned> {
     let mut found: Vec<(f64, Scanned)> = Vec::new();
     for sensor in 0..campaign.bench.sensors.len() {
         let own = design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == sensor);
@@ -104,7 +108,7 @@ pub(super) fn exchanged(campaign: &Campaign, design: &DesignMatrix, weighted: &W
                 let after = square(r + difference, w) + square(s - difference, v);
                 let fall = square(*r, w) + square(*s, v) - after;
                 // most of both residuals must go
-                if fall > EXCHANGED && after < 0.25 * (square(*r, w) + square(*s, v)) {
+                if fall > settings.exchanged && after < settings.exchanged_left * (square(*r, w) + square(*s, v)) {
                     let (a, b) = (*first.min(second), *first.max(second));
                     found.push((fall, Scanned::Exchange(sensor, a, b)));
                 }

@@ -1,6 +1,6 @@
 //! Positions that would tell an effect from its aliases, and positions that would make a campaign redundant.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use crate::campaign::{Campaign, JointState, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::fit::{self, Fit};
@@ -134,7 +134,7 @@ pub(super) fn redundancy(campaign: &Campaign, fit: &Fit) -> Vec<Vec<JointState>>
     let schedule = campaign.with_readings(fit::candidates(campaign));
     let Ok(model) = Model::new(campaign) else { return Vec::new() };
     let Ok(further) = design::assemble(&schedule, &model, &fit.design.point) else { return Vec::new() };
-    let cofactor = &fit.estimate.cofactor;
+    let cofactor = &fit.estimate.unknowns.cofactor;
     let n = cofactor.nrows();
     let mut ranked: Vec<(f64, usize)> = Vec::new();
     for (i, origin) in further.rows.iter().enumerate() {

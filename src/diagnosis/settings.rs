@@ -47,6 +47,39 @@ pub struct Settings {
     pub vanishing: f64,
     /// Share of a column that the model leaves, below which it is mostly absorbed and treated alike. Default 0.01.
     pub absorbed: f64,
+    /// Cosine with the column of a standing tilt from which a candidate resembles it. Default 0.9: the tilt leaves less than a fifth of its square.
+    pub resembles_tilt: f64,
+    /// Plausibility penalty of such a candidate, in noise variances. Default 4.5: half of what is not told apart. Where the tilt stands all columns
+    /// are those of the tilt, which has the first claim; a candidate that fits better by more than this takes its place.
+    pub beside_tilt: f64,
+    /// Plausibility bonus, in noise variances, of the error of a value that was only asserted (a known value without an uncertainty, a constraint).
+    /// Default 0.3: less than one rank, so that it decides among equals only.
+    pub asserted: f64,
+    /// Share of the fall of the sum of squares which its column promises that the exact fit with an effect has to reach. Default 0.5.
+    pub kept_promise: f64,
+    /// Share of the readings at which the sign of a jump may hang on small tilts, before it counts as a term that only these leave. Default 0.1:
+    /// tilts that no reading determines bend its column otherwise.
+    pub jumps_by_tilts: f64,
+    /// Harmonics up to this order are effects by themselves; higher ones together can build any pattern of an angle. Default 4, as in the catalogue.
+    pub own_harmonics: usize,
+    /// Orders above these that may stand in one set, each alone in its phase. Default 3.
+    pub high_orders: usize,
+    /// Largest share of the readings that may be bad, and of the positions that may be remounted wrongly, in one set (but two at least). Default
+    /// 0.05: more of them expand a pattern that has another reason.
+    pub singles: f64,
+    /// Steps in time that may stand in one set. Default 3: more build any course of time.
+    pub steps: usize,
+    /// Share of its norm below which an effect's column hangs on the one position that was left out. Default 0.001. Where only residuals tell the
+    /// noise, one effect of a set may hang on a position: what its mounting did cannot be told from it.
+    pub hangs: f64,
+    /// Deviances by which two kinds of scatter of the positions (remounting, setting of a joint) differ before one of them is preferred. Default 6:
+    /// odds of 20.
+    pub scatters_apart: f64,
+    /// Fall of the sum of squares, in noise variances, from which two readings of one sensor look exchanged. Default 30: five standard deviations
+    /// and a half, as pairs are many.
+    pub exchanged: f64,
+    /// and the largest share of the two residuals' squares that may be left after the exchange. Default 0.25: half of each.
+    pub exchanged_left: f64,
     /// A column is zero where it is no larger than so many roundings of its inputs. Default 64 (N. Higham, Accuracy and Stability of Numerical
     /// Algorithms, 3.1: a product chain of n factors errs by n epsilon; chains here have at most a few dozen).
     pub roundings: f64,
@@ -73,6 +106,19 @@ impl Default for Settings {
             rank_penalty: 0.4,
             vanishing: 0.02,
             absorbed: 0.01,
+            resembles_tilt: 0.9,
+            beside_tilt: 4.5,
+            asserted: 0.3,
+            kept_promise: 0.5,
+            jumps_by_tilts: 0.1,
+            own_harmonics: 4,
+            high_orders: 3,
+            singles: 0.05,
+            steps: 3,
+            hangs: 1e-3,
+            scatters_apart: 6.0,
+            exchanged: 30.0,
+            exchanged_left: 0.25,
             roundings: 64.0,
         }
     }
@@ -105,12 +151,12 @@ impl Settings {
     }
 
     /// Level of the global test.
-    pub(super) fn whole(&self) -> f64 {
+    pub(crate) fn whole(&self) -> f64 {
         self.whole_share * self.significance
     }
 
     /// Level of the test for serial patterns.
-    pub(super) fn serial(&self) -> f64 {
+    pub(crate) fn serial(&self) -> f64 {
         self.serial_share * self.significance
     }
 

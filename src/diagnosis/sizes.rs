@@ -1,6 +1,6 @@
 //! How large each candidate is here against what its inputs could make of it: what is left of small tilts alone is small, and rounding is none.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use super::catalogue::column_values;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind};

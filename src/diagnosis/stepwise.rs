@@ -4,9 +4,9 @@
 //! probable than every other explanation. What hides behind another effect is looked for in pairs and triples. At the end each member must
 //! stand beside the others, in whatever order they were found.
 
+use super::criteria::{Question, leaves_no_pattern, leaves_noise, without};
 use super::evidence::Evidence;
 use super::posterior;
-use super::search::{Question, leaves_no_pattern, leaves_noise, without};
 use super::sets::{self, Rival, extended};
 use super::settings::Settings;
 use crate::elements::Elements;

@@ -14,10 +14,9 @@ pub(super) struct Support<'a> {
     pub columns: &'a [&'a Vec<f64>],
     /// Position of each row.
     pub positions: &'a [usize],
+    /// Share of its norm below which a column hangs on what was left out.
+    pub hangs: f64,
 }
-
-/// A column with less than this share of its norm left hangs on what was left out.
-const HANGS: f64 = 1e-3;
 
 impl Support<'_> {
     /// May a set of several effects be named? Where only the residuals tell the noise, at most one of them may hang on one position alone:
@@ -34,7 +33,7 @@ impl Support<'_> {
     fn hangs(&self, set: &[usize], place: usize) -> bool {
         let count = self.positions.iter().max().map_or(0, |p| p + 1);
         let full = self.left(set, place, None);
-        (0..count).any(|position| self.left(set, place, Some(position)) < HANGS * full)
+        (0..count).any(|position| self.left(set, place, Some(position)) < self.hangs * full)
     }
 
     /// Norm of a member's column outside the model and the other members, without the rows of one position.

@@ -4,12 +4,13 @@
 //! other explanation is taken back, and what it explained is unexplained again. Where the rest follows the order of time, it is no noise, and
 //! all names must stand against it.
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
+use super::criteria::{Question, without};
 use super::noise::Weighted;
 use super::pass::{Outcome, Pass, Seen};
 use super::posterior::{self, Posterior};
 use super::repair::repaired;
-use super::search::{Found, Question, without};
+use super::search::Found;
 use super::serial::{self, Serial};
 use super::sets::Rival;
 use super::settings::Settings;
@@ -62,8 +63,8 @@ pub(super) fn vetted(
 fn probabilities(seen: &Seen, set: &[usize], rivals: &[Rival], whole: bool, settings: &Settings) -> Vec<f64> {
     let columns: Vec<&Vec<f64>> = seen.candidates.iter().map(|c| &c.column).collect();
     let basis = seen.weighted.estimate.factor.thin_q();
-    let support = Support { weighted: &seen.weighted, basis, columns: &columns, positions: &[] };
-    let question = Question::without_families(settings, &seen.plausibility_penalty, &support);
+    let support = Support { weighted: &seen.weighted, basis, columns: &columns, positions: &[], hangs: settings.hangs };
+    let question = Question::without_families(settings, &seen.plausibility_penalty, Some(&support));
     let own = |(place, member): (usize, &usize)| {
         let posterior = posterior::of(&seen.evidence, &without(set, place), *member, whole, &question);
         with_aliases(&posterior, *member, |j| rivals.iter().any(|own| own.place == place && own.candidate == j))

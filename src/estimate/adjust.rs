@@ -4,31 +4,19 @@
     reason = "`System::check` has made observed, u and group as long as the rows, and group numbers smaller; per-group lists have `groups::count` entries, per-unknown ones the columns"
 )]
 
-use super::basis::Combination;
 use super::compress::Compressed;
-use super::condition::condition;
 use super::factor::Factor;
 use super::groups::ScaleHints;
 use super::refine::Refined;
+use super::unknowns::Unknowns;
 use super::{Group, Settings, System, groups, refine};
 use crate::error::{Fault, Malformed, Result};
-use faer::Mat;
 
 /// What the readings say about the unknowns, and how well. Every number in it is finite.
 #[derive(Debug, Clone)]
 pub struct Estimate {
-    /// Best linear unbiased estimate of the unknowns, `n`; unknowns outside the basis are zero (a basic solution).
-    pub solution: Vec<f64>,
-    /// Number of independent columns.
-    pub rank: usize,
-    /// Whether the readings determine the unknown by itself, `n`.
-    pub estimable: Vec<bool>,
-    /// `(A' P A)^-1` with `P = 1/u^2` (`1/(s_g u)^2` where several scales were estimated), `n x n`; zero outside the basis.
-    pub cofactor: Mat<f64>,
-    /// Covariance of the solution, `n x n`; a scale that is not determined enters as 1, so see `standard_uncertainty`.
-    pub covariance: Mat<f64>,
-    /// Standard uncertainty of each unknown; `None` where it is not estimable, or depends on a scale that is not determined.
-    pub standard_uncertainty: Vec<Option<f64>>,
+    /// What they say of the unknowns.
+    pub unknowns: Unknowns,
     /// Observed minus fitted, `m`, in the unit of the reading.
     pub residuals: Vec<f64>,
     /// Diagonal of the hat matrix `Q Q'`, `m`, from 0 to 1.
@@ -47,14 +35,6 @@ pub struct Estimate {
     pub group_iterations: usize,
     /// Whether the scales settled.
     pub group_converged: bool,
-    /// Condition number in the 2-norm of the weighted, column-scaled basis; `None` if it is empty.
-    pub condition: Option<f64>,
-    /// What the readings leave free, one combination of few unknowns per rank defect.
-    pub not_estimable: Vec<Combination>,
-    /// Along which direction it is free: unknowns may move along it and no reading changes. In the same order.
-    pub free_directions: Vec<Combination>,
-    /// What is determined of the unknowns that are not estimable alone.
-    pub estimable_combinations: Vec<Combination>,
     /// Steps of iterative refinement.
     pub refinements: usize,
     /// The factorisation, for sensitivities, projections and other right-hand sides.
@@ -65,11 +45,6 @@ impl Estimate {
     /// Residual standard deviation of unit weight, `sqrt(sum_of_squares / dof)`; `None` without degrees of freedom.
     pub fn residual_sd(&self) -> Option<f64> {
         (self.dof > 0).then(|| (self.sum_of_squares / self.dof as f64).sqrt())
-    }
-
-    /// Is this unknown determined by the rows? Nothing beyond the unknowns is.
-    pub(crate) fn is_estimable(&self, unknown: usize) -> bool {
-        self.estimable.get(unknown) == Some(&true)
     }
 
     /// The scale of a group; 1, which leaves its relative uncertainties as they are, where its rows do not determine one
@@ -106,8 +81,8 @@ impl Estimate {
 ///     group: vec![Group::Estimated(0); 3],
 /// };
 /// let line = adjust(&system, &Settings::default())?;
-/// assert!((line.solution[0] - 7.0 / 6.0).abs() < 1e-15 && (line.solution[1] - 1.5).abs() < 1e-15);
-/// assert!((line.covariance[(1, 1)] - 1.0 / 12.0).abs() < 1e-15);
+/// assert!((line.unknowns.solution[0] - 7.0 / 6.0).abs() < 1e-15 && (line.unknowns.solution[1] - 1.5).abs() < 1e-15);
+/// assert!((line.unknowns.covariance[(1, 1)] - 1.0 / 12.0).abs() < 1e-15);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn adjust(system: &System, settings: &Settings) -> Result<Estimate> {
@@ -131,9 +106,7 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     let factor = Factor::new(system.rows.as_ref(), weight, 0, settings.rank_tolerance)?;
     let fit = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements);
 
-    let (m, n) = system.shape();
-    let rank = factor.rank();
-    let dof = m - rank;
+    let dof = system.u.len() - factor.rank();
     let leverage = factor.leverages();
     let redundancy: Vec<f64> = leverage.iter().map(|h| 1.0 - h).collect();
     let sum_of_squares: f64 = fit.residuals.iter().zip(&system.u).map(|(v, u)| (v / u) * (v / u)).sum();
@@ -145,24 +118,17 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
     }
 
     let mut group_scale = scales.scale;
-    let cofactor = factor.cofactor();
-    let mut covariance = cofactor.clone();
+    let mut common = 1.0;
     if alone && dof > 0 {
         // no hint, no floor
         let least = hints.least.first().copied().unwrap_or(0.0);
-        let variance = (sum_of_squares / dof as f64).max(least * least);
-        group_scale = vec![Some(variance.sqrt())];
-        covariance *= faer::Scale(variance);
+        common = (sum_of_squares / dof as f64).max(least * least);
+        group_scale = vec![Some(common.sqrt())];
     }
-    let estimable = factor.dependence.estimable(&factor.basis, n);
     let undetermined = depends_on_undetermined(system, &factor, &group_scale);
-    let standard_uncertainty =
-        (0..n).map(|j| (estimable[j] && !undetermined[j]).then(|| covariance[(j, j)].sqrt())).collect();
     let estimate = Estimate {
-        rank,
-        cofactor,
-        covariance,
-        standard_uncertainty,
+        unknowns: Unknowns::new(&factor, fit.solution, common, |j| !undetermined[j]),
+        residuals: fit.residuals,
         leverage,
         redundancy,
         sum_of_squares,
@@ -171,13 +137,6 @@ pub fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &Setting
         group_redundancy,
         group_iterations: scales.iterations,
         group_converged: scales.converged,
-        condition: condition(&factor.r),
-        not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
-        free_directions: factor.dependence.directions(&factor.basis, &factor.scale),
-        estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),
-        estimable,
-        solution: fit.solution,
-        residuals: fit.residuals,
         refinements: fit.steps,
         factor,
     };
@@ -267,11 +226,9 @@ fn depends_on_undetermined(system: &System, factor: &Factor, scale: &[Option<f64
 impl Estimate {
     /// The promise that every number is finite, kept or refused.
     fn in_range(self) -> Result<Self> {
-        let matrices = [&self.cofactor, &self.covariance];
-        let entries = matrices.into_iter().flat_map(|matrix| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)));
-        let mut values = self.solution.iter().chain(&self.residuals).chain([&self.sum_of_squares]).chain(entries);
-        let finite = values.all(|value| value.is_finite());
-        drop(values);
+        let finite = self.unknowns.is_finite()
+            && self.sum_of_squares.is_finite()
+            && self.residuals.iter().all(|v| v.is_finite());
         if finite {
             return Ok(self);
         }

@@ -14,6 +14,25 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - virtual_b)) + (b - virtual_b))
 }
 
+/// A sum whose rounding errors are kept.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sum {
+    high: f64,
+    low: f64,
+}
+
+impl Sum {
+    pub(crate) fn add(&mut self, value: f64) {
+        let (sum, error) = two_sum(self.high, value);
+        self.high = sum;
+        self.low += error;
+    }
+
+    pub(crate) fn value(self) -> f64 {
+        self.high + self.low
+    }
+}
+
 /// `a = high + low` with at most 26 bits each (Veltkamp); overflows above 1e300.
 #[inline(always)]
 fn split(a: f64) -> (f64, f64) {
@@ -110,6 +129,13 @@ mod tests {
         let a = [1e8, 3.0, -1e8, 0.1, -0.1];
         let b = [1e8, 1.0, 1e8, 0.1, 0.1];
         assert_eq!(compensated_dot(&a, &b), 3.0);
+    }
+
+    #[test]
+    fn sums_keep_what_is_small_beside_them() {
+        let mut sum = Sum::default();
+        [1.0, 1e100, 1.0, -1e100].into_iter().for_each(|x| sum.add(x));
+        assert_eq!(sum.value(), 2.0);
     }
 
     #[test]

@@ -382,16 +382,17 @@ mod tests {
                     group: vec![Group::Known; m],
                 };
                 let single = adjust(&system, &Settings::default()).unwrap();
-                let condition = single.condition.unwrap();
+                let condition = single.unknowns.condition.unwrap();
                 assert!(eight.condition[l] >= condition && eight.condition[l] < 5.0 * condition);
                 for j in 0..n {
-                    let u = single.standard_uncertainty[j].unwrap();
+                    let u = single.unknowns.standard_uncertainty[j].unwrap();
                     assert!(
-                        (eight.solution[j][l] - single.solution[j]).abs() < 1e-13 * u.max(single.solution[j].abs())
+                        (eight.solution[j][l] - single.unknowns.solution[j]).abs()
+                            < 1e-13 * u.max(single.unknowns.solution[j].abs())
                     );
                     for i in 0..n {
-                        let (own, other) = (eight.cofactor(i, j, l), single.cofactor[(i, j)]);
-                        assert!((own - other).abs() < 1e-13 * u * single.standard_uncertainty[i].unwrap());
+                        let (own, other) = (eight.cofactor(i, j, l), single.unknowns.cofactor[(i, j)]);
+                        assert!((own - other).abs() < 1e-13 * u * single.unknowns.standard_uncertainty[i].unwrap());
                     }
                 }
                 assert!((eight.squares[l] - single.sum_of_squares).abs() < 1e-13 * single.sum_of_squares);

@@ -173,28 +173,32 @@ pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings
     }
     let basis = estimate.factor.basis().iter().map(|k| user(*k)).collect();
     let embedding = Embedding { lift: lift.clone(), basis, scale };
-    estimate.solution =
-        embedding.direction(&estimate.solution).iter().zip(offset).map(|(along, offset)| along + offset).collect();
+    estimate.unknowns.solution = embedding
+        .direction(&estimate.unknowns.solution)
+        .iter()
+        .zip(offset)
+        .map(|(along, offset)| along + offset)
+        .collect();
     let spread = |inner: &Mat<f64>| lift * inner * lift.transpose();
-    estimate.cofactor = spread(&estimate.cofactor);
-    estimate.covariance = spread(&estimate.covariance);
+    estimate.unknowns.cofactor = spread(&estimate.unknowns.cofactor);
+    estimate.unknowns.covariance = spread(&estimate.unknowns.covariance);
     let follows = |j: usize| (0..kept.len()).filter(move |t| lift[(j, *t)] != 0.0);
-    let estimable: Vec<bool> = (0..n).map(|j| follows(j).all(|t| estimate.estimable[t])).collect();
-    estimate.standard_uncertainty = (0..n)
+    let estimable: Vec<bool> = (0..n).map(|j| follows(j).all(|t| estimate.unknowns.estimable[t])).collect();
+    estimate.unknowns.standard_uncertainty = (0..n)
         .map(|j| {
-            let known = follows(j).all(|t| estimate.standard_uncertainty[t].is_some());
-            known.then(|| estimate.covariance[(j, j)].max(0.0).sqrt())
+            let known = follows(j).all(|t| estimate.unknowns.standard_uncertainty[t].is_some());
+            known.then(|| estimate.unknowns.covariance[(j, j)].max(0.0).sqrt())
         })
         .collect();
-    estimate.estimable = estimable;
+    estimate.unknowns.estimable = estimable;
     let rename = |combinations: &mut Vec<Combination>| {
         for (k, _) in combinations.iter_mut().flat_map(|c| c.terms.iter_mut()) {
             *k = user(*k);
         }
     };
-    rename(&mut estimate.not_estimable);
-    rename(&mut estimate.free_directions);
-    rename(&mut estimate.estimable_combinations);
+    rename(&mut estimate.unknowns.not_estimable);
+    rename(&mut estimate.unknowns.free_directions);
+    rename(&mut estimate.unknowns.estimable_combinations);
     estimate.factor.embedding = Some(embedding);
     Ok(estimate)
 }

@@ -4,10 +4,9 @@
     reason = "`check` compares observed and u with the rows before they are used; the triangle has `unknowns + carried + 1` columns, square, from the constructor on"
 )]
 
-use super::basis::Combination;
 use super::compensated::accumulate;
-use super::condition::condition;
 use super::factor::Factor;
+use super::unknowns::Unknowns;
 use super::{Group, Settings, System, panel, refine};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::short_dot;
@@ -29,7 +28,7 @@ use faer::{Mat, MatRef, Par};
 ///     fold.push(faer::mat![[1.0]].as_ref(), &[reading], &[1.0])?;
 /// }
 /// let mean = fold.finish(Group::Estimated(0), &Settings::default())?;
-/// assert!((mean.solution[0] - 3.0).abs() < 1e-14 && (mean.sum_of_squares - 14.0).abs() < 1e-13);
+/// assert!((mean.unknowns.solution[0] - 3.0).abs() < 1e-14 && (mean.sum_of_squares - 14.0).abs() < 1e-13);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -44,18 +43,8 @@ pub struct Fold {
 /// An estimate without what belongs to single rows.
 #[derive(Debug, Clone)]
 pub struct Folded {
-    /// Estimate of the unknowns, `n`; unknowns outside the basis are what the first block left them at.
-    pub solution: Vec<f64>,
-    /// Number of independent columns.
-    pub rank: usize,
-    /// Whether the readings determine the unknown by itself, `n`.
-    pub estimable: Vec<bool>,
-    /// `(A' P A)^-1` with `P = 1/u^2`, `n x n`; zero outside the basis.
-    pub cofactor: Mat<f64>,
-    /// Covariance of the solution, `n x n`, with the scale; without degrees of freedom the scale enters as 1.
-    pub covariance: Mat<f64>,
-    /// Standard uncertainty of each unknown, `None` where there is none.
-    pub standard_uncertainty: Vec<Option<f64>>,
+    /// What the rows say of the unknowns; the covariance with the scale.
+    pub unknowns: Unknowns,
     /// `sum (v/u)^2`.
     pub sum_of_squares: f64,
     /// Rows folded.
@@ -64,16 +53,8 @@ pub struct Folded {
     pub dof: usize,
     /// The estimated scale, `None` where `u` is known or there are no degrees of freedom.
     pub scale: Option<f64>,
-    /// Condition number as in [`super::Estimate::condition`].
-    pub condition: Option<f64>,
     /// `ln |A' P A|` of the independent columns.
     pub log_determinant: f64,
-    /// What is not estimable, in as few unknowns as will do, as in [`super::Estimate::not_estimable`].
-    pub not_estimable: Vec<Combination>,
-    /// Directions in which the readings leave the unknowns free.
-    pub free_directions: Vec<Combination>,
-    /// What is determined of the unknowns that are not estimable alone.
-    pub estimable_combinations: Vec<Combination>,
 }
 
 impl Fold {
@@ -150,7 +131,7 @@ impl Fold {
         let point = match self.substituted() {
             Some(point) => point,
             // columns that depend on others: the solution of those that do not
-            None => self.finish(Group::Known, &Settings::default()).ok()?.solution,
+            None => self.finish(Group::Known, &Settings::default()).ok()?.unknowns.solution,
         };
         let size = short_dot(observed, observed).sqrt();
         let small = |(j, x): (usize, &f64)| {
@@ -191,7 +172,7 @@ impl Fold {
         }
         own.triangle.col_as_slice_mut(n)[..n].copy_from_slice(&self.triangle.col_as_slice(n + column)[..n]);
         own.rows = self.rows;
-        Ok(Some(own.finish(Group::Known, settings)?.solution))
+        Ok(Some(own.finish(Group::Known, settings)?.unknowns.solution))
     }
 
     /// The triangle of all rows so far, square: it has the inner products of the weighted columns, and of the observations about [`Fold::about`].
@@ -215,43 +196,21 @@ impl Fold {
         let rest = observed[n..].iter().chain(&fit.residuals);
         let sum_of_squares = rest.map(|v| v * v).sum::<f64>();
         fit.solution.iter_mut().zip(&self.about).for_each(|(x, about)| *x += about);
-        let rank = factor.rank();
-        let dof = self.rows.saturating_sub(rank);
-        let cofactor = factor.cofactor();
-        let mut covariance = cofactor.clone();
-        let mut scale = None;
-        if let Group::Estimated(_) = group
-            && dof > 0
-        {
-            let variance = sum_of_squares / dof as f64;
-            covariance *= faer::Scale(variance);
-            scale = Some(variance.sqrt());
-        }
-        let estimable = factor.dependence.estimable(&factor.basis, n);
+        let dof = self.rows.saturating_sub(factor.rank());
+        let scale = match group {
+            Group::Estimated(_) if dof > 0 => Some((sum_of_squares / dof as f64).sqrt()),
+            _ => None,
+        };
+        let variance = if scale.is_some() { sum_of_squares / dof as f64 } else { 1.0 };
         let determined = group == Group::Known || scale.is_some();
-        let standard_uncertainty =
-            (0..n).map(|j| (estimable[j] && determined).then(|| covariance[(j, j)].sqrt())).collect();
+        let logarithm = |(k, j): (usize, &usize)| 2.0 * (factor.r[(k, k)].abs().ln() + factor.scale[*j].ln());
         Ok(Folded {
-            solution: fit.solution,
-            rank,
-            cofactor,
-            covariance,
-            standard_uncertainty,
+            unknowns: Unknowns::new(&factor, fit.solution, variance, |_| determined),
             sum_of_squares,
             rows: self.rows,
             dof,
             scale,
-            condition: condition(&factor.r),
-            log_determinant: factor
-                .basis
-                .iter()
-                .enumerate()
-                .map(|(k, j)| 2.0 * (factor.r[(k, k)].abs().ln() + factor.scale[*j].ln()))
-                .sum(),
-            not_estimable: factor.dependence.not_estimable(&factor.basis, &factor.scale),
-            free_directions: factor.dependence.directions(&factor.basis, &factor.scale),
-            estimable_combinations: factor.dependence.estimable_combinations(&factor.basis, &factor.scale),
-            estimable,
+            log_determinant: factor.basis.iter().enumerate().map(logarithm).sum(),
         })
     }
 }

@@ -99,22 +99,22 @@ pub fn restrict(system: &System, estimate: &Estimate, inequalities: &[Inequality
         solution: x.to_vec(),
         active: Vec::new(),
         cost: 0.0,
-        covariance: estimate.covariance.clone(),
+        covariance: estimate.unknowns.covariance.clone(),
     };
     if inequalities.is_empty() {
-        return free(&estimate.solution);
+        return free(&estimate.unknowns.solution);
     }
-    let unknowns = estimate.solution.len();
+    let unknowns = estimate.unknowns.solution.len();
     let is_of_another = |inequality: &Inequality| match inequality {
         Inequality::Range { terms: list, .. } | Inequality::Norm { of: list, .. } => {
             list.iter().any(|(j, _)| *j >= unknowns)
         }
     };
-    if !estimate.not_estimable.is_empty() || inequalities.iter().any(is_of_another) {
+    if !estimate.unknowns.not_estimable.is_empty() || inequalities.iter().any(is_of_another) {
         return Restricted::NotApplied;
     }
     let along = estimate.factor.whitened_directions();
-    let mut problem = Problem { free: &estimate.solution, along: &along, unit: 1.0, sides: Vec::new() };
+    let mut problem = Problem { free: &estimate.unknowns.solution, along: &along, unit: 1.0, sides: Vec::new() };
     for (k, inequality) in inequalities.iter().enumerate() {
         if !problem.add(k, inequality) {
             let mut alone = vec![k];
@@ -125,7 +125,7 @@ pub fn restrict(system: &System, estimate: &Estimate, inequalities: &[Inequality
     let origin = vec![0.0; along.ncols()];
     let worst = problem.sides.iter().map(|side| side.face.violation(&origin)).fold(0.0_f64, f64::max);
     if worst <= 0.0 {
-        return free(&estimate.solution);
+        return free(&estimate.unknowns.solution);
     }
     // without degrees of freedom no violation is within the noise
     let least = if scale_estimated(system) { estimate.residual_sd().unwrap_or(0.0) } else { 1.0 } * 1e-6;

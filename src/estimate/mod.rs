@@ -10,6 +10,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
+//! | `unknowns.rs` | what an estimate says of the unknowns, whether its rows are at hand or folded |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
 //! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
 //! | `stacked.rs` | many systems of one shape, each with a design of its own |
@@ -56,9 +57,11 @@ pub mod scatter;
 mod sequential;
 mod small_qr;
 mod stacked;
+mod unknowns;
 
 pub use adjust::{Estimate, Solution, adjust, adjust_hinted, solve};
 pub use basis::{Combination, Coupling};
+pub(crate) use compensated::Sum;
 pub(crate) use cone_program::solver_settings;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
@@ -67,12 +70,12 @@ pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};
 pub use scale_uncertainty::ScaleUncertainty;
 pub use scatter::{
-    Felt, Floor, Line, LineState, Memory, Pattern, Scattered, Stepped, Variances, Whitening, adjust_scattered,
+    Felt, Floor, LineState, Memory, Pattern, ScatterLine, Scattered, Stepped, Variances, Whitening, adjust_scattered,
     step_scattered,
 };
 pub use sequential::Sequential;
-pub(crate) use sequential::Sum;
 pub use stacked::{Stacked, adjust_stacked};
+pub use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;

@@ -9,6 +9,7 @@
 //! squares of them is generalised least squares of the rows, one row at a time, and the logarithms of the innovations' variances add up to `log |V|`.
 //! (R. E. Kalman 1960; A. C. Harvey, "Forecasting, structural time series models and the Kalman filter", 1989, section 3.4.)
 
+use super::compensated::Sum;
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
 
@@ -38,25 +39,6 @@ pub struct Sequential {
     logarithms: Sum,
     /// For each row of a block: what the mean keeps on its way to the row, the gain, one over the innovation's standard deviation.
     gains: Vec<[f64; 3]>,
-}
-
-/// A sum whose rounding errors are kept (A. Neumaier 1974).
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Sum {
-    high: f64,
-    low: f64,
-}
-
-impl Sum {
-    pub(crate) fn add(&mut self, value: f64) {
-        let sum = self.high + value;
-        self.low += if self.high.abs() >= value.abs() { (self.high - sum) + value } else { (value - sum) + self.high };
-        self.high = sum;
-    }
-
-    pub(crate) fn value(self) -> f64 {
-        self.high + self.low
-    }
 }
 
 impl Sequential {

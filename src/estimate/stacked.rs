@@ -99,10 +99,13 @@ pub fn adjust_stacked(
                     group: vec![if group == Group::Known { Group::Known } else { Group::Estimated(0) }; m],
                 };
                 let single = adjust(&system, settings).map_err(|error| error.under(&format!("system {k}")))?;
-                found.solution[k * n..(k + 1) * n].copy_from_slice(&single.solution);
+                found.solution[k * n..(k + 1) * n].copy_from_slice(&single.unknowns.solution);
                 let slots = &mut found.standard_uncertainty[k * n..(k + 1) * n];
-                slots.iter_mut().zip(&single.standard_uncertainty).for_each(|(slot, u)| *slot = u.unwrap_or(f64::NAN));
-                (found.sum_of_squares[k], found.rank[k]) = (single.sum_of_squares, single.rank);
+                slots
+                    .iter_mut()
+                    .zip(&single.unknowns.standard_uncertainty)
+                    .for_each(|(slot, u)| *slot = u.unwrap_or(f64::NAN));
+                (found.sum_of_squares[k], found.rank[k]) = (single.sum_of_squares, single.unknowns.rank);
             }
         }
     }

@@ -66,7 +66,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         })
         .collect();
     checks.normality = quality::normality(&studentized);
-    if step.robust.is_some() || step.change != estimate.solution {
+    if step.robust.is_some() || step.change != estimate.unknowns.solution {
         // residuals are not those of least squares here
         return checks;
     }

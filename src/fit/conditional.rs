@@ -43,7 +43,7 @@ pub(super) fn conditional(
     settings: &Settings,
 ) -> Result<Vec<Conditional>> {
     let mut found = Vec::new();
-    let defects = &estimate.free_directions;
+    let defects = &estimate.unknowns.free_directions;
     let rows = campaign.readings.rows.len() * campaign.bench.sensors.len();
     if defects.is_empty() || defects.len() > MOST || rows > MOST_ROWS || !campaign.constraints.is_empty() {
         return Ok(found);

@@ -257,7 +257,7 @@ impl Found {
             return own;
         }
         let (fit, before) = (self.misfit(campaign), other.misfit(campaign));
-        let rank = (self.step.estimate.rank, other.step.estimate.rank);
+        let rank = (self.step.estimate.unknowns.rank, other.step.estimate.unknowns.rank);
         fit < before - MATTERS || (rank.0 > rank.1 && fit <= before + MATTERS)
     }
 

@@ -20,7 +20,7 @@ pub(super) fn solve(system: &System, plain: &Estimate, readings: usize) -> (Vec<
     let weight = |i: usize| 1.0 / system.u[i];
     let unit = {
         let sum: f64 = (0..m).map(|i| (plain.residuals[i] * weight(i)).abs()).sum();
-        if sum > 0.0 { sum / m as f64 } else { return (plain.solution.clone(), true) }
+        if sum > 0.0 { sum / m as f64 } else { return (plain.unknowns.solution.clone(), true) }
     };
     // columns: v (in `unit`s), then t of each reading
     let (mut start, mut index, mut value) = (vec![0], Vec::new(), Vec::new());
@@ -72,15 +72,15 @@ pub(super) fn solve(system: &System, plain: &Estimate, readings: usize) -> (Vec<
     let settings = solver_settings(300);
     let cones = [SupportedConeT::NonnegativeConeT(2 * readings)];
     let Ok(mut solver) = DefaultSolver::new(&quadratic, &linear, &constraints, &bounds, &cones, settings) else {
-        return (plain.solution.clone(), false);
+        return (plain.unknowns.solution.clone(), false);
     };
     solver.solve();
     let v: Vec<f64> = solver.solution.x.iter().take(rank).map(|v| v * unit).collect();
     if v.len() < rank || v.iter().any(|v| !v.is_finite()) {
-        return (plain.solution.clone(), false);
+        return (plain.unknowns.solution.clone(), false);
     }
     let v = if readings == m { vertex(&moved, plain, &weight, &v) } else { v };
-    let mut solution = plain.solution.clone();
+    let mut solution = plain.unknowns.solution.clone();
     for (k, v) in v.iter().enumerate() {
         solution.iter_mut().zip(directions.col_as_slice(k)).for_each(|(x, t)| *x += t * v);
     }

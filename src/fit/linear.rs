@@ -101,7 +101,7 @@ impl From<Step> for Linear {
                 Weights::Rows(weights)
             }
         };
-        let (residuals, rank) = (step.estimate.residuals, step.estimate.rank);
+        let (residuals, rank) = (step.estimate.residuals, step.estimate.unknowns.rank);
         Linear { system: step.system, change: step.change, residuals, rank, scales: Vec::new(), weights }
     }
 }

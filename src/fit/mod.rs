@@ -10,6 +10,7 @@ mod azimuth;
 mod checks;
 mod conditional;
 mod conformity;
+mod covariance_root;
 mod gauss_newton;
 mod least_absolute;
 mod linear;
@@ -342,7 +343,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
         settings.level,
         (&weak, judged_at.as_deref()),
     );
-    let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
+    let free: Vec<f64> = design.point.iter().zip(&estimate.unknowns.solution).map(|(x, dx)| x + dx).collect();
     let at_bound = rules::at_bound(campaign, &constraints);
     let bounded = matches!(constraints, Constraints::Met { .. });
     let allowed = |k| if bounded { rules::allowed(campaign, k) } else { (f64::NEG_INFINITY, f64::INFINITY) };
@@ -356,7 +357,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let stated = noise.sources.iter().all(|source| !source.estimated);
     let global_test = quality::global_test(&system, &estimate, settings.level).filter(|_| stated);
     let judged = match judged_at {
-        Some(point) if !estimate.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
+        Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
         _ => None,
     };
     let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);

@@ -143,7 +143,7 @@ impl ScatterSources {
         }
         let mut noise = ScatterSources {
             sensitivities,
-            covariance: estimate.covariance.clone(),
+            covariance: estimate.unknowns.covariance.clone(),
             spread: None,
             correction: None,
             leans: Vec::new(),
@@ -251,7 +251,7 @@ impl ScatterSources {
         let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
         ScatterSources {
             sensitivities: found.sensitivities.clone(),
-            covariance: &found.estimate.covariance + &found.correction,
+            covariance: &found.estimate.unknowns.covariance + &found.correction,
             spread: estimated.then(|| found.spread.clone()),
             correction: estimated.then(|| found.correction.clone()),
             leans,
@@ -303,8 +303,10 @@ impl ScatterSources {
     /// What a variance estimated as zero takes off the others cannot be drawn alone: with such a line, all that the readings tell of is drawn
     /// together.
     pub(super) fn scatter(&self) -> Vec<monte_carlo::Scatter> {
-        let factored =
-            |share: &Mat<f64>, dof: f64| monte_carlo::Scatter { factor: super::propagate::factor(share), dof };
+        let factored = |share: &Mat<f64>, dof: f64| monte_carlo::Scatter {
+            factor: super::covariance_root::covariance_root(share),
+            dof,
+        };
         let felt = self.sources.iter().filter(|s| s.variance > 0.0 && s.share.nrows() > 0);
         let below = self.sources.iter().any(VarianceSource::is_below_zero);
         let (mut joint, mut all) = (Mat::zeros(self.covariance.nrows(), self.covariance.nrows()), Vec::new());

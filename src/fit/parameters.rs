@@ -203,7 +203,7 @@ impl<'a> BudgetInputs<'a> {
         allowed: impl Fn(usize) -> (f64, f64),
     ) -> Vec<ParameterResult> {
         let result = |(k, parameter): (usize, &Parameter)| {
-            let estimable = self.estimate.is_estimable(k);
+            let estimable = self.estimate.unknowns.is_estimable(k);
             let mut along = vec![0.0; self.campaign.unknowns()];
             if let Some(one) = along.get_mut(k) {
                 *one = 1.0;
@@ -242,7 +242,7 @@ impl<'a> BudgetInputs<'a> {
         let small = |k: usize| self.campaign.parameters.get(k).is_some_and(|p| p.kind == Kind::Tilt || p.unit == "1");
         let sensitive = along.iter().enumerate().filter(|(k, _)| small(*k));
         let largest = sensitive.fold(0.0_f64, |most, (_, c)| most.max(c.abs()));
-        self.estimate.free_directions.iter().all(|direction| {
+        self.estimate.unknowns.free_directions.iter().all(|direction| {
             let (change, terms) = moved(&direction.terms, along);
             let held = direction.terms.iter().any(|(k, _)| self.weak.contains(k));
             if change <= if held { NEARLY_SAME } else { SAME } * terms {
@@ -280,7 +280,7 @@ impl<'a> BudgetInputs<'a> {
                 budget,
             }
         };
-        self.estimate.estimable_combinations.iter().map(result).collect()
+        self.estimate.unknowns.estimable_combinations.iter().map(result).collect()
     }
 
     /// Results of the derived quantities: first order, `c = d quantity / d parameters` at the estimate.
@@ -296,7 +296,7 @@ impl<'a> BudgetInputs<'a> {
             let along = gradient.part(..campaign.unknowns());
             let finite = value.is_finite() && gradient.iter().all(|c| c.is_finite());
             let mut there: Vec<f64> = vec![0.0; ids.len()];
-            let judged = self.judged_at.filter(|_| !self.estimate.free_directions.is_empty()).and_then(|at| {
+            let judged = self.judged_at.filter(|_| !self.estimate.unknowns.free_directions.is_empty()).and_then(|at| {
                 let value = tape.gradient(at, &mut Scratch::default(), &mut there);
                 (value.is_finite() && there.iter().all(|c| c.is_finite())).then_some(there.as_slice())
             });

@@ -38,12 +38,12 @@ const UNITS: [f64; PLACES + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1
 
 pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
     let campaign = &fit.campaign;
-    let absurd = fit.estimate.condition.filter(|condition| *condition > ABSURD);
+    let absurd = fit.estimate.unknowns.condition.filter(|condition| *condition > ABSURD);
     let mut found: Vec<Sentence> = angles(campaign)
         .into_iter()
         .filter_map(|(name, values)| {
             // no unknowns: nothing is near singular
-            radians(&values, fit.estimate.condition.unwrap_or(1.0))
+            radians(&values, fit.estimate.unknowns.condition.unwrap_or(1.0))
                 .then(|| sentence!("all-values-of-lie-within-degrees-and", name))
         })
         .collect();

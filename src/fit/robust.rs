@@ -92,7 +92,7 @@ pub(super) fn estimate(
         if *stage == RobustMethod::L1 {
             let (solution, converged) = super::least_absolute::solve(system, &plain, readings);
             weighted.residuals = residuals(system, &solution);
-            weighted.solution = solution;
+            weighted.unknowns.solution = solution;
             record.converged = converged;
             scale = scales(system, &weighted, groups);
             weights = (0..m)
@@ -123,7 +123,7 @@ pub(super) fn estimate(
             }
         }
     }
-    let inflation = inflation(system, &weighted, &scale, readings, plain.rank, method);
+    let inflation = inflation(system, &weighted, &scale, readings, plain.unknowns.rank, method);
     record.weights = weights;
     Ok(Robust { weighted, plain, scale, inflation, record })
 }

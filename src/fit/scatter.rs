@@ -5,7 +5,7 @@ use crate::campaign::{Campaign, Deviating, Per, Scatter, Size};
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Felt, Floor, Line, Memory, Pattern, System, Variances, Whitening};
+use crate::estimate::{Felt, Floor, Memory, Pattern, ScatterLine, System, Variances, Whitening};
 use std::borrow::Cow;
 
 /// The campaign with the shorthand `--remount` spelled out: each sensor's offset per position.
@@ -36,11 +36,11 @@ pub(crate) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'
 /// The lines at a design's point, one for each line of the campaign, in its order.
 ///
 /// `u` are the standard uncertainties of the rows: a correlation of sensors shares out a part of them, see [`own_noise`].
-pub fn scatter_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<Line> {
+pub fn scatter_lines(campaign: &Campaign, design: &DesignMatrix, u: &[f64]) -> Vec<ScatterLine> {
     campaign.scatter.iter().map(|line| scatter_line(campaign, design, u, line)).collect()
 }
 
-fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Scatter) -> Line {
+fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Scatter) -> ScatterLine {
     let (level_of, _) = line.per.levels(campaign);
     let readings = &campaign.readings;
     let column = |name: &str| readings.columns.iter().position(|c| c == name);
@@ -91,7 +91,7 @@ fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Sc
         Size::Estimated => None,
     };
     let variance = if matches!(line.of, Deviating::Correlated(..)) { Some(1.0) } else { variance };
-    Line { felt, variance, memory }
+    ScatterLine { felt, variance, memory }
 }
 
 /// What the rows keep of their standard uncertainties where a correlation shares out a part: `sqrt(1 - |r|) u`.

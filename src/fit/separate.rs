@@ -48,14 +48,15 @@ pub(crate) fn separations(
     estimate: &Estimate,
     weak: &[usize],
 ) -> Vec<RankDefect> {
-    if estimate.not_estimable.is_empty() {
+    if estimate.unknowns.not_estimable.is_empty() {
         return Vec::new();
     }
     let search = Search::new(campaign, model, design);
     estimate
+        .unknowns
         .not_estimable
         .iter()
-        .zip(&estimate.free_directions)
+        .zip(&estimate.unknowns.free_directions)
         .map(|(combination, free)| {
             let involved: Vec<usize> = free.terms.iter().map(|(k, _)| *k).collect();
             let is_weak = involved.iter().any(|k| weak.contains(k));
@@ -64,6 +65,7 @@ pub(crate) fn separations(
                 free: describe(campaign, combination),
                 direction: describe(campaign, free),
                 estimable: estimate
+                    .unknowns
                     .estimable_combinations
                     .iter()
                     .filter(|c| c.terms.iter().any(|(k, _)| involved.contains(k)))

@@ -105,7 +105,7 @@ pub(super) fn weak(
         let mut worst: Option<(f64, usize)> = None;
         for k in asked.iter().copied().filter(|k| !found.contains(k)) {
             let variance = if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
-            if !step.estimate.is_estimable(k) || !(variance > 0.0) {
+            if !step.estimate.unknowns.is_estimable(k) || !(variance > 0.0) {
                 continue;
             }
             let along: Vec<f64> =

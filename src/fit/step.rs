@@ -55,11 +55,11 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         };
         let noise = ScatterSources::robust(campaign, design, &system, &found.plain, factor, covariance.clone());
         let mut estimate = found.plain.clone();
-        estimate.solution = found.weighted.solution;
+        estimate.unknowns.solution = found.weighted.unknowns.solution;
         estimate.residuals = found.weighted.residuals;
         estimate.factor = found.weighted.factor;
         estimate.group_scale = estimate.group_scale.iter().zip(&found.scale).map(|(old, s)| old.map(|_| *s)).collect();
-        estimate.covariance = covariance;
+        estimate.unknowns.covariance = covariance;
         settled = found.record.converged;
         robust_record = Some(found.record);
         (estimate, noise)
@@ -91,7 +91,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let noise = ScatterSources::independent(campaign, design, &system, &estimate);
         (estimate, noise)
     };
-    let mut change = estimate.solution.clone();
+    let mut change = estimate.unknowns.solution.clone();
     let constraints = match contradiction {
         Some(named) => Constraints::Contradictory(named),
         None if campaign.constraints.is_empty() => Constraints::None,
@@ -105,7 +105,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             constraints
         }
     };
-    if change != estimate.solution {
+    if change != estimate.unknowns.solution {
         estimate.residuals = residuals(&system, &change);
     }
     Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled })
@@ -169,7 +169,7 @@ fn inequalities(
     rules: &Rules,
     design: &DesignMatrix,
 ) -> (Constraints, Option<Vec<f64>>) {
-    let free: Vec<f64> = design.point.iter().zip(&estimate.solution).map(|(x, dx)| x + dx).collect();
+    let free: Vec<f64> = design.point.iter().zip(&estimate.unknowns.solution).map(|(x, dx)| x + dx).collect();
     match restrict(system, estimate, &rules.inequalities) {
         Restricted::NotApplied => (Constraints::NotApplied, None),
         Restricted::Infeasible(which) => {
@@ -205,7 +205,7 @@ fn inequalities(
 /// An estimate from whitened rows, with residuals, leverages and redundancies of the readings as they were read.
 fn as_read(system: &System, noise: &ScatterSources, found: &Scattered) -> Estimate {
     let mut estimate = found.estimate.clone();
-    estimate.residuals = residuals(system, &estimate.solution);
+    estimate.residuals = residuals(system, &estimate.unknowns.solution);
     let m = system.observed.len();
     estimate.leverage = (0..m)
         .map(|i| {
@@ -216,7 +216,7 @@ fn as_read(system: &System, noise: &ScatterSources, found: &Scattered) -> Estima
     estimate.redundancy = estimate.leverage.iter().map(|h| 1.0 - h).collect();
     estimate.group_scale = found.group_variance.iter().map(|v| v.map(f64::sqrt)).collect();
     estimate.group_redundancy = vec![estimate.dof as f64; estimate.group_scale.len()];
-    estimate.covariance = noise.covariance.clone();
+    estimate.unknowns.covariance = noise.covariance.clone();
     estimate.group_iterations = found.iterations;
     estimate.group_converged = found.converged;
     estimate

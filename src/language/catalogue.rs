@@ -1,9 +1,8 @@
 //! The catalogues: Fluent files, read once.
 
-use super::{Language, Sentence};
+use super::{Argument, Language};
 use fluent_bundle::concurrent::FluentBundle;
-use fluent_bundle::{FluentArgs, FluentResource, FluentValue};
-use std::borrow::Cow;
+use fluent_bundle::{FluentArgs, FluentResource};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
@@ -12,81 +11,6 @@ const CHINESE: &str = include_str!("../../data/language/zh.ftl");
 
 static READ_ENGLISH: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::English));
 static READ_CHINESE: LazyLock<Catalogue> = LazyLock::new(|| Catalogue::read(Language::Chinese));
-
-/// An argument of a message.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Argument {
-    /// Text, as it is.
-    Text(String),
-    /// How many: chooses the plural.
-    Count(usize),
-    /// A sentence within a sentence.
-    Sentence(Box<Sentence>),
-}
-
-impl Argument {
-    fn value(&self, language: Language) -> FluentValue<'_> {
-        match self {
-            Argument::Text(text) => FluentValue::from(text.as_str()),
-            Argument::Count(n) => FluentValue::from(*n),
-            Argument::Sentence(sentence) => FluentValue::from(sentence.say(language)),
-        }
-    }
-}
-
-/// What can stand as an argument.
-pub trait Value {
-    /// It as an argument.
-    fn argument(&self) -> Argument;
-}
-
-impl<T: Value + ?Sized> Value for &T {
-    fn argument(&self) -> Argument {
-        (**self).argument()
-    }
-}
-
-impl Value for str {
-    fn argument(&self) -> Argument {
-        Argument::Text(self.to_string())
-    }
-}
-
-impl Value for String {
-    fn argument(&self) -> Argument {
-        Argument::Text(self.clone())
-    }
-}
-
-impl Value for Cow<'_, str> {
-    fn argument(&self) -> Argument {
-        Argument::Text(self.to_string())
-    }
-}
-
-impl Value for usize {
-    fn argument(&self) -> Argument {
-        Argument::Count(*self)
-    }
-}
-
-impl Value for u64 {
-    fn argument(&self) -> Argument {
-        Argument::Text(self.to_string())
-    }
-}
-
-impl Value for f64 {
-    fn argument(&self) -> Argument {
-        Argument::Text(self.to_string())
-    }
-}
-
-impl Value for Sentence {
-    fn argument(&self) -> Argument {
-        Argument::Sentence(Box::new(self.clone()))
-    }
-}
 
 /// The messages of one language.
 pub(super) struct Catalogue {

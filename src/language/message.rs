@@ -1,6 +1,7 @@
 //! A message with its arguments, to be said later in any language.
 
-use super::{Argument, Language};
+use super::Language;
+use fluent_bundle::FluentValue;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -103,5 +104,80 @@ impl JsonSchema for Sentence {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         String::json_schema(generator)
+    }
+}
+
+/// An argument of a message.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Argument {
+    /// Text, as it is.
+    Text(String),
+    /// How many: chooses the plural.
+    Count(usize),
+    /// A sentence within a sentence.
+    Sentence(Box<Sentence>),
+}
+
+impl Argument {
+    pub(super) fn value(&self, language: Language) -> FluentValue<'_> {
+        match self {
+            Argument::Text(text) => FluentValue::from(text.as_str()),
+            Argument::Count(n) => FluentValue::from(*n),
+            Argument::Sentence(sentence) => FluentValue::from(sentence.say(language)),
+        }
+    }
+}
+
+/// What can stand as an argument.
+pub trait Value {
+    /// It as an argument.
+    fn argument(&self) -> Argument;
+}
+
+impl<T: Value + ?Sized> Value for &T {
+    fn argument(&self) -> Argument {
+        (**self).argument()
+    }
+}
+
+impl Value for str {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for String {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.clone())
+    }
+}
+
+impl Value for Cow<'_, str> {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for usize {
+    fn argument(&self) -> Argument {
+        Argument::Count(*self)
+    }
+}
+
+impl Value for u64 {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for f64 {
+    fn argument(&self) -> Argument {
+        Argument::Text(self.to_string())
+    }
+}
+
+impl Value for Sentence {
+    fn argument(&self) -> Argument {
+        Argument::Sentence(Box::new(self.clone()))
     }
 }

@@ -21,8 +21,8 @@ mod catalogue;
 mod message;
 mod names;
 
-pub use catalogue::{Argument, Value, keys};
-pub use message::Sentence;
+pub use catalogue::keys;
+pub use message::{Argument, Sentence, Value};
 pub use names::names;
 
 use std::borrow::Cow;

@@ -28,12 +28,14 @@ pub(super) fn chinese(text: &str) -> Option<String> {
 
 /// The English texts that have a translation, as the file has them.
 pub fn names() -> impl Iterator<Item = String> {
+    // the project's own file, which a test reads
     let names: BTreeMap<String, String> = serde_json::from_str(CHINESE).unwrap_or_default();
     names.into_keys()
 }
 
 impl Names {
     fn read(text: &str) -> Self {
+        // the project's own file, which a test reads
         let all: BTreeMap<String, String> = serde_json::from_str(text).unwrap_or_default();
         let (patterns, whole): (Vec<_>, Vec<_>) = all.into_iter().partition(|(english, _)| english.contains('{'));
         let mut patterns: Vec<Pattern> =

@@ -6,16 +6,13 @@ use super::measured::CHANNEL_NAMES;
 use super::refine::Walk;
 use super::walk::Linear;
 
-/// Another cause that fits worse by no more than this, in variances of the noise, cannot be told here.
-const ALIKE: f64 = 9.0;
-
 /// Sets in which two members together are compared with other pairs.
 const PAIRED: usize = 8;
 
 impl Walk<'_> {
     pub(super) fn aliases(&self, linear: &Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
         let own = set.get(place).and_then(|j| linear.causes.get(*j));
-        let rivals = linear.products.rivals(set, place, ALIKE * scale * scale);
+        let rivals = linear.products.rivals(set, place, self.case.settings.common.indistinguishable * scale * scale);
         let alone: Vec<usize> = rivals.iter().map(|(j, ..)| *j).collect();
         let one = |(j, excess, exact): (usize, f64, bool)| -> Option<Alias> {
             let source = *linear.causes.get(j)?;
@@ -57,7 +54,7 @@ impl Walk<'_> {
         if set.len() > PAIRED {
             return found;
         }
-        let excess = ALIKE * scale * scale;
+        let excess = self.case.settings.common.indistinguishable * scale * scale;
         let is_constant = |j: &usize| linear.causes.get(*j).is_some_and(Cause::is_constant);
         let constants: Vec<usize> = (0..linear.causes.len()).filter(is_constant).collect();
         for other in (0..set.len()).filter(|other| *other != place) {

@@ -6,17 +6,16 @@ use super::errors::{ErrorSource, ImuErrors};
 use super::gap::Gap;
 use super::measured::{CHANNELS, Channels, Measured};
 use super::mission::Mission;
+use super::settings::Settings;
 use super::signatures;
-use super::whiten::whiten;
-use crate::diagnosis::{NoiseFrom, Settings};
+use super::whiten::{Walks, whiten};
+use crate::diagnosis::NoiseFrom;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
 use crate::uncertainty::quantiles::chi_square_survival;
 use std::rc::Rc;
 
-/// An error that even at its largest admissible size stays below so many standard deviations cannot be seen.
-const UNSEEN: f64 = 5.0;
 /// A cell that is left out has so many times its standard uncertainty.
 const LEFT_OUT: f64 = 1e7;
 /// Size of a finite difference, in standard deviations of all values together.
@@ -53,11 +52,7 @@ pub(super) struct Flown {
 
 impl<'a> Case<'a> {
     pub fn new(mission: &'a Mission, measured: &'a Measured, settings: &Settings) -> Result<Self> {
-        if !(settings.significance > 0.0 && settings.significance < 1.0) {
-            return Err(Malformed::new(Fault::Value, "the significance is no probability")
-                .expected("a number between 0 and 1, for example 0.01")
-                .found(settings.significance.to_string()));
-        }
+        settings.common.check()?;
         let stated = measured.cells().all(|cell| cell.u.is_some());
         if mission.errors.is_noisy() && !stated {
             return Err(Malformed::new(Fault::Missing, "random walks and unknown noise cannot be told apart")
@@ -98,6 +93,11 @@ impl<'a> Case<'a> {
         }
         let (columns, raw, there) = (Rc::new(columns), Rc::new(raw), Rc::new(there));
         Some(Case { columns, raw, there, around: *errors, ..self.clone() })
+    }
+
+    /// The same question with random walks that the mission does not state.
+    pub fn with_walks(&self, walks: Walks) -> Case<'a> {
+        Case { columns: Rc::new(self.columns.walking(walks)), ..self.clone() }
     }
 
     /// The question of the first rows alone, which `early` holds: `kept` says which values those are.
@@ -258,7 +258,7 @@ impl<'a> Case<'a> {
 
     /// Causes that these data cannot show at any size that a navigator's unit has: norms of their weighted columns.
     pub fn is_invisible(&self, cause: &Cause, norm: f64) -> bool {
-        !(norm * cause.limit() > UNSEEN)
+        !(norm * cause.limit() > self.settings.unseen)
     }
 
     /// A gap; cells that are left out count neither in it nor in its degrees of freedom.

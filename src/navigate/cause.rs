@@ -25,6 +25,8 @@ pub enum Cause {
     Changing(ErrorSource, Change),
     /// A random walk of the gyros or the accelerometers, the same on each axis, that the mission does not state.
     RandomWalk(Instrument),
+    /// A random walk of the biases of the gyros or the accelerometers: of one axis, or the same on each (`None`). No mission states it.
+    BiasWalk(Instrument, Option<usize>),
     /// The reference is wrong in one channel: by a constant (`None`), or by what changes in time.
     Reference(usize, Option<Change>),
     /// One value is wrong: the number of its row (from 1, runs after one another), its channel, and its place among all values.
@@ -81,7 +83,8 @@ impl Change {
 }
 
 impl Cause {
-    /// Its name: `gyro_bias_x`, `gyro_bias_x:ramp`, `reference:phi_up_arcsec`, `reference:position_east_m:step(7200)`, `reading:17`.
+    /// Its name: `gyro_bias_x`, `gyro_bias_x:ramp`, `reference:phi_up_arcsec`, `reference:position_east_m:step(7200)`, `rate_random_walk_x`,
+    /// `reading:17`.
     ///
     /// ```
     /// use tumble::navigate::cause::{Cause, Change};
@@ -93,6 +96,11 @@ impl Cause {
             Cause::Changing(source, change) => format!("{}:{}", source.id(), change.id()),
             Cause::RandomWalk(Instrument::Gyro) => "angle_random_walk".into(),
             Cause::RandomWalk(_) => "velocity_random_walk".into(),
+            Cause::BiasWalk(instrument, axis) => {
+                let walk =
+                    if *instrument == Instrument::Gyro { "rate_random_walk" } else { "acceleration_random_walk" };
+                axis.map_or(walk.into(), |axis| format!("{walk}_{}", axis_name(axis)))
+            }
             Cause::Reference(channel, None) => format!("reference:{}", column(*channel)),
             Cause::Reference(channel, Some(change)) => format!("reference:{}:{}", column(*channel), change.id()),
             Cause::Reading { row, .. } => format!("reading:{row}"),
@@ -106,6 +114,14 @@ impl Cause {
             Cause::Changing(source, change) => format!("{}, {}", name(source), change.in_words()),
             Cause::RandomWalk(Instrument::Gyro) => "angle random walk of the gyros, the same on each axis".into(),
             Cause::RandomWalk(_) => "velocity random walk of the accelerometers, the same on each axis".into(),
+            Cause::BiasWalk(Instrument::Gyro, None) => "rate random walk of the gyros, the same on each axis".into(),
+            Cause::BiasWalk(Instrument::Gyro, Some(axis)) => {
+                format!("rate random walk of the {} gyro", axis_name(*axis))
+            }
+            Cause::BiasWalk(_, None) => "acceleration random walk of the accelerometers, the same on each axis".into(),
+            Cause::BiasWalk(_, Some(axis)) => {
+                format!("acceleration random walk of the {} accelerometer", axis_name(*axis))
+            }
             Cause::Reference(2, None) => "heading offset of the reference".into(),
             Cause::Reference(channel, None) => format!("offset of the reference in {}", column(*channel)),
             Cause::Reference(channel, Some(Change::Ramp)) => format!("drift of the reference in {}", column(*channel)),
@@ -123,6 +139,8 @@ impl Cause {
             Cause::Changing(source, change) => (source.unit(), Some(*change)),
             Cause::RandomWalk(Instrument::Gyro) => ("deg/sqrt(h)", None),
             Cause::RandomWalk(_) => ("(m/s)/sqrt(h)", None),
+            Cause::BiasWalk(Instrument::Gyro, _) => ("(deg/h)/sqrt(h)", None),
+            Cause::BiasWalk(..) => ("g/sqrt(h)", None),
             Cause::Reference(channel, change) => (channel_unit(*channel), *change),
             Cause::Reading { channel, .. } => (channel_unit(*channel), None),
         };
@@ -140,6 +158,8 @@ impl Cause {
             Cause::Changing(source, change) => (source.si_per_unit(), Some(*change)),
             Cause::RandomWalk(Instrument::Gyro) => (1f64.to_radians() / 60.0, None),
             Cause::RandomWalk(_) => (1.0 / 60.0, None),
+            Cause::BiasWalk(Instrument::Gyro, _) => (1f64.to_radians() / 3600.0 / 60.0, None),
+            Cause::BiasWalk(..) => (super::earth::STANDARD_GRAVITY / 60.0, None),
             Cause::Reference(channel, change) => (si_per_unit(*channel), *change),
             Cause::Reading { channel, .. } => (si_per_unit(*channel), None),
         };
@@ -153,7 +173,7 @@ impl Cause {
             // over an hour
             Cause::Changing(source, Change::Ramp) => source.limit() / 3600.0,
             Cause::Changing(source, _) => source.limit(),
-            Cause::RandomWalk(_) | Cause::Reference(..) | Cause::Reading { .. } => f64::INFINITY,
+            Cause::RandomWalk(_) | Cause::BiasWalk(..) | Cause::Reference(..) | Cause::Reading { .. } => f64::INFINITY,
         }
     }
 
@@ -188,9 +208,14 @@ impl Cause {
             Cause::Reference(_, None) => 3.5,
             Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)) => 4.0,
             Cause::Changing(..) | Cause::Reference(..) => 5.0,
-            Cause::RandomWalk(_) => 4.0,
+            Cause::RandomWalk(_) | Cause::BiasWalk(..) => 4.0,
             Cause::Reading { .. } => 0.0,
         }
+    }
+
+    /// Is it a course of time: a ramp, a step, a warm-up of the unit or the reference?
+    pub fn is_course(&self) -> bool {
+        matches!(self, Cause::Changing(..) | Cause::Reference(_, Some(_)))
     }
 
     /// Does it change in time, or is it the reference's?
@@ -225,6 +250,10 @@ fn column(channel: usize) -> &'static str {
     CHANNEL_NAMES.at(channel)
 }
 
+fn axis_name(axis: usize) -> &'static str {
+    ["x", "y", "z"].get(axis).copied().unwrap_or("?") // three axes
+}
+
 fn channel_unit(channel: usize) -> &'static str {
     match channel {
         0..3 => "arcsec",
@@ -235,8 +264,7 @@ fn channel_unit(channel: usize) -> &'static str {
 
 /// An error source in the field's words.
 fn name(source: &ErrorSource) -> String {
-    let axes = ["x", "y", "z"];
-    let axis = |i: usize| axes.get(i).copied().unwrap_or("?");
+    let axis = axis_name;
     let direction = ["east", "north", "up"].get(source.axis).copied().unwrap_or("?");
     let own = axis(source.axis);
     let instrument = match source.instrument {

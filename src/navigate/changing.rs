@@ -18,6 +18,7 @@ use super::errors::{ErrorSource, ImuErrors, Kind};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures::{Instant, instants, motion, predicted_together, times};
+use super::whiten::Walks;
 use crate::elements::Elements;
 use crate::number;
 use nalgebra::{SMatrix, SVector};
@@ -31,14 +32,16 @@ const GRID: f64 = 1000.0;
 const SIZE: Channels = [1.0, 1.0, 1.0, 7.9e3, 7.9e3, 6.4e6, 6.4e6];
 
 /// What the causes' columns are made of.
+#[derive(Clone)]
 pub(super) struct Columns {
     runs: Vec<Run>,
-    /// Instants at the measured rows where the mission has random walks; else empty.
-    pub walks: Vec<Vec<Instant>>,
+    /// Random walks of the mission at the measured rows.
+    pub walks: Walks,
     sources: Vec<ErrorSource>,
 }
 
 /// One run.
+#[derive(Clone)]
 struct Run {
     /// Times of the rows, and which channels were measured there.
     rows: Vec<(f64, [bool; CHANNELS])>,
@@ -80,11 +83,11 @@ impl Run {
 impl Columns {
     pub fn new(mission: &Mission, measured: &Measured) -> Columns {
         let sources = ErrorSource::catalogue();
-        let (mut runs, mut walks) = (Vec::new(), Vec::new());
+        let (mut runs, mut walks) = (Vec::new(), Walks::default());
         for (run, own) in measured.runs.iter().zip(times(measured)) {
             let own = Run::new(mission, run, &own, &sources, |all| instants(mission, motion(mission, run.motion), all));
             if mission.errors.is_noisy() {
-                walks.push(own.at_rows.clone());
+                walks.instants.push(own.at_rows.clone());
             }
             runs.push(own);
         }
@@ -120,6 +123,11 @@ impl Columns {
         Columns { runs, walks: self.walks.clone(), sources: self.sources.clone() }
     }
 
+    /// The same with other random walks.
+    pub fn walking(&self, walks: Walks) -> Columns {
+        Columns { walks, ..self.clone() }
+    }
+
     /// The column of a cause: SI of the channel per SI of the cause, all runs after one another.
     pub fn of(&self, cause: &Cause) -> Vec<f64> {
         let mut column = Vec::new();
@@ -129,14 +137,19 @@ impl Columns {
                     let j = self.sources.iter().position(|own| own == source).unwrap_or(usize::MAX);
                     run.at_rows.iter().map(|own| own.signatures.at(j)).collect()
                 }
-                Cause::Changing(source, change) => self.changing(run, source, *change),
+                Cause::Changing(source, change) => {
+                    let jump = if let Change::Step(start) = change { Some(*start) } else { None };
+                    self.course(run, source, &|time| change.at(time), &|time| change.slope(time), jump)
+                }
                 Cause::Reference(channel, change) => {
                     let value = |time: f64| change.map_or(1.0, |change| change.at(time));
                     let one = |time: f64| std::array::from_fn(|c| if c == *channel { value(time) } else { 0.0 });
                     run.rows.iter().map(|(time, _)| one(*time)).collect()
                 }
                 // a random walk has no column: it is of the noise
-                Cause::RandomWalk(_) | Cause::Reading { .. } => vec![[0.0; CHANNELS]; run.rows.len()],
+                Cause::RandomWalk(_) | Cause::BiasWalk(..) | Cause::Reading { .. } => {
+                    vec![[0.0; CHANNELS]; run.rows.len()]
+                }
             };
             for ((_, measured), value) in run.rows.iter().zip(values) {
                 column.extend(value.iter().zip(measured).filter(|(_, measured)| **measured).map(|(value, _)| *value));
@@ -148,7 +161,32 @@ impl Columns {
         column
     }
 
-    fn changing(&self, run: &Run, source: &ErrorSource, change: Change) -> Vec<Channels> {
+    /// A bias that waves, `x cos(w t)` and `x sin(w t)`: no cause of the catalogue, but what a random walk must be told from.
+    pub fn waves(&self, source: &ErrorSource, rate: f64) -> [Vec<f64>; 2] {
+        let of = |f: &dyn Fn(f64) -> f64, slope: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let mut column = Vec::new();
+            for run in &self.runs {
+                for ((_, measured), value) in run.rows.iter().zip(self.course(run, source, f, slope, None)) {
+                    column.extend(value.iter().zip(measured).filter(|(_, is)| **is).map(|(value, _)| *value));
+                }
+            }
+            column
+        };
+        [
+            of(&|t| (rate * t).cos(), &|t| -rate * (rate * t).sin()),
+            of(&|t| (rate * t).sin(), &|t| rate * (rate * t).cos()),
+        ]
+    }
+
+    /// A bias that follows `f`, with its slope and the time at which it jumps from none to all.
+    fn course(
+        &self,
+        run: &Run,
+        source: &ErrorSource,
+        f: &dyn Fn(f64) -> f64,
+        slope_of: &dyn Fn(f64) -> f64,
+        jump: Option<f64>,
+    ) -> Vec<Channels> {
         let Some(j) = self.sources.iter().position(|own| own == source) else { return Vec::new() };
         let place = biases(&self.sources).position(|own| own == j);
         let Some(carried) = place.and_then(|k| run.carried.get(k)) else {
@@ -158,21 +196,21 @@ impl Columns {
         let mut integral = Vector::zeros();
         let mut next = 0;
         let mut before: Option<(f64, Vector)> = None;
-        let mut jumped = !matches!(change, Change::Step(_));
+        let mut jumped = jump.is_none();
         let mut values = Vec::with_capacity(run.rows.len());
         for ((time, _), own) in run.rows.iter().zip(&run.at_rows) {
             while let (Some(at), Some(value)) = (run.grid.get(next), carried.get(next)) {
                 if *at > *time {
                     break;
                 }
-                let slope = value * change.slope(*at);
+                let slope = value * slope_of(*at);
                 if let Some((last, old)) = before {
                     integral += (old + slope) * (0.5 * (at - last));
                 }
                 before = Some((*at, slope));
                 next += 1;
             }
-            if let (Change::Step(start), false) = (change, jumped)
+            if let (Some(start), false) = (jump, jumped)
                 && *time >= start
             {
                 integral += between(&run.grid, carried, start);
@@ -181,7 +219,7 @@ impl Columns {
             // from the last time of the grid to the row
             let rest = before.map_or(Vector::zeros(), |(last, slope)| slope * (time - last));
             let signature = own.signatures.at(j);
-            let f = if let Change::Step(_) = change { f64::from(u8::from(jumped)) } else { change.at(*time) };
+            let f = if jump.is_some() { f64::from(u8::from(jumped)) } else { f(*time) };
             let gone = psi(own) * (integral + rest);
             values.push(std::array::from_fn(|i| f * signature[i] - SIZE[i] * gone[i]));
         }

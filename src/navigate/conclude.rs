@@ -1,7 +1,8 @@
 //! From a walk that has ended to a diagnosis.
 
 use super::cause::Cause;
-use super::diagnose::{Finding, NavigationDiagnosis, Suspect, Unexplained};
+use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
+use super::partly::Partly;
 use super::refine::{State, Walk};
 use super::remainder::Remainder;
 use super::separate;
@@ -12,10 +13,27 @@ use crate::linear::dot;
 use crate::uncertainty::quantiles::normal_survival;
 
 impl Walk<'_> {
-    pub fn conclude(self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
+    /// The diagnosis of a state; or, where it is not complete, of what stands beside an unexplained rest.
+    pub fn conclude(mut self, state: &State, gap: &[f64]) -> Result<NavigationDiagnosis> {
+        let complete = self.is_complete(state);
+        self.part = (0.9, 1.0);
+        let partly = if complete { None } else { self.partly(state) };
+        let rest = if complete { 0.0 } else { state.rss };
+        let state = partly.as_ref().map_or(state, |own| &own.state);
+        self.concluded(state, gap, complete, partly.as_ref(), rest)
+    }
+
+    /// `rest` is the sum of squares that the nearest set leaves where nothing stands.
+    fn concluded(
+        &self,
+        state: &State,
+        gap: &[f64],
+        complete: bool,
+        partly: Option<&Partly>,
+        rest: f64,
+    ) -> Result<NavigationDiagnosis> {
         let case = &self.case;
         let u = self.u;
-        let complete = self.is_complete(state);
         let left = case.left(&state.flown.predicted);
         let before = case.gap(gap, u, &[], 0);
         let after = case.gap(&left, u, &state.out, state.set.len());
@@ -24,10 +42,11 @@ impl Walk<'_> {
             _ if case.values.len() < 3 => Verdict::NotDiagnosable,
             (true, true) => Verdict::NothingMissing,
             (true, false) => Verdict::EffectsFound,
+            (false, _) if partly.is_some() => Verdict::PartlyExplained,
             (false, _) => Verdict::Unexplained,
         };
-        let found = verdict == Verdict::EffectsFound;
-        let mut findings = if found { self.findings(state, gap) } else { Vec::new() };
+        let found = matches!(verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
+        let mut findings = if found { self.findings(state, gap, partly) } else { Vec::new() };
         if found {
             let present = |cause: &Cause| {
                 let member = state.set.iter().position(|own| own == cause);
@@ -37,18 +56,30 @@ impl Walk<'_> {
                 let [column] = column;
                 column
             };
-            separate::separate(case.mission, case.measured, u, &present, &state.set, &mut findings)?;
+            separate::separate(
+                case.mission,
+                case.measured,
+                u,
+                &present,
+                &state.set,
+                case.settings.tells,
+                &mut findings,
+            )?;
             findings.sort_by(|a, b| b.t.abs().total_cmp(&a.t.abs()));
         }
         let mut explained = left.clone();
         state.out.iter().for_each(|at| explained.get_mut(*at).into_iter().for_each(|slot| *slot = 0.0));
         let rest_of = if found { &explained[..] } else { gap };
-        let rest = Remainder { mission: case.mission, measured: case.measured, u, before: gap, after: rest_of };
-        let suspects = if verdict == Verdict::EffectsFound { self.suspects(state, &left) } else { Vec::new() };
-        let unexplained = (verdict == Verdict::Unexplained).then(|| {
-            let (cells, pattern) = rest.pattern();
-            let nearest = if state.set.len() <= 8 { state.set.clone() } else { Vec::new() };
-            let share = if before.chi_square > 0.0 { 1.0 - after.chi_square / before.chi_square } else { 0.0 };
+        let remainder = Remainder { mission: case.mission, measured: case.measured, u, before: gap, after: rest_of };
+        let suspects = if found { self.suspects(state, &left) } else { Vec::new() };
+        let unexplained = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained).then(|| {
+            let (cells, pattern) = remainder.pattern();
+            let share = if before.chi_square > 0.0 { 1.0 - rest / before.chi_square } else { 0.0 };
+            let (nearest, share) = match partly {
+                Some(own) => (own.nearest.clone(), own.nearest_share),
+                None if state.set.len() <= 8 => (state.set.clone(), share),
+                None => (Vec::new(), share),
+            };
             Unexplained { pattern, cells, nearest, nearest_explains: share.max(0.0) }
         });
         let invisible = case.causes.iter().filter_map(Cause::constant).filter(|source| {
@@ -70,8 +101,8 @@ impl Walk<'_> {
             after: if found { case.with(&state.set, &state.values) } else { case.mission.errors },
             noise: case.from,
             gap: [before, if found { after } else { before }],
-            channels: rest.channels(),
-            gaps_over_time: rest.gaps_over_time(),
+            channels: remainder.channels(),
+            gaps_over_time: remainder.gaps_over_time(),
             unexplained,
             suspects,
             steps: steps.collect(),
@@ -92,7 +123,7 @@ impl Walk<'_> {
         suspects
     }
 
-    fn findings(&self, state: &State, gap: &[f64]) -> Vec<Finding> {
+    fn findings(&self, state: &State, gap: &[f64], partly: Option<&Partly>) -> Vec<Finding> {
         let case = &self.case;
         let linear = self.linear(state);
         let set: Vec<usize> =
@@ -103,14 +134,29 @@ impl Walk<'_> {
         let rss = linear.products.solve(&set).map_or(state.rss, |solved| solved.rss);
         // where the noise is what is left, its own size counts
         let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
-        let scale = if case.from == NoiseFrom::Residuals { (rss / dof).sqrt() } else { 1.0 };
+        let scale = match partly {
+            _ if case.from == NoiseFrom::Residuals => (rss / dof).sqrt(),
+            Some(_) => (rss / dof).sqrt().max(1.0),
+            None => 1.0,
+        };
+        // in a complete set each competes with all others too
+        let plain = partly.is_none().then(|| self.plain(&linear, state, true));
         let tests = self.distinct as f64;
         // t beyond all numbers: certain
         let p_of = |t: f64, tests: f64| (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests).min(1.0);
         let mut findings = Vec::new();
         for (place, cause) in state.set.iter().enumerate() {
             let (Some(value), Some(u)) = (state.values.get(place).copied(), state.u.get(place)) else { continue };
-            let u = scale * u;
+            let stands = match (partly, &plain) {
+                (Some(own), _) => own.stands.get(place).copied(),
+                (None, Some(plain)) => plain.stands(&set, place, true, &case.settings.common),
+                (None, None) => None,
+            };
+            // beside an unexplained rest the uncertainty counts it
+            let u = match stands.filter(|_| partly.is_some()) {
+                Some(stands) if stands.t != 0.0 => (value / stands.t).abs(),
+                _ => scale * u,
+            };
             let mut others = set.clone();
             others.remove(place);
             let without = linear.products.solve(&others).map_or(rss, |solved| solved.rss);
@@ -120,7 +166,8 @@ impl Walk<'_> {
                 value,
                 u: Some(u).filter(|u| u.is_finite()),
                 t,
-                p: p_of(t, tests),
+                p: stands.filter(|_| partly.is_some()).map_or(p_of(t, tests), |own| own.p),
+                probability: stands.map(|own| own.probability),
                 explains: ((without - rss) / whole).clamp(0.0, 1.0),
                 aliases: self.aliases(&linear, &set, place, scale),
                 separate_by: Vec::new(),
@@ -128,18 +175,27 @@ impl Walk<'_> {
         }
         let cells: Vec<_> = case.measured.cells().collect();
         let left = case.left(&state.flown.predicted);
-        if let Some(wander) = self.wander {
+        if let Some(wander) = &self.wander {
             // against the values' own noise, without any walk
             let square = |values: &[f64]| values.iter().zip(self.u).map(|(v, u)| (v / u) * (v / u)).sum::<f64>();
             let t = wander.gain.max(0.0).sqrt();
+            let other = |(source, density, excess): &(Cause, f64, f64)| Alias {
+                source: *source,
+                value: Some(*density),
+                exact: false,
+                excess: *excess,
+                absurd: false,
+                together_with: None,
+            };
             findings.push(Finding {
-                source: wander.cause(),
+                source: wander.cause,
                 value: wander.density,
                 u: Some(wander.u),
                 t,
                 p: p_of(t, tests),
+                probability: None,
                 explains: ((square(&left) - rss) / square(gap).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
-                aliases: Vec::new(),
+                aliases: wander.others.iter().map(other).collect(),
                 separate_by: Vec::new(),
             });
         }
@@ -153,6 +209,7 @@ impl Walk<'_> {
                 u: Some(u),
                 t: value / u,
                 p: p_of(value / u, case.values.len() as f64),
+                probability: None,
                 explains: (gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole).clamp(0.0, 1.0),
                 aliases: Vec::new(),
                 separate_by: Vec::new(),

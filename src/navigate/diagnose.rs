@@ -10,11 +10,12 @@
 //! the full simulation, with derivatives by differences of it (`refine.rs`), and looked at again from there (`walk.rs`). If no single cause will
 //! do, the walk begins with all biases that a unit has, fitted together and then pruned; where the gap is large, fitted to the first rows
 //! before the later ones, and with columns made anew around them. Then, where fewer causes of another kind may do, from nothing. Random walks
-//! that the mission states are whitened away (`whiten.rs`); one that it does not state is looked for where nothing else fits (`wander.rs`).
+//! that the mission states are whitened away (`whiten.rs`); one that it does not state, white or of a bias, is looked for where nothing else fits
+//! (`wander.rs`). Where no set leaves noise, what stands against the noise and the unexplained rest is named (`partly.rs`).
 //! Known errors of the mission are the current model: what is found is a change of them.
 //!
-//! The search is one of its own, beside that of `tumble diagnose` for campaigns: each of its sets is flown, and the columns move with it.
-//! Deliberately absent: biases that walk at random (rate random walk). They come out as unexplained.
+//! Complete sets are looked for by a search of its own, as each of its sets is flown and the columns move with it; evidence against a rest,
+//! probabilities and thresholds are those of `tumble diagnose` for campaigns.
 
 use super::case::Case;
 use super::cause::Cause;
@@ -25,8 +26,9 @@ use super::mission::Mission;
 use super::refine::Walk;
 use super::remainder::{self, ChannelGap, GapOverTime};
 use super::separate::DiscriminatingMotion;
+use super::settings::Settings;
 use super::walk;
-use crate::diagnosis::{NoiseFrom, Settings, Step, Verdict};
+use crate::diagnosis::{NoiseFrom, Step, Verdict};
 use crate::error::{Fault, Malformed, Result};
 
 /// Another error that explains the same.
@@ -59,6 +61,8 @@ pub struct Finding {
     pub t: f64,
     /// Family-wise probability of evidence as strong by chance.
     pub p: f64,
+    /// Probability that it, or a cause that cannot be told from it, is present; `None` for random walks and single values.
+    pub probability: Option<f64>,
     /// Share of the gap's sum of squares that it takes off, the others given.
     pub explains: f64,
     /// What else it could be.
@@ -149,15 +153,15 @@ const STEADY: f64 = 0.02;
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn diagnose(mission: &Mission, measured: &Measured, settings: &Settings) -> Result<NavigationDiagnosis> {
-    diagnose_with(mission, measured, settings, &mut |_| {})
+    diagnose_with(mission, measured, settings, &mut |_, _| {})
 }
 
-/// The same; `progress` is told what is being tried.
+/// The same; `progress` is told about what share of the work is done, and what is being tried.
 pub fn diagnose_with(
     mission: &Mission,
     measured: &Measured,
     settings: &Settings,
-    progress: &mut dyn FnMut(&str),
+    progress: &mut dyn FnMut(f64, &str),
 ) -> Result<NavigationDiagnosis> {
     let over_a_pole = || {
         Malformed::new(Fault::Value, "the mission's own errors carry its navigator over a pole")
@@ -172,7 +176,11 @@ pub fn diagnose_with(
     let mut u = case.first_u(&gap);
     for round in 0..ROUNDS {
         let tests = walk::penalty(&case, &u);
-        let mut walk = Walk::new(case.clone(), &u, tests, &mut *progress);
+        let mut tell = |share: f64, trying: &str| progress(share, trying);
+        let mut walk = Walk::new(case.clone(), &u, tests, &mut tell);
+        // of noise that is estimated in rounds each takes half of what is left
+        let done = 1.0 - 0.5_f64.powf(round as f64);
+        walk.part = if case.from == NoiseFrom::Stated { (0.0, 0.8) } else { (done, 0.5 + 0.5 * done) };
         let state = walk.run().ok_or_else(over_a_pole)?;
         if case.from == NoiseFrom::Residuals && round + 1 < ROUNDS {
             let better = case.u_of(&case.left(&state.flown.predicted), state.set.len(), &gap);
@@ -183,10 +191,15 @@ pub fn diagnose_with(
         }
         let Some(wander) = walk.wander(&state) else { return walk.conclude(&state, &gap) };
         // the same question of a mission that states the random walk
-        let stated = wander.stated(mission);
+        let stated = wander.stated(mission).unwrap_or_else(|| mission.clone());
         let cost = walk.is_complete(&state).then(|| walk.score(&state) + case.spread(&u, &state.out));
-        let with = Case::new(&stated, measured, settings)?;
-        let mut other = Walk::new(with.clone(), &u, tests, &mut *walk.progress);
+        let with = match wander.cause {
+            Cause::RandomWalk(_) => Case::new(&stated, measured, settings)?,
+            _ => walk.beside(&case, &wander),
+        };
+        let mut again = |share: f64, trying: &str| (walk.progress)(share, trying);
+        let mut other = Walk::new(with.clone(), &u, tests, &mut again);
+        other.part = (0.8, 0.9);
         other.wander = Some(wander);
         if let Some(found) = other.run()
             && other.is_complete(&found)

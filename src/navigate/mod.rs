@@ -13,6 +13,8 @@
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | [`cause`], `changing` | what can be behind a gap, and what it does |
 //! | `search`, `refine` (`sharpen`, `single`), `walk` | a few of many columns by inner products; sets of causes refined on the full simulation; both in turn |
+//! | `partly` | what stands beside something that nothing explains, by the search of campaigns |
+//! | [`settings`] | every threshold, with its reason |
 //! | `wander` | a random walk that the mission does not state |
 //! | [`diagnose`] (`case`, `conclude`, `aliases`), [`separate`], [`remainder`] | the diagnosis, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
@@ -34,6 +36,7 @@ pub mod measured;
 mod mechanise;
 pub mod mission;
 pub mod motion;
+mod partly;
 pub mod propagation;
 pub mod quadrature;
 mod refine;
@@ -41,6 +44,7 @@ pub mod remainder;
 pub mod run;
 mod search;
 pub mod separate;
+pub mod settings;
 mod sharpen;
 pub mod signatures;
 mod simd_batch;

@@ -54,18 +54,32 @@ pub(super) struct Walk<'a> {
     pub ordinary: Option<State>,
     /// A random walk that the mission does not state and that has been added to it.
     pub wander: Option<Wander>,
-    pub progress: &'a mut dyn FnMut(&str),
+    /// The part of the whole that is being done: its start and its end, shares.
+    pub part: (f64, f64),
+    pub progress: &'a mut Progress<'a>,
 }
+
+/// What is told of a long search: the share that is done, about, and what is being tried.
+pub(super) type Progress<'a> = dyn FnMut(f64, &str) + 'a;
 
 impl<'a> Walk<'a> {
     pub fn new(
         case: Case<'a>,
         u: &'a [f64],
         (penalty, distinct): (f64, usize),
-        progress: &'a mut dyn FnMut(&str),
+        progress: &'a mut Progress<'a>,
     ) -> Walk<'a> {
         let (seen, flights, moved, ordinary, wander) = (Vec::new(), 0, 0, None, None);
-        Walk { case, u, penalty, distinct, seen, flights, moved, ordinary, wander, progress }
+        Walk { case, u, penalty, distinct, seen, flights, moved, ordinary, wander, part: (0.0, 1.0), progress }
+    }
+
+    /// Tell that a set is being tried, in the given round of the present part.
+    pub fn tell(&mut self, round: usize, set: &[Cause]) {
+        let names: Vec<String> = set.iter().map(Cause::id).collect();
+        // how many rounds there will be nobody knows: each takes a share of what is left
+        let (start, end) = self.part;
+        let share = end - (end - start) * 0.7_f64.powf(round as f64);
+        (self.progress)(share, &names.join(" + "));
     }
 
     /// Gauss-Newton on the full simulation, damped where a step does not lead down; `None` where the set is not independent or cannot be flown.
@@ -155,7 +169,7 @@ impl<'a> Walk<'a> {
             let u: Vec<f64> = self.u.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(u, _)| *u).collect();
             let place = |at: &usize| kept.iter().take(*at).filter(|kept| **kept).count();
             let out: Vec<usize> = out.iter().filter(|at| kept.get(**at) == Some(&true)).map(place).collect();
-            let mut nobody = |_: &str| {};
+            let mut nobody = |_: f64, _: &str| {};
             let mut walk = Walk::new(case, &u, (self.penalty, self.distinct), &mut nobody);
             if let Some(state) = walk.descend(set, &values, &out, LEAST_DAMPED) {
                 values = state.values;

@@ -23,6 +23,7 @@ pub(super) const INDEPENDENT: f64 = 1e-7;
 /// Inner products of columns (weighted, of unit norm) with each other and with a residual.
 pub(super) struct Products {
     columns: Vec<Vec<f64>>,
+    residual: Vec<f64>,
     /// Rows of `C' C`, made when they are asked for: those of the columns that a set has held.
     gram: RefCell<Vec<Option<Rc<Vec<f64>>>>>,
     /// Its diagonal.
@@ -50,7 +51,17 @@ impl Products {
         let along = columns.iter().map(|column| dot(column, residual)).collect();
         let squares = columns.iter().map(|column| dot(column, column)).collect();
         let gram = RefCell::new(vec![None; columns.len()]);
-        Products { columns, gram, squares, along, square: dot(residual, residual), plausibility_penalty, penalty }
+        let (square, residual) = (dot(residual, residual), residual.to_vec());
+        Products { columns, residual, gram, squares, along, square, plausibility_penalty, penalty }
+    }
+
+    /// The columns, and the residual that they explain.
+    pub fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
+    }
+
+    pub fn residual(&self) -> &[f64] {
+        &self.residual
     }
 
     /// Products of one column with all.

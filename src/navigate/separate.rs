@@ -33,8 +33,6 @@ pub struct DiscriminatingMotion {
     pub by: f64,
 }
 
-/// Standard deviations that tell two errors apart.
-const TELLS: f64 = 5.0;
 /// Most motions that are named.
 const NAMED: usize = 4;
 /// Rows of a further run that are computed; more are counted by their number.
@@ -56,6 +54,7 @@ pub(super) fn separate(
     u: &[f64],
     present: &dyn Fn(&Cause) -> Vec<f64>,
     set: &[Cause],
+    tells: f64,
     findings: &mut [Finding],
 ) -> Result<()> {
     if findings.iter().all(|finding| finding.aliases.is_empty()) {
@@ -89,7 +88,7 @@ pub(super) fn separate(
                     let basis: Vec<Vec<f64>> = others.iter().chain([&alias]).map(column).collect();
                     (*source, finding.value.abs() * left(column(&Cause::Constant(own)), basis))
                 })
-                .filter(|(_, sigmas)| *sigmas >= TELLS)
+                .filter(|(_, sigmas)| *sigmas >= tells)
                 .collect();
             if !told.is_empty() {
                 finding.separate_by.push(DiscriminatingMotion {

@@ -12,6 +12,7 @@ use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Scenario};
 use super::study;
+use super::whiten::Walks;
 use crate::elements::Elements;
 use crate::number;
 
@@ -161,8 +162,8 @@ pub fn predicted_together(
 pub(super) struct System {
     /// For each of [`ErrorSource::catalogue`] its column, SI of the channel per SI of the source.
     pub columns: Vec<Vec<f64>>,
-    /// For each run and row, what the whitening needs; empty without random walks.
-    pub walks: Vec<Vec<Instant>>,
+    /// What the whitening needs.
+    pub walks: Walks,
 }
 
 /// Times of each run, s.
@@ -178,7 +179,7 @@ pub(super) fn motion(mission: &Mission, index: usize) -> &Motion {
 impl System {
     pub fn new(mission: &Mission, measured: &Measured) -> System {
         let mut columns = vec![Vec::with_capacity(measured.count()); ErrorSource::catalogue().len()];
-        let mut walks = Vec::new();
+        let mut walks = Walks::default();
         for (run, times) in measured.runs.iter().zip(times(measured)) {
             let instants = instants(mission, motion(mission, run.motion), &times);
             for (row, instant) in run.rows.iter().zip(&instants) {
@@ -189,7 +190,7 @@ impl System {
                 }
             }
             if mission.errors.is_noisy() {
-                walks.push(instants);
+                walks.instants.push(instants);
             }
         }
         System { columns, walks }

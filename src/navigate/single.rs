@@ -7,9 +7,6 @@ use crate::elements::Elements;
 use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 
-/// Share of the rows that single wrong values may make up.
-const SINGLE: f64 = 0.05;
-
 impl Walk<'_> {
     /// Single values far from what the state predicts and from their neighbours in time; none where they are more than a few.
     ///
@@ -19,18 +16,34 @@ impl Walk<'_> {
         if self.case.from != NoiseFrom::Stated {
             return Vec::new();
         }
+        let settings = &self.case.settings;
         let mut white = [self.case.left(&state.flown.predicted)];
         self.case.weigh(self.u, &[], &mut white);
         let [white] = white;
         let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
-        let most = number::count(SINGLE * rows as f64).max(1);
-        let level = 0.1 * self.case.settings.significance / white.len().max(1) as f64;
+        let most = number::count(settings.singles * rows as f64).max(1);
+        let level = settings.single_share * settings.common.significance / white.len().max(1) as f64;
         // a level of zero asks for more than any number
         let far = normal_quantile(1.0 - 0.5 * level).unwrap_or(6.0);
         let beyond: Vec<usize> = white.iter().enumerate().filter(|(_, v)| v.abs() > far).map(|(i, _)| i).collect();
         if beyond.len() <= most {
             return beyond;
         }
+        self.outstanding(&white, most, true)
+    }
+
+    /// Single values that stand out from their neighbours in time, whatever else is unexplained; none where they are more than a few.
+    pub(super) fn standing_out(&self, state: &State) -> Vec<usize> {
+        let mut white = [self.case.left(&state.flown.predicted)];
+        self.case.weigh(self.u, &[], &mut white);
+        let [white] = white;
+        let rows: usize = self.case.measured.runs.iter().map(|run| run.rows.len()).sum();
+        self.outstanding(&white, number::count(self.case.settings.singles * rows as f64).max(1), false)
+    }
+
+    /// The same among weighted values; at most so many. The first and the last of a channel have neighbours on one side only: what is there may be a jump.
+    fn outstanding(&self, white: &[f64], most: usize, ends: bool) -> Vec<usize> {
+        let settings = &self.case.settings;
         let mut found: Vec<(usize, f64)> = Vec::new();
         for (run, _) in self.case.measured.runs.iter().enumerate() {
             for channel in 0..CHANNELS {
@@ -56,8 +69,19 @@ impl Walk<'_> {
                 for (k, (cell, bend)) in own.iter().zip(&bends).enumerate() {
                     let around = bends.iter().take(k + 2).skip(k.saturating_sub(1));
                     let largest = around.fold(0.0_f64, |most, b| most.max(b.abs()));
+                    // at a jump one neighbour bends as much the other way and the other hardly; at a single value both bend half as much
+                    let [before, after] =
+                        [k.checked_sub(1), Some(k + 1)].map(|j| j.and_then(|j| bends.get(j)).copied());
+                    let is_jump = before.zip(after).is_some_and(|(before, after)| {
+                        let [one, other] = [before / bend, after / bend];
+                        (one < -0.75 && other.abs() < 0.3) || (other < -0.75 && one.abs() < 0.3)
+                    });
                     let edge = if k == 0 || k + 1 == own.len() { 2.0 } else { 1.0 };
-                    if bend.abs() > 8.0 * scale * edge && bend.abs() >= largest {
+                    if bend.abs() > settings.stands_out * scale * edge
+                        && bend.abs() >= largest
+                        && !is_jump
+                        && (ends || edge == 1.0)
+                    {
                         found.push((*cell, bend.abs()));
                     }
                 }

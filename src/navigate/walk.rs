@@ -9,11 +9,6 @@ use crate::linear::{dot, normalise};
 
 /// Rounds of improving and refining, at most.
 const ROUNDS: usize = 24;
-/// Causes at most: constants of the unit and the start, and what changes in time or is the reference's.
-const MOST: usize = 16;
-const MOST_CHANGING: usize = 3;
-/// Cost of rank: what decides among causes that fit alike, in variances of the noise.
-pub(super) const RANK: f64 = 2.0;
 /// A gap of so many standard uncertainties (root mean square) may be far from linear.
 const FAR: f64 = 50.0;
 /// Columns are made anew where they miss more standard deviations, and more of what the errors do, than this;
@@ -34,6 +29,9 @@ impl<'a> Walk<'a> {
         let empty = self.refine(&[], &[], &[])?;
         let far = empty.rss > FAR * FAR * self.u.len() as f64;
         let original = self.case.clone();
+        let (start, end) = self.part;
+        let part = |from: f64, to: f64| (start + from * (end - start), start + to * (end - start));
+        self.part = part(0.0, 0.1);
         let first = self.walk(empty, 1)?;
         if self.is_finished(&first) {
             return Some(first);
@@ -42,11 +40,12 @@ impl<'a> Walk<'a> {
         let biases: Vec<Cause> = self.visible(|kind, instrument| kind == Kind::Bias && instrument != Instrument::Start);
         let starts: Vec<Cause> = self.visible(|kind, _| kind == Kind::Attitude);
         let both: Vec<Cause> = biases.iter().chain(&starts).copied().collect();
-        for start in [biases, both] {
+        for (start, share) in [(biases, 0.1), (both, 0.4)] {
+            self.part = part(share, share + 0.3);
             self.case = original.clone();
             let state = self.begin(&start, &first.out, far);
             self.ordinary = state.clone().or(self.ordinary.take());
-            let state = state.and_then(|state| self.walk(state, MOST));
+            let state = state.and_then(|state| self.walk(state, self.case.settings.causes));
             self.keep(&mut best, state);
             self.case = best.1.clone();
             if self.is_finished(&best.0) && best.0.set.iter().all(is_bias) {
@@ -58,7 +57,8 @@ impl<'a> Walk<'a> {
         let complete = self.is_finished(&best.0);
         if !(complete && far && best.0.set.iter().all(is_bias)) {
             self.case = original;
-            let most = if complete { best.0.set.len() } else { MOST };
+            self.part = part(0.7, 1.0);
+            let most = if complete { best.0.set.len() } else { self.case.settings.causes };
             let state = self.walk(first, most);
             self.keep(&mut best, state);
         }
@@ -78,8 +78,7 @@ impl<'a> Walk<'a> {
 
     /// A set refined from nothing; where the gap is far from linear, from what its first rows say too.
     fn begin(&mut self, set: &[Cause], out: &[usize], far: bool) -> Option<State> {
-        let names: Vec<String> = set.iter().map(Cause::id).collect();
-        (self.progress)(&names.join(" + "));
+        self.tell(0, set);
         let straight = if far { None } else { self.refine(set, &vec![0.0; set.len()], out) };
         if straight.as_ref().is_some_and(|state| state.settled) {
             return straight;
@@ -99,7 +98,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Columns are the derivatives around the mission's errors; where a state is far from these, around the state.
-    fn relinearise(&mut self, state: &State) {
+    pub(super) fn relinearise(&mut self, state: &State) {
         if self.moved >= MOST_MOVED {
             return;
         }
@@ -136,7 +135,8 @@ impl<'a> Walk<'a> {
         let left = self.case.left(&state.flown.predicted);
         let gap = self.case.gap(&left, self.u, &state.out, state.set.len());
         let changing = state.set.iter().filter(|cause| !cause.is_constant()).count();
-        state.settled && changing <= MOST_CHANGING && gap.p.is_none_or(|p| p > 0.2 * self.case.settings.significance)
+        let settings = &self.case.settings;
+        state.settled && changing <= settings.changing && gap.p.is_none_or(|p| p > settings.common.whole())
     }
 
     /// Is a state complete, and no further cause beyond chance?
@@ -150,8 +150,11 @@ impl<'a> Walk<'a> {
     }
 
     pub fn score(&self, state: &State) -> f64 {
-        let cost = |cause: &Cause| self.penalty + RANK * cause.rank();
-        state.rss + state.set.iter().map(cost).sum::<f64>() + (self.penalty + 4.0) * state.out.len() as f64
+        let settings = &self.case.settings;
+        let cost = |cause: &Cause| self.penalty + settings.rank_penalty * cause.rank();
+        state.rss
+            + state.set.iter().map(cost).sum::<f64>()
+            + (self.penalty + settings.single_penalty) * state.out.len() as f64
     }
 
     fn record(&mut self, state: &State, linear: &Linear, now: &[usize]) {
@@ -186,6 +189,7 @@ impl<'a> Walk<'a> {
         self.case.weigh(self.u, &state.out, &mut columns);
         // it was pushed above
         let residual = columns.pop().unwrap_or_default();
+        let settings = &self.case.settings;
         let mut plausibility_penalty = Vec::with_capacity(causes.len());
         let mut norms = Vec::with_capacity(causes.len());
         for (cause, column) in causes.iter().zip(&mut columns) {
@@ -195,8 +199,8 @@ impl<'a> Walk<'a> {
                 column.fill(0.0);
             }
             let alone = if seen { dot(column, &residual) / norm } else { 0.0 };
-            let absurd = if self.case.is_absurd(cause, alone) { 5.0 } else { 0.0 };
-            plausibility_penalty.push(if seen { RANK * cause.rank() + absurd } else { f64::INFINITY });
+            let absurd = if self.case.is_absurd(cause, alone) { settings.absurd_penalty } else { 0.0 };
+            plausibility_penalty.push(if seen { settings.rank_penalty * cause.rank() + absurd } else { f64::INFINITY });
             norms.push(norm);
         }
         let products = Products::new(columns, &residual, plausibility_penalty, self.penalty);
@@ -205,9 +209,9 @@ impl<'a> Walk<'a> {
 
     /// Improve and refine in turn; a set grows to so many causes at most.
     fn walk(&mut self, mut state: State, most: usize) -> Option<State> {
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             // such a set can build any pattern: it is none that will be accepted
-            if state.set.iter().filter(|cause| !cause.is_constant()).count() > 2 * MOST_CHANGING {
+            if state.set.iter().filter(|cause| !cause.is_constant()).count() > 2 * self.case.settings.changing {
                 break;
             }
             self.relinearise(&state);
@@ -240,8 +244,7 @@ impl<'a> Walk<'a> {
                 break;
             }
             self.sharpen(&state, &mut set, &mut values);
-            let names: Vec<String> = set.iter().map(Cause::id).collect();
-            (self.progress)(&names.join(" + "));
+            self.tell(round, &set);
             let refined = self.refine(&set, &values, &state.out).or_else(|| {
                 // too far for the linear model: from where the walk stands
                 let from = |cause: &Cause| {
@@ -279,5 +282,5 @@ pub(super) fn penalty(case: &Case<'_>, u: &[f64]) -> (f64, usize) {
     let seen: Vec<&Vec<f64>> = columns.iter().zip(seen).filter(|(_, seen)| *seen).map(|(column, _)| column).collect();
     let is_new = |(i, own): &(usize, &&Vec<f64>)| seen.iter().take(*i).all(|other| dot(own, other).abs() < 1.0 - 1e-6);
     let distinct = steps + seen.iter().enumerate().filter(is_new).count();
-    (search::penalty(case.settings.significance, distinct), distinct)
+    (search::penalty(case.settings.common.significance, distinct), distinct)
 }

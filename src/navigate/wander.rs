@@ -1,4 +1,5 @@
-//! A random walk that the mission does not state: angle random walk of the gyros, velocity random walk of the accelerometers.
+//! A random walk that the mission does not state: angle random walk of the gyros, velocity random walk of the accelerometers, and walks of their
+//! biases (rate random walk, acceleration random walk; IEEE Std 952, 1293), of one axis or the same on each.
 //!
 //! With a walk of density `q` the innovations `e` of what some causes leave (see `whiten.rs`) have the likelihood
 //!
@@ -9,28 +10,30 @@
 //! A walk is named where it is far likelier than none and than every set of other causes, and where its innovations are white: of the right size
 //! in each channel, without memory from row to row. A pattern that is none is not: nothing else fits the sizes of seven channels with one number.
 
+use super::case::Case;
 use super::cause::Cause;
-use super::errors::{ImuErrors, Instrument};
+use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use super::measured::CHANNELS;
 use super::mission::Mission;
 use super::refine::{State, Walk};
 use super::search::Products;
 use super::signatures::{Instant, instants, motion, times};
-use super::walk::RANK;
-use super::whiten::whiten;
+use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
+use crate::uncertainty::quantiles::chi_square_survival;
 
-/// Densities that are tried first, rad/sqrt(s) or (m/s)/sqrt(s) alike: their range, and the factor between them.
+/// Densities that are tried first: their range, and the factor between them. White noise in rad/sqrt(s) or (m/s)/sqrt(s) alike,
 const RANGE: (f64, f64) = (1e-9, 1e-2);
+/// walks of biases in (rad/s)/sqrt(s) and in (m/s^2)/sqrt(s).
+const GYRO_RANGE: (f64, f64) = (1e-13, 1e-6);
+const ACCELEROMETER_RANGE: (f64, f64) = (1e-10, 1e-3);
 const FACTOR: f64 = 4.0;
-/// Standard deviations by which a channel's innovations may differ from their size, or remember one another.
-const WHITE: f64 = 4.5;
 
 /// A random walk found.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Wander {
-    pub instrument: Instrument,
+    pub cause: Cause,
     /// Its density, SI.
     pub density: f64,
     pub u: f64,
@@ -38,19 +41,17 @@ pub(super) struct Wander {
     pub deviance: f64,
     /// By how much it is less than that of none.
     pub gain: f64,
+    /// Other walks, with their density and by how much their deviance is larger.
+    pub others: Vec<(Cause, f64, f64)>,
 }
 
 impl Wander {
-    /// The cause.
-    pub fn cause(&self) -> Cause {
-        Cause::RandomWalk(self.instrument)
-    }
-
-    /// The mission with it.
-    pub fn stated(&self, mission: &Mission) -> Mission {
+    /// The mission with it, where a mission can state it.
+    pub fn stated(&self, mission: &Mission) -> Option<Mission> {
+        let Cause::RandomWalk(instrument) = self.cause else { return None };
         let mut mission = mission.clone();
-        mission.errors = with(&mission.errors, self.instrument, self.density);
-        mission
+        mission.errors = with(&mission.errors, instrument, self.density);
+        Some(mission)
     }
 }
 
@@ -61,7 +62,14 @@ fn with(errors: &ImuErrors, instrument: Instrument, density: f64) -> ImuErrors {
     errors
 }
 
-impl Walk<'_> {
+/// Does a walk of a bias move this one of the six?
+fn moves(cause: &Cause, place: usize) -> bool {
+    let Cause::BiasWalk(instrument, axis) = cause else { return false };
+    let own = if place < 3 { Instrument::Gyro } else { Instrument::Accelerometer };
+    own == *instrument && axis.is_none_or(|axis| axis == place % 3)
+}
+
+impl<'a> Walk<'a> {
     /// The random walk that may explain what a state leaves, or what it needs causes for that change in time; if one does.
     pub fn wander(&self, state: &State) -> Option<Wander> {
         let fixed = self.is_complete(state) && state.set.iter().all(Cause::is_constant);
@@ -76,72 +84,164 @@ impl Walk<'_> {
             laid.iter_mut().zip(column).for_each(|(y, c)| *y += c * value);
         }
         columns.push(laid);
-        let one = |instrument: Instrument| -> Option<Wander> {
-            let unit = self.unit(instrument);
-            let fit = |density: f64| self.deviance(&unit, density, &state.out, &columns).map(|(deviance, _)| deviance);
-            let none = fit(0.0)?;
-            let mut best = (none, 0.0);
-            let mut density = RANGE.0;
-            while density < RANGE.1 {
-                if let Some(own) = fit(density).filter(|own| *own < best.0) {
-                    best = (own, density);
-                }
-                density *= FACTOR;
+        let gyro = Instrument::Gyro;
+        let both = [gyro, Instrument::Accelerometer];
+        let mut found: Vec<Wander> = Vec::new();
+        for instrument in both {
+            let (unit, cause) = (self.unit(Some(instrument)), Cause::RandomWalk(instrument));
+            found.extend(self.likeliest(cause, RANGE, &unit, &state.out, &columns));
+        }
+        let unit = self.unit(None);
+        for instrument in both {
+            let range = if instrument == gyro { GYRO_RANGE } else { ACCELEROMETER_RANGE };
+            for axis in [None, Some(0), Some(1), Some(2)] {
+                let cause = Cause::BiasWalk(instrument, axis);
+                found.extend(self.likeliest(cause, range, &unit, &state.out, &columns));
             }
-            if best.1 == 0.0 {
-                return None;
-            }
-            // golden section on the logarithm
-            let share = 0.5 * (5f64.sqrt() - 1.0);
-            let (mut low, mut high) = ((best.1 / FACTOR).ln(), (best.1 * FACTOR).ln());
-            for _ in 0..24 {
-                let (a, b) = (high - share * (high - low), low + share * (high - low));
-                if fit(a.exp())? < fit(b.exp())? { high = b } else { low = a }
-            }
-            let density = (0.5 * (low + high)).exp();
-            let (deviance, white) = self.deviance(&unit, density, &state.out, &columns)?;
-            // curvature of the deviance in the density's logarithm
-            let step = 0.1_f64;
-            let bend = (fit(density * step.exp())? - 2.0 * deviance + fit(density * (-step).exp())?) / (step * step);
-            let u = if bend > 0.0 { density * (2.0 / bend).sqrt() } else { density };
-            let found = Wander { instrument, density, u, deviance, gain: none - deviance };
-            (found.gain > self.penalty && self.is_white(&white, &state.out)).then_some(found)
+        }
+        found.sort_by(|a, b| a.deviance.total_cmp(&b.deviance));
+        let mut found = found.into_iter();
+        let mut best = found.next()?;
+        let alike = self.case.settings.common.indistinguishable;
+        if matches!(best.cause, Cause::BiasWalk(..))
+            && self.waves(&best.cause, &unit, &state.out, &columns) < best.deviance + alike
+        {
+            return None;
+        }
+        let others = found.map(|own| (own.cause, own.density, own.deviance - best.deviance));
+        best.others = others.filter(|(_, _, excess)| *excess <= alike).collect();
+        Some(best)
+    }
+
+    /// `-2 ln L` of the likeliest wave of the biases that a walk moves, without any walk: a walk follows any slow course, and is named only where it is
+    /// clearly likelier than a regular one. A wave counts its amplitudes and its rate.
+    fn waves(&self, cause: &Cause, unit: &[Vec<Instant>], out: &[usize], columns: &[Vec<f64>]) -> f64 {
+        let is_bias = |own: &ErrorSource| own.kind == Kind::Bias && own.instrument != Instrument::Start;
+        let biases: Vec<ErrorSource> = ErrorSource::catalogue().into_iter().filter(is_bias).collect();
+        let moved: Vec<&ErrorSource> =
+            biases.iter().enumerate().filter(|(place, _)| moves(cause, *place)).map(|(_, own)| own).collect();
+        let last = self.case.measured.cells().fold(f64::MIN_POSITIVE, |last, cell| last.max(cell.time));
+        let rows = self.case.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default(); // no run, no wave
+        let price = (2.0 * moved.len() as f64 + 1.0) * (self.case.measured.count() as f64).max(1.0).ln();
+        // half waves over the run: whole numbers, then finer and finer about the best
+        let most = (rows / 5).min(60) as f64;
+        let fit = |half: f64| -> f64 {
+            let rate = std::f64::consts::PI * half / last;
+            let mut all: Vec<Vec<f64>> =
+                moved.iter().flat_map(|own| self.case.columns.waves(own, rate)).filter(|c| dot(c, c) > 0.0).collect();
+            all.extend(columns.iter().cloned());
+            // dependent columns are no explanation
+            self.deviance(cause, unit, 0.0, out, &all).map_or(f64::INFINITY, |(deviance, _)| deviance + price)
         };
-        let both = [Instrument::Gyro, Instrument::Accelerometer].map(one);
-        both.into_iter().flatten().min_by(|a, b| a.deviance.total_cmp(&b.deviance))
+        let (mut best, mut at, mut half) = (f64::INFINITY, 1.0, 1.0);
+        while half < most {
+            let own = fit(half);
+            if own < best {
+                (best, at) = (own, half);
+            }
+            half += 1.0;
+        }
+        for width in [0.5, 0.125, 0.03] {
+            let middle = at;
+            for part in [-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0] {
+                let trial = middle + width * part;
+                let own = if trial > 0.2 { fit(trial) } else { f64::INFINITY };
+                if own < best {
+                    (best, at) = (own, trial);
+                }
+            }
+        }
+        best
+    }
+
+    /// The density at which a walk is likeliest, if it is far likelier than none and leaves white innovations.
+    fn likeliest(
+        &self,
+        cause: Cause,
+        range: (f64, f64),
+        unit: &[Vec<Instant>],
+        out: &[usize],
+        columns: &[Vec<f64>],
+    ) -> Option<Wander> {
+        let fit = |density: f64| self.deviance(&cause, unit, density, out, columns).map(|(deviance, _)| deviance);
+        let none = fit(0.0)?;
+        let mut best = (none, 0.0);
+        let mut density = range.0;
+        while density < range.1 {
+            if let Some(own) = fit(density).filter(|own| *own < best.0) {
+                best = (own, density);
+            }
+            density *= FACTOR;
+        }
+        if best.1 == 0.0 || none - best.0 < 0.5 * self.penalty {
+            return None;
+        }
+        // golden section on the logarithm
+        let share = 0.5 * (5f64.sqrt() - 1.0);
+        let (mut low, mut high) = ((best.1 / FACTOR).ln(), (best.1 * FACTOR).ln());
+        for _ in 0..18 {
+            let (a, b) = (high - share * (high - low), low + share * (high - low));
+            if fit(a.exp())? < fit(b.exp())? { high = b } else { low = a }
+        }
+        let density = (0.5 * (low + high)).exp();
+        let (deviance, white) = self.deviance(&cause, unit, density, out, columns)?;
+        // curvature of the deviance in the density's logarithm
+        let step = 0.1_f64;
+        let bend = (fit(density * step.exp())? - 2.0 * deviance + fit(density * (-step).exp())?) / (step * step);
+        let u = if bend > 0.0 { density * (2.0 / bend).sqrt() } else { density };
+        let found = Wander { cause, density, u, deviance, gain: none - deviance, others: Vec::new() };
+        (found.gain > self.penalty && self.is_white(&white, out) && self.is_flat(&white, out)).then_some(found)
     }
 
     /// The score of a state with all that its random walk costs.
     pub fn score_of_all(&self, state: &State) -> f64 {
-        let own = self.wander.map_or(0.0, |own| self.penalty + RANK * own.cause().rank());
+        let own = self.wander.as_ref();
+        let own = own.map_or(0.0, |own| self.penalty + self.case.settings.rank_penalty * own.cause.rank());
         self.score(state) + self.case.spread(self.u, &state.out) + own
     }
 
-    /// What the random walk of one instrument alone builds up at the measured rows, for a density of one.
-    fn unit(&self, instrument: Instrument) -> Vec<Vec<Instant>> {
+    /// What white noise of one instrument alone builds up at the measured rows, for a density of one; or of none.
+    fn unit(&self, instrument: Option<Instrument>) -> Vec<Vec<Instant>> {
         let case = &self.case;
         let mut mission = case.mission.clone();
-        mission.errors = with(&mission.errors.noiseless(), instrument, 1.0);
+        mission.errors = mission.errors.noiseless();
+        mission.errors = instrument.map_or(mission.errors, |own| with(&mission.errors, own, 1.0));
         let runs = case.measured.runs.iter().zip(times(case.measured));
         runs.map(|(run, times)| instants(&mission, motion(&mission, run.motion), &times)).collect()
+    }
+
+    /// A walk of this density beside the mission's own.
+    pub fn walks(&self, cause: &Cause, unit: &[Vec<Instant>], density: f64) -> Walks {
+        let own = &self.case.columns.walks;
+        let square = density * density;
+        let mut instants = unit.to_vec();
+        instants.iter_mut().flatten().flat_map(|own| own.walk.iter_mut().flatten()).for_each(|v| *v *= square);
+        for (own, more) in instants.iter_mut().flatten().zip(own.instants.iter().flatten()) {
+            let pairs = own.walk.iter_mut().flatten().zip(more.walk.iter().flatten());
+            pairs.for_each(|(v, more)| *v += more);
+        }
+        let mut biases = own.biases;
+        let moved = biases.iter_mut().enumerate().filter(|(place, _)| moves(cause, *place));
+        moved.for_each(|(_, q)| *q += square);
+        Walks { instants, biases }
+    }
+
+    /// The question with a walk of a bias that no mission states.
+    pub fn beside(&self, case: &Case<'a>, wander: &Wander) -> Case<'a> {
+        case.with_walks(self.walks(&wander.cause, &self.unit(None), wander.density))
     }
 
     /// `-2 ln L` with a density beside the mission's own walks, and the innovations that are left; the last of the columns is what they explain.
     fn deviance(
         &self,
+        cause: &Cause,
         unit: &[Vec<Instant>],
         density: f64,
         out: &[usize],
         columns: &[Vec<f64>],
     ) -> Option<(f64, Vec<f64>)> {
         let case = &self.case;
-        let square = density * density;
-        let mut walks = unit.to_vec();
-        walks.iter_mut().flatten().flat_map(|own| own.walk.iter_mut().flatten()).for_each(|v| *v *= square);
-        for (own, more) in walks.iter_mut().flatten().zip(case.columns.walks.iter().flatten()) {
-            let pairs = own.walk.iter_mut().flatten().zip(more.walk.iter().flatten());
-            pairs.for_each(|(v, more)| *v += more);
-        }
+        let walks = self.walks(cause, unit, density);
         let mut columns = columns.to_vec();
         let size = whiten(case.measured, &walks, &case.without(self.u, out), &mut columns);
         let residual = columns.pop()?;
@@ -167,14 +267,65 @@ impl Walk<'_> {
                 groups.get_mut(cell.run * CHANNELS + cell.channel).into_iter().for_each(|group| group.push(*value));
             }
         }
+        let most = self.case.settings.white;
         let sized = |values: &[f64]| {
             let n = values.len() as f64;
-            ((dot(values, values) - n) / (2.0 * n).sqrt()).abs() < WHITE
+            ((dot(values, values) - n) / (2.0 * n).sqrt()).abs() < most
         };
         groups.iter().filter(|group| group.len() >= 8).all(|group| {
             let (first, second) = group.split_at(group.len() / 2);
             let memory: f64 = group.iter().zip(group.iter().skip(1)).map(|(a, b)| a * b).sum();
-            sized(first) && sized(second) && (memory / (group.len() as f64).sqrt()).abs() < WHITE
+            sized(first) && sized(second) && (memory / (group.len() as f64).sqrt()).abs() < most
         })
+    }
+
+    /// Is the spectrum of innovations flat? Walks follow any slow course so well that innovations keep their size; what they cannot follow is a line
+    /// or a band of their spectrum, summed over the channels: `2 |sum e_j exp(-i w j)|^2 / n` is chi-square with two degrees of freedom each.
+    fn is_flat(&self, white: &[f64], out: &[usize]) -> bool {
+        let cells: Vec<_> = self.case.measured.cells().enumerate().filter(|(at, _)| !out.contains(at)).collect();
+        let (mut worst, mut tests) = (1.0_f64, 0.0);
+        for run in 0..self.case.measured.runs.len() {
+            let series = |channel: usize| -> Vec<f64> {
+                let own = cells.iter().filter(|(_, cell)| cell.run == run && cell.channel == channel);
+                own.filter_map(|(at, _)| white.get(*at).copied()).collect()
+            };
+            let all: Vec<Vec<f64>> = (0..CHANNELS).map(series).collect();
+            // a value that is left out shifts the others by one row: as good as nothing; a channel that was measured seldom is left out
+            let longest = all.iter().map(Vec::len).max().unwrap_or_default(); // no channel, no spectrum
+            let all: Vec<&Vec<f64>> =
+                all.iter().filter(|own| 10 * own.len() > 9 * longest && own.len() >= 16).collect();
+            let power = |k: usize| -> f64 {
+                let one = |own: &&Vec<f64>| {
+                    let n = own.len() as f64;
+                    let (mut re, mut im) = (0.0, 0.0);
+                    for (j, e) in own.iter().enumerate() {
+                        let (sine, cosine) = (std::f64::consts::TAU * k as f64 * j as f64 / n).sin_cos();
+                        (re, im) = (re + e * cosine, im + e * sine);
+                    }
+                    2.0 * (re * re + im * im) / n
+                };
+                all.iter().map(one).sum()
+            };
+            let powers: Vec<f64> = (1..longest / 2).map(power).collect();
+            let lines = 2.0 * all.len() as f64;
+            let mut look = |sum: f64, count: usize, both: bool| {
+                // what cannot be tested tells nothing
+                let p = chi_square_survival(sum, lines * count as f64).unwrap_or(1.0);
+                worst = worst.min(if both { 2.0 * p.min(1.0 - p) } else { p });
+                tests += 1.0;
+            };
+            if all.is_empty() {
+                continue;
+            }
+            powers.iter().for_each(|own| look(*own, 1, false));
+            let mut last = 0;
+            let mut next = 2;
+            while last < powers.len() {
+                let band = powers.iter().take(next).skip(last);
+                look(band.clone().sum(), band.count(), true);
+                (last, next) = (next, 2 * next);
+            }
+        }
+        worst * f64::max(tests, 1.0) > self.case.settings.common.serial()
     }
 }

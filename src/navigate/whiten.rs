@@ -6,6 +6,10 @@
 //! e = (y - h z) / (h P h^T + u^2)^(1/2)                                 (one channel after another)
 //! ```
 //!
+//! A bias that walks at random (rate random walk) is a state of its own beside the channels: what it is at `s` does until `t` what a constant bias does
+//! from `s` on, `S(t) - A S(s)`, and what it gains on the way, of variance `q (t - s)`, acts on the channels for what is left of the way: in the
+//! mean of a short way in proportion, `q B B^T (t - s)/3` and `q B (t - s)/2` with the bias, `B = S(t) - A S(s)`.
+//!
 //! `Psi` holds the signatures of the start, `W` the covariance of the random walks ([`linear`](super::linear)). Least squares on
 //! innovations is generalised least squares on the data (Kailath, Sayed and Hassibi, *Linear Estimation*, 2000, chapter 9).
 #![allow(
@@ -13,7 +17,7 @@
     reason = "matrices and vectors over the seven channels, indexed by `from_fn` and loops over that length"
 )]
 
-use super::errors::ErrorSource;
+use super::errors::{ErrorSource, Instrument, Kind};
 use super::measured::{CHANNELS, Measured};
 use super::signatures::Instant;
 use crate::elements::Elements;
@@ -21,30 +25,82 @@ use nalgebra::SMatrix;
 
 type Matrix = SMatrix<f64, CHANNELS, CHANNELS>;
 
-/// Replace each column by its innovations, weighted; `u` holds the standard uncertainty of each value. Without random walks (`walks`
-/// is empty) this is the division by `u`. Returns by how much the sum of the logarithms of the innovations' variances exceeds that without walks.
-pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], columns: &mut [Vec<f64>]) -> f64 {
-    if walks.is_empty() {
+/// Random walks of the unit.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Walks {
+    /// For each run and row what white noise of the instruments has built up, and the signatures; empty without random walks of any kind.
+    pub instants: Vec<Vec<Instant>>,
+    /// Variance per second by which each bias walks, SI: three gyros, three accelerometers. The mission has none.
+    pub biases: [f64; BIASES],
+}
+
+/// Biases of the unit.
+const BIASES: usize = 6;
+/// States with the biases.
+const ALL: usize = CHANNELS + BIASES;
+
+/// Replace each column by its innovations, weighted; `u` holds the standard uncertainty of each value. Without random walks this is the division by
+/// `u`. Returns by how much the sum of the logarithms of the innovations' variances exceeds that without walks.
+pub(super) fn whiten(measured: &Measured, walks: &Walks, u: &[f64], columns: &mut [Vec<f64>]) -> f64 {
+    if walks.instants.is_empty() {
         for column in columns {
             column.iter_mut().zip(u).for_each(|(value, u)| *value /= u);
         }
         return 0.0;
     }
+    if walks.biases.iter().any(|q| *q > 0.0) {
+        filtered::<ALL>(measured, walks, u, columns)
+    } else {
+        filtered::<CHANNELS>(measured, walks, u, columns)
+    }
+}
+
+/// The filter over the channels alone, or over the channels and the biases: `N` states.
+fn filtered<const N: usize>(measured: &Measured, walks: &Walks, u: &[f64], columns: &mut [Vec<f64>]) -> f64 {
     let first_start = ErrorSource::all().len();
+    let places = bias_places();
     let mut at = 0;
     let mut size = 0.0;
-    for (run, instants) in measured.runs.iter().zip(walks) {
-        let mut state = vec![[0.0; CHANNELS]; columns.len()];
-        let mut p = Matrix::zeros();
+    for (run, instants) in measured.runs.iter().zip(&walks.instants) {
+        let mut state = vec![[0.0; N]; columns.len()];
+        let mut p = SMatrix::<f64, N, N>::zeros();
         let (mut psi_before, mut walk_before) = (Matrix::identity(), Matrix::zeros());
+        let mut bias_before = SMatrix::<f64, CHANNELS, BIASES>::zeros();
+        let mut time_before = 0.0;
         for (row, instant) in run.rows.iter().zip(instants) {
             let walk = Matrix::from_fn(|i, j| instant.walk[i][j]);
             let psi = Matrix::from_fn(|i, j| instant.signatures.get(first_start + j).map_or(0.0, |s| s[i]));
-            let a = transition(&psi, &psi_before);
-            p = a * p * a.transpose() + walk - a * walk_before * a.transpose();
+            let across = transition(&psi, &psi_before);
+            let grown = walk - across * walk_before * across.transpose();
+            let mut a = SMatrix::<f64, N, N>::identity();
+            let mut q = SMatrix::<f64, N, N>::zeros();
+            a.view_mut((0, 0), (CHANNELS, CHANNELS)).copy_from(&across);
+            q.view_mut((0, 0), (CHANNELS, CHANNELS)).copy_from(&grown);
+            if N > CHANNELS {
+                let of =
+                    |j: usize, i: usize| places.get(j).and_then(|k| instant.signatures.get(*k)).map_or(0.0, |s| s[i]);
+                let bias = SMatrix::<f64, CHANNELS, BIASES>::from_fn(|i, j| of(j, i));
+                let felt = bias - across * bias_before;
+                a.view_mut((0, CHANNELS), (CHANNELS, BIASES)).copy_from(&felt);
+                let span = row.time - time_before;
+                for (j, density) in walks.biases.iter().enumerate() {
+                    let own = felt.column(j).into_owned();
+                    let both = own * own.transpose() * (density * span / 3.0);
+                    let mut corner = q.view_mut((0, 0), (CHANNELS, CHANNELS));
+                    corner += both;
+                    for i in 0..CHANNELS {
+                        let half = 0.5 * density * span * own[i];
+                        q[(i, CHANNELS + j)] += half;
+                        q[(CHANNELS + j, i)] += half;
+                    }
+                    q[(CHANNELS + j, CHANNELS + j)] += density * span;
+                }
+                (bias_before, time_before) = (bias, row.time);
+            }
+            p = a * p * a.transpose() + q;
             p = (p + p.transpose()) * 0.5;
             for z in &mut state {
-                *z = std::array::from_fn(|i| (0..CHANNELS).map(|j| a[(i, j)] * z[j]).sum());
+                *z = std::array::from_fn(|i| (0..N).map(|j| a[(i, j)] * z[j]).sum());
             }
             (psi_before, walk_before) = (psi, walk);
             for channel in (0..CHANNELS).filter(|c| row.value.get(*c).is_some_and(Option::is_some)) {
@@ -58,13 +114,19 @@ pub(super) fn whiten(measured: &Measured, walks: &[Vec<Instant>], u: &[f64], col
                     z.iter_mut().zip(gain.iter()).for_each(|(z, k)| *z += k * innovation);
                     *value = innovation / variance.sqrt();
                 }
-                let row: nalgebra::RowSVector<f64, CHANNELS> = p.row(channel).into_owned();
+                let row: nalgebra::RowSVector<f64, N> = p.row(channel).into_owned();
                 p -= gain * row;
                 at += 1;
             }
         }
     }
     size
+}
+
+/// Places of the biases in the catalogue.
+fn bias_places() -> Vec<usize> {
+    let is_bias = |source: &ErrorSource| source.kind == Kind::Bias && source.instrument != Instrument::Start;
+    ErrorSource::catalogue().iter().enumerate().filter(|(_, source)| is_bias(source)).map(|(k, _)| k).collect()
 }
 
 /// `Psi(t) Psi(s)^-1`, with channels scaled to a size near one another.

@@ -60,6 +60,13 @@ impl Blocks {
         (0..self.unknowns).map(|c| self.column(r, c).at(j)).collect()
     }
 
+    /// `M += s x x'` for row `r` of candidate `j`; `x` is room for a row.
+    pub(super) fn add_row(&self, m: &mut [f64], s: f64, j: usize, r: usize, x: &mut Vec<f64>) {
+        x.clear();
+        x.extend((0..self.unknowns).map(|c| self.column(r, c).at(j)));
+        add_outer(m, s, x);
+    }
+
     /// Element (r, c) of every candidate.
     pub(super) fn column(&self, r: usize, c: usize) -> &[f64] {
         let start = (r * self.unknowns + c) * self.count;

@@ -15,7 +15,7 @@
 
 use super::blocks::{Blocks, add_outer, invert};
 use super::eigenvalue::Mixture;
-use super::exchange::Objective;
+use super::problem::Objective;
 use crate::linear::dot;
 use crate::number;
 

@@ -8,10 +8,11 @@
     reason = "`chosen` holds numbers of the problem's candidates, of which `used` has one entry each"
 )]
 
-use super::blocks::{add_outer, invert, times};
+use super::blocks::{add_outer, invert, times as product};
 use super::bound::sandwich;
-use super::exchange::{Design, FEW, Objective, Problem, WORTH, improve_state, information, value};
+use super::exchange::{FEW, improve_state, value};
 use super::prices::{Prices, Till};
+use super::problem::{Design, Objective, Problem, WORTH, counted, information};
 use super::state::State;
 use crate::elements::Elements;
 use crate::linear::dot;
@@ -168,29 +169,24 @@ impl<'a> Moves<'a> {
         let Moves { problem, prices, chosen, .. } = self;
         let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
         let mut best: Option<(f64, Vec<usize>)> = None;
-        let mut consider = |own: &[usize], to: &dyn Fn(usize) -> Option<usize>| {
+        let (mut m, mut x) = (Vec::new(), Vec::new());
+        let mut consider = |own: &[(usize, u32)], to: &dyn Fn(usize) -> Option<usize>| {
             // portions of the mounting that change, and what they become
-            let changed: Option<Vec<(usize, usize)>> = own.iter().map(|k| Some((*k, to(*k)?))).collect();
+            let changed: Option<Vec<(usize, usize)>> = own.iter().map(|(k, _)| Some((*k, to(*k)?))).collect();
             let Some(changed) = changed else { return };
-            let mut m = self.information.clone();
-            for (from, to) in changed.iter().filter(|(from, to)| from != to) {
+            m.clone_from(&self.information);
+            for ((from, to), (_, times)) in changed.iter().zip(own).filter(|((from, to), _)| from != to) {
                 for r in 0..blocks.rows() {
-                    add_outer(&mut m, 1.0, &blocks.row(*to, r));
-                    add_outer(&mut m, -1.0, &blocks.row(*from, r));
+                    blocks.add_row(&mut m, f64::from(*times), *to, r, &mut x);
+                    blocks.add_row(&mut m, -f64::from(*times), *from, r, &mut x);
                 }
             }
             let Some(found) = value(problem.objective, &m, n) else { return };
             if !worth(found, best.as_ref().map_or(now, |(value, _)| *value)) {
                 return;
             }
-            let mut left = changed;
-            let design: Vec<usize> = chosen
-                .iter()
-                .map(|k| match left.iter().position(|(from, _)| from == k) {
-                    Some(at) => left.swap_remove(at).1,
-                    None => *k,
-                })
-                .collect();
+            let becomes = |k: &usize| changed.iter().find(|(from, _)| from == k).map_or(*k, |(_, to)| *to);
+            let design: Vec<usize> = chosen.iter().map(becomes).collect();
             // the difference of sums may have lost digits
             if prices.affords(prices.of(&design))
                 && self.repeats_allowed(&design)
@@ -200,16 +196,17 @@ impl<'a> Moves<'a> {
                 best = Some((exact, design));
             }
         };
+        let all = counted(chosen);
         for place in &self.open {
-            let own: Vec<usize> = chosen.iter().copied().filter(|k| self.place(*k) == *place).collect();
+            let own: Vec<(usize, u32)> = all.iter().copied().filter(|(k, _)| self.place(*k) == *place).collect();
             for other in (0..prices.places).filter(|other| other != place) {
                 consider(&own, &|k| prices.at.get(&(other, self.kind(k))).copied());
             }
-            let mut kinds: Vec<usize> = own.iter().map(|k| self.kind(*k)).collect();
+            let mut kinds: Vec<usize> = own.iter().map(|(k, _)| self.kind(*k)).collect();
             kinds.sort_unstable();
             kinds.dedup();
             for from in kinds {
-                let same: Vec<usize> = own.iter().copied().filter(|k| self.kind(*k) == from).collect();
+                let same: Vec<(usize, u32)> = own.iter().copied().filter(|(k, _)| self.kind(*k) == from).collect();
                 // another state here; a state of another mounting is an exchange
                 for to in prices
                     .at
@@ -229,29 +226,36 @@ impl<'a> Moves<'a> {
     fn with_spending(&self, now: f64) -> Option<(f64, Vec<usize>)> {
         let Moves { problem, prices, chosen, .. } = self;
         let mut best: Option<(f64, Vec<usize>)> = None;
-        let mut consider = |mut design: Vec<usize>| {
-            fill(problem, prices, &mut design);
+        let whole = Filling::of(problem, prices, chosen);
+        let mut consider = |gone: &[(usize, u32)]| {
+            let mut left: Vec<(usize, u32)> = gone.to_vec();
+            let mut design: Vec<usize> = Vec::with_capacity(chosen.len());
+            for k in *chosen {
+                match left.iter_mut().find(|(own, times)| own == k && *times > 0) {
+                    Some((_, times)) => *times -= 1,
+                    None => design.push(*k),
+                }
+            }
+            match whole.as_ref().and_then(|whole| whole.without(gone)) {
+                Some(filling) => filling.fill(&mut design),
+                None => fill(problem, prices, &mut design),
+            }
             if let Some(found) = regular(problem, &design)
                 && worth(found, best.as_ref().map_or(now, |(value, _)| *value))
             {
                 best = Some((found, design));
             }
         };
+        let all = counted(chosen);
         for place in &self.open {
-            consider(chosen.iter().copied().filter(|k| self.place(*k) != *place).collect());
+            let own: Vec<(usize, u32)> = all.iter().copied().filter(|(k, _)| self.place(*k) == *place).collect();
+            consider(&own);
         }
-        let mut distinct = chosen.to_vec();
-        distinct.sort_unstable();
-        distinct.dedup();
-        for gone in distinct {
-            if chosen.iter().filter(|k| **k == gone).count() > 1 {
-                consider(chosen.iter().copied().filter(|k| *k != gone).collect());
+        for (gone, times) in all {
+            if times > 1 {
+                consider(&[(gone, times)]);
             }
-            let mut design = chosen.to_vec();
-            if let Some(at) = design.iter().position(|k| *k == gone) {
-                design.swap_remove(at);
-            }
-            consider(design);
+            consider(&[(gone, 1)]);
         }
         best
     }
@@ -259,62 +263,148 @@ impl<'a> Moves<'a> {
 
 /// Add what tells most for its cost until nothing more can be paid for, or the number is reached.
 pub(super) fn fill(problem: &Problem<'_>, prices: &Prices, chosen: &mut Vec<usize>) {
-    let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
-    let count = blocks.count();
-    let mut till = Till::new(prices, chosen);
-    let mut used = vec![0_usize; count];
-    chosen.iter().for_each(|k| used[*k] += 1);
-    let room = |till: &Till, used: &[usize], k: usize| {
-        let more = till.difference(prices, None, Some(k));
-        (used[k] < problem.most_repeats && prices.affords(till.spent + more)).then_some(more)
-    };
-    if chosen.len() >= problem.choose || !(0..count).any(|k| room(&till, &used, k).is_some()) {
-        return;
+    if Filling::begun(problem, prices, chosen).has_room(chosen.len())
+        && let Some(filling) = Filling::of(problem, prices, chosen)
+    {
+        filling.fill(chosen);
     }
-    let mut m = information(blocks, problem.base, chosen);
-    let little = 1e-6 * (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d)).max(1e-6);
-    m.iter_mut().step_by(n + 1).for_each(|d| *d += little);
-    let Some((mut inverse, _)) = invert(&m, n) else { return };
-    // x' M^-1 x of every row of every candidate, kept by rank-one updates
-    let mut work = vec![0.0; count];
-    let mut spread = vec![vec![0.0_f64; count]; blocks.rows()];
-    spread.iter_mut().enumerate().for_each(|(r, own)| blocks.quadratic(r, r, &inverse, own, &mut work));
-    let mut told = vec![0.0_f64; count];
-    let mut effect = vec![0.0_f64; count];
-    while chosen.len() < problem.choose.min(MOST) {
-        told.fill(0.0);
-        for (r, own) in spread.iter().enumerate() {
-            // what a row alone adds to log det M, or takes from tr(W M^-1)
-            if let Objective::Trace(w) = problem.objective {
-                blocks.quadratic(r, r, &sandwich(&inverse, w, n), &mut effect, &mut work);
-                told.iter_mut().zip(own).zip(&effect).for_each(|((told, d), e)| *told += e / (1.0 + d));
-            } else {
-                told.iter_mut().zip(own).for_each(|(told, d)| *told += d.ln_1p());
+}
+
+/// A design to which portions are added.
+#[derive(Clone)]
+struct Filling<'a> {
+    problem: &'a Problem<'a>,
+    prices: &'a Prices,
+    till: Till,
+    used: Vec<usize>,
+    /// `M^-1`, row by row.
+    inverse: Vec<f64>,
+    /// `x' M^-1 x` of every row of every candidate, kept by rank-one updates.
+    spread: Vec<Vec<f64>>,
+}
+
+impl<'a> Filling<'a> {
+    /// What a list of portions costs and uses; nothing is inverted yet.
+    fn begun(problem: &'a Problem<'a>, prices: &'a Prices, chosen: &[usize]) -> Self {
+        let mut used = vec![0_usize; problem.blocks.count()];
+        chosen.iter().for_each(|k| used[*k] += 1);
+        Filling { problem, prices, till: Till::new(prices, chosen), used, inverse: Vec::new(), spread: Vec::new() }
+    }
+
+    /// With what the candidates tell; `None` where the design is singular whatever is added to its diagonal.
+    fn of(problem: &'a Problem<'a>, prices: &'a Prices, chosen: &[usize]) -> Option<Self> {
+        let (blocks, n) = (problem.blocks, problem.blocks.unknowns());
+        let mut filling = Filling::begun(problem, prices, chosen);
+        let mut m = information(blocks, problem.base, chosen);
+        let little = 1e-6 * (0..n).filter_map(|i| m.get(i * n + i)).fold(0.0_f64, |most, d| most.max(*d)).max(1e-6);
+        m.iter_mut().step_by(n + 1).for_each(|d| *d += little);
+        filling.inverse = invert(&m, n)?.0;
+        let mut work = vec![0.0; blocks.count()];
+        filling.spread = vec![vec![0.0_f64; blocks.count()]; blocks.rows()];
+        for (r, own) in filling.spread.iter_mut().enumerate() {
+            blocks.quadratic(r, r, &filling.inverse, own, &mut work);
+        }
+        Some(filling)
+    }
+
+    /// Is there room for one more of any candidate?
+    fn has_room(&self, chosen: usize) -> bool {
+        chosen < self.problem.choose && (0..self.used.len()).any(|k| self.room(k).is_some())
+    }
+
+    /// What one more of a candidate costs, if it may be taken.
+    fn room(&self, k: usize) -> Option<f64> {
+        if self.used[k] >= self.problem.most_repeats {
+            return None;
+        }
+        let more = self.till.difference(self.prices, None, Some(k));
+        self.prices.affords(self.till.spent + more).then_some(more)
+    }
+
+    /// `times` more of row `r` of a candidate, or less: `M + times x x'` (J. Sherman, W. J. Morrison 1950).
+    ///
+    /// `None` where next to nothing is left in the direction of `x`.
+    fn update(&mut self, k: usize, r: usize, times: f64, work: &mut [f64]) -> Option<()> {
+        let blocks = self.problem.blocks;
+        let x = blocks.row(k, r);
+        let w = product(&self.inverse, &x);
+        let left = 1.0 + times * dot(&x, &w);
+        if !(left > 1e-4) {
+            return None;
+        }
+        let factor = -times / left;
+        add_outer(&mut self.inverse, factor, &w);
+        for (s, own) in self.spread.iter_mut().enumerate() {
+            blocks.along(s, &w, work);
+            own.iter_mut().zip(work.iter()).for_each(|(d, t)| *d += factor * t * t);
+        }
+        Some(())
+    }
+
+    /// The same design without some portions, each so many times; `None` where that has to be computed anew.
+    fn without(&self, gone: &[(usize, u32)]) -> Option<Self> {
+        let mut less = self.clone();
+        let mut work = vec![0.0; self.problem.blocks.count()];
+        for (k, times) in gone {
+            for r in 0..self.problem.blocks.rows() {
+                less.update(*k, r, -f64::from(*times), &mut work)?;
+            }
+            for _ in 0..*times {
+                less.till.change(self.prices, Some(*k), None);
+                less.used[*k] = less.used[*k].saturating_sub(1);
             }
         }
-        let mut best: Option<(f64, usize)> = None;
-        for (k, told) in told.iter().enumerate() {
-            if let Some(more) = room(&till, &used, k) {
-                let gain = told / more.max(1e-9);
+        Some(less)
+    }
+
+    fn fill(mut self, chosen: &mut Vec<usize>) {
+        let (blocks, n) = (self.problem.blocks, self.problem.blocks.unknowns());
+        let count = blocks.count();
+        let mut work = vec![0.0; count];
+        // at most what a candidate tells
+        let mut told = vec![0.0_f64; count];
+        let mut effect = vec![0.0_f64; count];
+        let least = self.prices.least_more().max(1e-9);
+        let mut last = None;
+        while chosen.len() < self.problem.choose.min(MOST) {
+            told.fill(0.0);
+            let traced = if let Objective::Trace(w) = self.problem.objective { Some(w.as_slice()) } else { None };
+            for (r, own) in self.spread.iter().enumerate() {
+                // what a row alone takes from tr(W M^-1), or adds to log det M: ln(1 + d), which is no more than d
+                if let Some(w) = traced {
+                    blocks.quadratic(r, r, &sandwich(&self.inverse, w, n), &mut effect, &mut work);
+                    told.iter_mut().zip(own).zip(&effect).for_each(|((told, d), e)| *told += e / (1.0 + d));
+                } else {
+                    told.iter_mut().zip(own).for_each(|(told, d)| *told += d);
+                }
+            }
+            let mut best: Option<(f64, usize)> = None;
+            // the one that was taken last is often the best again: most of the others need not be looked at closely
+            for (k, most) in last.into_iter().chain(0..count).filter_map(|k| Some((k, *told.get(k)?))) {
+                if best.is_some_and(|(gain, _)| !(most / least > gain)) {
+                    continue;
+                }
+                let Some(more) = self.room(k) else { continue };
+                let tells = match traced {
+                    Some(_) => most,
+                    None => self.spread.iter().filter_map(|own| own.get(k)).map(|d| d.ln_1p()).sum(),
+                };
+                let gain = tells / more.max(1e-9);
                 if best.is_none_or(|(most, _)| gain > most) {
                     best = Some((gain, k));
                 }
             }
-        }
-        let Some((_, k)) = best else { break };
-        for r in 0..blocks.rows() {
-            let x = blocks.row(k, r);
-            let w = times(&inverse, &x);
-            let factor = -1.0 / (1.0 + dot(&x, &w));
-            add_outer(&mut inverse, factor, &w);
-            for (s, own) in spread.iter_mut().enumerate() {
-                blocks.along(s, &w, &mut work);
-                own.iter_mut().zip(&work).for_each(|(d, t)| *d += factor * t * t);
+            let Some((_, k)) = best else { break };
+            for r in 0..blocks.rows() {
+                if self.update(k, r, 1.0, &mut work).is_none() {
+                    return;
+                }
             }
+            self.used[k] += 1;
+            self.till.change(self.prices, None, Some(k));
+            chosen.push(k);
+            last = Some(k);
         }
-        used[k] += 1;
-        till.change(prices, None, Some(k));
-        chosen.push(k);
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::blocks::Blocks;
 use super::bound::bound;
-use super::exchange::{Objective, Problem};
-use super::search::{EFFORT, Found, Limits, Progress, search};
+use super::problem::{Objective, Problem};
+use super::request::Progress;
+use super::search::{EFFORT, Found, Limits, search};
 
 /// A choice among plain rows.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,10 +1,10 @@
 //! What is best: criteria in the coordinates of the candidates.
 
 use super::blocks::Blocks;
+use super::combinations::Combinations;
 use super::derived::gradients;
-use super::eigenvalue::Combinations;
-use super::exchange::Objective;
 use super::pool::Pool;
+use super::problem::Objective;
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};

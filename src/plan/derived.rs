@@ -1,6 +1,5 @@
 //! Predicted uncertainties of derived quantities.
 
-use super::judge::PredictedDerived;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind};
 use crate::design::DesignMatrix;
@@ -8,6 +7,23 @@ use crate::elements::Parts;
 use crate::error::Result;
 use crate::estimate::Estimate;
 use faer::Mat;
+
+/// Prediction for a derived quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PredictedDerived {
+    /// Its name.
+    pub id: String,
+    /// Its line of algebra.
+    pub line: String,
+    /// Is it an angle?
+    pub is_angle: bool,
+    /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
+    pub unit: String,
+    /// Standard uncertainty at the reference point, or the largest in its neighbourhood where it has no derivative there (`sqrt` at 0).
+    pub u: Option<f64>,
+    /// Has it no derivative at the reference point?
+    pub is_largest: bool,
+}
 
 /// Derived quantities: `u^2 = g' C g`; where the gradient does not exist at the reference point, the largest over points close by.
 pub(super) fn derived(
@@ -26,7 +42,8 @@ pub(super) fn derived(
         let mut u_at = |point: &[f64]| -> Option<f64> {
             tape.gradient(point, &mut scratch, &mut gradient);
             let g = gradient.get(..n)?;
-            let usable = g.iter().enumerate().all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.is_estimable(k)));
+            let usable =
+                g.iter().enumerate().all(|(k, c)| c.is_finite() && (*c == 0.0 || estimate.unknowns.is_estimable(k)));
             let variance: f64 = g
                 .iter()
                 .enumerate()

@@ -52,7 +52,7 @@ pub fn discriminating_positions(
     let terms: Vec<Term> = [effect].into_iter().chain(rivals).cloned().collect();
     let mut rows = with_priors(campaign, kept, noise, &terms)?;
     let mut estimate = adjusted(campaign, &rows, n)?;
-    if estimate.rank < n {
+    if estimate.unknowns.rank < n {
         for k in 0..n {
             let size = rows.iter().map(|row| row[k] * row[k]).sum::<f64>().sqrt();
             let weight = if size > 0.0 { LOOSE * size } else { LOOSE };
@@ -81,7 +81,9 @@ pub fn discriminating_positions(
             let k = rows.len();
             let spread: Vec<Vec<f64>> = rows
                 .iter()
-                .map(|row| (0..n).map(|i| (0..n).map(|j| estimate.covariance[(i, j)] * row[j]).sum()).collect())
+                .map(|row| {
+                    (0..n).map(|i| (0..n).map(|j| estimate.unknowns.covariance[(i, j)] * row[j]).sum()).collect()
+                })
                 .collect();
             let s: Vec<f64> = (0..k * k)
                 .map(|at| f64::from(u8::from(at / k == at % k)) + dot(&rows[at / k][..n], &spread[at % k]))

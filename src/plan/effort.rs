@@ -293,3 +293,33 @@ pub fn mountings(readings: &[Reading]) -> Vec<usize> {
     }
     of
 }
+
+/// The time of every reading in units of work, at its end; by number where work costs nothing.
+pub(super) fn times(rows: &[Reading], costs: &Costs) -> Vec<f64> {
+    let mut now = 0.0;
+    let mut before: Option<&Reading> = None;
+    let times: Vec<f64> = rows
+        .iter()
+        .map(|reading| {
+            now += spent(before, reading, costs);
+            before = Some(reading);
+            now
+        })
+        .collect();
+    if now > 0.0 { times } else { (0..rows.len()).map(|k| k as f64).collect() }
+}
+
+/// What one reading costs after another.
+pub(super) fn spent(before: Option<&Reading>, reading: &Reading, costs: &Costs) -> f64 {
+    costs.reading
+        + match before {
+            Some(last) if super::effort::same_mounting(last, reading) => {
+                if last.joints == reading.joints {
+                    0.0
+                } else {
+                    costs.rate_change
+                }
+            }
+            _ => costs.mounting,
+        }
+}

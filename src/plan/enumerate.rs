@@ -2,8 +2,9 @@
 #![allow(clippy::indexing_slicing, reason = "`ways` has `choose + 1` entries and is indexed by 0 to `choose`")]
 
 use super::blocks::{add_outer, rank};
-use super::exchange::{Design, Problem, information, value};
+use super::exchange::value;
 use super::prices::Till;
+use super::problem::{Design, Problem, information};
 use rayon::prelude::*;
 
 /// With fewer designs than this, all are tried.

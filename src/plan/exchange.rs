@@ -15,107 +15,18 @@
     reason = "`chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
 )]
 
-use super::blocks::{Blocks, add_outer, invert};
+use super::blocks::invert;
 use super::bound::Bound;
-use super::eigenvalue::Combinations;
 use super::largest::{Worst, lower};
-use super::prices::Prices;
+use super::problem::{Design, Objective, Problem, SWEEPS, WORTH, information};
 use super::state::State;
 use crate::linear::dot;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
-/// What the exchange makes small, in the coordinates of the blocks.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Objective {
-    /// `-log det M`: D.
-    Determinant,
-    /// `tr(W M^-1)`, `W` symmetric and row by row: A, and c with `W = c c'`.
-    Trace(Vec<f64>),
-    /// The largest `x' M^-1 x` over all rows of these blocks: G.
-    Largest(Blocks),
-    /// The largest eigenvalue of `T M^-1 T'`: E.
-    Eigenvalue(Combinations),
-}
-
-/// The exchange problem.
-#[derive(Debug, Clone)]
-pub(super) struct Problem<'a> {
-    /// What may be chosen.
-    pub blocks: &'a Blocks,
-    /// Information of what is kept, row by row.
-    pub base: &'a [f64],
-    /// What is made small.
-    pub objective: &'a Objective,
-    /// How many blocks are chosen.
-    pub choose: usize,
-    /// How often one candidate may be chosen.
-    pub most_repeats: usize,
-    /// For coordinate exchange: candidates that differ from each in one coordinate; empty for Fedorov's exchange.
-    pub neighbours: &'a [Vec<usize>],
-    /// Prices that exchanges must keep to, where there is a budget instead of a number.
-    pub prices: Option<&'a Prices>,
-}
-
-/// A chosen design.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Design {
-    /// Candidates, sorted, with repeats.
-    pub chosen: Vec<usize>,
-    /// The objective's value after a fresh factorisation.
-    pub value: f64,
-    /// Multiplications that were spent on it, roughly.
-    pub effort: f64,
-}
-
-/// An exchange must improve the criterion by this share to be made: less is rounding, and could go round in a circle.
-pub(super) const WORTH: f64 = 1e-9;
-/// More sweeps than this have never been needed.
-pub(super) const SWEEPS: usize = 200;
 /// Exchanges between fresh factorisations.
 const REFACTOR: usize = 50;
-
-/// A list longer than this is counted before it is summed.
-const LONG: usize = 500;
-
-/// `M`, for a list of chosen candidates.
-pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Vec<f64> {
-    let mut m = base.to_vec();
-    if chosen.len() > LONG {
-        // one sum for each candidate, however often it is chosen
-        let mut times = vec![0_u32; blocks.count()];
-        for j in chosen {
-            if let Some(count) = times.get_mut(*j) {
-                *count += 1;
-            }
-        }
-        for (j, times) in times.iter().enumerate().filter(|(_, times)| **times > 0) {
-            for r in 0..blocks.rows() {
-                add_outer(&mut m, f64::from(*times), &blocks.row(j, r));
-            }
-        }
-        return m;
-    }
-    for j in chosen {
-        for r in 0..blocks.rows() {
-            add_outer(&mut m, 1.0, &blocks.row(*j, r));
-        }
-    }
-    m
-}
-
-/// The objective's value for an information matrix of `n` unknowns; `None` where it is singular.
-pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
-    crate::stop::poll();
-    let (inverse, log_det) = invert(m, n)?;
-    Some(match objective {
-        Objective::Determinant => -log_det,
-        Objective::Trace(w) => dot(w, &inverse),
-        Objective::Largest(predicted) => predicted.of(&inverse),
-        Objective::Eigenvalue(combinations) => combinations.of(&inverse),
-    })
-}
 
 /// How a start begins: its number says whether a third is at random and the rest by what tells most, or all is at random, or the approximate
 /// design's weights are rounded.
@@ -257,4 +168,16 @@ fn sweeps(state: &mut State<'_>, objective: &Objective) {
             return;
         }
     }
+}
+
+/// The objective's value for an information matrix of `n` unknowns; `None` where it is singular.
+pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
+    crate::stop::poll();
+    let (inverse, log_det) = invert(m, n)?;
+    Some(match objective {
+        Objective::Determinant => -log_det,
+        Objective::Trace(w) => dot(w, &inverse),
+        Objective::Largest(predicted) => predicted.of(&inverse),
+        Objective::Eigenvalue(combinations) => combinations.of(&inverse),
+    })
 }

@@ -8,14 +8,15 @@ use super::candidates::frozen;
 use super::criterion::weight_matrix;
 use super::derived::gradients;
 use super::effort::{Costs, Offer, planned};
-use super::exchange::{Objective, Problem};
-use super::improve::{Improvement, Request, guide};
+use super::improve::{Improvement, guide};
 use super::judge::{Judgement, check_question, judge};
 use super::levels::{carried, levels};
 use super::point::check_point;
 use super::pool::Pool;
 use super::prices::Prices;
+use super::problem::{Objective, Problem};
 use super::reasons::reasons;
+use super::request::Request;
 use super::scheduled::{schedule_rows, scheduled};
 use super::search::{EFFORT, Limits, search};
 use crate::campaign::{Campaign, Readings};
@@ -313,7 +314,7 @@ impl<'a> Search<'a> {
         let cost = |chosen: &[usize]| self.prices.of(chosen);
         let blocks = &self.pool.blocks;
         let reaches = |chosen: &Vec<usize>| {
-            let m = super::exchange::information(blocks, &self.pool.base, chosen);
+            let m = super::problem::information(blocks, &self.pool.base, chosen);
             let value = super::exchange::value(&self.objective, &m, blocks.unknowns());
             value.is_some_and(|value| value <= 1.0) && chosen.len() <= self.most
         };

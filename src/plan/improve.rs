@@ -2,82 +2,24 @@
 
 use super::blocks::{add_outer, rank};
 use super::bound::{Bound, bound};
-use super::candidates::{Unit, frozen};
-use super::criterion::{Criterion, objective};
+use super::candidates::frozen;
+use super::criterion::objective;
 use super::effort::{Costs, Noise, Offer, planned};
 use super::enumerate;
-use super::exchange::{Design, Objective, Problem};
 use super::judge::{Judgement, check_question, judge};
 use super::levels::{carried, levels};
-use super::order::Order;
 use super::point::check_point;
 use super::pool::Pool;
 use super::prices::Prices;
+use super::problem::{Design, Objective, Problem};
 use super::reasons::{Reason, reasons};
-use super::refine::{Refined, Refinement, refined as refine};
+use super::refine::{Refined, refined as refine};
+use super::request::{Method, Request};
 use super::scheduled::{check, schedule_rows, scheduled};
-use super::search::{Found, Limits, Progress, search};
+use super::search::{Found, Limits, search};
 use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
-
-/// How exchanges look for replacements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Method {
-    /// All candidates (Fedorov).
-    #[default]
-    Fedorov,
-    /// Candidates that differ in the state of one joint (coordinate exchange): for very many candidates.
-    Coordinate,
-}
-
-/// What is asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Request {
-    /// Readings to choose; with a budget the most that may be chosen, and 0 for as many as it buys.
-    pub readings: usize,
-    /// What may be spent on what is chosen.
-    pub budget: Option<f64>,
-    /// May it cost more where nothing within the budget determines the unknowns?
-    pub may_cost_more: bool,
-    /// Best in what.
-    pub criterion: Criterion,
-    /// In what portions.
-    pub unit: Unit,
-    /// Which exchange.
-    pub method: Method,
-    /// How often one portion may be chosen.
-    pub most_repeats: usize,
-    /// Starts of the exchange.
-    pub starts: usize,
-    /// Seed of starts and random orders.
-    pub seed: u64,
-    /// Are angles moved between the candidates after the choice?
-    pub refine: Option<Refinement>,
-    /// Order of the result.
-    pub order: Order,
-    /// Who is told how far the search is.
-    pub progress: Progress,
-}
-
-impl Default for Request {
-    fn default() -> Self {
-        Request {
-            readings: 0,
-            budget: None,
-            may_cost_more: false,
-            criterion: Criterion::D,
-            unit: Unit::Reading,
-            method: Method::Fedorov,
-            most_repeats: usize::MAX,
-            starts: 100,
-            seed: 1,
-            refine: None,
-            order: Order::Abba,
-            progress: Progress::default(),
-        }
-    }
-}
 
 /// The best schedule that was found, and how near the optimum it is.
 #[derive(Debug, Clone)]

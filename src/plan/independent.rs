@@ -5,8 +5,8 @@
 )]
 
 use super::effort::Noise;
-use super::judge::{own_noise, priors};
 use super::whitened::lines;
+use super::whitened::{own_noise, priors};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;

@@ -3,13 +3,14 @@
 //! Rows need no readings, so the covariance, the leverages and the detectable faults are known beforehand. What scatters enters as one more
 //! unknown for each deviation, with a row that says "0 with this standard deviation": readings of one mounting, or level, share it.
 
+use super::derived::PredictedDerived;
 use super::derived::derived;
+use super::effort::times;
 use super::effort::{Costs, Noise, Work};
 use super::independent::Independent;
 use super::known::{ThroughTilts, contributions};
-use super::order::times;
 use super::point::{self, Lacking};
-use crate::campaign::{Campaign, Constraint, Kind, Reading, Role};
+use crate::campaign::{Campaign, Constraint, Kind, Reading};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -33,23 +34,6 @@ pub struct Predicted {
     pub from_readings: Option<f64>,
     /// The part from known inputs.
     pub from_known: f64,
-}
-
-/// Prediction for a derived quantity.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PredictedDerived {
-    /// Its name.
-    pub id: String,
-    /// Its line of algebra.
-    pub line: String,
-    /// Is it an angle?
-    pub is_angle: bool,
-    /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
-    pub unit: String,
-    /// Standard uncertainty at the reference point, or the largest in its neighbourhood where it has no derivative there (`sqrt` at 0).
-    pub u: Option<f64>,
-    /// Has it no derivative at the reference point?
-    pub is_largest: bool,
 }
 
 /// Prediction for one value of the schedule.
@@ -141,7 +125,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
     let sensitivities = independent.sensitivities(&estimate);
     let (redundancies, u) = (independent.redundancies(&estimate), &independent.u);
     let (known, through_tilts) = contributions(campaign, &model, &design, (&independent, &estimate), noise)?;
-    let mut covariance = Mat::from_fn(n, n, |i, j| estimate.covariance[(i, j)]);
+    let mut covariance = Mat::from_fn(n, n, |i, j| estimate.unknowns.covariance[(i, j)]);
     for c in &known {
         for (i, a) in c.iter().enumerate().take(n) {
             for (j, b) in c.iter().enumerate().take(n) {
@@ -149,7 +133,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             }
         }
     }
-    let estimable = |k: usize| estimate.is_estimable(k);
+    let estimable = |k: usize| estimate.unknowns.is_estimable(k);
     let parameters: Vec<Predicted> = campaign
         .estimated()
         .iter()
@@ -159,7 +143,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             kind: parameter.kind,
             unit: parameter.unit.clone(),
             u: estimable(k).then(|| covariance[(k, k)].sqrt()),
-            from_readings: estimable(k).then(|| estimate.covariance[(k, k)].sqrt()),
+            from_readings: estimable(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt()),
             from_known: known.iter().filter_map(|c| c.get(k)).map(|c| c * c).sum::<f64>().sqrt(),
         })
         .collect();
@@ -181,7 +165,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             PredictedReading { origin: *origin, u, leverage, mdb, effect }
         })
         .collect();
-    let rank = estimate.rank;
+    let rank = estimate.unknowns.rank;
     Ok(Judgement {
         derived: derived(campaign, &design, &covariance, &estimate)?,
         not_estimable: match &nearby {
@@ -200,7 +184,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         readings,
         rank,
         dof: design.rows.len().saturating_sub(rank),
-        condition: estimate.condition,
+        condition: estimate.unknowns.condition,
         work: costs.work(&campaign.readings.rows),
         through_tilts,
     })
@@ -230,24 +214,6 @@ pub(super) fn check_question(campaign: &Campaign) -> Result<()> {
     Ok(())
 }
 
-/// Standard uncertainty of each row of a design, and what of it is the row's own noise.
-pub(super) fn own_noise(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<f64>) {
-    let rows = &campaign.readings.rows;
-    let of = |origin: &design::RowOrigin| rows.get(origin.reading).map_or(1.0, |r| noise.u(r, origin.sensor));
-    let stated: Vec<f64> = design.rows.iter().map(of).collect();
-    let own = fit::own_noise(campaign, design, &stated);
-    (stated, own)
-}
-
-/// Estimated parameters with a prior, and its standard uncertainty.
-pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
-    let prior = |(k, p): (usize, &crate::campaign::Parameter)| match &p.role {
-        Role::Estimated { prior: Some(prior), .. } => Some((k, prior.u)),
-        _ => None,
-    };
-    campaign.estimated().iter().enumerate().filter_map(prior).collect()
-}
-
 /// For each reading its part in the shift of every estimable parameter by a drift of one standard deviation, as a share of the parameter's `u`.
 pub(super) fn weighted_sensitivities(campaign: &Campaign, noise: &Noise) -> Result<Vec<Vec<f64>>> {
     let design = design::assemble(campaign, &Model::new(campaign)?, &campaign.reference_point())?;
@@ -256,8 +222,8 @@ pub(super) fn weighted_sensitivities(campaign: &Campaign, noise: &Noise) -> Resu
     let estimate = fit::adjust_meeting_equations(campaign, &design.point, &independent.system, &settings)?;
     let sensitivities = independent.sensitivities(&estimate);
     let known: Vec<(usize, f64)> = (0..campaign.unknowns())
-        .filter(|k| estimate.is_estimable(*k))
-        .map(|k| (k, estimate.covariance[(k, k)].sqrt()))
+        .filter(|k| estimate.unknowns.is_estimable(*k))
+        .map(|k| (k, estimate.unknowns.covariance[(k, k)].sqrt()))
         .filter(|(_, u)| *u > 0.0)
         .collect();
     Ok(parts(&design, &independent.u, &sensitivities, &known, campaign.readings.rows.len()))

@@ -82,8 +82,8 @@ pub(super) fn contributions(
         }
     }
     let share = |k: usize, u: f64| {
-        let own = estimate.covariance[(k, k)].sqrt();
-        if own > 0.0 && estimate.is_estimable(k) { u / own } else { 0.0 }
+        let own = estimate.unknowns.covariance[(k, k)].sqrt();
+        if own > 0.0 && estimate.unknowns.is_estimable(k) { u / own } else { 0.0 }
     };
     let all =
         squares.iter().zip(&known).flat_map(|(s, (p, _))| s.iter().enumerate().map(move |(k, s)| (*p, k, s.sqrt())));

@@ -11,7 +11,7 @@
 )]
 
 use super::blocks::{Blocks, add_outer, invert, times};
-use super::exchange::{SWEEPS, WORTH, information};
+use super::problem::{SWEEPS, WORTH, information};
 use super::state::{State, packed};
 use crate::linear::dot;
 

@@ -9,6 +9,7 @@
 //! `S` does not depend on the order, so orders are compared by these sums alone.
 
 use super::effort::{Costs, Noise, mounting};
+use super::effort::{spent, times};
 use super::judge::weighted_sensitivities;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::Parts;
@@ -90,36 +91,6 @@ pub fn ordered(
     let mut readings: Vec<Reading> = rows.part(..fixed).to_vec();
     readings.extend(sequence.iter().filter_map(|k| rows.get(*k)).cloned());
     Ok(timed(Readings { columns: campaign.readings.columns.clone(), rows: readings }, costs, fixed))
-}
-
-/// The time of every reading in units of work, at its end; by number where work costs nothing.
-pub(super) fn times(rows: &[Reading], costs: &Costs) -> Vec<f64> {
-    let mut now = 0.0;
-    let mut before: Option<&Reading> = None;
-    let times: Vec<f64> = rows
-        .iter()
-        .map(|reading| {
-            now += spent(before, reading, costs);
-            before = Some(reading);
-            now
-        })
-        .collect();
-    if now > 0.0 { times } else { (0..rows.len()).map(|k| k as f64).collect() }
-}
-
-/// What one reading costs after another.
-fn spent(before: Option<&Reading>, reading: &Reading, costs: &Costs) -> f64 {
-    costs.reading
-        + match before {
-            Some(last) if super::effort::same_mounting(last, reading) => {
-                if last.joints == reading.joints {
-                    0.0
-                } else {
-                    costs.rate_change
-                }
-            }
-            _ => costs.mounting,
-        }
 }
 
 /// Where readings have a column `time_s`, its values in the order of the run: those that there are, where every reading has one of its own; else

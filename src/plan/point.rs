@@ -113,7 +113,7 @@ pub(super) fn lacking(
             matches!(campaign.parameters.get(*k).map(|p| &p.role), Some(Role::Estimated { start: None, prior: None }))
         })
         .collect();
-    if free.is_empty() || here.not_estimable.is_empty() {
+    if free.is_empty() || here.unknowns.not_estimable.is_empty() {
         return Ok(None);
     }
     let moved = |which: &[usize], sizes: (f64, f64)| -> Result<(DesignMatrix, Estimate)> {
@@ -132,16 +132,16 @@ pub(super) fn lacking(
     let mut best: Option<(DesignMatrix, Estimate)> = None;
     for sizes in NEARBY {
         let (design, estimate) = moved(&free, sizes)?;
-        if estimate.rank > best.as_ref().map_or(here.rank, |(_, before)| before.rank) {
+        if estimate.unknowns.rank > best.as_ref().map_or(here.unknowns.rank, |(_, before)| before.unknowns.rank) {
             best = Some((design, estimate));
         }
     }
     let Some((design, estimate)) = best else { return Ok(None) };
-    let told = |estimate: &Estimate, k: usize| estimate.is_estimable(k);
+    let told = |estimate: &Estimate, k: usize| estimate.unknowns.is_estimable(k);
     let untold = (0..campaign.unknowns()).filter(|k| told(&estimate, *k) && !told(here, *k)).collect();
     let mut needs = Vec::new();
     for k in &free {
-        if moved(&[*k], NEARBY[0])?.1.rank > here.rank {
+        if moved(&[*k], NEARBY[0])?.1.unknowns.rank > here.unknowns.rank {
             needs.push(*k);
         }
     }

@@ -51,7 +51,7 @@ impl Pool {
         rows.extend(whitened(campaign, &mounted_apart(&portions, candidates), noise, terms, true)?);
         let total = rows.len();
         let estimate = adjusted(campaign, &rows, n)?;
-        let rank = estimate.rank;
+        let rank = estimate.unknowns.rank;
         if rank == 0 {
             return Err(Malformed::new(Fault::Value, "no candidate depends on what is to be estimated")
                 .expected("candidates whose readings depend on the estimated parameters"));
@@ -64,7 +64,7 @@ impl Pool {
             let row: Vec<f64> = (0..rank).map(|c| q[(i, c)]).collect();
             add_outer(&mut base, 1.0, &row);
         }
-        let not_estimable = if terms.is_empty() && !estimate.not_estimable.is_empty() {
+        let not_estimable = if terms.is_empty() && !estimate.unknowns.not_estimable.is_empty() {
             let all = campaign.with_readings(candidates.clone());
             let model = Model::new(&all)?;
             let point = all.reference_point();
@@ -90,7 +90,7 @@ impl Pool {
 
     /// Coordinates of a linear function of the unknowns; `None` where it takes part in a defect.
     pub fn coordinates(&self, c: &[f64]) -> Option<Vec<f64>> {
-        let estimable = |k: usize| self.estimate.is_estimable(k);
+        let estimable = |k: usize| self.estimate.unknowns.is_estimable(k);
         if c.iter().enumerate().any(|(k, c)| *c != 0.0 && !estimable(k)) {
             return None;
         }

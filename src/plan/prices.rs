@@ -115,6 +115,11 @@ impl Prices {
         sum <= self.budget * (1.0 + 1e-12)
     }
 
+    /// The least that one more portion costs.
+    pub fn least_more(&self) -> f64 {
+        self.costs.reading * self.size as f64
+    }
+
     /// Cost of one portion at a mounting of its own.
     pub fn alone(&self, j: usize) -> f64 {
         self.alone.at(j)

@@ -35,8 +35,8 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
     let n = schedule.unknowns();
     let u = |readings: &Readings| -> Result<Vec<Option<f64>>> {
         let estimate = adjusted(schedule, &with_priors(schedule, readings, noise, &[])?, n)?;
-        let known = |k: usize| estimate.is_estimable(k);
-        Ok((0..n).map(|k| known(k).then(|| estimate.covariance[(k, k)].sqrt())).collect())
+        let known = |k: usize| estimate.unknowns.is_estimable(k);
+        Ok((0..n).map(|k| known(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt())).collect())
     };
     let with = u(&schedule.readings)?;
     let mut reasons = Vec::with_capacity(labels.len());

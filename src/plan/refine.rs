@@ -5,35 +5,14 @@
 
 use super::candidates::{Zone, is_forbidden};
 use super::effort::{Noise, mounting, planned};
-use super::exchange::{Objective, WORTH};
 use super::pool::Pool;
+use super::problem::{Objective, WORTH};
+use super::request::Progress;
+use super::request::Refinement;
 use super::scheduled::criterion_of;
-use super::search::Progress;
 use crate::campaign::{Campaign, JointState, Reading, Readings};
-use crate::error::{Fault, Malformed, Result};
+use crate::error::Result;
 use crate::number;
-
-/// How finely angles are moved after the choice.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Refinement {
-    /// Angles move in multiples of this, in degrees.
-    pub resolution_deg: f64,
-    /// Where no position may lie.
-    pub zones: Vec<Zone>,
-}
-
-impl Refinement {
-    /// Errors: a resolution that is no positive angle.
-    pub(super) fn check(&self) -> Result<()> {
-        if self.resolution_deg > 0.0 && self.resolution_deg <= 90.0 {
-            return Ok(());
-        }
-        Err(Malformed::new(Fault::Value, "the resolution of the angles is not possible")
-            .expected("degrees, above 0 and at most 90")
-            .found(self.resolution_deg.to_string())
-            .argument("refine", "0.1"))
-    }
-}
 
 /// What moving the angles brought.
 #[derive(Debug, Clone, Copy, PartialEq)]

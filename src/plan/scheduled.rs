@@ -1,11 +1,11 @@
 //! From chosen portions to a schedule: labels, order, and the criterion once more.
 
 use super::effort::{Noise, Offer, mounting, planned};
-use super::exchange::{Design, Objective};
-use super::improve::Request;
 use super::largest::Worst;
 use super::order::ordered;
 use super::pool::{Pool, log_det_of};
+use super::problem::{Design, Objective};
+use super::request::Request;
 use super::whitened::{adjusted, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::Elements;
@@ -88,12 +88,12 @@ pub(super) fn criterion_of(
     let n = schedule.unknowns();
     let fresh = adjusted(schedule, &with_priors(schedule, &schedule.readings, noise, &[])?, n)?;
     let basis = pool.estimate.factor.basis();
-    if fresh.rank != pool.blocks.unknowns() || fresh.factor.basis().iter().any(|j| !basis.contains(j)) {
+    if fresh.unknowns.rank != pool.blocks.unknowns() || fresh.factor.basis().iter().any(|j| !basis.contains(j)) {
         return Ok(None);
     }
     Ok(match objective {
         Objective::Determinant => Some(log_det_of(&pool.estimate) - log_det_of(&fresh)),
-        _ if fresh.rank < n => None,
+        _ if fresh.unknowns.rank < n => None,
         Objective::Trace(w) => Some(crate::linear::dot(w, &in_coordinates(pool, &fresh))),
         Objective::Largest(rows) => Some(rows.of(&in_coordinates(pool, &fresh))),
         Objective::Eigenvalue(combinations) => Some(combinations.of(&in_coordinates(pool, &fresh))),
@@ -107,7 +107,7 @@ fn in_coordinates(pool: &Pool, fresh: &Estimate) -> Vec<f64> {
     let n = basis.len();
     let t = |i: usize, k: usize| r[(i, k)] * scale.at(basis.at(k));
     let c = |k: usize, l: usize| match (basis.get(k), basis.get(l)) {
-        (Some(a), Some(b)) => fresh.covariance[(*a, *b)],
+        (Some(a), Some(b)) => fresh.unknowns.covariance[(*a, *b)],
         _ => 0.0,
     };
     let half: Vec<Vec<f64>> =

@@ -3,12 +3,13 @@
 use super::bound::Bound;
 use super::budget;
 use super::enumerate;
-use super::exchange::{self, Design, Problem};
-use super::improve::Request;
+use super::exchange::{self};
+use super::problem::{Design, Problem};
+use super::request::Progress;
+use super::request::Request;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// The best design that was found.
 #[derive(Debug, Clone)]
@@ -47,37 +48,6 @@ impl<'a> Limits<'a> {
         let patience = (request.starts as f64 / 100.0).clamp(1.0, 5.0);
         let Request { starts, seed, progress, .. } = request;
         Limits { starts: *starts, seed: *seed, effort: EFFORT * patience, enough: None, given, progress }
-    }
-}
-
-/// Told how far a search is: what is done, and of how much.
-#[derive(Clone, Default)]
-#[allow(clippy::type_complexity, reason = "a function that is told of progress, in one place")]
-pub struct Progress(Option<Arc<dyn Fn(&str, usize, usize) + Send + Sync>>);
-
-impl Progress {
-    /// Call this after every batch of starts.
-    pub fn new(tell: impl Fn(&str, usize, usize) + Send + Sync + 'static) -> Self {
-        Progress(Some(Arc::new(tell)))
-    }
-
-    pub(super) fn tell(&self, what: &str, done: usize, of: usize) {
-        if let Some(tell) = &self.0 {
-            tell(what, done, of);
-        }
-    }
-}
-
-impl std::fmt::Debug for Progress {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(if self.0.is_some() { "Progress(told)" } else { "Progress(silent)" })
-    }
-}
-
-/// Whom it is told is no part of a question.
-impl PartialEq for Progress {
-    fn eq(&self, _: &Self) -> bool {
-        true
     }
 }
 

@@ -5,8 +5,8 @@
 )]
 
 use super::blocks::{add_outer, inverse_and_root, largest, times};
-use super::exchange::{Problem, information};
 use super::prices::Till;
+use super::problem::{Problem, information};
 use crate::linear::dot;
 use crate::number;
 use rand_pcg::Pcg64Mcg;

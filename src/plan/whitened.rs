@@ -5,12 +5,13 @@
 )]
 
 use super::effort::{Noise, mountings};
-use super::judge::priors;
+use crate::campaign::Role;
+
 use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Felt, Group, Line, Pattern, System, Whitening};
+use crate::estimate::{self, Estimate, Felt, Group, Pattern, ScatterLine, System, Whitening};
 use crate::fit;
 use crate::simulate::{self, Regressor};
 use faer::Mat;
@@ -117,7 +118,12 @@ pub(super) fn whitened(
 }
 
 /// What scatters at a schedule, with its variances: the campaign's lines, and what every mounting scatters.
-pub(super) fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u: &[f64]) -> (Vec<Line>, Vec<f64>) {
+pub(super) fn lines(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    noise: &Noise,
+    u: &[f64],
+) -> (Vec<ScatterLine>, Vec<f64>) {
     let mut lines = fit::scatter_lines(campaign, design, u);
     let mut variance = noise.lines.clone();
     variance.resize(lines.len(), 0.0);
@@ -128,7 +134,7 @@ pub(super) fn lines(campaign: &Campaign, design: &DesignMatrix, noise: &Noise, u
             level: mounting_of.at(origin.reading),
             by: design.jacobian[(row, *k)],
         });
-        lines.push(Line { felt: felt.collect(), variance: Some(sd * sd), memory: None });
+        lines.push(ScatterLine { felt: felt.collect(), variance: Some(sd * sd), memory: None });
         variance.push(sd * sd);
     }
     (lines, variance)
@@ -166,4 +172,22 @@ fn term_columns(
         }
     }
     Ok(columns)
+}
+
+/// Standard uncertainty of each row of a design, and what of it is the row's own noise.
+pub(super) fn own_noise(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> (Vec<f64>, Vec<f64>) {
+    let rows = &campaign.readings.rows;
+    let of = |origin: &design::RowOrigin| rows.get(origin.reading).map_or(1.0, |r| noise.u(r, origin.sensor));
+    let stated: Vec<f64> = design.rows.iter().map(of).collect();
+    let own = fit::own_noise(campaign, design, &stated);
+    (stated, own)
+}
+
+/// Estimated parameters with a prior, and its standard uncertainty.
+pub(super) fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
+    let prior = |(k, p): (usize, &crate::campaign::Parameter)| match &p.role {
+        Role::Estimated { prior: Some(prior), .. } => Some((k, prior.u)),
+        _ => None,
+    };
+    campaign.estimated().iter().enumerate().filter_map(prior).collect()
 }

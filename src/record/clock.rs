@@ -328,6 +328,7 @@ impl Clock {
 
     /// The time at which rows go on after the `k`-th gap or step back, s since the first row.
     pub fn resumed(&self, k: usize) -> f64 {
+        // counted with the jumps; beyond them the record goes on where it is
         self.resumed.get(k).copied().unwrap_or(self.last)
     }
 

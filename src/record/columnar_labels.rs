@@ -169,6 +169,7 @@ fn hybrid(mut bytes: &[u8], width: u8, count: usize, to: &mut Vec<u32>) -> Read<
             }
             continue;
         }
+        // a header that no memory could hold: the length that is left decides
         let groups = usize::try_from(header >> 1).unwrap_or(usize::MAX);
         // the last group may be cut off behind its last number
         let size = groups.saturating_mul(usize::from(width)).min(bytes.len());

@@ -285,6 +285,7 @@ fn columns(array: &Array, length: usize) -> Vec<Numbers> {
     let column = |k: usize| {
         let name = if width == 1 { array.name.clone() } else { format!("{}_{}", array.name, k + 1) };
         let values = match upright {
+            // a matrix has rows times columns: `Array` is made of as many values
             true => array.values.get(k * length..(k + 1) * length).map(<[f64]>::to_vec).unwrap_or_default(),
             false => array.values.iter().skip(k).step_by(width.max(1)).copied().collect(),
         };

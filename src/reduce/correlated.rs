@@ -15,7 +15,7 @@ use crate::uncertainty::quantiles::{fisher_f_survival, normal_quantile, student_
 
 /// One segment of one channel.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Block {
+pub struct SegmentBlocks {
     /// Block means of each uninterrupted piece.
     pub pieces: Vec<Vec<f64>>,
     /// Where it begins in the record, in blocks.
@@ -150,16 +150,16 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
 /// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks.
 ///
 /// ```
-/// use tumble::reduce::{Block, mean_uncertainties};
+/// use tumble::reduce::{SegmentBlocks, mean_uncertainties};
 /// // noise without memory: u is s/sqrt(n), nearly
 /// let mut n = 1_u64;
 /// let mut next = || { n = n.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407); (n >> 40) as f64 / 16777216.0 };
 /// let values: Vec<f64> = (0..2000).map(|_| (0..12).map(|_| next()).sum::<f64>() - 6.0).collect();
-/// let block = Block { pieces: vec![values], length: 2000.0, samples: 2000, sd: 1.0, ..Block::default() };
+/// let block = SegmentBlocks { pieces: vec![values], length: 2000.0, samples: 2000, sd: 1.0, ..SegmentBlocks::default() };
 /// let u = mean_uncertainties(&[block], 2000.0, 0.95)[0].u;
 /// assert!(u > 0.9 / 2000f64.sqrt() && u < 2.0 / 2000f64.sqrt());
 /// ```
-pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<MeanUncertainty> {
+pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
     let mut lengths: Vec<f64> = segments.iter().map(|s| s.length).collect();
     lengths.sort_by(f64::total_cmp);
     let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0); // no segments, no answers
@@ -181,7 +181,7 @@ pub fn mean_uncertainties(segments: &[Block], record: f64, level: f64) -> Vec<Me
     let longest = pieces.iter().flatten().map(Vec::len).max().unwrap_or(0);
     let contrasts: usize = pieces.iter().flatten().map(|piece| piece.len() - 1).sum();
     let spread_out = pieces.iter().flatten().any(|p| p.iter().any(|v| Some(v) != p.first()));
-    let plain = |segment: &Block| {
+    let plain = |segment: &SegmentBlocks| {
         let white = segment.sd / (segment.samples.max(1) as f64).sqrt();
         let resolution = if segment.sd < 0.5 * segment.step { segment.step / 12f64.sqrt() } else { 0.0 };
         MeanUncertainty { u: white.max(resolution), white, resolution, noisier: 1.0, ..MeanUncertainty::default() }

@@ -24,10 +24,11 @@ mod still;
 mod trace;
 mod turns;
 
-pub use correlated::{Block, MeanUncertainty, mean_uncertainties};
+pub use correlated::{MeanUncertainty, SegmentBlocks, mean_uncertainties};
 pub use events::{Event, EventKind};
-pub use segments::{By, Rejected, Segment, Segmentation, segment};
+pub use segments::{By, Rejected, Segmentation, segment};
 pub use still::Stillness;
+pub use trace::Segment;
 pub use trace::{Channel, Run, Trace};
 pub use turns::{Unwrap, whole_turns, whole_turns_of};
 
@@ -86,7 +87,7 @@ pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>])
         .iter()
         .enumerate()
         .map(|(k, channel)| {
-            let blocks: Vec<Block> = segments
+            let blocks: Vec<SegmentBlocks> = segments
                 .iter()
                 .enumerate()
                 .map(|(i, segment)| channel.block(trace, segment, turn_s.get(i).copied().flatten()))

@@ -1,31 +1,9 @@
 //! Segments: by a column's labels, by times, or where the record stands still.
 
+use super::trace::Segment;
 use super::{Stillness, Trace, still};
 use crate::number;
 use std::ops::Range;
-
-/// A segment that becomes a reading.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Segment {
-    /// Its label.
-    pub label: String,
-    /// Its samples; more than one range where something in between was left out.
-    pub pieces: Vec<Range<u64>>,
-    /// What a reader should know about it.
-    pub notes: Vec<String>,
-}
-
-impl Segment {
-    /// First sample and one past the last.
-    pub fn span(&self) -> (u64, u64) {
-        (self.pieces.first().map_or(0, |p| p.start), self.pieces.last().map_or(0, |p| p.end))
-    }
-
-    /// Samples in it.
-    pub fn samples(&self) -> u64 {
-        self.pieces.iter().map(|p| p.end - p.start).sum()
-    }
-}
 
 /// A stretch that does not become a reading.
 #[derive(Debug, Clone, PartialEq)]

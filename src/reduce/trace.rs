@@ -1,9 +1,10 @@
 //! A record in bounded memory: block means with the spread inside each block; blocks double in length as the record grows.
 
+use super::correlated::SegmentBlocks;
 use super::events::{Event, EventKind, Watch};
-use super::{Block, Segment};
 use crate::elements::Parts;
 use crate::number;
+use std::ops::Range;
 
 /// Most blocks of a channel.
 const MOST: usize = 1 << 21;
@@ -226,8 +227,8 @@ impl Channel {
     }
 
     /// The blocks of a segment, what repeats with a turn taken out.
-    pub fn block(&self, trace: &Trace, segment: &Segment, turn_s: Option<f64>) -> Block {
-        let mut block = Block { start: 0.0, length: 0.0, ..Block::default() };
+    pub fn block(&self, trace: &Trace, segment: &Segment, turn_s: Option<f64>) -> SegmentBlocks {
+        let mut block = SegmentBlocks { start: 0.0, length: 0.0, ..SegmentBlocks::default() };
         let (mut sum, mut within) = (0.0, 0.0);
         let mut count = 0;
         for piece in &segment.pieces {
@@ -275,5 +276,28 @@ fn without_harmonics(values: &mut [f64], period: f64) {
             let (sin, cos) = (w * k as f64).sin_cos();
             *v -= 2.0 / n * (c * cos + s * sin);
         }
+    }
+}
+
+/// A segment that becomes a reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Its label.
+    pub label: String,
+    /// Its samples; more than one range where something in between was left out.
+    pub pieces: Vec<Range<u64>>,
+    /// What a reader should know about it.
+    pub notes: Vec<String>,
+}
+
+impl Segment {
+    /// First sample and one past the last.
+    pub fn span(&self) -> (u64, u64) {
+        (self.pieces.first().map_or(0, |p| p.start), self.pieces.last().map_or(0, |p| p.end))
+    }
+
+    /// Samples in it.
+    pub fn samples(&self) -> u64 {
+        self.pieces.iter().map(|p| p.end - p.start).sum()
     }
 }

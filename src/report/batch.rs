@@ -2,7 +2,7 @@
 
 use super::table::{plain, rounded, significant};
 use super::{Input, wrap};
-use crate::batch::{Row, Summary};
+use crate::batch::{Row, Summary, Verdict};
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::fit;
 use crate::language::{Language, say};
@@ -44,6 +44,9 @@ pub struct BatchReport {
     pub quantities: Vec<DistributionReport>,
     /// Devices that stand apart, the farthest first, at most 50.
     pub outlying: Vec<OutlyingReport>,
+    /// Devices that are not accepted or lie outside a limit, in the order in which they were met, at most 100.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_in_order: Vec<NotInOrderReport>,
     /// Lots or dates in the order in which they were met; empty where no column has them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lots: Vec<LotReport>,
@@ -150,6 +153,20 @@ pub struct OutlyingReport {
     pub z: f64,
 }
 
+/// A device that is not accepted, or outside a limit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct NotInOrderReport {
+    /// The device.
+    pub device: String,
+    /// `rejected`, `malformed`, or `accepted` where only a limit is not kept.
+    pub verdict: Verdict,
+    /// The worst outcome of its limits; null without limits.
+    pub conformity: Option<fit::Conformity>,
+    /// What is wrong, in words; empty where only a limit is not kept.
+    pub why: String,
+}
+
 /// A lot or a date.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -249,6 +266,16 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             .outlying(MOST)
             .into_iter()
             .map(|own| OutlyingReport { device: own.label, id: name(own.quantity), value: own.value, z: own.z })
+            .collect(),
+        not_in_order: summary
+            .not_in_order
+            .iter()
+            .map(|own| NotInOrderReport {
+                device: own.label.clone(),
+                verdict: own.verdict,
+                conformity: own.conformity,
+                why: own.why.clone(),
+            })
             .collect(),
         lots: lots.collect(),
     }

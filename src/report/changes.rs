@@ -2,7 +2,7 @@
 
 use super::table::{degrees_of_freedom, optional, plain, rounded, significant};
 use super::{ARCSEC, FitReport, VERSION};
-use crate::compare::calibrations::{Changes, Determination, Input, Quantity, Trend};
+use crate::compare::calibrations::{Changes, Determination, InputShare, Quantity, Trend};
 use crate::language::{Language, say};
 use crate::number;
 use crate::report::ReportKind;
@@ -111,7 +111,12 @@ pub struct TogetherReport {
 /// A calibration's results, ready to be compared: angles in arcsec.
 pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determination {
     let known = |source: &super::BudgetReport, scale: f64| {
-        Some(Input { id: source.source.clone(), estimate: source.estimate?, u: source.source_u?, c: source.c? * scale })
+        Some(InputShare {
+            id: source.source.clone(),
+            estimate: source.estimate?,
+            u: source.source_u?,
+            c: source.c? * scale,
+        })
     };
     let (mut quantities, mut scales, mut places) = (Vec::new(), Vec::new(), Vec::new());
     for p in &report.parameters {

@@ -119,13 +119,16 @@ pub fn compare_report(comparison: &Comparison) -> CompareReport {
     let group = |g: &GroupComparison| GroupReport {
         group: g.group,
         readings: g.readings,
-        quantities: (0..comparison.quantities.len())
-            .map(|k| {
-                let (factor, unit) = scales.get(k).cloned().unwrap_or((1.0, String::new()));
+        quantities: comparison
+            .quantities
+            .iter()
+            .zip(&scales)
+            .enumerate()
+            .map(|(k, (id, (factor, unit)))| {
                 let at = |list: &[Option<f64>]| list.get(k).copied().flatten().map(|v| v * factor);
                 QuantityReport {
-                    id: comparison.quantities.get(k).cloned().unwrap_or_default(),
-                    unit,
+                    id: id.clone(),
+                    unit: unit.clone(),
                     closed_form: at(&g.closed_form),
                     without_earth_rate: at(&g.like_for_like),
                     least_squares: at(&g.least_squares),

@@ -26,7 +26,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
     let campaign = &fit.campaign;
     let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
     let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
-    let estimable = |k: usize| scales_known && fit.estimate.is_estimable(k);
+    let estimable = |k: usize| scales_known && fit.estimate.unknowns.is_estimable(k);
     let matrix: Vec<Vec<Option<f64>>> = (0..order.len())
         .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
         .collect();
@@ -279,7 +279,7 @@ fn summary(fit: &Fit) -> FitSummary {
     FitSummary {
         readings: fit.streamed.as_ref().map_or(fit.design.rows.len(), |own| crate::number::index(own.values)),
         priors: fit.system.observed.len() - fit.design.rows.len(),
-        rank: estimate.rank,
+        rank: estimate.unknowns.rank,
         rank_tolerance: estimate.factor.tolerance(),
         dof: estimate.dof,
         residual_sd: estimate.residual_sd(),
@@ -287,7 +287,7 @@ fn summary(fit: &Fit) -> FitSummary {
         chi_square: fit.global_test.map(|test| test.chi_square),
         p: fit.global_test.map(|test| test.p),
         global_test_rejected: fit.global_test.map(|test| test.rejected),
-        condition: estimate.condition.and_then(finite),
+        condition: estimate.unknowns.condition.and_then(finite),
         variance: if estimated { VarianceFrom::Estimated } else { VarianceFrom::Stated },
         sensor_sd,
         at_rounding: fit.at_rounding().into_iter().map(str::to_string).collect(),
@@ -316,7 +316,7 @@ fn readings(fit: &Fit) -> Vec<ReadingReport> {
         let value = predicted + observed;
         reports.push(ReadingReport {
             index: fit.number(origin.reading),
-            position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+            position: fit.campaign.position_of(origin.reading).to_string(),
             sensor: fit.campaign.sensor_id(origin.sensor).to_string(),
             value: reading
                 .and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor))

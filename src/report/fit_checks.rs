@@ -207,6 +207,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             .suspects
             .iter()
             .map(|s| {
+                // a suspect is a row of the design; of any other the report would name nothing
                 let reading = row(s.row).and_then(|origin| fit.campaign.readings.rows.get(origin.reading));
                 SuspectReport {
                     index: row(s.row).map_or(0, |origin| origin.reading + 1),

@@ -149,7 +149,7 @@ pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
         text.push('\n');
     }
     text.push_str(&summary(report, lang));
-    text.push_str(&super::record::text(report, lang));
+    text.push_str(&super::record_table::text(report, lang));
     text.push_str(&super::fit_checks_table::findings(report, lang));
     text.push_str(&super::scatter::table(&report.scatter, lang));
     text.push_str(&defects(report, lang));
@@ -269,6 +269,7 @@ fn known_text(known: &super::KnownReport) -> String {
 
 /// A stated value without what converting its unit left in the last digit.
 fn without_rounding(value: f64) -> f64 {
+    // a printed number is read again
     format!("{value:.14e}").parse().unwrap_or(value)
 }
 

@@ -123,6 +123,7 @@ pub struct PassedOverReport {
 /// The report of a foresight.
 pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> ForesightReport {
     let id = |k: &usize| campaign.parameter_id(*k).to_string();
+    // groups and aliases hold places of prospects
     let label = |j: &usize| foresight.prospects.get(*j).map(|p| labelled(campaign, p)).unwrap_or_default();
     let first = |g: usize| foresight.groups.get(g).and_then(|own| own.members.first()).map(label).unwrap_or_default();
     let effect = |p: &Prospect| ProspectReport {
@@ -156,6 +157,7 @@ pub fn foresight_report(campaign: &Campaign, foresight: &Foresight) -> Foresight
             .iter()
             .map(|group| AlikeReport {
                 members: group.members.iter().map(label).collect(),
+                // a group has a member at least: it is made round one
                 first: group.members.first().copied().unwrap_or_default(),
                 near: group
                     .near
@@ -222,7 +224,8 @@ pub(super) fn group_lines(report: &ForesightReport, lang: Language) -> Vec<Group
         let (Some(label), Some(own)) = (group.members.first(), report.effects.get(group.first)) else { continue };
         let (minimal, unit) = match own.minimal_arcsec {
             Some(arcsec) => (arcsec, "arcsec".to_string()),
-            None => (own.minimal.unwrap_or_default(), own.unit.clone()),
+            // an effect of a group is detectable, and then has both
+            None => (own.minimal.unwrap_or(f64::NAN), own.unit.clone()),
         };
         let scale = if own.minimal_arcsec.is_some() { ARCSEC } else { 1.0 };
         lines.push(GroupLine {
@@ -230,7 +233,7 @@ pub(super) fn group_lines(report: &ForesightReport, lang: Language) -> Vec<Group
             name: lang.name(&own.name).into_owned(),
             minimal,
             unit,
-            at_a_reading: own.at_a_reading_in_u.unwrap_or_default(),
+            at_a_reading: own.at_a_reading_in_u.unwrap_or(f64::NAN),
             moves: own.moves.as_ref().map_or(String::new(), |m| {
                 say!(lang, "moves-by", parameter = m.parameter, u = super::table::significant(m.in_u, 2))
             }),

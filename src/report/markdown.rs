@@ -1,6 +1,6 @@
 //! A page as markdown (`--md`): the same sections, tables with numbers point under point, figures as the words that describe them.
 
-use super::html::{Align, Block, MarkedLine, Page, Section, Table, Tone};
+use super::html::{Align, MarkedLine, Page, PageBlock, Section, Table, Tone};
 use super::wrap::columns;
 use crate::language::Language;
 use crate::number;
@@ -32,30 +32,30 @@ fn section(section: &Section, lang: Language) -> Vec<String> {
     let mut parts = vec![format!("## {}", inline(&section.heading))];
     for block in &section.blocks {
         match block {
-            Block::Prose(text) => parts.push(inline(text)),
-            Block::Verdict { tone: Tone::Plain, text } => parts.push(format!("> {}", inline(text))),
-            Block::Verdict { tone, text } => {
+            PageBlock::Prose(text) => parts.push(inline(text)),
+            PageBlock::Verdict { tone: Tone::Plain, text } => parts.push(format!("> {}", inline(text))),
+            PageBlock::Verdict { tone, text } => {
                 parts.push(format!("> **{}** {}", lang.sentence(tone.word(lang)), inline(text)));
             }
-            Block::List(points) => {
+            PageBlock::List(points) => {
                 let points: Vec<String> = points.iter().map(|point| format!("- {}", inline(point))).collect();
                 parts.push(points.join("\n"));
             }
-            Block::Formula(lines) => {
+            PageBlock::Formula(lines) => {
                 let lines: Vec<String> = lines.iter().map(|line| format!("    {}", one_line(line))).collect();
                 parts.push(lines.join("\n"));
             }
-            Block::Marked(lines) => {
+            PageBlock::Marked(lines) => {
                 let lines: Vec<String> = lines.iter().flat_map(marked).map(|line| format!("    {line}")).collect();
                 parts.push(lines.join("\n"));
             }
-            Block::Facts(list) => parts.extend(facts(list)),
-            Block::Card { heading, facts: list, .. } => {
+            PageBlock::Facts(list) => parts.extend(facts(list)),
+            PageBlock::Card { heading, facts: list, .. } => {
                 parts.push(format!("### {}", inline(heading)));
                 parts.extend(facts(list));
             }
-            Block::Table(table) => parts.extend(self::table(table)),
-            Block::Figures(figures) => {
+            PageBlock::Table(table) => parts.extend(self::table(table)),
+            PageBlock::Figures(figures) => {
                 parts.extend(figures.iter().filter(|f| !f.description.is_empty()).map(|f| inline(&f.description)));
             }
         }
@@ -75,6 +75,7 @@ fn marked(line: &MarkedLine) -> Vec<String> {
 
 /// A bar of at most eight signs, from -1 to 1.
 fn bar(cell: &str) -> String {
+    // a bar's cell is the number of its length; any other has no bar
     let share = cell.parse::<f64>().unwrap_or(0.0).clamp(-1.0, 1.0);
     let sign = if share < 0.0 { "-" } else { "+" };
     sign.repeat(number::count((8.0 * share.abs()).round()))
@@ -104,7 +105,11 @@ fn table(table: &Table) -> Vec<String> {
             let is_bar = |k: usize| table.columns.get(k).is_some_and(|c| c.align == Align::Bar);
             let text = |k: usize, cell: &str| if is_bar(k) { bar(cell) } else { inline(cell) };
             let cell = |k: usize| row.cells.get(k).map(|cell| text(k, cell)).unwrap_or_default();
-            (0..titles.len()).map(|k| if k == 0 { cell(0) + mark } else { cell(k) }).collect()
+            let first = match row.link.as_str() {
+                "" => cell(0),
+                link => format!("[{}]({link})", cell(0)),
+            };
+            (0..titles.len()).map(|k| if k == 0 { first.clone() + mark } else { cell(k) }).collect()
         })
         .collect();
     let width = |k: usize| {

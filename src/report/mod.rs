@@ -63,10 +63,12 @@ mod plan;
 mod plan_better;
 mod plan_build;
 mod plan_table;
+mod plan_words;
 #[cfg(feature = "html")]
 pub mod plot;
 mod provenance;
 pub(crate) mod record;
+mod record_table;
 mod reduction;
 mod reduction_table;
 mod scatter;

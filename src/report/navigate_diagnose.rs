@@ -2,7 +2,7 @@
 
 use super::navigate::error_quantities;
 use super::{GapReport, GapsReport, NoiseReport, QuantityWithUnit, StepReport, VERSION};
-use crate::diagnosis::{NoiseFrom, Settings, Verdict};
+use crate::diagnosis::{NoiseFrom, Verdict};
 use crate::elements::Elements;
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{Alias, Finding, Gap, NavigationDiagnosis};
@@ -10,6 +10,7 @@ use crate::navigate::errors::ErrorSource;
 use crate::navigate::measured::{CHANNEL_NAMES, Measured, si_per_unit};
 use crate::navigate::mission::Mission;
 use crate::navigate::separate::DiscriminatingMotion;
+use crate::navigate::settings::Settings;
 use crate::navigate::study;
 use crate::report::ReportKind;
 use crate::wire::MotionFile;
@@ -32,7 +33,7 @@ pub struct NavigateDiagnoseReport {
     pub runs: Vec<RunReport>,
     /// Rows of the file that belong to other scenarios and were left out.
     pub left_out: usize,
-    /// `effects-found`, `nothing-missing`, `unexplained`, or `not-diagnosable` (fewer than three values).
+    /// `effects-found`, `partly-explained` (what was found stands, and something is left), `nothing-missing`, `unexplained`, or `not-diagnosable` (fewer than three values).
     pub verdict: Verdict,
     /// Probability of reporting anything when nothing is missing.
     pub significance: f64,
@@ -47,7 +48,7 @@ pub struct NavigateDiagnoseReport {
     pub gap: GapsReport,
     /// The gap by run and channel, in the channel's own unit.
     pub channels: Vec<ChannelReport>,
-    /// What is unexplained; null unless the verdict says so.
+    /// What is unexplained (beside what was found); null unless the verdict says so.
     pub unexplained: Option<UnexplainedNavigationReport>,
     /// Single values that noise does not explain after all that was found, the furthest first.
     pub suspects: Vec<NavigationSuspectReport>,
@@ -80,7 +81,7 @@ pub struct RunReport {
 #[non_exhaustive]
 pub struct NavigationEffectReport {
     /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
-    /// (`angle_random_walk`, `velocity_random_walk`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
+    /// (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`, `acceleration_random_walk_x`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
     pub regressor: String,
     /// Name in the field's words.
     pub name: String,
@@ -98,6 +99,9 @@ pub struct NavigationEffectReport {
     pub t: f64,
     /// Probability of evidence as strong by chance, among all that was tried.
     pub p: f64,
+    /// Probability that it, or an error that cannot be told from it, is present; absent for random walks and single values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
     /// Share of the gap's sum of squares that it takes off.
     pub explains: f64,
     /// What else it could be.
@@ -234,7 +238,7 @@ pub fn navigate_diagnose_report(
         runs: measured.runs.iter().map(run).collect(),
         left_out: measured.left_out,
         verdict: diagnosis.verdict,
-        significance: settings.significance,
+        significance: settings.common.significance,
         effects: diagnosis.findings.iter().map(|finding| effect(finding, diagnosis)).collect(),
         model_before: error_quantities(&diagnosis.before),
         model_after: error_quantities(&diagnosis.after),
@@ -298,6 +302,7 @@ fn effect(finding: &Finding, diagnosis: &NavigationDiagnosis) -> NavigationEffec
         after: source.of(&diagnosis.after).map(|own| own / unit),
         t: finding.t,
         p: finding.p,
+        probability: finding.probability,
         explains: finding.explains,
         aliases: finding.aliases.iter().map(alias).collect(),
         separate_by: finding.separate_by.iter().map(separation).collect(),

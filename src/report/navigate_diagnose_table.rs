@@ -107,7 +107,10 @@ pub(super) fn grouped(ids: &[String]) -> Vec<String> {
 /// The verdict as a sentence, without a full stop.
 pub(super) fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
     match (report.verdict, report.effects.len()) {
-        (Verdict::EffectsFound | Verdict::PartlyExplained, count) => found_in_words(report, count, lang),
+        (Verdict::EffectsFound, count) => found_in_words(report, count, lang),
+        (Verdict::PartlyExplained, count) => {
+            say!(lang, "what-remains-is-more-than-noise", found = found_in_words(report, count, lang))
+        }
         (Verdict::NothingMissing, _) => say!(lang, "the-gap-is-noise").into(),
         (Verdict::Unexplained, _) => say!(lang, "something-is-missing-that-no-error-of").into(),
         (Verdict::NotDiagnosable, _) => say!(lang, "nothing-can-be-diagnosed-fewer-than-three").into(),

@@ -123,6 +123,11 @@ pub struct AgreementReport {
     /// Do they describe them (a probability of at least 1 %)?
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub describes: Option<bool>,
+    /// The sampling interval, s, where a rate random walk was taken as sampled at the ends of the intervals rather than averaged over each:
+    /// its Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
+    /// described was taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk_sampled_s: Option<f64>,
 }
 
 /// A line for a campaign's `scatter`.
@@ -213,6 +218,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
             dof: c.dof,
             p: c.p,
             describes: Some(c.describes()),
+            walk_sampled_s: c.walk_sampled,
         }),
         scatter: scatter(column, unit, noise),
     }

@@ -34,6 +34,10 @@ pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool, lang: Languag
         }
         if let Some(a) = &column.agreement {
             text.push_str(&format!("{}{}{}\n", described(a, lang), lang.colon(), numbers(a, lang)));
+            if let Some(walk) = walk(a, lang) {
+                text.push_str(&super::wrap::hanging(&walk, 0));
+                text.push('\n');
+            }
         }
         if deviations {
             text.push('\n');
@@ -49,6 +53,12 @@ pub(super) fn described(agreement: &AgreementReport, lang: Language) -> &'static
         Some(false) => say!(lang, "their-sum-does-not-describe-the-deviations"),
         _ => say!(lang, "their-sum-describes-the-deviations"),
     }
+}
+
+/// How a rate random walk was taken, where it matters.
+pub(super) fn walk(agreement: &AgreementReport, lang: Language) -> Option<String> {
+    let interval = agreement.walk_sampled_s?;
+    Some(say!(lang, "random-walk-sampled", interval = significant(interval, 3)))
 }
 
 /// The test of that.

@@ -1,6 +1,6 @@
 //! The better schedule of a plan as a person at a terminal reads it: how it was found, how good it is, its positions and why each is there.
 
-use super::plan_table::{defects, drift, nowhere, number, work, work_of};
+use super::plan_words::{defects, drift, nowhere, number, work, work_of};
 use super::table::{plain, significant};
 use super::wrap::hanging;
 use super::{DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, PlannedPositionReport};

@@ -201,7 +201,7 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
                 tilts_arcsec: through.size * ARCSEC,
                 counted: through.counted,
                 known: through.known.clone(),
-                parameter: parameter.map(|p| p.id.clone()).unwrap_or_default(),
+                parameter: campaign.parameter_id(through.parameter).to_string(),
                 u: through.u,
                 u_arcsec: parameter.filter(|p| p.kind == Kind::Tilt).map(|_| through.u * ARCSEC),
             }
@@ -217,7 +217,7 @@ fn judgement_report(campaign: &Campaign, judgement: &Judgement, foresight: Optio
                 let tilts = effects.clone().zip(&is_tilt).filter(|(_, tilt)| **tilt);
                 PlannedReadingReport {
                     index: r.origin.reading + 1,
-                    position: reading.map(|r| r.position.clone()).unwrap_or_default(),
+                    position: campaign.position_of(r.origin.reading).to_string(),
                     at: reading.map(|r| position_keys(campaign, &r.joints)).unwrap_or_default(),
                     sensor: campaign.sensor_id(r.origin.sensor).to_string(),
                     u: r.u,

@@ -91,6 +91,7 @@ fn shares(fit: &Fit, source: &str) -> BTreeMap<String, f64> {
 
 fn one(fit: &Fit, source: &VarianceSource) -> ScatterReport {
     let line = source.line.and_then(|k| fit.campaign.scatter.get(k));
+    // a line of the campaign has another name, and its own unit
     let sensor = source.name.strip_prefix("readings of ").unwrap_or_default();
     let unit_of_sensor = || {
         let own = fit.campaign.bench.sensors.iter().find(|s| s.id == sensor);

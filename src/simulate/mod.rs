@@ -33,7 +33,7 @@ pub struct Truth {
     /// True value of every parameter, in the campaign's order; radians for tilts.
     pub point: Vec<f64>,
     /// Noise of each sensor, in the bench's order.
-    pub noise: Vec<Noise>,
+    pub noise: Vec<DrawnNoise>,
     /// Effects that the model line does not have.
     pub effects: Vec<Hidden>,
     /// Sizes of the campaign's lines of scatter where they are not those that it states.
@@ -42,7 +42,7 @@ pub struct Truth {
 
 /// Noise of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Noise {
+pub struct DrawnNoise {
     /// Standard deviation of one sample, in the sensor's unit: a reading that averages `n` has `sd / sqrt(n)`.
     pub sd: f64,
     /// Is it written into the campaign as the readings' standard uncertainty?

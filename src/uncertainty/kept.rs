@@ -1,6 +1,5 @@
 //! What a Monte Carlo keeps of its trials: the ends of each sequence, and sums.
 
-use super::monte_carlo::reach;
 use crate::elements::Elements;
 use crate::number;
 
@@ -117,4 +116,11 @@ impl Sums {
         };
         (0..n).map(|i| (0..n).map(|j| if i == j { of(i, i).max(0.0) } else { of(i, j) }).collect()).collect()
     }
+}
+
+/// So many places in the order a quantile may be off.
+pub(super) fn reach(m: f64, p: f64) -> f64 {
+    /// Two-sided probability 1e-4 of the normal distribution.
+    const DEVIATE: f64 = 3.9;
+    1.0 + DEVIATE * (m * p * (1.0 - p)).sqrt()
 }

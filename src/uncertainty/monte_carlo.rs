@@ -7,7 +7,7 @@
 //! `F F'` is a source's covariance and `z` standard normal, so an estimated variance gives the scaled and shifted t distribution of
 //! Supplement 1 (6.4.9). Trials are drawn in blocks with streams of their own: the same seed gives the same numbers on any machine.
 
-use super::kept::{Sorted, Sums, Tail, slack, tail};
+use super::kept::{Sorted, Sums, Tail, reach, slack, tail};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Distribution, Known};
 use crate::elements::{Elements, Parts};
@@ -303,13 +303,6 @@ fn sampling(sorted: &Sorted, level: f64) -> [(f64, f64); 2] {
         (at((m * p - reach).floor()), at((m * p + reach).ceil()))
     };
     [end(0.5 * (1.0 - level)), end(0.5 * (1.0 + level))]
-}
-
-/// So many places in the order a quantile may be off.
-pub(super) fn reach(m: f64, p: f64) -> f64 {
-    /// Two-sided probability 1e-4 of the normal distribution.
-    const DEVIATE: f64 = 3.9;
-    1.0 + DEVIATE * (m * p * (1.0 - p)).sqrt()
 }
 
 /// The `level` quantile of `sqrt((y - mean)' C^-1 (y - mean))` over the trials, for outputs from `first` on.

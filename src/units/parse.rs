@@ -9,15 +9,41 @@ const LONGEST: usize = 200;
 const DEEPEST: usize = 20;
 
 /// Names beside the table's.
-pub(super) enum Own<'a> {
+enum Own<'a> {
     /// These are units of their own; any other is refused.
     These(&'a [String]),
     /// Whatever the table does not have is a unit of its own.
     Any,
 }
 
+impl Unit {
+    /// Read a unit: names of the table, `1`, `*`, `/` (from the left), `^`, `sqrt( )` and parentheses.
+    ///
+    /// Errors: `UnknownName` or `Syntax` with the span in bytes of `text`.
+    ///
+    /// ```
+    /// use tumble::units::Unit;
+    /// assert!(Unit::parse("deg/h/g")?.conversion(&Unit::parse("arcsec/(s*g)")?).unwrap().is_none());
+    /// assert_eq!(Unit::parse("V/furlong").unwrap_err().place().span, Some((2, 7)));
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Unit> {
+        Unit::parse_with(text, &[])
+    }
+
+    /// The same, with names that the table does not have and that stand for units of their own.
+    pub fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
+        unit(text, Own::These(own)).map(|(unit, _)| unit)
+    }
+
+    /// A unit in which any name may stand: those that the table does not have come beside it, as units of their own.
+    pub fn parse_any(text: &str) -> Result<(Unit, Vec<String>)> {
+        unit(text, Own::Any)
+    }
+}
+
 /// Read a unit, with the names in it that the table does not have.
-pub(super) fn unit(text: &str, own: Own<'_>) -> Result<(Unit, Vec<String>)> {
+fn unit(text: &str, own: Own<'_>) -> Result<(Unit, Vec<String>)> {
     if text.len() > LONGEST {
         return Err(Malformed::new(Fault::Syntax, "the unit is too long")
             .expected(format!("at most {LONGEST} bytes"))

@@ -1,7 +1,6 @@
 //! A unit: what a person writes, its dimension and its size.
 
 use super::dimension::{COUNT, Dimension, SAME};
-use super::parse::{self, Own};
 use super::scale::{Conversion, ONE, Scale};
 use super::table;
 use crate::error::{Fault, Malformed, Result};
@@ -22,30 +21,6 @@ impl Unit {
     /// The pure number 1.
     pub fn one() -> Unit {
         Unit { symbol: "1".into(), dimension: Dimension::default(), scale: ONE, hertz: 0.0, factors: Vec::new() }
-    }
-
-    /// Read a unit: names of the table, `1`, `*`, `/` (from the left), `^`, `sqrt( )` and parentheses.
-    ///
-    /// Errors: `UnknownName` or `Syntax` with the span in bytes of `text`.
-    ///
-    /// ```
-    /// use tumble::units::Unit;
-    /// assert!(Unit::parse("deg/h/g")?.conversion(&Unit::parse("arcsec/(s*g)")?).unwrap().is_none());
-    /// assert_eq!(Unit::parse("V/furlong").unwrap_err().place().span, Some((2, 7)));
-    /// # Ok::<(), tumble::error::Malformed>(())
-    /// ```
-    pub fn parse(text: &str) -> Result<Unit> {
-        Unit::parse_with(text, &[])
-    }
-
-    /// The same, with names that the table does not have and that stand for units of their own.
-    pub fn parse_with(text: &str, own: &[String]) -> Result<Unit> {
-        parse::unit(text, Own::These(own)).map(|(unit, _)| unit)
-    }
-
-    /// A unit in which any name may stand: those that the table does not have come beside it, as units of their own.
-    pub fn parse_any(text: &str) -> Result<(Unit, Vec<String>)> {
-        parse::unit(text, Own::Any)
     }
 
     pub(super) fn of_name(name: &str, own: bool) -> Option<Unit> {

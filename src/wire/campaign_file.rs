@@ -5,7 +5,7 @@ use super::limits_file::{self, LimitFile};
 use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
 use super::{
-    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, ScatterFile, Schedule, SiteFile, Source, read_bench,
+    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, ScatterFile, SiteFile, Source, read_bench,
     table_readings,
 };
 use crate::algebra::Expression;
@@ -242,7 +242,7 @@ impl CampaignFile {
         Ok((self.own_bench(&mut |name| folder.text(name))?, samples))
     }
 
-    fn one_device(&self) -> Result<()> {
+    pub(super) fn one_device(&self) -> Result<()> {
         match self.by {
             None => Ok(()),
             Some(_) => {
@@ -251,56 +251,6 @@ impl CampaignFile {
                     .at_path("by"))
             }
         }
-    }
-
-    /// The readings that samples are reduced to.
-    fn reduced(&self, bench: &Bench, samples: SamplesFile, folder: &mut dyn Folder) -> Result<Readings> {
-        self.one_device()?;
-        if samples.is_rows() {
-            return Err(Malformed::new(
-                Fault::Value,
-                "samples as rows are streamed and never all at hand, which only `tumble fit` and `check` can do with",
-            )
-            .expected("the record's path as \"readings\" (all rows are held, up to 2000000), or samples without \"as\": \"rows\" (their means)")
-            .at_path("readings.as"));
-        }
-        let recipe = samples
-            .recipe(&self.columns, folder)
-            .map_err(|e| if e.place().file.is_empty() { e.under("readings") } else { e })?;
-        let mut record = folder.record(&samples.samples).map_err(|e| e.at_path("readings.samples"))?;
-        let mut positions = samples.positions;
-        let path = if positions.is_empty() { "readings" } else { "readings.positions" };
-        if positions.is_empty() {
-            positions.push(Named(Vec::new()));
-        }
-        let file = CampaignFile { readings: ReadingsRef::Inline(positions), ..self.clone() };
-        let schedule = Schedule::new(file, bench.clone(), path)?;
-        let reduced = recipe.reduce(&mut record, Some(&schedule)).map_err(|e| e.at_path(path))?;
-        let from = samples.samples;
-        if let Some(why) = reduced.nothing {
-            return Err(Malformed::new(Fault::Value, format!("'{from}' gives no reading"))
-                .expected("segments of the record that become readings")
-                .found(why.join("; "))
-                .in_file(record.name()));
-        }
-        reduced.notes.iter().for_each(|note| folder.note(format!("{from}: {note}")));
-        let (used, not) = (reduced.reduction.segments.len(), reduced.reduction.rejected.len());
-        folder.note(format!(
-            "{used} reading{} reduced from '{from}', segments by {}{}",
-            if used == 1 { "" } else { "s" },
-            reduced.by,
-            match not {
-                0 => String::new(),
-                1 => "; one stretch is not used".to_string(),
-                n => format!("; {n} stretches are not used"),
-            }
-        ));
-        let rows = schedule.filled(&reduced.readings(), &reduced.places);
-        let named = |(row, place): (ReadingFile, &usize)| match path {
-            "readings" => ("readings".to_string(), row),
-            _ => (format!("{path}[{place}]"), row),
-        };
-        readings_file::from_cells(bench, rows.into_iter().zip(&reduced.places).map(named).collect())
     }
 
     /// The bench where it stands in this campaign, checked.

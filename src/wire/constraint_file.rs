@@ -57,6 +57,7 @@ impl ConstraintFile {
             let Some(unit) = self.unit.as_deref() else { return Ok((Conversion::NONE, vec![1.0; members.len()])) };
             let own = |k: &usize| campaign.parameter_conversion(*k, unit).map_err(|e| e.at_path("unit"));
             let all: Vec<Conversion> = members.iter().map(own).collect::<Result<_>>()?;
+            // without terms there is nothing to convert
             let first = all.first().copied().unwrap_or(Conversion::NONE);
             Ok((first, all.iter().map(|own| first.factor() / own.factor()).collect()))
         };
@@ -87,8 +88,9 @@ impl ConstraintFile {
                 terms.iter_mut().zip(&factors).for_each(|((_, factor), own)| *factor *= own);
                 let (lower, upper) = match (between, equals) {
                     (Some([lower, upper]), _) => (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)),
+                    // without "between" there is "equals": one of both, by the guard
                     (None, value) => {
-                        let value = finite(value.unwrap_or_default(), "equals")?;
+                        let value = finite(value.unwrap_or(f64::NAN), "equals")?;
                         (value, value)
                     }
                 };

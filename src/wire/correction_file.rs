@@ -2,7 +2,9 @@
 
 use crate::algebra::Expression;
 use crate::bench::{ForceUnit, RateUnit};
-use crate::correction::{Calibration, Corrector, Input, InputRole, Line, Mounting, Quantity, Span, linearity};
+use crate::correction::{
+    CalibratedLine, Calibration, Corrector, InputRole, LineInput, Mounting, Quantity, Span, linearity,
+};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Sentence;
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -129,7 +131,7 @@ impl CorrectionFile {
         let corrector = Corrector::new(calibration).ok()?;
         let linearity = linearity(calibration, &corrector);
         let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
-        let input = |input: &Input| InputFile {
+        let input = |input: &LineInput| InputFile {
             id: input.name.clone(),
             quantity: QuantityFile::from(input.quantity),
             unit: calibration.unit_of(input).into(),
@@ -138,7 +140,7 @@ impl CorrectionFile {
             solved: input.role == InputRole::Solved,
             otherwise: (input.role == InputRole::Given).then_some(input.fallback),
         };
-        let sensor = |line: &Line| CorrectedSensorFile {
+        let sensor = |line: &CalibratedLine| CorrectedSensorFile {
             id: line.sensor.clone(),
             unit: line.unit.clone(),
             axes: line.axes.iter().map(|(axis, d)| (axis.clone(), [d.x, d.y, d.z])).collect(),
@@ -207,9 +209,9 @@ impl CorrectionFile {
                 let model = Expression::parse(&sensor.model)
                     .map_err(|error| error.moved_to(format!("correction.sensors[{k}].model")))?;
                 let axes = sensor.axes.into_iter().map(|(axis, d)| (axis, Vector3::from(d))).collect();
-                Ok(Line { sensor: sensor.id, unit: sensor.unit, axes, model })
+                Ok(CalibratedLine { sensor: sensor.id, unit: sensor.unit, axes, model })
             })
-            .collect::<Result<Vec<Line>>>()?;
+            .collect::<Result<Vec<CalibratedLine>>>()?;
         let CorrectionParametersFile { order, values, covariance } = self.parameters;
         let n = order.len();
         let square = covariance.is_empty() || (covariance.len() == n && covariance.iter().all(|row| row.len() == n));
@@ -222,14 +224,14 @@ impl CorrectionFile {
         let inputs = self
             .inputs
             .into_iter()
-            .map(|input| Input {
+            .map(|input| LineInput {
                 name: input.id,
                 quantity: input.quantity.into(),
                 direction: input.direction.map_or(Vector3::zeros(), Vector3::from),
                 role: if input.solved { InputRole::Solved } else { InputRole::Given },
                 fallback: input.otherwise.unwrap_or_default(),
             })
-            .collect::<Vec<Input>>();
+            .collect::<Vec<LineInput>>();
         let largest = |quantity: Quantity| {
             let solved = inputs.iter().filter(|i| i.role == InputRole::Solved);
             let ranges = solved.zip(&self.validity.range).filter(|(i, _)| i.quantity == quantity);

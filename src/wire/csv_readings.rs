@@ -118,6 +118,7 @@ pub(super) fn at_line(error: Malformed, source: &Source) -> Malformed {
     let path = error.place().path.clone();
     let Some(CsvRow { line, column, .. }) = csv_row(&path) else { return error.in_file(&source.name) };
     let error = error.at_line(line, 1).in_file(&source.name).moved_to(column);
+    // beyond the end of the file there is nothing to quote
     let text = source.text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
     let header = source.text.lines().find(|l| !l.starts_with('#')).unwrap_or_default();
     let delimiter = char::from(delimiter(&source.text));

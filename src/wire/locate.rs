@@ -130,6 +130,7 @@ pub(super) fn token_ending_at(text: &str, offset: usize) -> (usize, usize) {
         _ => None,
     };
     let end = text.get(last..).and_then(|rest| rest.chars().next()).map_or(last + 1, |c| last + c.len_utf8());
+    // one number alone is where it begins and ends
     let start = start.unwrap_or(last);
     (start, end - start)
 }

@@ -240,5 +240,6 @@ pub fn write_measured(measured: &Measured, mission: &Mission) -> String {
 
 /// Without what a unit of radians costs in the last digits.
 fn significant(value: f64) -> f64 {
+    // a printed number is read again
     format!("{value:.9e}").parse().unwrap_or(value)
 }

@@ -33,6 +33,7 @@ mod readings_file;
 mod recipe;
 mod record_rows;
 mod reduced;
+mod reduction;
 mod samples_file;
 mod scatter_file;
 mod schema;
@@ -57,7 +58,7 @@ pub use derived_file::{DerivedFile, DerivedLine};
 pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
 pub use folder::{Folder, Table};
-pub use front::{bench_ref, fit_rows, read_campaign_beside};
+pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
 pub use lab::{
@@ -75,9 +76,10 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
-pub use recipe::{ClockFrom, Encoder, Recipe, Reduced, SegmentsBy, times};
+pub use recipe::{ClockFrom, Encoder, Recipe, SegmentsBy, times};
 pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
+pub use reduction::Reduced;
 pub use samples_file::{SamplesAs, SamplesFile, TimesFile, TimesLine};
 pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile};
 pub(crate) use schema::identified;

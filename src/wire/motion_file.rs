@@ -247,6 +247,7 @@ fn course(heading_deg: f64) -> Result<f64> {
 
 impl SwingFile {
     fn of(pitch: Oscillation, roll: Oscillation, yaw: Oscillation) -> SwingFile {
+        // only what swings is said, and that has a period: `oscillation` asks for it
         let angle = |own: Oscillation| OscillationFile {
             amplitude_deg: degrees(own.amplitude),
             period_s: (own.amplitude != 0.0).then_some(own.period),

@@ -1,16 +1,9 @@
-//! From a record to readings by a recipe: the same steps for `tumble reduce` and for samples in a campaign.
-//!
-//! ```text
-//! record -> columns -> trace -> segments -> (rows of the schedule) -> whole turns -> means with their uncertainties
-//! ```
+//! How a record becomes readings: the same recipe for `tumble reduce` and for samples in a campaign.
 
-use super::{ReducedReading, Schedule};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
-use crate::record::{self, As, Block, Clock, Jump, Record};
-use crate::reduce::{self, By, Reduction, Run, Segmentation, Trace, Unwrap};
-use crate::units::Conversion;
+use crate::record::{self, As, Block, Record};
 
 pub use crate::record::ClockFrom;
 
@@ -62,7 +55,7 @@ pub enum SegmentsBy {
 }
 
 impl SegmentsBy {
-    fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         match self {
             SegmentsBy::Column(column) => format!("the column '{column}'"),
             SegmentsBy::Times { from, .. } => from.clone(),
@@ -70,231 +63,6 @@ impl SegmentsBy {
                 format!("stillness (variance in {window} s below {threshold} of the still sensor's)")
             }
         }
-    }
-}
-
-/// A record that was reduced.
-#[derive(Debug)]
-pub struct Reduced {
-    /// The record in blocks.
-    pub trace: Trace,
-    /// Segments and means; none where nothing was found.
-    pub reduction: Reduction,
-    /// For each segment its row of the schedule.
-    pub places: Vec<usize>,
-    /// How segments were found, in words.
-    pub by: String,
-    /// Gaps in the times.
-    pub gaps: u64,
-    /// Other jumps of the clock.
-    pub clock_jumps: u64,
-    /// Gaps and jumps, the first thousand.
-    pub jumps: Vec<Jump>,
-    /// What should be told about the times.
-    pub notes: Vec<String>,
-    /// Where there is no segment: why, and what would find one.
-    pub nothing: Option<Vec<String>>,
-}
-
-impl Recipe {
-    /// Carry it out.
-    ///
-    /// Errors: columns that are not there, times that are not sorted, another number of segments than of positions.
-    pub fn reduce(&self, record: &mut Record, schedule: Option<&Schedule>) -> Result<Reduced> {
-        let (trace, clock) = self.read(record, schedule)?;
-        let by = match &self.segments {
-            SegmentsBy::Column(_) => By::Labels,
-            SegmentsBy::Times { list, .. } => By::Times(list.clone()),
-            SegmentsBy::Still { window, threshold } => By::Still { window: *window, threshold: *threshold },
-        };
-        let still = matches!(by, By::Still { .. });
-        let guard = self.guard.unwrap_or(if still { 0.5 } else { 0.0 });
-        let least = self.least.unwrap_or(if still { 1.0 } else { 0.0 });
-        let mut segmentation = reduce::segment(&trace, &by, guard, least);
-        let (jumps, gaps, clock_jumps) = clock.jumps();
-        let mut reduced = Reduced {
-            reduction: Reduction { segments: Vec::new(), rejected: Vec::new(), means: Vec::new(), stillness: None },
-            places: Vec::new(),
-            by: self.segments.words(),
-            gaps,
-            clock_jumps,
-            jumps: jumps.to_vec(),
-            notes: clock.notes(),
-            nothing: None,
-            trace,
-        };
-        let trace = &reduced.trace;
-        if segmentation.segments.is_empty() {
-            reduced.nothing = Some(nothing(&segmentation, &by, least));
-            return Ok(reduced);
-        }
-        let labels = |segmentation: &Segmentation| -> Vec<String> {
-            segmentation.segments.iter().map(|s| s.label.clone()).collect()
-        };
-        let pair = |segmentation: &Segmentation| match schedule {
-            Some(schedule) => schedule.pair(&labels(segmentation)).map_err(|error| told(error, trace, segmentation)),
-            None => Ok(Vec::new()),
-        };
-        let mut places = pair(&segmentation)?;
-        let before = segmentation.segments.len();
-        let turns = match &trace.angle {
-            Some(_) => reduce::whole_turns_of(trace, &mut segmentation),
-            None => {
-                let none = vec![None; before];
-                let of = |s: &Schedule| places.iter().map(|place| s.turn_s(*place)).collect::<Vec<_>>();
-                reduce::whole_turns(trace, &mut segmentation, &schedule.map_or(none, of))
-            }
-        };
-        if segmentation.segments.len() != before {
-            if segmentation.segments.is_empty() {
-                reduced.nothing = Some(nothing(&segmentation, &by, least));
-                return Ok(reduced);
-            }
-            places = pair(&segmentation)?;
-        }
-        reduced.reduction = reduce::reduce(trace, segmentation, &turns);
-        reduced.places = places;
-        Ok(reduced)
-    }
-
-    /// The record as a trace, and its clock.
-    fn read(&self, record: &mut Record, schedule: Option<&Schedule>) -> Result<(Trace, Clock)> {
-        let time = self.clock.column(record)?;
-        let label = match &self.segments {
-            SegmentsBy::Column(name) => Some(record.find(name)?),
-            _ => None,
-        };
-        let angle = self.encoder.as_ref().map(|encoder| record.find(&encoder.column)).transpose()?;
-        let chosen = self.chosen(record, schedule, &[time, label, angle, self.clock.unused(record)])?;
-        let mut titled = Vec::with_capacity(chosen.len());
-        let mut conversions: Vec<Option<Conversion>> = Vec::with_capacity(chosen.len());
-        for (name, k) in &chosen {
-            let own = record.columns().get(*k).and_then(|c| c.unit.clone()).unwrap_or_default();
-            let converted =
-                schedule.map(|s| s.conversion(name, &own)).transpose().map_err(|e| e.in_file(record.name()))?;
-            let (unit, conversion) = converted.unwrap_or((own, None));
-            titled.push((name.clone(), unit));
-            conversions.push(conversion);
-        }
-        let names: Vec<String> = chosen.iter().map(|(name, _)| name.clone()).collect();
-        let computed = schedule.map(|s| s.computed(&names)).unwrap_or_default();
-        titled.extend(computed.iter().map(|c| (c.name.clone(), c.unit.clone())));
-        titled.extend(angle.map(|_| ("angle".to_string(), "turns".to_string())));
-        let mut trace = Trace::new(titled);
-        trace.observed = chosen.len();
-        let mut unwrap = Unwrap::new(self.encoder.as_ref().map_or(360.0, |encoder| encoder.turn));
-        let mut selected: Vec<(usize, As)> = chosen.iter().map(|(_, k)| (*k, As::Number)).collect();
-        let place = |selected: &Vec<(usize, As)>, there: Option<usize>| there.map(|_| selected.len());
-        let time_at = place(&selected, time);
-        selected.extend(time.map(|k| (k, As::Number)));
-        let angle_at = place(&selected, angle);
-        selected.extend(angle.map(|k| (k, As::Number)));
-        let label_at = place(&selected, label);
-        selected.extend(label.map(|k| (k, As::Label)));
-        record.select(&selected);
-        let mut clock = self.clock.ticks(record, time)?;
-        let (mut block, mut runs): (Block, Vec<(f64, u64, u64)>) = Default::default();
-        let mut breaks = 0;
-        while record.next(&mut block)? {
-            for (column, conversion) in block.columns.iter_mut().zip(&conversions) {
-                if let Some(conversion) = conversion {
-                    column.iter_mut().for_each(|v| *v = conversion.apply(*v));
-                }
-            }
-            let times = time_at.and_then(|k| block.columns.get(k)).map(Vec::as_slice);
-            for stretch in clock.stretches(times, block.rows(), None, None)? {
-                trace.interval = clock.step();
-                if stretch.after_gap {
-                    let resumed = clock.resumed(breaks);
-                    trace.resumes.push((trace.samples, resumed));
-                    breaks += 1;
-                }
-                let rows = |k: usize| {
-                    let column = block.columns.at(k);
-                    column.get(stretch.rows.clone()).unwrap_or_default()
-                };
-                let columns: Vec<&[f64]> = (0..chosen.len()).map(rows).collect();
-                let turned = angle_at.map(|k| unwrap.turns(rows(k)));
-                if let Some(labels) = label_at.map(rows) {
-                    let sound = |row: usize| {
-                        let all = columns.iter().copied().chain(turned.as_deref());
-                        all.into_iter().all(|c| c.get(row).is_some_and(|v| v.is_finite()))
-                    };
-                    let taken = labels.iter().enumerate().filter(|(row, _)| sound(*row));
-                    for (sample, (_, label)) in (trace.samples..).zip(taken) {
-                        match runs.last_mut() {
-                            _ if label.is_nan() => {}
-                            Some((own, _, end)) if own == label && *end == sample => *end += 1,
-                            _ => runs.push((*label, sample, sample + 1)),
-                        }
-                    }
-                }
-                let more: Vec<Vec<f64>> = computed.iter().map(|c| c.values(&columns)).collect();
-                let all: Vec<&[f64]> =
-                    columns.iter().copied().chain(more.iter().map(Vec::as_slice)).chain(turned.as_deref()).collect();
-                trace.push(&all);
-            }
-        }
-        trace.finish();
-        trace.interval = clock.interval()?;
-        if angle.is_some() {
-            trace.angle = trace.channels.pop();
-        }
-        let labels = record.labels();
-        trace.runs = runs
-            .into_iter()
-            .map(|(label, start, end)| Run {
-                label: labels.get(number::count(label)).cloned().unwrap_or_default(),
-                start,
-                end,
-            })
-            .collect();
-        Ok((trace, clock))
-    }
-
-    /// Names and columns that are reduced.
-    fn chosen(
-        &self,
-        record: &Record,
-        schedule: Option<&Schedule>,
-        others: &[Option<usize>],
-    ) -> Result<Vec<(String, usize)>> {
-        if !self.columns.is_empty() {
-            let find = |(name, title): &(String, String)| Ok((name.clone(), record.find(title)?));
-            return self.columns.iter().map(find).collect();
-        }
-        let wanted = schedule.map(Schedule::wanted);
-        let all = record.columns().iter().enumerate().filter(|(k, _)| !others.contains(&Some(*k)));
-        let chosen: Vec<(String, usize)> = all
-            .filter(|(_, column)| wanted.as_ref().is_none_or(|names| names.contains(&column.name)))
-            .map(|(k, column)| (column.name.clone(), k))
-            .collect();
-        if chosen.is_empty() {
-            return Err(Malformed::new(Fault::Missing, "no column of the record is one that the bench reads")
-                .expected(format!(
-                    "one of {}, or \"columns\" that say which is which (--columns NAME=TITLE)",
-                    wanted.unwrap_or_default().join(", ")
-                ))
-                .found(record::listed(record.columns()))
-                .in_file(record.name()));
-        }
-        Ok(chosen)
-    }
-}
-
-impl Reduced {
-    /// The readings of the segments.
-    pub fn readings(&self) -> Vec<ReducedReading> {
-        let trace = &self.trace;
-        let each = self.reduction.segments.iter().zip(&self.reduction.means);
-        each.map(|(segment, means)| {
-            let (start, end) = segment.span();
-            let values =
-                trace.channels.iter().zip(means).map(|(c, m)| (c.name.clone(), m.value, m.uncertainty.u)).collect();
-            let time_s: f64 = 0.5 * (trace.time(start) + trace.time(end));
-            ReducedReading { position: segment.label.clone(), time_s: (time_s * 1e6).round() / 1e6, values }
-        })
-        .collect()
     }
 }
 
@@ -318,52 +86,10 @@ pub fn times(table: &mut Record) -> Result<Vec<(String, f64, f64)>> {
                     .in_file(table.name()));
             }
             let labelled = position.map(|_| number(2)).filter(|n| n.is_finite());
+            // a label column holds numbers of labels; without the column there is none
             let label = labelled.and_then(|n| table.labels().get(number::count(n))).cloned().unwrap_or_default();
             list.push((label, number(0), number(1)));
         }
     }
     Ok(list)
-}
-
-/// Most rejected stretches that are told.
-const TOLD: usize = 10;
-
-/// An error about the number of segments, with the stretches that were not used.
-fn told(error: Malformed, trace: &Trace, segmentation: &Segmentation) -> Malformed {
-    let rejected: Vec<String> = segmentation
-        .rejected
-        .iter()
-        .take(TOLD)
-        .map(|r| {
-            let (from, to) = (trace.time(r.samples.start), trace.time(r.samples.end));
-            format!("{from:.2} s to {to:.2} s ({})", r.reason)
-        })
-        .collect();
-    if rejected.is_empty() {
-        return error;
-    }
-    let found = error.finding().unwrap_or_default().to_string();
-    error.found(format!("{found}; not used: {}", rejected.join(", ")))
-}
-
-/// Why there is no segment.
-fn nothing(segmentation: &Segmentation, by: &By, least: f64) -> Vec<String> {
-    let mut lines = Vec::new();
-    match (&segmentation.stillness, by) {
-        (Some(judged), By::Still { threshold, .. }) => {
-            let advice = match judged.would_find {
-                Some(ratio) => format!(
-                    "the stillest stretch of {least} s has {ratio:.3} times the variance: a threshold of {:.3} would find it",
-                    1.01 * ratio
-                ),
-                None => format!("no threshold finds a stretch of {least} s"),
-            };
-            lines.push(format!(
-                "no static stretch of {least} s within {threshold} times the variance of the still sensor; {advice}"
-            ));
-        }
-        _ => lines.push("no segment is left".to_string()),
-    }
-    lines.extend(segmentation.rejected.iter().take(TOLD).map(|rejected| format!("not used: {}", rejected.reason)));
-    lines
 }

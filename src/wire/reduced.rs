@@ -1,10 +1,13 @@
 //! Reduced readings put into the schedule that they were taken for.
 
+use super::campaign_file::{CampaignFile, ReadingsRef};
 use super::columns::{from_title, key_unit};
 use super::readings_file::{self, Cell, ReadingFile};
-use super::{CampaignFile, Fetch, ReadingsRef, Source, kind, locate, parse};
+use super::samples_file::SamplesFile;
+use super::{Fetch, Folder, Named, Source, kind, locate, parse};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::Bench;
+use crate::campaign::Readings;
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
 
@@ -196,5 +199,57 @@ impl Schedule {
             rows.push(row);
         }
         rows
+    }
+}
+
+impl CampaignFile {
+    /// The readings that samples are reduced to.
+    pub(super) fn reduced(&self, bench: &Bench, samples: SamplesFile, folder: &mut dyn Folder) -> Result<Readings> {
+        self.one_device()?;
+        if samples.is_rows() {
+            return Err(Malformed::new(
+                Fault::Value,
+                "samples as rows are streamed and never all at hand: only `tumble fit` and `tumble check` take them",
+            )
+            .expected("the record's path as \"readings\" (all rows are held, up to 2000000), or samples without \"as\": \"rows\" (their means)")
+            .at_path("readings.as"));
+        }
+        let recipe = samples
+            .recipe(&self.columns, folder)
+            .map_err(|e| if e.place().file.is_empty() { e.under("readings") } else { e })?;
+        let mut record = folder.record(&samples.samples).map_err(|e| e.at_path("readings.samples"))?;
+        let mut positions = samples.positions;
+        let path = if positions.is_empty() { "readings" } else { "readings.positions" };
+        if positions.is_empty() {
+            positions.push(Named(Vec::new()));
+        }
+        let file = CampaignFile { readings: ReadingsRef::Inline(positions), ..self.clone() };
+        let schedule = Schedule::new(file, bench.clone(), path)?;
+        let reduced = recipe.reduce(&mut record, Some(&schedule)).map_err(|e| e.at_path(path))?;
+        let from = samples.samples;
+        if let Some(why) = reduced.nothing {
+            return Err(Malformed::new(Fault::Value, format!("'{from}' gives no reading"))
+                .expected("segments of the record that become readings")
+                .found(why.join("; "))
+                .in_file(record.name()));
+        }
+        reduced.notes.iter().for_each(|note| folder.note(format!("{from}: {note}")));
+        let (used, not) = (reduced.reduction.segments.len(), reduced.reduction.rejected.len());
+        folder.note(format!(
+            "{used} reading{} reduced from '{from}', segments by {}{}",
+            if used == 1 { "" } else { "s" },
+            reduced.by,
+            match not {
+                0 => String::new(),
+                1 => "; one stretch is not used".to_string(),
+                n => format!("; {n} stretches are not used"),
+            }
+        ));
+        let rows = schedule.filled(&reduced.readings(), &reduced.places);
+        let named = |(row, place): (ReadingFile, &usize)| match path {
+            "readings" => ("readings".to_string(), row),
+            _ => (format!("{path}[{place}]"), row),
+        };
+        readings_file::from_cells(bench, rows.into_iter().zip(&reduced.places).map(named).collect())
     }
 }

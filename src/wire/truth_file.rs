@@ -4,7 +4,7 @@ use super::locate::in_source;
 use super::{Named, Source, parse};
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
-use crate::simulate::{Hidden, Noise, TrueScatter, Truth};
+use crate::simulate::{DrawnNoise, Hidden, TrueScatter, Truth};
 use crate::units::Conversion;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -122,7 +122,7 @@ impl TruthFile {
                 *slot = value;
             }
         }
-        let mut noise = vec![Noise::default(); campaign.bench.sensors.len()];
+        let mut noise = vec![DrawnNoise::default(); campaign.bench.sensors.len()];
         for (id, own) in &self.noise.0 {
             let path = format!("noise.{id}");
             let slot = sensor_index(campaign, id, &path)?;
@@ -139,7 +139,7 @@ impl TruthFile {
                     }
                     None => Conversion::NONE,
                 };
-                *noise = Noise { sd: to.apply(own.sd), stated: own.stated, decimals: own.decimals };
+                *noise = DrawnNoise { sd: to.apply(own.sd), stated: own.stated, decimals: own.decimals };
             }
         }
         let mut effects = Vec::with_capacity(self.effects.len());

@@ -13,7 +13,7 @@ use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use rayon::prelude::*;
 use tumble::diagnosis::{Candidate, Diagnosis, Effect, Settings, Verdict, candidates, diagnose};
 use tumble::fit::Fit;
-use tumble::simulate::{Hidden, Noise, Truth, simulate};
+use tumble::simulate::{DrawnNoise, Hidden, Truth, simulate};
 use tumble::wire;
 
 const SCHEDULES: [&str; 4] = ["G5", "G16", "G16x45", "A24"];
@@ -60,7 +60,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         hidden.push(format!("tilt:{tilt}"));
     }
     let truth: Vec<(String, f64)> = plan.estimated().iter().zip(&point).map(|(p, v)| (p.id.clone(), *v)).collect();
-    let noise = vec![Noise { sd, stated, decimals: None }];
+    let noise = vec![DrawnNoise { sd, stated, decimals: None }];
     // the complete model at the truth: strengths are those that effects have there
     let (whole, _) = schedule(schedule_name, None, &mut twin);
     let mut complete = whole.reference_point();
@@ -68,7 +68,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         let own = plan.parameter_index(&parameter.id).and_then(|k| point.get(k));
         *value = own.copied().unwrap_or(*value);
     }
-    let known = vec![Noise { sd, stated: true, decimals: None }];
+    let known = vec![DrawnNoise { sd, stated: true, decimals: None }];
     let quiet = Truth { point: complete, noise: known, effects: Vec::new(), scatter: Vec::new() };
     let quiet = simulate(&whole, &quiet, seed).unwrap();
     let mut extended = catalogue.to_vec();
@@ -178,7 +178,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
 fn is_seen(schedule_name: &str, tilt: &str) -> bool {
     let mut generator = Pcg64Mcg::seed_from_u64(1);
     let (plan, sd) = schedule(schedule_name, Some(tilt), &mut generator);
-    let noise = vec![Noise { sd, stated: true, decimals: None }];
+    let noise = vec![DrawnNoise { sd, stated: true, decimals: None }];
     let truth = Truth { point: plan.reference_point(), noise, effects: Vec::new(), scatter: Vec::new() };
     let own = format!("tilt:{tilt}");
     let all = candidates(&simulate(&plan, &truth, 1).unwrap(), &wire::built_in_effects().unwrap()).unwrap();

@@ -5,7 +5,7 @@ use super::support::parse;
 use rayon::prelude::*;
 use tumble::campaign::{Campaign, JointState, Size};
 use tumble::diagnosis::{Diagnosis, Settings, Verdict, diagnose};
-use tumble::simulate::{Hidden, Noise, Truth, simulate};
+use tumble::simulate::{DrawnNoise, Hidden, Truth, simulate};
 use tumble::wire;
 
 /// Positions of a gyro on its table, four rates at each: `count` of the 24 with alpha and beta at multiples of 45 and 90 degrees.
@@ -33,7 +33,7 @@ fn measured(plan: &Campaign, effects: &[(&str, f64)], stated: bool, seed: u64) -
     let mut point = plan.reference_point();
     point[..4].copy_from_slice(&[1.5e-3, -7.9e-4, 3e-4, -3.6e-5]);
     let effects = effects.iter().map(|(term, value)| Hidden::new(plan, term, *value, Some(0)).unwrap()).collect();
-    let noise = vec![Noise { sd: SD, stated, decimals: None }];
+    let noise = vec![DrawnNoise { sd: SD, stated, decimals: None }];
     simulate(plan, &Truth { point, noise, effects, scatter: Vec::new() }, seed).unwrap()
 }
 

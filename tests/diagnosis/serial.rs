@@ -7,7 +7,7 @@ use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use tumble::diagnosis::{Settings, Verdict, diagnose};
-use tumble::simulate::{Noise, Truth, simulate};
+use tumble::simulate::{DrawnNoise, Truth, simulate};
 use tumble::wire;
 
 const PATTERNS: [&str; 4] = ["AR(1)", "wave", "walk", "square"];
@@ -46,7 +46,7 @@ fn trial(kind: &str, stated: bool, schedule_name: &str, seed: u64) -> (bool, boo
     for (value, parameter) in point.iter_mut().zip(plan.estimated()) {
         *value = if parameter.id == "V0" { 2e-3 } else { 4e-4 } * normal(&mut generator);
     }
-    let noise = vec![Noise { sd, stated, decimals: None }];
+    let noise = vec![DrawnNoise { sd, stated, decimals: None }];
     let clean = simulate(&plan, &Truth { point, noise, effects: Vec::new(), scatter: Vec::new() }, seed).unwrap();
     let mut readings = clean.readings.clone();
     let added = pattern(kind, readings.rows.len(), &mut generator);

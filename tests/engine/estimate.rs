@@ -17,14 +17,15 @@ fn fit(system: &System) -> Estimate {
 }
 
 fn assert_finite(estimate: &Estimate) {
-    let matrices = [&estimate.cofactor, &estimate.covariance].into_iter();
+    let matrices = [&estimate.unknowns.cofactor, &estimate.unknowns.covariance].into_iter();
     let entries = matrices.flat_map(|matrix| (0..matrix.ncols()).flat_map(|j| matrix.col(j).iter()));
-    let columns = [&estimate.solution, &estimate.residuals, &estimate.leverage, &estimate.redundancy];
-    let options = [&estimate.standard_uncertainty, &estimate.group_scale];
+    let columns = [&estimate.unknowns.solution, &estimate.residuals, &estimate.leverage, &estimate.redundancy];
+    let options = [&estimate.unknowns.standard_uncertainty, &estimate.group_scale];
     assert!(entries.chain(columns.into_iter().flatten()).all(|value| value.is_finite()));
     assert!(options.into_iter().flatten().flatten().all(|value| value.is_finite()));
-    assert!(estimate.condition.is_none_or(f64::is_finite) && estimate.sum_of_squares.is_finite());
-    let terms = estimate.not_estimable.iter().chain(&estimate.estimable_combinations).flat_map(|c| &c.terms);
+    assert!(estimate.unknowns.condition.is_none_or(f64::is_finite) && estimate.sum_of_squares.is_finite());
+    let terms =
+        estimate.unknowns.not_estimable.iter().chain(&estimate.unknowns.estimable_combinations).flat_map(|c| &c.terms);
     assert!(terms.into_iter().all(|(_, c)| c.is_finite()));
 }
 
@@ -53,7 +54,7 @@ fn a_parabola_in_rationals() {
     let rows = Mat::from_fn(5, 3, |i, j| (i as f64).powi(j as i32));
     let estimate = fit(&estimated(rows, &[0.0, 1.0, 5.0, 8.0, 17.0]));
     // By orthogonal polynomials: 31/5 + 41/10 (x - 2) + 15/14 ((x - 2)^2 - 2).
-    for (found, exact) in estimate.solution.iter().zip([1.0 / 7.0, -13.0 / 70.0, 15.0 / 14.0]) {
+    for (found, exact) in estimate.unknowns.solution.iter().zip([1.0 / 7.0, -13.0 / 70.0, 15.0 / 14.0]) {
         assert_near(*found, exact, 4e-16);
     }
     for (found, exact) in estimate.leverage.iter().zip([31.0, 13.0, 17.0, 13.0, 31.0]) {
@@ -62,10 +63,10 @@ fn a_parabola_in_rationals() {
     }
     let squares = 92.0 / 35.0;
     assert_near(estimate.sum_of_squares, squares, 1e-15);
-    assert_near(estimate.covariance[(2, 2)], squares / 2.0 / 14.0, 1e-14);
+    assert_near(estimate.unknowns.covariance[(2, 2)], squares / 2.0 / 14.0, 1e-14);
     assert_near(estimate.group_scale[0].expect("a scale").powi(2), squares / 2.0, 1e-14);
-    assert_eq!((estimate.rank, estimate.dof, estimate.refinements), (3, 2, 1));
-    assert!(estimate.not_estimable.is_empty() && estimate.estimable == [true; 3]);
+    assert_eq!((estimate.unknowns.rank, estimate.dof, estimate.refinements), (3, 2, 1));
+    assert!(estimate.unknowns.not_estimable.is_empty() && estimate.unknowns.estimable == [true; 3]);
 }
 
 /// ISO/TS 28037:2010, pages 13 and 14, recomputed in rational arithmetic.
@@ -78,11 +79,11 @@ fn iso_ts_28037_weighted_lines() {
         let exact = &set["exact_recomputed"];
         let exact_of = |key: &str| exact[key].as_f64().expect("a number");
         let estimate = fit(&line(&numbers(&set["x"]), &numbers(&set["y"]), &numbers(&set["u_y"])));
-        assert_near(estimate.solution[0], exact_of("a"), 1e-14);
-        assert_near(estimate.solution[1], exact_of("b"), 1e-14);
-        assert_near(estimate.standard_uncertainty[0].expect("u"), exact_of("u_a"), 1e-14);
-        assert_near(estimate.standard_uncertainty[1].expect("u"), exact_of("u_b"), 1e-14);
-        assert_near(estimate.covariance[(0, 1)], exact_of("cov_ab"), 1e-14);
+        assert_near(estimate.unknowns.solution[0], exact_of("a"), 1e-14);
+        assert_near(estimate.unknowns.solution[1], exact_of("b"), 1e-14);
+        assert_near(estimate.unknowns.standard_uncertainty[0].expect("u"), exact_of("u_a"), 1e-14);
+        assert_near(estimate.unknowns.standard_uncertainty[1].expect("u"), exact_of("u_b"), 1e-14);
+        assert_near(estimate.unknowns.covariance[(0, 1)], exact_of("cov_ab"), 1e-14);
         assert_near(estimate.sum_of_squares, exact_of("chi2"), 1e-14);
         for (found, exact) in estimate.redundancy.iter().zip(numbers(&exact["redundancy"])) {
             assert_near(*found, exact, 1e-14);
@@ -103,18 +104,20 @@ fn what_cannot_be_separated_is_named() {
     });
     let observed: Vec<f64> = (0..8).map(|i| 0.25 + 2.0 * rows[(i, 2)]).collect();
     let estimate = fit(&estimated(rows, &observed));
-    assert_eq!((estimate.rank, estimate.dof), (2, 6));
-    assert_eq!(estimate.estimable, [false, false, true]);
-    let [free] = estimate.not_estimable.as_slice() else { panic!("one defect, not {:?}", estimate.not_estimable) };
+    assert_eq!((estimate.unknowns.rank, estimate.dof), (2, 6));
+    assert_eq!(estimate.unknowns.estimable, [false, false, true]);
+    let [free] = estimate.unknowns.not_estimable.as_slice() else {
+        panic!("one defect, not {:?}", estimate.unknowns.not_estimable)
+    };
     assert_terms(free, &[(0, 1.0), (1, 1.299)]);
-    let [fixed] = estimate.estimable_combinations.as_slice() else { panic!("one combination") };
+    let [fixed] = estimate.unknowns.estimable_combinations.as_slice() else { panic!("one combination") };
     assert_terms(fixed, &[(0, 1.0), (1, -1.299)]);
-    assert_near(fixed.value(&estimate.solution), 0.25, 1e-14);
-    assert_near(estimate.solution[2], 2.0, 1e-14);
-    assert_eq!(estimate.solution[1], 0.0);
-    assert_eq!(estimate.standard_uncertainty[..2], [None, None]);
-    assert!(estimate.standard_uncertainty[2].is_some());
-    assert!(fixed.variance(&estimate.cofactor) > 0.1);
+    assert_near(fixed.value(&estimate.unknowns.solution), 0.25, 1e-14);
+    assert_near(estimate.unknowns.solution[2], 2.0, 1e-14);
+    assert_eq!(estimate.unknowns.solution[1], 0.0);
+    assert_eq!(estimate.unknowns.standard_uncertainty[..2], [None, None]);
+    assert!(estimate.unknowns.standard_uncertainty[2].is_some());
+    assert!(fixed.variance(&estimate.unknowns.cofactor) > 0.1);
 }
 
 #[track_caller]
@@ -141,8 +144,8 @@ fn a_cluster_of_nearly_equal_columns() {
         };
         let rows = Mat::from_fn(20, 5, |i, j| a(i) + shift(i, j));
         let estimate = fit(&estimated(rows, &(0..20).map(|i| value(seed, i, 9)).collect::<Vec<f64>>()));
-        assert_eq!(estimate.rank, 4, "seed {seed}");
-        assert_eq!(estimate.not_estimable.len(), 1);
+        assert_eq!(estimate.unknowns.rank, 4, "seed {seed}");
+        assert_eq!(estimate.unknowns.not_estimable.len(), 1);
         assert!((estimate.redundancy.iter().sum::<f64>() - 16.0).abs() < 1e-10);
     }
 }
@@ -156,14 +159,14 @@ fn several_defects_and_a_column_of_zeros() {
     let rows = Mat::from_fn(6, 5, |i, j| [a[i], b[i], a[i] + b[i], 0.0, 2.0 * a[i]][j]);
     let observed: Vec<f64> = (0..6).map(|i| 3.0 * a[i] - b[i]).collect();
     let estimate = fit(&estimated(rows, &observed));
-    assert_eq!((estimate.rank, estimate.dof), (2, 4));
-    assert_eq!(estimate.estimable, [false; 5]);
-    assert_eq!(estimate.solution[2..], [0.0; 3]);
-    assert_near(estimate.solution[0], 3.0, 1e-14);
-    assert_near(estimate.solution[1], -1.0, 1e-14);
-    assert_eq!(estimate.not_estimable.len(), 3);
-    assert_terms(&estimate.not_estimable[1], &[(3, 1.0)]);
-    let [first, second] = estimate.estimable_combinations.as_slice() else { panic!("two combinations") };
+    assert_eq!((estimate.unknowns.rank, estimate.dof), (2, 4));
+    assert_eq!(estimate.unknowns.estimable, [false; 5]);
+    assert_eq!(estimate.unknowns.solution[2..], [0.0; 3]);
+    assert_near(estimate.unknowns.solution[0], 3.0, 1e-14);
+    assert_near(estimate.unknowns.solution[1], -1.0, 1e-14);
+    assert_eq!(estimate.unknowns.not_estimable.len(), 3);
+    assert_terms(&estimate.unknowns.not_estimable[1], &[(3, 1.0)]);
+    let [first, second] = estimate.unknowns.estimable_combinations.as_slice() else { panic!("two combinations") };
     assert_terms(first, &[(0, 1.0), (2, 1.0), (4, 2.0)]);
     assert_terms(second, &[(1, 1.0), (2, 1.0)]);
 }
@@ -172,11 +175,11 @@ fn several_defects_and_a_column_of_zeros() {
 fn fewer_rows_than_unknowns() {
     let rows = mat![[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 1.0, 1.0]];
     let estimate = fit(&estimated(rows, &[2.0, 3.0]));
-    assert_eq!((estimate.rank, estimate.dof), (2, 0));
-    assert_eq!(estimate.not_estimable.len(), 2);
+    assert_eq!((estimate.unknowns.rank, estimate.dof), (2, 0));
+    assert_eq!(estimate.unknowns.not_estimable.len(), 2);
     assert_eq!(estimate.group_scale, [None]);
     assert_eq!(estimate.residual_sd(), None);
-    assert_eq!(estimate.standard_uncertainty, [None; 4]);
+    assert_eq!(estimate.unknowns.standard_uncertainty, [None; 4]);
     assert!(estimate.residuals.iter().all(|v| v.abs() < 1e-15));
 }
 
@@ -184,9 +187,9 @@ fn fewer_rows_than_unknowns() {
 fn nothing_to_adjust() {
     for (m, n) in [(0, 0), (0, 3), (3, 0), (2, 2)] {
         let estimate = fit(&estimated(Mat::zeros(m, n), &vec![1.0; m]));
-        assert_eq!((estimate.rank, estimate.dof, estimate.condition), (0, m, None));
-        assert_eq!(estimate.estimable, vec![false; n]);
-        assert_eq!(estimate.not_estimable.len(), n);
+        assert_eq!((estimate.unknowns.rank, estimate.dof, estimate.unknowns.condition), (0, m, None));
+        assert_eq!(estimate.unknowns.estimable, vec![false; n]);
+        assert_eq!(estimate.unknowns.not_estimable.len(), n);
         assert_eq!(estimate.residuals, vec![1.0; m]);
         assert_eq!(estimate.leverage, vec![0.0; m]);
     }
@@ -197,14 +200,14 @@ fn a_perfect_fit_has_no_residuals_left() {
     let rows = Mat::from_fn(5, 2, |i, j| if j == 0 { 1.0 } else { i as f64 });
     let observed: Vec<f64> = (0..5).map(|i| 3.0 + 2.0 * i as f64).collect();
     let estimate = fit(&estimated(rows.clone(), &observed));
-    assert_eq!(estimate.solution, [3.0, 2.0]);
+    assert_eq!(estimate.unknowns.solution, [3.0, 2.0]);
     assert!(estimate.residuals.iter().all(|v| v.abs() < 1e-28), "{:?}", estimate.residuals);
-    assert!(estimate.standard_uncertainty.iter().all(|u| u.is_some_and(|u| u < 1e-28)));
+    assert!(estimate.unknowns.standard_uncertainty.iter().all(|u| u.is_some_and(|u| u < 1e-28)));
     // Exactly as many readings as unknowns: no scale, so no uncertainty, but the solution stands.
     let square = fit(&estimated(rows.get(..2, ..).to_owned(), &observed[..2]));
     assert_eq!((square.dof, square.residual_sd()), (0, None));
-    assert_eq!(square.solution, [3.0, 2.0]);
-    assert_eq!(square.standard_uncertainty, [None, None]);
+    assert_eq!(square.unknowns.solution, [3.0, 2.0]);
+    assert_eq!(square.unknowns.standard_uncertainty, [None, None]);
     assert_eq!(square.redundancy.iter().sum::<f64>(), 0.0);
 }
 
@@ -218,8 +221,8 @@ fn priors_are_rows_of_known_uncertainty() {
         group: vec![Group::Known; 3],
     };
     let estimate = fit(&system);
-    assert_near(estimate.solution[0], 9.0, 1e-15);
-    assert_near(estimate.standard_uncertainty[0].expect("u").powi(2), 1.0 / 6.0, 1e-15);
+    assert_near(estimate.unknowns.solution[0], 9.0, 1e-15);
+    assert_near(estimate.unknowns.standard_uncertainty[0].expect("u").powi(2), 1.0 / 6.0, 1e-15);
     assert!(estimate.group_scale.is_empty());
 }
 
@@ -243,7 +246,7 @@ fn variance_components_of_koch() {
     for (scale, factor) in estimate.group_scale.iter().zip(&factors) {
         assert_near(scale.expect("a scale").powi(2), *factor, 1e-3);
     }
-    assert_near(estimate.solution[0], koch["recomputed"]["converged_mean"].as_f64().expect("a mean"), 1e-6);
+    assert_near(estimate.unknowns.solution[0], koch["recomputed"]["converged_mean"].as_f64().expect("a mean"), 1e-6);
     for g in 0..2 {
         let own = |i: &usize| system.group[*i] == Group::Estimated(g);
         let squares: f64 =
@@ -286,8 +289,8 @@ fn groups_in_different_units_find_their_scales() {
     }
     let rescaled = fit(&other);
     for j in 0..3 {
-        assert_near(rescaled.solution[j], estimate.solution[j], 1e-9);
-        assert_near(rescaled.covariance[(j, j)], estimate.covariance[(j, j)], 1e-9);
+        assert_near(rescaled.unknowns.solution[j], estimate.unknowns.solution[j], 1e-9);
+        assert_near(rescaled.unknowns.covariance[(j, j)], estimate.unknowns.covariance[(j, j)], 1e-9);
     }
 }
 
@@ -303,8 +306,8 @@ fn a_group_without_redundancy() {
     let estimate = fit(&system);
     assert_near(estimate.group_scale[0].expect("s"), 1.0, 1e-10);
     assert_eq!(estimate.group_scale[1], None);
-    assert_near(estimate.standard_uncertainty[0].expect("u"), (1.0_f64 / 3.0).sqrt(), 1e-10);
-    assert_eq!(estimate.standard_uncertainty[1], None);
+    assert_near(estimate.unknowns.standard_uncertainty[0].expect("u"), (1.0_f64 / 3.0).sqrt(), 1e-10);
+    assert_eq!(estimate.unknowns.standard_uncertainty[1], None);
 }
 
 #[test]
@@ -317,11 +320,11 @@ fn the_factor_serves_other_right_hand_sides() {
     let again = factor.solve(&system.observed).expect("nine values");
     let sensitivities = factor.sensitivities();
     for j in 0..3 {
-        assert_near(again[j], estimate.solution[j], 1e-13);
+        assert_near(again[j], estimate.unknowns.solution[j], 1e-13);
         let by_sensitivity: f64 = (0..9).map(|i| sensitivities[(j, i)] * system.observed[i]).sum();
-        assert_near(by_sensitivity, estimate.solution[j], 1e-12);
+        assert_near(by_sensitivity, estimate.unknowns.solution[j], 1e-12);
         let variance: f64 = (0..9).map(|i| (sensitivities[(j, i)] * system.u[i]).powi(2)).sum();
-        assert_near(variance, estimate.cofactor[(j, j)], 1e-12);
+        assert_near(variance, estimate.unknowns.cofactor[(j, j)], 1e-12);
     }
     let rest = factor.project_out(&system.observed).expect("nine values");
     for (rest, (v, u)) in rest.iter().zip(estimate.residuals.iter().zip(&system.u)) {
@@ -341,8 +344,8 @@ fn weights_may_differ_by_many_orders() {
     };
     let estimate = fit(&system);
     // With the constraint x1 = 1 - x0: minimise (x0 - 0.3)^2 + (x0 - 0.1)^2 + (2 x0 - 1 + 0.5)^2.
-    assert_near(estimate.solution[0], 1.4 / 6.0, 1e-15);
-    assert_near(estimate.solution[0] + estimate.solution[1], 1.0, 1e-15);
+    assert_near(estimate.unknowns.solution[0], 1.4 / 6.0, 1e-15);
+    assert_near(estimate.unknowns.solution[0] + estimate.unknowns.solution[1], 1.0, 1e-15);
     let by_residuals: f64 = estimate.redundancy.iter().sum();
     assert_near(by_residuals, 2.0, 1e-14);
 }
@@ -361,13 +364,13 @@ fn folding_is_adjusting() {
         fold.push(block, &system.observed[start..end], &system.u[start..end]).expect("a block");
     }
     let folded = fold.finish(Group::Estimated(0), &Settings::default()).expect("an estimate");
-    assert_eq!((folded.rows, folded.dof, folded.rank), (m, estimate.dof, estimate.rank));
+    assert_eq!((folded.rows, folded.dof, folded.unknowns.rank), (m, estimate.dof, estimate.unknowns.rank));
     assert_near(folded.sum_of_squares, estimate.sum_of_squares, 1e-12);
     for j in 0..5 {
-        assert_near(folded.solution[j], estimate.solution[j], 1e-12);
-        assert_near(folded.covariance[(j, j)], estimate.covariance[(j, j)], 1e-12);
+        assert_near(folded.unknowns.solution[j], estimate.unknowns.solution[j], 1e-12);
+        assert_near(folded.unknowns.covariance[(j, j)], estimate.unknowns.covariance[(j, j)], 1e-12);
     }
-    assert_near(folded.condition.expect("columns"), estimate.condition.expect("columns"), 1e-9);
+    assert_near(folded.unknowns.condition.expect("columns"), estimate.unknowns.condition.expect("columns"), 1e-9);
 }
 
 #[test]
@@ -378,15 +381,15 @@ fn folding_knows_defects_and_refuses_bad_blocks() {
     assert!(fold.push(mat![[1.0, 1.0]].as_ref(), &[], &[1.0]).is_err());
     fold.push(Mat::zeros(0, 2).as_ref(), &[], &[]).expect("nothing");
     let nothing = fold.finish(Group::Known, &Settings::default()).expect("no readings yet");
-    assert_eq!((nothing.rank, nothing.dof), (0, 0));
+    assert_eq!((nothing.unknowns.rank, nothing.dof), (0, 0));
     for y in [1.0, 2.0, 3.0] {
         fold.push(mat![[2.0, -4.0]].as_ref(), &[y], &[0.5]).expect("a row");
     }
     let folded = fold.finish(Group::Known, &Settings::default()).expect("an estimate");
-    assert_eq!((folded.rank, folded.dof), (1, 2));
-    assert_terms(&folded.not_estimable[0], &[(0, 1.0), (1, 2.0)]);
-    assert_terms(&folded.estimable_combinations[0], &[(0, 1.0), (1, -2.0)]);
-    assert_near(folded.solution[0], 1.0, 1e-15);
+    assert_eq!((folded.unknowns.rank, folded.dof), (1, 2));
+    assert_terms(&folded.unknowns.not_estimable[0], &[(0, 1.0), (1, 2.0)]);
+    assert_terms(&folded.unknowns.estimable_combinations[0], &[(0, 1.0), (1, -2.0)]);
+    assert_near(folded.unknowns.solution[0], 1.0, 1e-15);
 }
 
 #[test]

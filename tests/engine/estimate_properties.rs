@@ -34,7 +34,7 @@ fn near(a: f64, b: f64, size: f64) -> bool {
 }
 
 fn benign(estimate: &Estimate) -> bool {
-    estimate.condition.is_none_or(|condition| condition < 1e4)
+    estimate.unknowns.condition.is_none_or(|condition| condition < 1e4)
 }
 
 fn all_near(a: &[f64], b: &[f64]) -> bool {
@@ -56,8 +56,8 @@ proptest! {
         let estimate = fit(&system);
         prop_assert!((estimate.redundancy.iter().sum::<f64>() - estimate.dof as f64).abs() < 1e-10);
         prop_assert!(estimate.leverage.iter().all(|h| (0.0..=1.0).contains(h)));
-        prop_assert_eq!(estimate.dof + estimate.rank, system.observed.len());
-        prop_assert_eq!(estimate.not_estimable.len() + estimate.rank, system.rows.ncols());
+        prop_assert_eq!(estimate.dof + estimate.unknowns.rank, system.observed.len());
+        prop_assert_eq!(estimate.unknowns.not_estimable.len() + estimate.unknowns.rank, system.rows.ncols());
     }
 
     #[test]
@@ -69,7 +69,7 @@ proptest! {
             prop_assert!(sum.abs() <= 1e-11 * size.max(1.0), "{} of {}", sum, size);
         }
         for i in 0..system.u.len() {
-            let fitted: f64 = (0..system.rows.ncols()).map(|j| system.rows[(i, j)] * estimate.solution[j]).sum();
+            let fitted: f64 = (0..system.rows.ncols()).map(|j| system.rows[(i, j)] * estimate.unknowns.solution[j]).sum();
             prop_assert!(near(fitted + estimate.residuals[i], system.observed[i], 10.0));
         }
     }
@@ -86,10 +86,10 @@ proptest! {
         };
         let (a, b) = (fit(&system), fit(&other));
         prop_assume!(benign(&a));
-        prop_assert_eq!(&a.estimable, &b.estimable);
+        prop_assert_eq!(&a.unknowns.estimable, &b.unknowns.estimable);
         // what is not estimable has no value of its own: which basic solution comes out is a matter of rounding
         let estimable = |estimate: &Estimate| -> Vec<f64> {
-            estimate.solution.iter().zip(&estimate.estimable).map(|(x, own)| if *own { *x } else { 0.0 }).collect()
+            estimate.unknowns.solution.iter().zip(&estimate.unknowns.estimable).map(|(x, own)| if *own { *x } else { 0.0 }).collect()
         };
         prop_assert!(all_near(&estimable(&a), &estimable(&b)));
         prop_assert!((0..m).all(|i| near(a.residuals[from(i)], b.residuals[i], 10.0)));
@@ -108,15 +108,15 @@ proptest! {
         }
         let (a, b) = (fit(&system), fit(&other));
         prop_assume!(benign(&a));
-        prop_assert_eq!(&a.estimable, &b.estimable);
-        prop_assert_eq!(a.rank, b.rank);
-        let back: Vec<f64> = b.solution.iter().enumerate().map(|(j, x)| if j == 0 { x * column_unit } else { *x }).collect();
-        prop_assert!(all_near(&a.solution, &back), "{:?} {:?}", a.solution, back);
+        prop_assert_eq!(&a.unknowns.estimable, &b.unknowns.estimable);
+        prop_assert_eq!(a.unknowns.rank, b.unknowns.rank);
+        let back: Vec<f64> = b.unknowns.solution.iter().enumerate().map(|(j, x)| if j == 0 { x * column_unit } else { *x }).collect();
+        prop_assert!(all_near(&a.unknowns.solution, &back), "{:?} {:?}", a.unknowns.solution, back);
         prop_assert!(all_near(&a.leverage, &b.leverage));
-        if let (Some(a), Some(b)) = (a.condition, b.condition) {
+        if let (Some(a), Some(b)) = (a.unknowns.condition, b.unknowns.condition) {
             prop_assert!((a / b - 1.0).abs() < 1e-6);
         }
-        if let (Some(Some(a)), Some(Some(b))) = (a.standard_uncertainty.last(), b.standard_uncertainty.last()) {
+        if let (Some(Some(a)), Some(Some(b))) = (a.unknowns.standard_uncertainty.last(), b.unknowns.standard_uncertainty.last()) {
             let b = if n == 1 { b * column_unit } else { *b };
             prop_assert!(near(*a, b, 1e-3));
         }
@@ -128,9 +128,9 @@ proptest! {
         other.u.iter_mut().for_each(|u| *u *= scale);
         let (a, b) = (fit(&system), fit(&other));
         prop_assume!(benign(&a));
-        prop_assert!(all_near(&a.solution, &b.solution));
-        for j in 0..a.solution.len() {
-            match (a.standard_uncertainty[j], b.standard_uncertainty[j]) {
+        prop_assert!(all_near(&a.unknowns.solution, &b.unknowns.solution));
+        for j in 0..a.unknowns.solution.len() {
+            match (a.unknowns.standard_uncertainty[j], b.unknowns.standard_uncertainty[j]) {
                 (Some(a), Some(b)) => prop_assert!(near(a, b, 1e-6)),
                 (a, b) => prop_assert_eq!(a, b),
             }
@@ -148,10 +148,10 @@ proptest! {
             fold.push(system.rows.get(start..end, ..), &system.observed[start..end], &system.u[start..end]).expect("a block");
         }
         let folded = fold.finish(Group::Estimated(0), &Settings::default()).expect("an estimate");
-        prop_assert_eq!((folded.rank, folded.dof), (estimate.rank, estimate.dof));
-        prop_assert!(all_near(&folded.solution, &estimate.solution));
+        prop_assert_eq!((folded.unknowns.rank, folded.dof), (estimate.unknowns.rank, estimate.dof));
+        prop_assert!(all_near(&folded.unknowns.solution, &estimate.unknowns.solution));
         prop_assert!(near(folded.sum_of_squares, estimate.sum_of_squares, 1.0));
-        prop_assert_eq!(&folded.estimable, &estimate.estimable);
+        prop_assert_eq!(&folded.unknowns.estimable, &estimate.unknowns.estimable);
     }
 
     /// Whatever is said to be free does not change a fitted value, and estimable combinations are blind to it; what is called not
@@ -161,16 +161,16 @@ proptest! {
         let estimate = fit(&system);
         prop_assume!(benign(&estimate));
         let scale = estimate.factor.scale();
-        prop_assert_eq!(estimate.free_directions.len(), estimate.not_estimable.len());
-        prop_assert_eq!(estimate.free_directions.len(), system.shape().1 - estimate.rank);
-        for (free, named) in estimate.free_directions.iter().zip(&estimate.not_estimable) {
+        prop_assert_eq!(estimate.unknowns.free_directions.len(), estimate.unknowns.not_estimable.len());
+        prop_assert_eq!(estimate.unknowns.free_directions.len(), system.shape().1 - estimate.unknowns.rank);
+        for (free, named) in estimate.unknowns.free_directions.iter().zip(&estimate.unknowns.not_estimable) {
             let step = |j: usize| free.terms.iter().find(|(own, _)| *own == j).map_or(0.0, |(_, e)| *e);
             let largest = free.terms.iter().map(|&(j, e)| (e * scale[j]).abs()).fold(0.0, f64::max);
             for i in 0..system.u.len() {
                 let moved: f64 = free.terms.iter().map(|&(j, e)| system.rows[(i, j)] * e).sum();
                 prop_assert!(moved.abs() <= 1e-9 * largest.max(1e-3), "{}", moved);
             }
-            for fixed in &estimate.estimable_combinations {
+            for fixed in &estimate.unknowns.estimable_combinations {
                 let size: f64 = fixed.terms.iter().map(|&(j, c)| (c * step(j)).abs()).sum();
                 let blind: f64 = fixed.terms.iter().map(|&(j, c)| c * step(j)).sum();
                 prop_assert!(blind.abs() <= 1e-7 * size.max(1e-3), "{}", blind);

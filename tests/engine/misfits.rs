@@ -3,7 +3,8 @@
 
 use faer::Mat;
 use tumble::estimate::{
-    Felt, Group, Inequality, Line, Pattern, Restricted, Settings, System, Whitening, adjust, adjust_scattered, restrict,
+    Felt, Group, Inequality, Pattern, Restricted, ScatterLine, Settings, System, Whitening, adjust, adjust_scattered,
+    restrict,
 };
 use tumble::plan::{Blocks, Objective, choose};
 
@@ -17,8 +18,8 @@ fn mean_of_four() -> System {
     }
 }
 
-fn line(felt: &[(usize, usize)]) -> Line {
-    Line {
+fn line(felt: &[(usize, usize)]) -> ScatterLine {
+    ScatterLine {
         felt: felt.iter().map(|(row, level)| Felt { row: *row, level: *level, by: 1.0 }).collect(),
         variance: None,
         memory: None,

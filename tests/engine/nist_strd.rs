@@ -57,15 +57,16 @@ fn digits_of_an_adjustment() {
         let set = &reference["sets"][id];
         let exact = &set["exact_rational_solution"];
         let estimate = adjusted(set);
-        let beta = worst(estimate.solution.iter().copied(), &numbers(&exact["beta"]));
-        let errors = worst(estimate.standard_uncertainty.iter().map(|u| u.expect("estimable")), &numbers(&exact["se"]));
+        let beta = worst(estimate.unknowns.solution.iter().copied(), &numbers(&exact["beta"]));
+        let errors =
+            worst(estimate.unknowns.standard_uncertainty.iter().map(|u| u.expect("estimable")), &numbers(&exact["se"]));
         let leverages = worst(estimate.leverage.iter().copied(), &numbers(&exact["leverage"]));
-        let condition = estimate.condition.expect("columns");
+        let condition = estimate.unknowns.condition.expect("columns");
         println!(
             "{id:10} {beta:12.1} {numpy:6.1} {errors:15.1} {leverages:10.1} {condition:11.2e} {}",
             estimate.refinements
         );
-        assert_eq!(estimate.rank, estimate.solution.len(), "{id}: full rank");
+        assert_eq!(estimate.unknowns.rank, estimate.unknowns.solution.len(), "{id}: full rank");
         assert_eq!(estimate.dof as u64, exact["dof"].as_u64().expect("dof"), "{id}");
         assert!(beta >= least, "{id}: {beta:.1} digits, {least} required");
     }

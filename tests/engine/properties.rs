@@ -155,7 +155,7 @@ fn each(count: usize, mut check: impl FnMut(usize, &Question)) {
 
 /// Well enough determined that rounding stays far below the tolerances here.
 fn benign(fit: &Fit) -> bool {
-    fit.not_estimable.is_empty() && fit.estimate.condition.is_some_and(|c| c < 1e4)
+    fit.not_estimable.is_empty() && fit.estimate.unknowns.condition.is_some_and(|c| c < 1e4)
 }
 
 /// Estimates and uncertainties agree to `share` of the standard uncertainty.
@@ -223,7 +223,7 @@ fn noiseless_truth_comes_back() {
         for (id, truth) in &question.truth {
             // readings are rounded to 16 digits, and what that does to a weakly determined parameter is no fault
             let j = fit.parameters.iter().position(|p| p.id == *id).expect("a parameter");
-            let rounding = f64::EPSILON * largest * fit.estimate.cofactor[(j, j)].sqrt();
+            let rounding = f64::EPSILON * largest * fit.estimate.unknowns.cofactor[(j, j)].sqrt();
             let tolerance = 1e-9 * truth.abs().max(1e-3) + 30.0 * rounding;
             assert_within(value(&fit, id), *truth, tolerance, &format!("question {k}: {id}"));
         }
@@ -238,8 +238,8 @@ fn redundancy_numbers_sum_to_the_degrees_of_freedom() {
         let fit = fitted(&question.campaign(Some(&question.noisy())));
         let sum: f64 = fit.quality.iter().map(|row| row.redundancy).sum();
         assert_within(sum, fit.estimate.dof as f64, 1e-10, "sum of redundancy numbers");
-        assert_eq!(fit.estimate.dof + fit.estimate.rank, fit.design.rows.len());
-        assert_eq!(fit.estimate.rank + fit.not_estimable.len(), fit.parameters.len());
+        assert_eq!(fit.estimate.dof + fit.estimate.unknowns.rank, fit.design.rows.len());
+        assert_eq!(fit.estimate.unknowns.rank + fit.not_estimable.len(), fit.parameters.len());
     });
 }
 
@@ -251,7 +251,7 @@ fn the_order_of_readings_does_not_matter() {
         turned.readings.reverse();
         turned_values.reverse();
         let (a, b) = (fitted(&question.campaign(Some(&values))), fitted(&turned.campaign(Some(&turned_values))));
-        assert_eq!(a.estimate.rank, b.estimate.rank);
+        assert_eq!(a.estimate.unknowns.rank, b.estimate.unknowns.rank);
         if benign(&a) {
             assert_same(&a, &b, |_| 1.0, 1e-9);
         }
@@ -294,7 +294,7 @@ fn units_do_not_matter() {
                 }
             }
             let b = fitted(&campaign);
-            assert_eq!(a.estimate.rank, b.estimate.rank, "{rate}, {force}");
+            assert_eq!(a.estimate.unknowns.rank, b.estimate.unknowns.rank, "{rate}, {force}");
             if benign(&a) {
                 let scale = |id: &str| {
                     let (rates, forces) = powers(id);
@@ -332,7 +332,7 @@ fn the_frame_does_not_matter() {
             cycled.bench["sensors"]["S"]["axes"][axis] = json!([cosines[2], cosines[0], cosines[1]]);
         }
         let (a, b) = (fitted(&plain.campaign(Some(&values))), fitted(&cycled.campaign(Some(&values))));
-        assert_eq!(a.estimate.rank, b.estimate.rank);
+        assert_eq!(a.estimate.unknowns.rank, b.estimate.unknowns.rank);
         if benign(&a) {
             assert_same(&a, &b, |_| 1.0, 1e-9);
             compared += 1;

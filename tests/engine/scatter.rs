@@ -3,7 +3,9 @@
 use crate::support::{json, number, numbers};
 use faer::Mat;
 use serde_json::Value;
-use tumble::estimate::{Felt, Group, Line, LineState, Memory, Pattern, Settings, System, Whitening, adjust_scattered};
+use tumble::estimate::{
+    Felt, Group, LineState, Memory, Pattern, ScatterLine, Settings, System, Whitening, adjust_scattered,
+};
 
 #[track_caller]
 fn near(own: f64, other: f64, relative: f64, what: &str) {
@@ -15,7 +17,7 @@ fn matrix(value: &Value) -> Mat<f64> {
     Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 
-fn line(value: &Value, variance: Option<f64>) -> Line {
+fn line(value: &Value, variance: Option<f64>) -> ScatterLine {
     let level = numbers(&value["level"]);
     let by = numbers(&value["by"]);
     let felt = level.iter().zip(&by).enumerate();
@@ -25,7 +27,7 @@ fn line(value: &Value, variance: Option<f64>) -> Line {
         run: numbers(&value["run"]).iter().map(|r| *r as usize).collect(),
         tau: tau.as_f64(),
     });
-    Line { felt, variance, memory }
+    ScatterLine { felt, variance, memory }
 }
 
 /// Nested, crossed and chained lines, small and large blocks: solution, covariance, chi-square and determinant to 1e-9.
@@ -37,10 +39,10 @@ fn stated_scatter_is_dense_generalised_least_squares() {
         let m = u.len();
         let system =
             System { rows: matrix(&case["a"]), observed: numbers(&case["y"]), u, group: vec![Group::Known; m] };
-        let lines: Vec<Line> =
+        let lines: Vec<ScatterLine> =
             case["lines"].as_array().unwrap().iter().map(|l| line(l, l["variance"].as_f64())).collect();
         let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
-        for (own, other) in found.estimate.solution.iter().zip(numbers(&case["solution"])) {
+        for (own, other) in found.estimate.unknowns.solution.iter().zip(numbers(&case["solution"])) {
             near(*own, other, 1e-9, name);
         }
         let covariance = matrix(&case["covariance"]);
@@ -48,7 +50,7 @@ fn stated_scatter_is_dense_generalised_least_squares() {
             found.shares.iter().fold(Mat::zeros(covariance.nrows(), covariance.nrows()), |a, b| a + b);
         for i in 0..covariance.nrows() {
             for j in 0..covariance.nrows() {
-                near(found.estimate.covariance[(i, j)], covariance[(i, j)], 1e-9, name);
+                near(found.estimate.unknowns.covariance[(i, j)], covariance[(i, j)], 1e-9, name);
                 // the parts of the readings and of the lines make up the whole
                 let rows: f64 = (0..m)
                     .map(|k| found.sensitivities[(i, k)] * found.sensitivities[(j, k)] * system.u[k] * system.u[k])
@@ -60,7 +62,7 @@ fn stated_scatter_is_dense_generalised_least_squares() {
         near(found.whitening.log_determinant(), case["log_determinant"].as_f64().unwrap(), 1e-9, name);
         // sensitivities are those of the estimate
         let moved: f64 = (0..m).map(|k| found.sensitivities[(0, k)] * system.observed[k]).sum();
-        near(moved, found.estimate.solution[0], 1e-9, name);
+        near(moved, found.estimate.unknowns.solution[0], 1e-9, name);
         // redundancies of rows and deviations sum to the degrees of freedom
         let carried = found.whitening.carry_back(&found.whitening.whiten(&system.observed));
         let square: f64 = carried.iter().zip(&system.observed).map(|(a, b)| a * b).sum();
@@ -87,8 +89,8 @@ fn estimated_scatter_is_restricted_likelihood() {
     };
     let ones = vec![1.0; m];
     let lines = [
-        Line { felt: felt(&numbers(&all["level"]), &numbers(&all["by"])), variance: None, memory: None },
-        Line { felt: felt(&numbers(&all["other"]), &ones), variance: None, memory: None },
+        ScatterLine { felt: felt(&numbers(&all["level"]), &numbers(&all["by"])), variance: None, memory: None },
+        ScatterLine { felt: felt(&numbers(&all["other"]), &ones), variance: None, memory: None },
     ];
     let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
     assert!(found.converged, "{}", found.iterations);
@@ -107,7 +109,7 @@ fn estimated_scatter_is_restricted_likelihood() {
     }
     for i in 0..3 {
         for j in 0..3 {
-            near(found.estimate.covariance[(i, j)], covariance[(i, j)], 1e-9, "covariance");
+            near(found.estimate.unknowns.covariance[(i, j)], covariance[(i, j)], 1e-9, "covariance");
             near(found.correction[(i, j)], correction[(i, j)], 1e-8, "correction");
         }
     }
@@ -126,15 +128,15 @@ fn offsets_of_any_size_keep_their_digits() {
             group: vec![Group::Known; 15],
         };
         let felt = (0..15).map(|row| Felt { row, level: row / 3, by: 1.0 }).collect();
-        let lines = [Line { felt, variance: Some(sd * sd), memory: None }];
+        let lines = [ScatterLine { felt, variance: Some(sd * sd), memory: None }];
         let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
         let name = case["sd"].as_str().unwrap();
-        near(found.estimate.solution[1], number(&case["b1"]), 1e-12, name);
+        near(found.estimate.unknowns.solution[1], number(&case["b1"]), 1e-12, name);
         // the offsets decide b0 alone: as a share of its uncertainty, which they make as large as they are
-        let share = (found.estimate.solution[0] - number(&case["b0"])).abs() / number(&case["u0"]);
+        let share = (found.estimate.unknowns.solution[0] - number(&case["b0"])).abs() / number(&case["u0"]);
         assert!(share < 1e-5, "{name}: b0 is off by {share:e} of its u");
-        near(found.estimate.covariance[(1, 1)].sqrt(), number(&case["u1"]), 1e-12, name);
-        near(found.estimate.covariance[(0, 0)].sqrt(), number(&case["u0"]), 1e-6, name);
+        near(found.estimate.unknowns.covariance[(1, 1)].sqrt(), number(&case["u1"]), 1e-12, name);
+        near(found.estimate.unknowns.covariance[(0, 0)].sqrt(), number(&case["u0"]), 1e-6, name);
         near(found.estimate.sum_of_squares, number(&case["chi_square"]), 1e-11, name);
         if sd > 1e6 {
             // the offsets are all there is to the uncertainty of b0, to the digits of (u/sd)^2
@@ -146,7 +148,7 @@ fn offsets_of_any_size_keep_their_digits() {
 /// A whitening alone, without an adjustment: what a diagnosis or a plan needs.
 #[test]
 fn rows_without_deviations_are_divided_by_their_noise() {
-    let lines = [Line { felt: vec![Felt { row: 1, level: 0, by: 2.0 }], variance: Some(4.0), memory: None }];
+    let lines = [ScatterLine { felt: vec![Felt { row: 1, level: 0, by: 2.0 }], variance: Some(4.0), memory: None }];
     let whitening = Whitening::new(&Pattern::new(3, &lines), &[2.0, 3.0, 0.5], &lines, &[4.0]);
     let white = whitening.whiten(&[4.0, 10.0, 1.0]);
     assert_eq!((white[0], white[2]), (2.0, 2.0));
@@ -158,7 +160,7 @@ fn rows_without_deviations_are_divided_by_their_noise() {
             u: vec![1.0; 3],
             group: vec![Group::Estimated(0); 3],
         },
-        &[Line { felt: Vec::new(), variance: None, memory: None }],
+        &[ScatterLine { felt: Vec::new(), variance: None, memory: None }],
         None,
         &[],
         &Settings::default(),
@@ -196,10 +198,10 @@ fn published_variance_components() {
         let factor = |name: &str| {
             let level = numbers(&case["factors"][name]);
             let felt = level.iter().enumerate().map(|(row, l)| Felt { row, level: *l as usize, by: 1.0 }).collect();
-            Line { felt, variance: None, memory: None }
+            ScatterLine { felt, variance: None, memory: None }
         };
         let names: Vec<&str> = parts.iter().map(|(name, ..)| *name).filter(|name| *name != "Residual").collect();
-        let lines: Vec<Line> = names.iter().map(|name| factor(name)).collect();
+        let lines: Vec<ScatterLine> = names.iter().map(|name| factor(name)).collect();
         let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
         assert!(found.converged);
         for (source, sd, digit) in parts {
@@ -211,8 +213,8 @@ fn published_variance_components() {
             // lme4 stops at about 1e-7 of the likelihood's width
             near(own, case["sd"][*source].as_f64().unwrap(), 1e-5, name);
         }
-        assert!((found.estimate.solution[0] - mean).abs() <= mean_digit, "{name}");
-        let own = found.estimate.covariance[(0, 0)].sqrt();
+        assert!((found.estimate.unknowns.solution[0] - mean).abs() <= mean_digit, "{name}");
+        let own = found.estimate.unknowns.covariance[(0, 0)].sqrt();
         assert!((own - se).abs() <= se_digit, "{name}: {own} {se}");
     }
 }
@@ -233,11 +235,11 @@ fn gum_h5_days_of_a_zener_standard() {
         group: vec![Group::Estimated(0); 50],
     };
     let felt = (0..50).map(|row| Felt { row, level: row / 5, by: 1.0 }).collect();
-    let lines = [Line { felt, variance: None, memory: None }];
+    let lines = [ScatterLine { felt, variance: None, memory: None }];
     let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
     // H.5.2: mean 10.000097 V, s_b = 85 uV within days, s_B = 43 uV between days, u = 18 uV
-    assert!((found.estimate.solution[0] - 97.0).abs() <= 0.5);
+    assert!((found.estimate.unknowns.solution[0] - 97.0).abs() <= 0.5);
     assert!((found.group_variance[0].unwrap().sqrt() - 85.0).abs() <= 0.5);
     assert!((found.variance[0].sqrt() - 43.0).abs() <= 0.5);
-    assert!((found.estimate.covariance[(0, 0)].sqrt() - 18.0).abs() <= 0.5);
+    assert!((found.estimate.unknowns.covariance[(0, 0)].sqrt() - 18.0).abs() <= 0.5);
 }

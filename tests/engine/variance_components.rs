@@ -2,7 +2,7 @@
 
 use crate::support::json;
 use faer::Mat;
-use tumble::estimate::{Felt, Group, Line, LineState, Settings, System, adjust, adjust_scattered};
+use tumble::estimate::{Felt, Group, LineState, ScatterLine, Settings, System, adjust, adjust_scattered};
 
 fn numbers(value: &serde_json::Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
@@ -29,13 +29,17 @@ fn koch_two_groups() {
         assert!((variance / total - 1.0).abs() < 5e-3, "{variance} {total}");
     }
     let mean = koch["recomputed"]["converged_mean"].as_f64().unwrap();
-    assert!((found.estimate.solution[0] - mean).abs() < 1e-6, "{} {mean}", found.estimate.solution[0]);
+    assert!(
+        (found.estimate.unknowns.solution[0] - mean).abs() < 1e-6,
+        "{} {mean}",
+        found.estimate.unknowns.solution[0]
+    );
 }
 
 /// Offsets that rows share, `level(i)` each.
-fn offsets(m: usize, level: impl Fn(usize) -> usize) -> Line {
+fn offsets(m: usize, level: impl Fn(usize) -> usize) -> ScatterLine {
     let felt = (0..m).map(|row| Felt { row, level: level(row), by: 1.0 }).collect();
-    Line { felt, variance: None, memory: None }
+    ScatterLine { felt, variance: None, memory: None }
 }
 
 /// One-way layout: REML of a balanced design is the analysis of variance, to 1e-10; below zero it is zero.
@@ -58,7 +62,7 @@ fn balanced_offsets_are_the_analysis_of_variance() {
         if between > within {
             assert!((noise / within - 1.0).abs() < 1e-10, "{noise} {within}");
             assert!((found.variance[0] / ((between - within) / 2.0) - 1.0).abs() < 1e-10, "{:?}", found.variance);
-            assert!((found.estimate.covariance[(0, 0)] / (between / 6.0) - 1.0).abs() < 1e-10);
+            assert!((found.estimate.unknowns.covariance[(0, 0)] / (between / 6.0) - 1.0).abs() < 1e-10);
             assert!(found.correction[(0, 0)].abs() < 1e-8 * between);
             assert_eq!(found.state, [LineState::Estimated]);
         } else {
@@ -67,7 +71,7 @@ fn balanced_offsets_are_the_analysis_of_variance() {
             // the floor is 1e-9 of the noise
             assert!((noise / total - 1.0).abs() < 1e-8, "{noise} {total}");
             // u and dof do not take the zero for known: they are the mean square between the three and its two degrees of freedom
-            let u2 = found.estimate.covariance[(0, 0)];
+            let u2 = found.estimate.unknowns.covariance[(0, 0)];
             assert!((u2 / (between / 6.0) - 1.0).abs() < 1e-8, "{u2} {between}");
             let readings: f64 =
                 (0..6).map(|i| found.sensitivities[(0, i)].powi(2)).sum::<f64>() * found.weighed_with[0];
@@ -131,8 +135,8 @@ fn krumm_correlated_datum() {
     let heights = numbers(&krumm["recomputed"]["H"]);
     let sd = numbers(&krumm["recomputed"]["sd_mm"]);
     for j in 0..5 {
-        assert!((found.solution[j] - heights[j]).abs() < 1e-9);
-        assert!((1000.0 * found.standard_uncertainty[j].unwrap() - sd[j]).abs() < 1e-6);
+        assert!((found.unknowns.solution[j] - heights[j]).abs() < 1e-9);
+        assert!((1000.0 * found.unknowns.standard_uncertainty[j].unwrap() - sd[j]).abs() < 1e-6);
     }
 }
 
@@ -153,14 +157,17 @@ fn scales_of_three_instruments_and_what_it_costs_to_estimate_them() {
         // the scales are iterated to 1e-11
         assert!((own - other).abs() <= 1e-9 * other.abs().max(1e-6), "{what}: {own} {other}");
     };
-    for (own, other) in found.solution.iter().zip(numbers(&all["solution"])) {
+    for (own, other) in found.unknowns.solution.iter().zip(numbers(&all["solution"])) {
         near(*own, other, "solution");
     }
     for (own, other) in found.group_scale.iter().zip(numbers(&all["scale"])) {
         near(own.unwrap(), other, "scale");
     }
-    let tables =
-        [(&found.covariance, "covariance"), (&cost.relative, "relative_spread"), (&cost.correction, "correction")];
+    let tables = [
+        (&found.unknowns.covariance, "covariance"),
+        (&cost.relative, "relative_spread"),
+        (&cost.correction, "correction"),
+    ];
     for (own, key) in tables {
         for (i, row) in all[key].as_array().unwrap().iter().enumerate() {
             for (j, other) in numbers(row).into_iter().enumerate() {

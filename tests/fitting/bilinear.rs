@@ -58,7 +58,7 @@ fn products_are_found_where_their_factors_are_not() {
     let fit = fitted(&campaign("bilinear/gyro-turntable-scale-unknown.campaign.json"));
     let record = fit.convergence.as_ref().expect("a record");
     assert!(record.converged && record.moved.len() == 6, "{record:?}");
-    assert_eq!((fit.estimate.rank, fit.not_estimable.len()), (6, 1));
+    assert_eq!((fit.estimate.unknowns.rank, fit.not_estimable.len()), (6, 1));
     assert!(fit.not_estimable[0].is_weak);
     // the script holds kI at its truth
     let script = &truth["fitted"];

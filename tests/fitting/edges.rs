@@ -1,6 +1,8 @@
 //! Questions at the edge of what numbers say: readings without scatter, bounds that contradict, numbers beyond a square, lines without a value.
 
 use crate::support::*;
+use tumble::Campaign;
+use tumble::design::{self, DesignMatrix};
 use tumble::fit::{self, Constraints, Settings};
 
 fn line(readings: &[(f64, f64)], more: &str) -> String {
@@ -102,4 +104,68 @@ fn radians_under_degrees_are_remarked() {
         remarks.iter().any(|remark| remark.to_string().contains("beta_deg") && remark.to_string().contains("radians")),
         "{remarks:?}"
     );
+}
+
+/// A design and a campaign that do not belong together: what the campaign does not have is an error, never left out and never zero.
+#[test]
+fn a_design_of_another_campaign_is_refused() {
+    let campaign = parse(&line(&[(0.0, 1.0), (1.0, 3.0), (2.0, 4.0)], ""));
+    let model = design::Model::new(&campaign).unwrap();
+    let full = design::assemble(&campaign, &model, &campaign.reference_point()).unwrap();
+    let weigh = |campaign: &Campaign, design: &DesignMatrix| fit::weigh(campaign, design, fit::Weighting::AsStated);
+    assert_eq!(weigh(&campaign, &full).unwrap().observed.len(), 3);
+    // a reading without the value that the design has a row for
+    let mut other = campaign.clone();
+    other.readings.rows[1].observations.clear();
+    let error = weigh(&other, &full).expect_err("a row without its value").to_string();
+    assert!(error.contains("a row of the design has no value of y") && error.contains("reading 2 of 3"), "{error}");
+    // fewer readings than the design has
+    let mut other = campaign.clone();
+    other.readings.rows.truncate(2);
+    let error = weigh(&other, &full).expect_err("a row without its reading").to_string();
+    assert!(error.contains("nothing in reading 3 of 2"), "{error}");
+    // a design at fewer values than there are unknowns
+    let mut short = full.clone();
+    short.point.truncate(1);
+    let error = weigh(&campaign, &short).expect_err("a short point").to_string();
+    assert!(error.contains("a design matrix at 1 values") && error.contains("each of the 2 unknowns"), "{error}");
+}
+
+/// What a model line cannot take its value from: another sensor's axis, an unknown name, a column that a reading lacks.
+#[test]
+fn a_line_without_its_inputs_is_refused() {
+    let two = |model: &str| {
+        format!(
+            r#"{{ "bench": {{ "id": "two", "chain": [ {{ "joint": "t", "about": "x" }} ],
+                "sensors": {{ "A": {{ "axes": {{ "I": "z" }}, "model": "a0 + a_I" }}, "B": {{ "axes": {{ "O": "y" }}, "model": "{model}" }} }} }},
+              "estimate": {{ "a0": {{}} }}, "readings": [ {{ "t_deg": 0, "A": 1, "B": 2 }}, {{ "t_deg": 90, "A": 1, "B": 2 }} ] }}"#
+        )
+    };
+    let error = |model: &str| {
+        Campaign::from_json(&two(model))
+            .and_then(|own| fit::fit(&own, &Settings::default()))
+            .err()
+            .map_or(String::new(), |error| error.to_string())
+    };
+    let said = error("a0 + a_I");
+    assert!(said.contains("sensor B has no axis 'I'") && said.contains("an axis of another sensor"), "{said}");
+    let said = error("a0 + c9*a_O");
+    assert!(said.contains("'c9'"), "{said}");
+    // the same lines bound to a campaign whose columns or parameters were taken away
+    let columns = r#"{ "bench": { "id": "line", "sensors": { "y": { "model": "b0 + b1*x" } } },
+        "estimate": { "b0": {}, "b1": {} }, "readings": [ {"x": 0, "y": 1}, {"x": 1, "y": 3}, {"x": 2, "y": 4} ] }"#;
+    let campaign = parse(columns);
+    let model = design::Model::new(&campaign).unwrap();
+    let mut lacking = campaign.clone();
+    lacking.readings.rows[2].columns[0] = None;
+    let said = design::assemble(&lacking, &model, &campaign.reference_point()).expect_err("no x").to_string();
+    assert!(said.contains('x'), "{said}");
+    let mut without = campaign.clone();
+    without.readings.columns.clear();
+    let said = design::Model::new(&without).expect_err("no column x").to_string();
+    assert!(said.contains("'x' is no input, column or parameter here"), "{said}");
+    let mut without = campaign;
+    without.parameters.remove(1);
+    let said = design::Model::new(&without).expect_err("no parameter b1").to_string();
+    assert!(said.contains("'b1' is no input, column or parameter here"), "{said}");
 }

@@ -101,7 +101,7 @@ fn parts_are_the_whole() {
             let near = (64.0 * f64::EPSILON * largest / scatter).max(1e-12);
             let near = if near.is_nan() { 1e-12 } else { near }.max(if table.large { 2e-9 } else { 0.0 });
             let misfit = if single.chi_square_p.is_nan() { 1.0 } else { single.residual_sd.max(1.0) };
-            let hard = 4.0 * f64::EPSILON * fit.estimate.condition.unwrap_or(1.0) * misfit;
+            let hard = 4.0 * f64::EPSILON * fit.estimate.unknowns.condition.unwrap_or(1.0) * misfit;
             harder += usize::from(hard > near);
             let near = near.max(hard);
             let size = |x: f64| if x.is_nan() { 0.0 } else { x.abs() };

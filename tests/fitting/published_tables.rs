@@ -50,7 +50,7 @@ fn every_printed_digit_of_table_2() {
 fn assert_as_the_script(fit: &Fit, expected: &Value, what: &str) {
     let count = |key: &str| expected[key].as_u64().expect("a count") as usize;
     assert_eq!(
-        (fit.design.rows.len(), fit.estimate.rank, fit.estimate.dof),
+        (fit.design.rows.len(), fit.estimate.unknowns.rank, fit.estimate.dof),
         (count("readings"), count("rank"), count("dof"))
     );
     // solved in double precision on both sides, with a condition number near 3

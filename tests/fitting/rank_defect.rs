@@ -9,7 +9,7 @@ use tumble::fit::State;
 fn the_plane_cannot_be_told_from_the_zero_offset() {
     let truth = json("simulated/accelerometer-rank-defect.truth.json");
     let fit = exact(&campaign("simulated/accelerometer-rank-defect.campaign.json"));
-    assert_eq!((fit.estimate.rank, fit.parameters.len()), (3, 4));
+    assert_eq!((fit.estimate.unknowns.rank, fit.parameters.len()), (3, 4));
     assert!(fit.is_rejected());
     let [defect] = &fit.not_estimable[..] else { panic!("{:?}", fit.not_estimable) };
     assert_eq!(defect.free.text, "V0 + kI*dtheta_y0");
@@ -69,7 +69,7 @@ fn one_rate_of_one_sense() {
 #[test]
 fn fewer_readings_than_unknowns() {
     let fit = fitted(&campaign("bad/fewer-readings.campaign.json"));
-    assert_eq!((fit.estimate.rank, fit.estimate.dof, fit.parameters.len()), (2, 0, 3));
+    assert_eq!((fit.estimate.unknowns.rank, fit.estimate.dof, fit.parameters.len()), (2, 0, 3));
     assert!(fit.is_rejected() && fit.parameters.iter().all(|p| p.uncertainty.is_none()));
     assert_eq!(fit.not_estimable.len(), 1);
 }

@@ -25,7 +25,7 @@ fn exact_fits_recover_the_truth() {
         assert!(record.converged, "{name} did not converge: {record:?}");
         let estimated = truth["estimated"].as_array().expect("names");
         let rank = truth["rank_at_start"].as_u64().unwrap_or(estimated.len() as u64);
-        assert_eq!(fit.estimate.rank as u64, rank, "{name}");
+        assert_eq!(fit.estimate.unknowns.rank as u64, rank, "{name}");
         let mut worst: f64 = 0.0;
         for id in estimated {
             let id = id.as_str().expect("a name");

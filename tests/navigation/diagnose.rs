@@ -6,13 +6,14 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
-use tumble::diagnosis::{NoiseFrom, Settings, Verdict};
+use tumble::diagnosis::{NoiseFrom, Verdict};
 use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
 use tumble::navigate::errors::{ErrorSource, ImuErrors};
 use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
 use tumble::navigate::mission::{Mission, Site};
 use tumble::navigate::motion::{Attitude, Motion, Oscillation};
 use tumble::navigate::run::{self, Continue, Scenario};
+use tumble::navigate::settings::Settings;
 use tumble::navigate::signatures;
 
 const HOUR: f64 = 3600.0;

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
-use tumble::diagnosis::{Settings, Verdict};
+use tumble::diagnosis::Verdict;
 use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
 use tumble::navigate::errors::{ErrorSource, ImuErrors};
 use tumble::navigate::linear;
@@ -15,6 +15,7 @@ use tumble::navigate::measured::{Channels, Measured, MeasuredRow, channels};
 use tumble::navigate::mission::{Mission, Site};
 use tumble::navigate::motion::{Attitude, Leg, Legs, Motion, Oscillation};
 use tumble::navigate::run::{self, Continue, Scenario};
+use tumble::navigate::settings::Settings;
 use tumble::navigate::signatures;
 
 /// A kind of fault: its name, how a finding says it, and its size over the share of the run.
@@ -23,26 +24,28 @@ type Kind = (&'static str, &'static str, fn(f64) -> f64);
 const HOUR: f64 = 3600.0;
 const ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 /// Standard uncertainties of the channels, SI: 2 arcsec, 0.01 m/s, 5 m.
-const U: Channels = [2.0 * ARCSEC, 2.0 * ARCSEC, 2.0 * ARCSEC, 0.01, 0.01, 5.0, 5.0];
+pub const U: Channels = [2.0 * ARCSEC, 2.0 * ARCSEC, 2.0 * ARCSEC, 0.01, 0.01, 5.0, 5.0];
 
-fn trials(few: u64, full: u64) -> u64 {
-    if long() { full } else { few }
+/// So many trials, or `full` in a long run, or as many as `TUMBLE_TRIALS` says.
+pub fn trials(few: u64, full: u64) -> u64 {
+    let asked = std::env::var("TUMBLE_TRIALS").ok().and_then(|text| text.parse().ok());
+    asked.unwrap_or(if long() { full } else { few })
 }
 
-fn seed(own: u64) -> Pcg64Mcg {
+pub fn seed(own: u64) -> Pcg64Mcg {
     let base: u64 = std::env::var("TUMBLE_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(0);
     Pcg64Mcg::seed_from_u64(1_000_003 * base + own)
 }
 
-fn uniform(random: &mut Pcg64Mcg) -> f64 {
+pub fn uniform(random: &mut Pcg64Mcg) -> f64 {
     StandardUniform.sample(random)
 }
 
-fn at_rest() -> Motion {
+pub fn at_rest() -> Motion {
     Motion::at_rest(0.0, 0.0, -60f64.to_radians())
 }
 
-fn swing() -> Motion {
+pub fn swing() -> Motion {
     let angle = |mean: f64, amplitude: f64, period: f64, phase: f64| Oscillation {
         mean: mean.to_radians(),
         amplitude: amplitude.to_radians(),
@@ -66,19 +69,19 @@ fn legs() -> Motion {
     Motion::legs(Legs { heading: 60f64.to_radians(), speed: 0.0, legs })
 }
 
-fn mission(motion: Motion) -> Mission {
+pub fn mission(motion: Motion) -> Mission {
     let site = Site { latitude_rad: 45.7796f64.to_radians(), longitude_rad: 126.6705f64.to_radians(), altitude_m: 0.0 };
     let swings = motion.shortest_period().is_finite();
     let (step, hours) = (if swings { 0.1 } else { 0.5 }, if long() { 6.0 } else { 4.0 });
     Mission::new(site, step, hours * HOUR, 60.0, motion).unwrap()
 }
 
-fn times(mission: &Mission) -> Vec<f64> {
+pub fn times(mission: &Mission) -> Vec<f64> {
     (0..).map(|k| 97.3 * f64::from(k)).take_while(|t| *t <= mission.duration()).collect()
 }
 
 /// Normal noise of standard uncertainty `U` on a truth.
-fn measured(times: &[f64], truth: &[Channels], random: &mut Pcg64Mcg) -> Measured {
+pub fn measured(times: &[f64], truth: &[Channels], random: &mut Pcg64Mcg) -> Measured {
     let mut measured = Measured::default();
     for (time, truth) in times.iter().zip(truth) {
         let mut value = [None; 7];
@@ -91,13 +94,13 @@ fn measured(times: &[f64], truth: &[Channels], random: &mut Pcg64Mcg) -> Measure
     measured
 }
 
-fn flown(mission: &Mission, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
+pub fn flown(mission: &Mission, errors: &ImuErrors, times: &[f64]) -> Vec<Channels> {
     signatures::predicted(mission, &mission.motion, errors, times)
 }
 
 /// A bias that follows a function of time, by steps of a minute: the response to each piece is a difference of two responses that start then.
 /// (The linear equations of the navigator, integrated with the drive of that minute; nothing of the search's own columns.)
-fn changing(mission: &Mission, source: &ErrorSource, times: &[f64], f: &dyn Fn(f64) -> f64) -> Vec<Channels> {
+pub fn changing(mission: &Mission, source: &ErrorSource, times: &[f64], f: &dyn Fn(f64) -> f64) -> Vec<Channels> {
     let j = ErrorSource::catalogue().iter().position(|own| own == source).unwrap();
     let first = ErrorSource::all().len();
     let piece = 60.0;
@@ -130,7 +133,7 @@ fn changing(mission: &Mission, source: &ErrorSource, times: &[f64], f: &dyn Fn(f
     times.iter().map(|time| between(*time)).collect()
 }
 
-fn names(found: &NavigationDiagnosis) -> Vec<String> {
+pub fn names(found: &NavigationDiagnosis) -> Vec<String> {
     let mut names: Vec<String> = found.findings.iter().map(|f| f.source.id()).collect();
     names.sort();
     names
@@ -369,6 +372,115 @@ fn laws_random_walks_are_named() {
                 })
                 .collect();
             table(name, if biased { "beside a bias" } else { "alone" }, &outcomes, 0.9);
+        }
+    }
+}
+
+/// A bias that walks at random is named: of one axis or of each, gyros or accelerometers, alone and beside a constant one. Its steps of a minute are
+/// drawn here and carried into the navigator by the linear equations.
+#[test]
+fn laws_walks_of_biases_are_named() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    // deg/h and g after an hour
+    let kinds =
+        [("rate_random_walk", "gyro_bias", 0.03, 3), ("acceleration_random_walk", "accelerometer_bias", 3e-4, 2)];
+    for (name, group, size, axes) in kinds {
+        for (what, several, biased) in
+            [("one axis", false, false), ("each axis", true, false), ("beside a bias", true, true)]
+        {
+            let outcomes: Vec<(bool, String)> = (0..trials(1, 40))
+                .into_par_iter()
+                .map(|trial| {
+                    let mut random = seed(800 + 7 * trial + u64::from(several) + u64::from(biased));
+                    let factor = 10f64.powf(uniform(&mut random) - 0.5);
+                    let mut truth = vec![[0.0; 7]; times.len()];
+                    let one = trial as usize % axes;
+                    for (axis, letter) in ["x", "y", "z"].iter().enumerate().take(axes) {
+                        if !several && axis != one {
+                            continue;
+                        }
+                        let source = ErrorSource::named(&format!("{group}_{letter}")).unwrap();
+                        let minutes = (mission.duration() / 60.0) as usize + 2;
+                        let mut value = 0.0;
+                        let walk: Vec<f64> = (0..minutes)
+                            .map(|_| {
+                                let unit: f64 = StandardNormal.sample(&mut random);
+                                value += factor * size * (1.0 / 60_f64).sqrt() * unit;
+                                value * source.si_per_unit()
+                            })
+                            .collect();
+                        let at = |time: f64| walk[((time / 60.0) as usize).min(minutes - 1)];
+                        let own = changing(&mission, &source, &times, &at);
+                        truth.iter_mut().zip(own).for_each(|(z, own)| z.iter_mut().zip(own).for_each(|(z, v)| *z += v));
+                    }
+                    let mut expected = Vec::new();
+                    if biased {
+                        let source = ErrorSource::named("gyro_bias_z").unwrap();
+                        let errors = ImuErrors::single(source, 0.5 * source.si_per_unit());
+                        let own = flown(&mission, &errors, &times);
+                        truth.iter_mut().zip(own).for_each(|(z, own)| z.iter_mut().zip(own).for_each(|(z, v)| *z += v));
+                        expected.push("gyro_bias_z".to_string());
+                    }
+                    let found =
+                        diagnose(&mission, &measured(&times, &truth, &mut random), &Settings::default()).unwrap();
+                    let is_walk = |id: &str| id.starts_with(name);
+                    let walk = found.findings.iter().find(|own| {
+                        is_walk(&own.source.id()) || own.aliases.iter().any(|alias| is_walk(&alias.source.id()))
+                    });
+                    let is = walk.is_some_and(|own| is_walk(&own.source.id()));
+                    let unit = walk.map_or(1.0, |own| own.source.si_per_unit());
+                    // the axes walk alike
+                    let near = walk.is_some_and(|own| {
+                        !is || (own.value / unit - factor * size).abs()
+                            < 4.0 * own.u.unwrap() / unit + 0.5 * factor * size
+                    });
+                    let rest = |own: &&tumble::navigate::diagnose::Finding| !walk.is_some_and(|walk| walk == *own);
+                    let others: Vec<String> = found.findings.iter().filter(rest).map(|own| own.source.id()).collect();
+                    let value = walk.map_or(0.0, |own| own.value / unit);
+                    let text =
+                        format!("{} {:?} {value:.2e} for {:.2e}", found.verdict.name(), names(&found), factor * size);
+                    (near && others == expected, text)
+                })
+                .collect();
+            table(name, what, &outcomes, 0.9);
+        }
+    }
+}
+
+/// One bias of any size up to 2 deg/h and 10 mg, and three of them.
+#[test]
+fn laws_one_and_three_biases_are_named() {
+    let ids = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
+    for (motion, make) in [("static", at_rest as fn() -> Motion), ("swing", swing), ("legs", legs)] {
+        let mission = mission(make());
+        let times = times(&mission);
+        for (name, count, large) in [("one large", 1, true), ("three of any size", 3, false)] {
+            let outcomes: Vec<(bool, String)> = (0..trials(1, 40))
+                .into_par_iter()
+                .map(|trial| {
+                    let mut random = seed(900 + 3 * trial + count);
+                    let mut errors = ImuErrors::default();
+                    let mut expected: Vec<String> = Vec::new();
+                    while expected.len() < count as usize {
+                        let id = ids[(uniform(&mut random) * if large { 3.0 } else { 5.0 }) as usize];
+                        if expected.iter().any(|own| own == id) {
+                            continue;
+                        }
+                        let (least, factor) = if id.starts_with('g') { (1e-3, 2000_f64) } else { (1e-5, 1000.0) };
+                        let size = if large { 2.0 } else { least * factor.powf(uniform(&mut random)) };
+                        let sign = if uniform(&mut random) < 0.5 { -1.0 } else { 1.0 };
+                        let source = ErrorSource::named(id).unwrap();
+                        source.set(&mut errors, sign * size * source.si_per_unit());
+                        expected.push(id.to_string());
+                    }
+                    let data = measured(&times, &flown(&mission, &errors, &times), &mut random);
+                    let found = diagnose(&mission, &data, &Settings::default()).unwrap();
+                    let text = format!("{} {:?} for {expected:?}", found.verdict.name(), names(&found));
+                    (are_named(&found, &expected), text)
+                })
+                .collect();
+            table(&format!("biases, {motion}"), name, &outcomes, 0.95);
         }
     }
 }

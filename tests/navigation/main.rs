@@ -9,3 +9,4 @@ mod laws;
 mod measured;
 mod missions;
 mod navigator;
+mod partly;

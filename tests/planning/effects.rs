@@ -48,7 +48,7 @@ fn effects_of_the_smallest_size_are_found_with_the_promised_power() {
         let prospect = find(name);
         let truth = |share: f64| simulate::Truth {
             point: campaign.reference_point(),
-            noise: vec![simulate::Noise { sd: 9e-4, stated: true, decimals: None }],
+            noise: vec![simulate::DrawnNoise { sd: 9e-4, stated: true, decimals: None }],
             effects: vec![simulate::Hidden {
                 regressor: prospect.effect.kind.clone(),
                 value: share * prospect.minimal.unwrap(),
@@ -100,7 +100,7 @@ fn effects_of_their_size_are_not_taken_for_another() {
             simulate::Hidden { regressor: prospect.effect.kind.clone(), value: size, sensor: prospect.effect.sensor };
         let truth = simulate::Truth {
             point: campaign.reference_point(),
-            noise: vec![simulate::Noise { sd: 9e-4, stated: true, decimals: None }],
+            noise: vec![simulate::DrawnNoise { sd: 9e-4, stated: true, decimals: None }],
             effects: vec![hidden],
             scatter: vec![],
         };

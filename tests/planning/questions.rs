@@ -64,7 +64,7 @@ fn a_measured_campaign_is_judged_at_its_fit() {
     let schedule = bilinear(PLAIN, r#"[ { "beta_deg": [0, 30, 60, 90, 120, 150, 180, 210, 240, 270], "n": 25 } ]"#);
     let truth = simulate::Truth {
         point: vec![0.01, 1.3, 0.02],
-        noise: vec![simulate::Noise { sd: 5e-3, stated: false, decimals: None }],
+        noise: vec![simulate::DrawnNoise { sd: 5e-3, stated: false, decimals: None }],
         effects: vec![],
         scatter: vec![],
     };
@@ -96,7 +96,7 @@ fn simulated_means_of_n_samples_scatter_by_the_root_of_n_less() {
              "readings": [ {{ "run": {:?}, "n": 25, "y_u": 0.2 }} ] }}"#,
         (0..2000).collect::<Vec<_>>()
     ));
-    let noise = |stated| simulate::Noise { sd: 1.0, stated, decimals: None };
+    let noise = |stated| simulate::DrawnNoise { sd: 1.0, stated, decimals: None };
     let truth =
         |stated| simulate::Truth { point: vec![0.0], noise: vec![noise(stated)], effects: vec![], scatter: vec![] };
     let measured = simulate::simulate(&schedule, &truth(false), 1).unwrap();

@@ -122,6 +122,45 @@ fn rows_are_the_same_in_every_format() {
     assert!(page.contains("40 devices") && page.contains("Control charts") && page.contains("<svg"));
 }
 
+/// Devices that are not in order or stand apart have pages of their own, to which the summary leads, from where it lies.
+#[test]
+fn devices_that_are_not_in_order_have_pages() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["line.campaign.json", "readings.csv"] {
+        std::fs::copy(example().join(name), folder.path().join(name)).expect("a copy");
+    }
+    let pages =
+        ["fit", "line.campaign.json", "--to", "d.csv", "--html", "line.html", "--md", "line.md", "--json", "line.json"];
+    let found = run(folder.path(), &[&pages[..], &["--reports", "of devices/1"]].concat());
+    assert_eq!(found.code, 2, "{}", found.stderr);
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("line.json")).expect("a file")).expect("JSON");
+    let listed: Vec<(&str, &str)> = report["not_in_order"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|own| (own["device"].as_str().expect("a text"), own["verdict"].as_str().expect("a text")))
+        .collect();
+    assert_eq!(listed, [("G031", "rejected"), ("G036", "malformed")]);
+    let page = std::fs::read_to_string(folder.path().join("line.html")).expect("a page");
+    let markdown = std::fs::read_to_string(folder.path().join("line.md")).expect("a page");
+    // G028 stands apart; what is malformed has no fit to be shown
+    for (serial, says) in [("G031", "NOT ESTIMABLE"), ("G028", "kII")] {
+        assert!(page.contains(&format!("<a href=\"of%20devices/1/{serial}.html\">{serial}</a>")), "{serial}");
+        assert!(markdown.contains(&format!("[{serial}](of%20devices/1/{serial}.html)")), "{serial}");
+        let own = std::fs::read_to_string(folder.path().join(format!("of devices/1/{serial}.html"))).expect("a page");
+        assert!(own.contains(&format!("<title>{serial}: ")), "{serial}");
+        assert!(own.to_uppercase().contains(&says.to_uppercase()), "{serial}");
+    }
+    assert!(page.contains("G036") && !page.contains("G036.html"));
+    assert_eq!(std::fs::read_dir(folder.path().join("of devices/1")).expect("a folder").count(), 2);
+    let alone = r#"{ "bench": { "id": "l", "sensors": { "y": { "model": "a" } } }, "estimate": { "a": {} }, "readings": [ { "y": 1 } ] }"#;
+    std::fs::write(folder.path().join("one.campaign.json"), alone).expect("a file");
+    let refused = run(folder.path(), &["fit", "one.campaign.json", "--reports", "pages"]);
+    assert_eq!(refused.code, 1);
+    assert!(refused.stderr.contains("--reports is of many devices"), "{}", refused.stderr);
+}
+
 /// A serial number that comes back later in the file is the same device, and the rows are those of the sorted file.
 #[test]
 fn a_device_that_comes_back_is_one_device() {

@@ -3,11 +3,14 @@
 mod api;
 mod bad_input;
 mod by;
+mod circles;
 mod cli;
 mod columns;
 mod conformity;
 mod data_sources;
 mod dcc;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod examples;
 mod files;
 mod html;
@@ -15,6 +18,7 @@ mod kept;
 mod languages;
 #[path = "../markup/mod.rs"]
 mod markup;
+mod mutated;
 mod schemas;
 #[path = "../support/mod.rs"]
 mod support;

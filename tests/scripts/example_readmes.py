@@ -1,7 +1,7 @@
 """README.md and the picture of examples/10 to 24, from what the program prints and reports.
 
 Run after `cargo build --release`: python3 tests/scripts/example_readmes.py   (needs nothing but Python)
-Every console block is a command and lines of its output; tests/systems/readmes.rs runs them again and compares.
+Every command is a `sh` block, lines of its output are the `text` block after it; tests/program/examples.rs runs them again and compares.
 """
 import json
 import math
@@ -30,7 +30,7 @@ def console(folder, arguments, keep):
         elif not skipped:
             kept.append("...")
             skipped = True
-    return f"```console\n$ tumble {arguments}\n" + "\n".join(kept) + "\n```\n"
+    return f"```sh\ntumble {arguments}\n```\n\n```text\n" + "\n".join(kept) + "\n```\n"
 
 
 def report(folder, *arguments):

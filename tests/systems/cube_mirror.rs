@@ -230,7 +230,7 @@ fn estimated_weights_cost_what_is_added_for_them() {
             let p = &own.parameters[k];
             let error = (p.value.unwrap() - truth[id]).abs();
             // as if the estimated weights were the true ones: Welch and Satterthwaite's degrees of freedom, nothing added
-            let plain = own.estimate.covariance[(k, k)].sqrt();
+            let plain = own.estimate.unknowns.covariance[(k, k)].sqrt();
             let budget = p.budget.iter().filter(|c| !c.source.contains("Kenward"));
             let dof = plain.powi(4) / budget.map(|c| c.u.powi(4) / c.dof).sum::<f64>();
             let t = tumble::uncertainty::quantiles::coverage_factor(0.95, dof).unwrap();

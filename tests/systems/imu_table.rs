@@ -70,7 +70,7 @@ fn installation_errors_hide_what_no_position_separates_and_it_is_named() {
     ] {
         assert!(only.contains(&expected), "{expected}");
     }
-    assert_eq!(fit.estimate.rank, fit.campaign.unknowns() - 4);
+    assert_eq!(fit.estimate.unknowns.rank, fit.campaign.unknowns() - 4);
     // which table tilt hides in which installation error, two or three names at a time
     let report = tumble::report::fit_report(&fit);
     let hides = |own: &Option<tumble::language::Sentence>| own.as_ref().map_or(String::new(), ToString::to_string);
@@ -160,9 +160,9 @@ fn a_step_on_compressed_rows_is_the_adjustment_of_all_rows() {
         let settings = tumble::estimate::Settings::default();
         let all = tumble::estimate::adjust(&system, &settings).unwrap();
         let short = tumble::estimate::solve(&system, &Default::default(), &settings).unwrap();
-        assert_eq!(all.rank, short.rank);
-        for (j, (a, b)) in all.solution.iter().zip(&short.solution).enumerate() {
-            let u = all.standard_uncertainty[j].unwrap();
+        assert_eq!(all.unknowns.rank, short.rank);
+        for (j, (a, b)) in all.unknowns.solution.iter().zip(&short.solution).enumerate() {
+            let u = all.unknowns.standard_uncertainty[j].unwrap();
             assert!((a - b).abs() < 1e-12 * a.abs().max(u), "{path} {j}: {a} {b}");
         }
         for (a, b) in all.group_scale.iter().zip(&short.group_scale) {

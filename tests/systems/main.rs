@@ -8,7 +8,6 @@ mod draws;
 mod imu_table;
 mod independent;
 mod input_axes;
-mod readmes;
 mod ready;
 mod refusals;
 mod skew_triad;

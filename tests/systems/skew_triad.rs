@@ -137,11 +137,11 @@ fn two_stages_and_one_fit_agree_and_reach_the_figure() {
             let own = truth[&format!("D{letter}{gyro}")];
             let k = 2 * (gyro - 1) + j;
             let (a, b, c) = (
-                second.solution[k],
+                second.unknowns.solution[k],
                 value(&first, &format!("D_{letter}{gyro}")),
                 value(&direct, &format!("D{letter}{gyro}")),
             );
-            let u_a = second.standard_uncertainty[k].unwrap();
+            let u_a = second.unknowns.standard_uncertainty[k].unwrap();
             let u_b = first
                 .derived
                 .iter()

@@ -55,6 +55,7 @@ __all__ = [
     "DeviceCounts",
     "DiagnoseNoiseReport",
     "DiagnoseReport",
+    "DiagnoseVerdict",
     "DiscriminationReport",
     "Distribution",
     "DistributionReport",
@@ -106,6 +107,7 @@ __all__ = [
     "MovesReport",
     "NavigateDiagnoseNoiseReport",
     "NavigateDiagnoseReport",
+    "NavigateDiagnoseVerdict",
     "NavigateReport",
     "NavigationAliasReport",
     "NavigationCellReport",
@@ -119,6 +121,7 @@ __all__ = [
     "NoiseSource",
     "NormalityReport",
     "NotEstimableReport",
+    "NotInOrderReport",
     "OscillationFile",
     "OutlyingReport",
     "ParameterReport",
@@ -204,6 +207,9 @@ class BetweenReport(Node):
     """Degrees of freedom of the denominator; null for infinite."""
 
     _keys = frozenset(["dof", "f", "p", "sd_of_devices", "significant", "u", "u_dof"])
+
+Conformity: TypeAlias = Literal["pass", "undecided", "fail"]
+"""What a decision rule says."""
 
 
 class ConformityCounts(Node):
@@ -307,6 +313,21 @@ class LotReport(Node):
     _keys = frozenset(["devices", "mean", "name", "sd"])
 
 
+class NotInOrderReport(Node):
+    """A device that is not accepted, or outside a limit."""
+
+    conformity: Conformity | None
+    """The worst outcome of its limits; null without limits."""
+    device: str
+    """The device."""
+    verdict: Verdict
+    """`rejected`, `malformed`, or `accepted` where only a limit is not kept."""
+    why: str
+    """What is wrong, in words; empty where only a limit is not kept."""
+
+    _keys = frozenset(["conformity", "device", "verdict", "why"])
+
+
 class OutlyingReport(Node):
     """A device that stands apart."""
 
@@ -323,6 +344,9 @@ class OutlyingReport(Node):
 
 ReportKind: TypeAlias = Literal["fit", "batch", "compare", "compare-calibrations", "compare-history", "diagnose", "plan", "navigate", "navigate-diagnose", "noise", "reduce"]
 """What kind of report it is."""
+
+Verdict: TypeAlias = Literal["accepted", "rejected", "malformed"]
+"""Is the answer usable?"""
 
 
 class BatchReport(Report):
@@ -346,6 +370,8 @@ class BatchReport(Report):
     """Lots or dates in the order in which they were met; empty where no column has them."""
     model: dict[str, str]
     """Model line of each sensor."""
+    not_in_order: list[NotInOrderReport] | None
+    """Devices that are not accepted or lie outside a limit, in the order in which they were met, at most 100."""
     outlying: list[OutlyingReport]
     """Devices that stand apart, the farthest first, at most 50."""
     quantities: list[DistributionReport]
@@ -355,7 +381,7 @@ class BatchReport(Report):
     tumble: str
     """Version of the program that wrote it."""
 
-    _keys = frozenset(["bench", "by", "conformity", "devices", "estimator", "inputs", "level", "lots", "model", "outlying", "quantities", "report", "tumble"])
+    _keys = frozenset(["bench", "by", "conformity", "devices", "estimator", "inputs", "level", "lots", "model", "not_in_order", "outlying", "quantities", "report", "tumble"])
 
 
 class CalibratedReport(Node):
@@ -1011,7 +1037,7 @@ class UnexplainedReport(Node):
 VarianceFrom: TypeAlias = Literal["stated", "estimated"]
 """Where a standard deviation comes from."""
 
-Verdict: TypeAlias = Literal["effects-found", "partly-explained", "nothing-missing", "unexplained", "not-diagnosable"]
+DiagnoseVerdict: TypeAlias = Literal["effects-found", "partly-explained", "nothing-missing", "unexplained", "not-diagnosable"]
 """The verdict."""
 
 
@@ -1060,7 +1086,7 @@ class DiagnoseReport(Report):
     """Version of the program that wrote it."""
     unexplained: UnexplainedReport | None
     """What is unexplained; null unless the verdict says so."""
-    verdict: Verdict
+    verdict: DiagnoseVerdict
     """`effects-found`, `partly-explained`, `nothing-missing`, `unexplained`, or `not-diagnosable` (no redundancy)."""
     where: list[PlaceReport]
     """Where the gap is, the most significant first."""
@@ -1227,9 +1253,6 @@ class ConditionalReport(Node):
     """Unit of `by`."""
 
     _keys = frozenset(["by", "held", "shifts", "unit"])
-
-Conformity: TypeAlias = Literal["pass", "undecided", "fail"]
-"""What a decision rule says."""
 
 
 class ConformityReport(Node):
@@ -2155,10 +2178,12 @@ class NavigationEffectReport(Node):
     """Name in the field's words."""
     p: float
     """Probability of evidence as strong by chance, among all that was tried."""
+    probability: float | None
+    """Probability that it, or an error that cannot be told from it, is present; absent for random walks and single values."""
     regressor: str
     """The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
-    (`angle_random_walk`, `velocity_random_walk`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value
-    (`reading:17`, the number of its row)."""
+    (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`, `acceleration_random_walk_x`), a fault of the reference
+    (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row)."""
     separate_by: list[SeparationReport]
     """Motions that would tell them apart, best first; as a mission file has them."""
     t: float
@@ -2170,7 +2195,7 @@ class NavigationEffectReport(Node):
     value: float
     """What the mission has to be changed by, in `unit`."""
 
-    _keys = frozenset(["after", "aliases", "before", "explains", "name", "p", "regressor", "separate_by", "t", "u", "unit", "value"])
+    _keys = frozenset(["after", "aliases", "before", "explains", "name", "p", "probability", "regressor", "separate_by", "t", "u", "unit", "value"])
 
 
 class NavigationSuspectReport(Node):
@@ -2310,6 +2335,9 @@ class UnexplainedNavigationReport(Node):
 
     _keys = frozenset(["cells", "nearest", "nearest_explains", "pattern"])
 
+NavigateDiagnoseVerdict: TypeAlias = Literal["effects-found", "partly-explained", "nothing-missing", "unexplained", "not-diagnosable"]
+"""The verdict."""
+
 
 class NavigateDiagnoseReport(Report):
     """What `tumble diagnose MISSION --measured F --json` writes."""
@@ -2352,9 +2380,10 @@ class NavigateDiagnoseReport(Report):
     tumble: str
     """Version of the program that wrote it."""
     unexplained: UnexplainedNavigationReport | None
-    """What is unexplained; null unless the verdict says so."""
-    verdict: Verdict
-    """`effects-found`, `nothing-missing`, `unexplained`, or `not-diagnosable` (fewer than three values)."""
+    """What is unexplained (beside what was found); null unless the verdict says so."""
+    verdict: NavigateDiagnoseVerdict
+    """`effects-found`, `partly-explained` (what was found stands, and something is left), `nothing-missing`, `unexplained`, or
+    `not-diagnosable` (fewer than three values)."""
 
     _keys = frozenset(["candidates", "channels", "distinct_candidates", "effects", "gap", "invisible", "left_out", "mission", "model_after", "model_before", "refits", "report", "runs", "settled", "significance", "steps", "suspects", "tumble", "unexplained", "verdict"])
 
@@ -2516,8 +2545,12 @@ class AgreementReport(Node):
     """Degrees of freedom."""
     p: float
     """Probability of more."""
+    walk_sampled_s: float | None
+    """The sampling interval, s, where a rate random walk was taken as sampled at the ends of the intervals rather than averaged over each: its
+    Allan variance is then larger by `K^2 dt^2 / (6 tau)`. Which of the two a logger does is not known; the one that needs less to be
+    described was taken."""
 
-    _keys = frozenset(["chi_square", "describes", "dof", "p"])
+    _keys = frozenset(["chi_square", "describes", "dof", "p", "walk_sampled_s"])
 
 
 class CoefficientReport(Node):
@@ -3311,7 +3344,7 @@ class ReduceReport(Report):
 
 
 DistributionReport._parts = {"scattering": (BetweenReport, False)}
-BatchReport._parts = {"conformity": (ConformityCounts, False), "devices": (DeviceCounts, False), "inputs": (Input, False), "lots": (LotReport, False), "outlying": (OutlyingReport, False), "quantities": (DistributionReport, False)}
+BatchReport._parts = {"conformity": (ConformityCounts, False), "devices": (DeviceCounts, False), "inputs": (Input, False), "lots": (LotReport, False), "not_in_order": (NotInOrderReport, False), "outlying": (OutlyingReport, False), "quantities": (DistributionReport, False)}
 CompareCalibrationsReport._parts = {"after": (CalibratedReport, False), "before": (CalibratedReport, False), "changes": (ChangeOfReport, False), "together": (TogetherReport, False)}
 CompareHistoryReport._parts = {"calibrations": (CalibratedReport, False), "trends": (TrendReport, False)}
 GroupReport._parts = {"quantities": (QuantityReport, False)}

@@ -47,6 +47,7 @@ pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: imp
     while reader.read_record(&mut row).map_err(fault)? {
         counts.rows += 1;
         let number = |column: usize| -> Result<f64> {
+            // a short row ends in empty cells
             let cell = row.get(column).unwrap_or_default();
             if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
                 return Ok(f64::NAN);

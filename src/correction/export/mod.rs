@@ -175,7 +175,7 @@ pub(super) fn lines_in(parts: &Parts<'_>, language: &Language, input: &dyn Fn(Sl
                 if calibration.parameters.iter().any(|p| p == name) {
                     return input(Slot::Parameter(name));
                 }
-                if let Some((quantity, direction)) = super::solve::direction_of(line, name) {
+                if let Some((quantity, direction)) = super::bound::direction_of(line, name) {
                     return input(Slot::Axis(quantity, direction));
                 }
                 let given =

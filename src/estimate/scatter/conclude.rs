@@ -7,7 +7,7 @@
 use super::memory;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
-use super::{Line, Scattered, Stepped, cost};
+use super::{ScatterLine, Scattered, Stepped, cost};
 use crate::error::Result;
 use crate::estimate::{Elimination, Settings, System, solve};
 use faer::linalg::matmul::matmul;
@@ -19,7 +19,7 @@ use faer::{Accum, Mat, Par};
 /// Errors: those of [`adjust`](crate::estimate::adjust).
 pub fn adjust_scattered(
     system: &System,
-    lines: &[Line],
+    lines: &[ScatterLine],
     elimination: Option<&Elimination>,
     least: &[f64],
     settings: &Settings,
@@ -39,7 +39,7 @@ pub fn adjust_scattered(
 /// Errors: those of [`adjust`](crate::estimate::adjust).
 pub fn step_scattered(
     system: &System,
-    lines: &[Line],
+    lines: &[ScatterLine],
     least: &[f64],
     before: Option<&Stepped>,
     settings: &Settings,
@@ -103,7 +103,7 @@ fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed) -> Scatte
     let mut sensitivities = Mat::zeros(n, m);
     matmul(&mut sensitivities, Accum::Replace, directions.as_ref(), scaled.transpose(), 1.0, Par::Seq);
     let around = |middle: &Mat<f64>| &directions * middle * directions.transpose();
-    let share = |(line, start): (&Line, &usize)| {
+    let share = |(line, start): (&ScatterLine, &usize)| {
         let own = *start..start + line.levels();
         let felt = &inference.felt;
         let gram = Mat::from_fn(rank, rank, |a, b| match b <= a {

@@ -17,7 +17,7 @@
     reason = "fronts hold deviations and rows of the pattern, and vectors over both have the pattern's lengths: whoever gives values from outside has them filled up first (`whiten`, `carry_back`)"
 )]
 
-use super::{Line, Pattern};
+use super::{Pattern, ScatterLine};
 use crate::elements::Elements;
 use faer::{Mat, MatRef};
 
@@ -142,19 +142,19 @@ impl Whitening {
     /// is small and the deviations have no memory, and as zero elsewhere.
     ///
     /// ```
-    /// use tumble::estimate::{Felt, Line, Pattern, Whitening};
+    /// use tumble::estimate::{Felt, ScatterLine, Pattern, Whitening};
     /// // two readings of unit noise share an offset of variance 3: V = [4 3; 3 4], and y' V^-1 y = 2/7 for y = (1, 1)
     /// let felt = vec![Felt { row: 0, level: 0, by: 1.0 }, Felt { row: 1, level: 0, by: 1.0 }];
-    /// let lines = [Line { felt, variance: Some(3.0), memory: None }];
+    /// let lines = [ScatterLine { felt, variance: Some(3.0), memory: None }];
     /// let whitening = Whitening::new(&Pattern::new(2, &lines), &[1.0, 1.0], &lines, &[3.0]);
     /// let white = whitening.whiten(&[1.0, 1.0]);
     /// assert!((white.iter().map(|v| v * v).sum::<f64>() - 2.0 / 7.0).abs() < 1e-15);
     /// ```
-    pub fn new(pattern: &Pattern, sd: &[f64], lines: &[Line], variance: &[f64]) -> Self {
+    pub fn new(pattern: &Pattern, sd: &[f64], lines: &[ScatterLine], variance: &[f64]) -> Self {
         let mut felt: Vec<Vec<(usize, f64)>> = vec![Vec::new(); pattern.rows];
         // the deviation's own row: its coefficient, and that of the one before in its chain
         let mut chain = vec![(1.0, 0.0); pattern.deviations];
-        let negative = |line: &Line, variance: f64| variance < 0.0 && pattern.is_simple && line.memory.is_none();
+        let negative = |line: &ScatterLine, variance: f64| variance < 0.0 && pattern.is_simple && line.memory.is_none();
         let mut sign: Vec<f64> = Vec::new();
         for ((line, start), variance) in lines.iter().zip(&pattern.first).zip(variance) {
             let size = if negative(line, *variance) {

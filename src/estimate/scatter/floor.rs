@@ -10,7 +10,7 @@
 )]
 
 use super::elimination::{Augmented, Whitening};
-use super::{Line, Pattern, Scattered};
+use super::{Pattern, ScatterLine, Scattered};
 use crate::elements::Elements;
 use crate::estimate::{Group, System};
 use faer::Mat;
@@ -63,7 +63,7 @@ pub struct Floor {
 
 impl Floor {
     /// Of a system whose `u` are those of the rows' own noise.
-    pub fn new(system: &System, lines: &[Line], variances: &Variances) -> Self {
+    pub fn new(system: &System, lines: &[ScatterLine], variances: &Variances) -> Self {
         let mut lines = lines.to_vec();
         for (line, tau) in lines.iter_mut().zip(&variances.tau) {
             if let (Some(memory), Some(tau)) = (&mut line.memory, tau) {

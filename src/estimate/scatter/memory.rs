@@ -6,14 +6,14 @@
 
 use super::problem::Problem;
 use super::reml::{FULL, Limits};
-use super::{Line, Pattern};
+use super::{Pattern, ScatterLine};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Elimination, Settings, System};
 
 /// Lines with every correlation time set.
 pub(super) struct Timed {
-    pub lines: Vec<Line>,
+    pub lines: Vec<ScatterLine>,
     /// Line, correlation time and its standard uncertainty, of those that were estimated.
     pub found: Vec<(usize, f64, Option<f64>)>,
     /// The variances found on the way; empty where nothing was searched.
@@ -26,7 +26,7 @@ const SEARCH: Limits = Limits { steps: FULL.steps, settled: 1e-8 };
 /// Set the correlation times of lines that have none: those `known` from a step nearby, else where the restricted likelihood is largest.
 pub(super) fn with_times(
     system: &System,
-    lines: &[Line],
+    lines: &[ScatterLine],
     elimination: Option<&Elimination>,
     least: &[f64],
     settings: &Settings,
@@ -35,7 +35,7 @@ pub(super) fn with_times(
     let mut lines = lines.to_vec();
     let open: Vec<usize> =
         (0..lines.len()).filter(|k| lines[*k].memory.as_ref().is_some_and(|m| m.tau.is_none())).collect();
-    let set = |lines: &mut [Line], logarithms: &[f64]| {
+    let set = |lines: &mut [ScatterLine], logarithms: &[f64]| {
         for (k, x) in open.iter().zip(logarithms) {
             if let Some(memory) = &mut lines[*k].memory {
                 memory.tau = Some(x.exp());
@@ -78,7 +78,7 @@ pub(super) fn with_times(
 }
 
 /// Logarithms of the shortest and longest correlation time that a line's times could show.
-fn range(line: &Line) -> (f64, f64) {
+fn range(line: &ScatterLine) -> (f64, f64) {
     let Some(memory) = &line.memory else { return (0.0, 0.0) };
     let mut times = memory.time.clone();
     times.sort_by(f64::total_cmp);
@@ -138,7 +138,7 @@ fn minimum(
 }
 
 /// `tau dV/dtau y` of a line whose deviations begin at `start`: central differences of the correlations, in two passes along each chain.
-pub(super) fn lean(line: &Line, pattern: &Pattern, start: usize, variance: f64, values: &[f64]) -> Vec<f64> {
+pub(super) fn lean(line: &ScatterLine, pattern: &Pattern, start: usize, variance: f64, values: &[f64]) -> Vec<f64> {
     const STEP: f64 = 1e-4;
     let mut out = vec![0.0; values.len()];
     let Some(memory) = &line.memory else { return out };

@@ -4,7 +4,7 @@
 //! y = A x + e + sum_k Z_k d_k,    V = R + sum_k Z_k D_k Z_k',    R = diag((s_g u)^2)
 //! ```
 //!
-//! A [`Line`] says which rows feel which deviation, and how strongly. Each deviation is an unknown with a row of its own, "0 with this
+//! A [`ScatterLine`] says which rows feel which deviation, and how strongly. Each deviation is an unknown with a row of its own, "0 with this
 //! standard deviation"; orthogonal transformations take these unknowns out again, front by front, and leave `m` independent rows of unit
 //! variance (`elimination.rs`). No covariance is ever formed, a standard deviation may be as large or as small as it likes, and time and
 //! memory are linear in the rows. Deviations with a memory, `exp(-|dt|/tau)`, are chains of such rows (a Markov process).
@@ -59,7 +59,7 @@ pub struct Felt {
 
 /// One line of what scatters: independent deviations of one variance, or deviations with a memory.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct ScatterLine {
     /// Which rows feel which deviation.
     pub felt: Vec<Felt>,
     /// Variance of a deviation; `None` where it is to be estimated.
@@ -79,7 +79,7 @@ pub struct Memory {
     pub tau: Option<f64>,
 }
 
-impl Line {
+impl ScatterLine {
     /// Number of levels.
     pub fn levels(&self) -> usize {
         self.felt.iter().map(|felt| felt.level.saturating_add(1)).max().unwrap_or(0)

@@ -8,7 +8,7 @@
     reason = "`own` has an entry for each row and `before`, `time` and `line_of` one for each deviation, numbered by the lines' starts; felt rows beyond are left out at the beginning"
 )]
 
-use super::Line;
+use super::ScatterLine;
 use crate::elements::Elements;
 
 /// Blocks with no more deviations than this are one front.
@@ -48,7 +48,7 @@ pub(super) struct Front {
 
 impl Pattern {
     /// The order for `rows` rows and these lines.
-    pub fn new(rows: usize, lines: &[Line]) -> Self {
+    pub fn new(rows: usize, lines: &[ScatterLine]) -> Self {
         let mut first = Vec::with_capacity(lines.len());
         let mut deviations = 0;
         for line in lines {

@@ -6,7 +6,7 @@
 
 use super::elimination::Whitening;
 use super::inference::{Inference, Membership};
-use super::{Line, LineState, Pattern};
+use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Elimination, Estimate, Group, Settings, System, adjust, adjust_on, groups};
 use faer::Mat;
@@ -24,7 +24,7 @@ const MOST_LEVELS: usize = 1 << 24;
 /// The question, prepared.
 pub(super) struct Problem<'a> {
     pub system: &'a System,
-    pub lines: &'a [Line],
+    pub lines: &'a [ScatterLine],
     pub elimination: Option<&'a Elimination>,
     pub settings: &'a Settings,
     pub pattern: Pattern,
@@ -49,13 +49,13 @@ pub(super) struct Point {
 impl<'a> Problem<'a> {
     pub fn new(
         system: &'a System,
-        lines: &'a [Line],
+        lines: &'a [ScatterLine],
         elimination: Option<&'a Elimination>,
         least: &[f64],
         settings: &'a Settings,
     ) -> Result<Self> {
         system.check()?;
-        let levels = lines.iter().map(Line::levels).fold(0_usize, usize::saturating_add);
+        let levels = lines.iter().map(ScatterLine::levels).fold(0_usize, usize::saturating_add);
         if levels > MOST_LEVELS {
             return Err(Malformed::new(Fault::Value, "the lines of scatter have too many levels")
                 .at_path("lines")
@@ -143,12 +143,12 @@ impl<'a> Problem<'a> {
     pub fn variances(&self, theta: &[f64]) -> Vec<f64> {
         let own =
             // neither stated nor a component: an estimated line that no row feels has no variance
-            |(line, component): (&Line, &Option<usize>)| line.variance.or(component.map(|c| theta[c])).unwrap_or(0.0);
+            |(line, component): (&ScatterLine, &Option<usize>)| line.variance.or(component.map(|c| theta[c])).unwrap_or(0.0);
         self.lines.iter().zip(&self.component).map(own).collect()
     }
 
     /// Variance of a line's deviations that is as large as the noise of the rows that feel one of them.
-    pub fn natural(&self, line: &Line, theta: &[f64]) -> f64 {
+    pub fn natural(&self, line: &ScatterLine, theta: &[f64]) -> f64 {
         let own = |row: usize| {
             let factor = self.members.rows[row].map_or(1.0, |g| theta[g]);
             self.system.u[row] * self.system.u[row] * factor

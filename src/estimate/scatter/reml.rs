@@ -17,7 +17,7 @@
 
 use super::inference::Inference;
 use super::problem::{Point, Problem, UNSEEN, step};
-use super::{Line, LineState};
+use super::{LineState, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
 
 /// How far the iteration goes.
@@ -161,7 +161,7 @@ impl Problem<'_> {
     /// Go on below zero with components that the restricted likelihood leaves there.
     fn below_zero(&self, ended: &mut Ended, zero: &[usize], limits: Limits) -> Result<()> {
         let memory = |c: &usize| {
-            let own = |(line, own): (&Line, &Option<usize>)| *own == Some(*c) && line.memory.is_none();
+            let own = |(line, own): (&ScatterLine, &Option<usize>)| *own == Some(*c) && line.memory.is_none();
             self.lines.iter().zip(&self.component).any(own)
         };
         let open: Vec<usize> = zero.iter().copied().filter(memory).collect();

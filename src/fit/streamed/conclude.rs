@@ -15,7 +15,7 @@ use super::{Rows, Sample, Streamed};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design;
 use crate::error::Result;
-use crate::estimate::{Estimate, Group, System};
+use crate::estimate::{Estimate, Group, System, Unknowns};
 use crate::fit::{Checks, Constraints, Estimator, Fit, parameters, separate, system};
 use crate::quality::{self, RowQuality};
 use faer::Mat;
@@ -41,7 +41,7 @@ pub(super) fn conclude(
     }
     let change = match settings.estimator {
         Estimator::Exact => vec![0.0; question.unknowns],
-        Estimator::Linear => solved(&mut question, rows, &shape, &point)?.folded.solution,
+        Estimator::Linear => solved(&mut question, rows, &shape, &point)?.folded.unknowns.solution,
     };
     let inputs = inputs(&campaign, sample, &question);
     let further: Vec<usize> = inputs.iter().map(|input| input.column).collect();
@@ -101,7 +101,7 @@ pub(super) fn conclude(
     let weighed = system::weigh(&campaign, &at, settings.weighting)?;
     let values: u64 = middle.iter().flatten().map(|part| part.rows).sum();
     let all = values + question.priors.len() as u64;
-    let dof = all.saturating_sub(solved.folded.rank as u64);
+    let dof = all.saturating_sub(solved.folded.unknowns.rank as u64);
     let counts: Vec<u64> = middle.iter().map(|part| part.map_or(0, |part| part.rows)).collect();
     let noise = noise(&campaign, &question, &shape, &uncertain, &solved, (&found.at_zero, &counts));
     let estimate = estimate(&start.estimate, (&at, &weighed), &solved, &shape, &change, crate::number::index(dof));
@@ -129,7 +129,7 @@ pub(super) fn conclude(
         Estimator::Exact if !is_linear(&campaign) => {
             let reference = campaign.reference_point();
             let step = self::solved(&mut question, rows, &shape, &reference)?;
-            reference.iter().zip(&step.folded.solution).map(|(x, dx)| x + dx).collect()
+            reference.iter().zip(&step.folded.unknowns.solution).map(|(x, dx)| x + dx).collect()
         }
         _ => solution.iter().copied().take(question.unknowns).collect::<Vec<f64>>(),
     };
@@ -253,7 +253,7 @@ fn estimate(
         .map(|i| {
             let row = |j: usize| weighed.rows[(i, j)];
             let form: f64 =
-                (0..n).map(|j| row(j) * (0..n).map(|k| folded.cofactor[(j, k)] * row(k)).sum::<f64>()).sum();
+                (0..n).map(|j| row(j) * (0..n).map(|k| folded.unknowns.cofactor[(j, k)] * row(k)).sum::<f64>()).sum();
             let u = at.rows.get(i).map_or(weighed.u[i], |origin| total(shape, solved, origin.sensor, weighed.u[i]));
             (form / (u * u)).clamp(0.0, 1.0)
         })
@@ -265,13 +265,10 @@ fn estimate(
         Some(sd) if own_unit => sd * sd,
         _ => 1.0,
     };
+    let unknowns =
+        Unknowns { solution: change.to_vec(), covariance: folded.unknowns.cofactor.clone(), ..folded.unknowns.clone() };
     Estimate {
-        solution: change.to_vec(),
-        rank: folded.rank,
-        estimable: folded.estimable.clone(),
-        cofactor: folded.cofactor.clone(),
-        covariance: folded.cofactor.clone(),
-        standard_uncertainty: folded.standard_uncertainty.clone(),
+        unknowns,
         residuals,
         redundancy: leverage.iter().map(|h| 1.0 - h).collect(),
         leverage,
@@ -279,10 +276,6 @@ fn estimate(
         dof,
         group_scale,
         group_redundancy,
-        condition: folded.condition,
-        not_estimable: folded.not_estimable.clone(),
-        free_directions: folded.free_directions.clone(),
-        estimable_combinations: folded.estimable_combinations.clone(),
         ..sample.clone()
     }
 }

@@ -81,7 +81,7 @@ pub(super) fn uncertain(
         };
         let slope = |k: usize| -> Result<Mat<f64>> {
             let (more, less) = (of(k, 0.0)?, of(k + 1, 0.0)?);
-            Ok((more.folded.cofactor - less.folded.cofactor) * faer::Scale(1.0 / (2.0 * STEP)))
+            Ok((more.folded.unknowns.cofactor - less.folded.unknowns.cofactor) * faer::Scale(1.0 / (2.0 * STEP)))
         };
         let place = |coordinate: Coordinate| list.iter().position(|own| *own == coordinate).map(|k| 1 + 2 * k);
         if shape.noise[s].deviation > 0.0 {
@@ -243,7 +243,7 @@ pub(super) fn noise(
         }
     }
     if !question.priors.is_empty() {
-        let c = &solved.folded.cofactor;
+        let c = &solved.folded.unknowns.cofactor;
         let mut share = Mat::zeros(n, n);
         for (k, _, u) in &question.priors {
             for i in 0..n {
@@ -272,5 +272,5 @@ pub(super) fn noise(
         let ((s, i), (r, j)) = (components[a], components[b]);
         if s == r { by(i) * by(j) * uncertain.logarithms[s][i][j] } else { 0.0 }
     });
-    ScatterSources::streamed(sources, solved.folded.cofactor.clone(), spread, leans, determined)
+    ScatterSources::streamed(sources, solved.folded.unknowns.cofactor.clone(), spread, leans, determined)
 }

@@ -199,7 +199,7 @@ pub(super) fn search(
         let parts = centre(&parts, question);
         let open: Vec<bool> = (0..sensors).map(|s| question.is_white_free(s) && open_at_first[s]).collect();
         let found = together(question, &as_refs(&parts), &open, &vec![1.0; sensors], point)?;
-        let change = found.folded.solution.clone();
+        let change = found.folded.unknowns.solution.clone();
         let here = merit(question, &parts, &found.scale, point, &vec![0.0; n]);
         if let Some((merit_before, from, step, share)) = before.take()
             && here > merit_before * (1.0 + 1e-9)
@@ -323,7 +323,7 @@ impl Search<'_> {
                 continue;
             }
             if !self.linear_only {
-                self.point.iter_mut().zip(&found.folded.solution).for_each(|(x, dx)| *x += dx);
+                self.point.iter_mut().zip(&found.folded.unknowns.solution).for_each(|(x, dx)| *x += dx);
             }
             last = Some((found.deviance, self.noise.clone()));
             let mut far = 0.0_f64;

@@ -72,9 +72,9 @@ pub(super) fn together(
                 continue;
             };
             let t = at(&scale, s);
-            let moved = influence(part, &folded.cofactor);
+            let moved = influence(part, &folded.unknowns.cofactor);
             let leverage: f64 = inner(part, &moved) / t;
-            squares.push(remainder(part, &folded.solution) / t);
+            squares.push(remainder(part, &folded.unknowns.solution) / t);
             redundancy.push((part.rows as f64 - leverage).max(0.0));
             shares.push(Mat::from_fn(moved.ncols(), moved.ncols(), |i, j| {
                 (0..moved.nrows()).map(|k| moved[(k, i)] * moved[(k, j)]).sum::<f64>() / t

@@ -11,7 +11,9 @@ use std::io;
 pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], lang: Language) -> io::Result<()> {
     let joint: Vec<(&Quantity, usize)> = quantities.iter().filter_map(|q| Some((q, q.index?))).collect();
     let at = |i: usize, j: usize| report.covariance.matrix.get(i).and_then(|row| row.get(j)).copied().flatten();
-    let full = joint.iter().all(|(_, i)| joint.iter().all(|(_, j)| at(*i, *j).is_some()));
+    // column by column; nothing where an element is missing
+    let column = |(_, j): &(&Quantity, usize)| joint.iter().map(|(_, i)| at(*i, *j)).collect::<Option<Vec<f64>>>();
+    let Some(columns) = joint.iter().map(column).collect::<Option<Vec<_>>>() else { return Ok(()) };
     let level = report.parameters.first().map_or(0.95, |p| p.level);
     let dof = joint.iter().map(|(q, _)| q.dof).fold(f64::INFINITY, f64::min);
     let n = joint.len() as f64;
@@ -20,7 +22,7 @@ pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], 
         false => quantiles::chi_square_quantile(level, n),
     };
     let factor = square.map(f64::sqrt).filter(|k| k.is_finite() && *k >= 1.0);
-    let Some(factor) = factor.filter(|_| joint.len() > 1 && full) else { return Ok(()) };
+    let Some(factor) = factor.filter(|_| joint.len() > 1) else { return Ok(()) };
     let list = |of: &dyn Fn(&Quantity) -> String| joint.iter().map(|(q, _)| of(q)).collect::<Vec<_>>().join(" ");
     within(xml, "dcc:result", |xml| {
         told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-covariance").into())?;
@@ -33,11 +35,11 @@ pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], 
                     text(xml, "si:unitXMLList", &list(&|q| q.unit.clone()))?;
                     within(xml, "si:ellipsoidalRegionXMLList", |xml| {
                         within(xml, "si:covarianceMatrix", |xml| {
-                            joint.iter().try_for_each(|(a, j)| {
+                            joint.iter().zip(&columns).try_for_each(|((a, _), column)| {
                                 within(xml, "si:column", |xml| {
-                                    joint.iter().try_for_each(|(b, i)| {
+                                    joint.iter().zip(column).try_for_each(|((b, _), value)| {
                                         within(xml, "si:covariance", |xml| {
-                                            text(xml, "si:value", &decimal(at(*i, *j).unwrap_or_default()))?;
+                                            text(xml, "si:value", &decimal(*value))?;
                                             text(xml, "si:unit", &units::product(&a.unit, &b.unit))
                                         })
                                     })

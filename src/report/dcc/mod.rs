@@ -243,22 +243,22 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
 
 /// What scatters, each source with its standard deviation; nothing where there is only the readings' own noise.
 fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, lang: Language) -> io::Result<()> {
-    let has_sd = |s: &&super::ScatterReport| s.sd.is_some();
-    if !super::scatter::is_worth_a_table(&report.scatter) || !report.scatter.iter().any(|s| has_sd(&s)) {
+    let with_sd = || report.scatter.iter().filter_map(|source| Some((source, source.sd?)));
+    if !super::scatter::is_worth_a_table(&report.scatter) || with_sd().next().is_none() {
         return Ok(());
     }
     within(xml, "dcc:result", |xml| {
         told(xml, "dcc:name", lang, |lang| say!(lang, "what-scatters").into())?;
         told(xml, "dcc:description", lang, |lang| say!(lang, "dcc-what-scatters").into())?;
         within(xml, "dcc:data", |xml| {
-            for (k, source) in report.scatter.iter().filter(has_sd).enumerate() {
+            for (k, (source, sd)) in with_sd().enumerate() {
                 let id = format!("{prefix}scatter_{}", k + 1);
                 xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
                     told(xml, "dcc:name", lang, |lang| super::scatter::source_name(&source.source, lang))?;
                     told(xml, "dcc:description", lang, |lang| about_source(source, lang))?;
                     within(xml, "si:real", |xml| {
                         text(xml, "si:label", &source.of)?;
-                        text(xml, "si:value", &decimal(source.sd.unwrap_or_default()))?;
+                        text(xml, "si:value", &decimal(sd))?;
                         text(xml, "si:unit", &units::d_si(&source.unit))
                     })
                 })?;

@@ -229,7 +229,7 @@ fn sensor(campaign: &Campaign, k: usize) -> String {
 
 pub(super) fn unexplained(campaign: &Campaign, diagnosis: &Diagnosis) -> Option<UnexplainedReport> {
     let own = diagnosis.unexplained.as_ref()?;
-    let cell = |cell: &crate::diagnosis::Cell| CellReport {
+    let cell = |cell: &crate::diagnosis::PlaceMean| CellReport {
         at: position_keys(campaign, &cell.joints),
         sensor: sensor(campaign, cell.sensor),
         readings: cell.readings,

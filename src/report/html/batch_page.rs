@@ -1,6 +1,6 @@
 //! The page of many devices: counts, distributions, devices that stand apart, control charts.
 
-use super::fit_page::colophon;
+use super::colophon::colophon;
 use super::{Align, Figure, Page, Section, Table, Tone, cells};
 use crate::batch::Summary;
 use crate::campaign::Campaign;
@@ -9,12 +9,19 @@ use crate::language::{Language, say};
 use crate::report::plot::{self, Control, Distribution};
 use crate::report::table::{rounded, significant};
 use crate::report::{BatchReport, DistributionReport, LotReport};
+use std::collections::BTreeMap;
 
 /// Quantities whose charts are drawn.
 const DRAWN: usize = 40;
 
-/// The page of many devices.
-pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary, lang: Language) -> Result<Page> {
+/// The page of many devices; `links` leads from a device to a page of its own, where there is one.
+pub fn batch_page(
+    campaign: &Campaign,
+    report: &BatchReport,
+    summary: &Summary,
+    links: &BTreeMap<String, String>,
+    lang: Language,
+) -> Result<Page> {
     let devices = lang.count(report.devices.all, "device");
     let mut page = Page::new(say!(lang, "title-devices-by", devices, by = report.by));
     page.language = lang;
@@ -29,8 +36,9 @@ pub fn batch_page(campaign: &Campaign, report: &BatchReport, summary: &Summary, 
     page.colophon = colophon(&report.inputs, lang);
     page = page
         .section(answer(report, lang))
+        .section(not_in_order(report, links, lang))
         .section(distributions(campaign, report, summary, lang)?)
-        .section(apart(report, lang));
+        .section(apart(report, links, lang));
     if report.lots.len() > 1 {
         page = page.section(lots(report, lang)?);
     }
@@ -164,7 +172,37 @@ fn limits_text(q: &DistributionReport) -> String {
     }
 }
 
-fn apart(report: &BatchReport, lang: Language) -> Section {
+/// Devices that are not accepted or outside a limit; no section where there is none.
+fn not_in_order(report: &BatchReport, links: &BTreeMap<String, String>, lang: Language) -> Section {
+    let mut section = Section::new(say!(lang, "devices-that-are-not-in-order"));
+    let listed = report.not_in_order.len();
+    if listed == 0 {
+        return section;
+    }
+    let fails = report.conformity.as_ref().map_or(0, |own| own.fail);
+    if listed < (report.devices.rejected + report.devices.malformed).max(fails) {
+        section = section.prose(say!(lang, "the-first-devices-that-are-not-in-order", listed = listed.to_string()));
+    }
+    let mut columns = vec![(report.by.as_str(), Align::Left), (say!(lang, "verdict"), Align::Left)];
+    if report.conformity.is_some() {
+        columns.push((say!(lang, "limits"), Align::Left));
+    }
+    columns.push((say!(lang, "why"), Align::Left));
+    let mut table = Table::new(&columns);
+    table.small = true;
+    for own in &report.not_in_order {
+        let mut cells = vec![own.device.clone(), lang.term("verdict", own.verdict.name()).into_owned()];
+        if report.conformity.is_some() {
+            cells.push(own.conformity.map_or(cells::dash(), |own| lang.term("outcome", own.name()).into_owned()));
+        }
+        cells.push(lang.name(&own.why).into_owned());
+        table.row(cells);
+        table.link(links.get(&own.device));
+    }
+    section.table(table)
+}
+
+fn apart(report: &BatchReport, links: &BTreeMap<String, String>, lang: Language) -> Section {
     let section = Section::new(say!(lang, "devices-that-stand-apart"));
     if report.outlying.is_empty() {
         return section.prose(say!(lang, "no-accepted-device-stands-apart-from-the"));
@@ -185,6 +223,7 @@ fn apart(report: &BatchReport, lang: Language) -> Section {
             cells::decimals(Some(own.z), 1),
             q.map_or(String::new(), |q| q.unit.clone()),
         ]);
+        table.link(links.get(&own.device));
     }
     table.note = say!(lang, "z-value-median-mad-beyond-what-a").into();
     section.table(table)

@@ -5,7 +5,7 @@ use crate::campaign::Kind;
 use crate::language::{Language, say};
 use crate::report::fit_constraints::ConstraintsStatus;
 use crate::report::table::{rounded, significant};
-use crate::report::{ARCSEC, FitReport, RecordReport, record};
+use crate::report::{ARCSEC, FitReport, RecordReport, record_table};
 
 /// What the checks found, as verdicts for the head of the page.
 pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)> {
@@ -130,7 +130,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
         (say!(lang, "sd-over-that-of-independent-rows"), Align::Decimal),
         ("p", Align::Right),
     ]);
-    for row in record::means_rows(record) {
+    for row in record_table::means_rows(record) {
         means.row(row);
     }
     means.note = say!(
@@ -147,7 +147,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
         (say!(lang, "dof"), Align::Right),
         ("p", Align::Right),
     ]);
-    for row in record::inputs_rows(record) {
+    for row in record_table::inputs_rows(record) {
         inputs.row(row);
     }
     let mut largest = Table::new(&[

@@ -1,6 +1,6 @@
 //! The page of a comparison with published closed forms, and its section on the page of a fit.
 
-use super::fit_page::colophon;
+use super::colophon::colophon;
 use super::{Align, Page, Section, Table, Tone, cells};
 use crate::language::{Language, say};
 use crate::report::table::significant;

@@ -1,7 +1,6 @@
 //! The picture of a diagnosis: residuals before and after, grouped by the factor that the gap follows.
 
 use super::Figure;
-use super::diagnose_page::factor as named;
 use crate::campaign::Campaign;
 use crate::diagnosis::{Diagnosis, Grouping, Level};
 use crate::error::Result;
@@ -144,4 +143,12 @@ fn ordered(grouping: &Grouping) -> Vec<(usize, String)> {
         .collect();
     levels.sort_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)));
     levels.into_iter().map(|(k, _, label)| (k, label)).collect()
+}
+
+/// A factor: a column of the campaign in code type, anything else in words.
+pub(super) fn named(name: &str, lang: Language) -> String {
+    match lang.name(name) {
+        std::borrow::Cow::Borrowed(name) => format!("`{name}`"),
+        std::borrow::Cow::Owned(name) => name,
+    }
 }

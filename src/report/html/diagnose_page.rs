@@ -1,9 +1,9 @@
 //! The page of a diagnosis: the answer and its picture, what is missing, the repair, and what it rests on.
 
-use super::diagnose_figure::figure;
-use super::fit_page::colophon;
+use super::colophon::colophon;
+use super::diagnose_figure::{figure, named};
 use super::scatter_page;
-use super::{Align, Block, MarkedLine, Page, Section, Table, Tone, cells};
+use super::{Align, MarkedLine, Page, PageBlock, Section, Table, Tone, cells};
 use crate::campaign::{Campaign, Role};
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::{NoiseFrom, Verdict};
@@ -142,7 +142,7 @@ fn gap(report: &DiagnoseReport, lang: Language) -> Table {
     table
 }
 
-fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block {
+fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> PageBlock {
     let mut facts: Vec<(String, String)> = Vec::new();
     let mut fact = |name: &str, text: String| {
         if !text.is_empty() {
@@ -197,15 +197,7 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Block
     fact(say!(lang, "no-position-of-this-bench-tells-it"), cells::names(&effect.separate_never, lang));
     fact(say!(lang, "why-it-happens"), lang.name(&effect.why).into_owned());
     fact(say!(lang, "to-confirm"), lang.name(&effect.confirm).into_owned());
-    Block::Card { heading: begun(&lang.name(&effect.name), lang), tone: Tone::Bad, facts }
-}
-
-/// A factor: a column of the campaign in code type, anything else in words.
-pub(super) fn factor(name: &str, lang: Language) -> String {
-    match lang.name(name) {
-        std::borrow::Cow::Borrowed(name) => format!("`{name}`"),
-        std::borrow::Cow::Owned(name) => name,
-    }
+    PageBlock::Card { heading: begun(&lang.name(&effect.name), lang), tone: Tone::Bad, facts }
 }
 
 /// A heading: a capital letter where the language has them, no full stop.
@@ -227,7 +219,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
     let mut section = Section::new(say!(lang, "the-model"));
     let line = |id: &str, kept: &str, added: &str| MarkedLine { kept: format!("{id} = {kept}"), added: added.into() };
     let before = report.model_before.iter().map(|(id, own)| line(id, own, ""));
-    section = section.prose(say!(lang, "as-given-2")).block(Block::Marked(before.collect()));
+    section = section.prose(say!(lang, "as-given-2")).block(PageBlock::Marked(before.collect()));
     let changed: Vec<MarkedLine> = report
         .model_after
         .iter()
@@ -237,7 +229,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
         })
         .collect();
     if !changed.is_empty() {
-        section = section.prose(say!(lang, "with-what-was-found")).block(Block::Marked(changed));
+        section = section.prose(say!(lang, "with-what-was-found")).block(PageBlock::Marked(changed));
     }
     let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| words::repair(effect, lang)).collect();
     if report.model_before == report.model_after {
@@ -338,7 +330,7 @@ fn places(report: &DiagnoseReport, lang: Language) -> Section {
     let largest = shown.iter().fold(0.0_f64, |m, place| m.max(place.z.abs()));
     for place in &shown {
         table.row(vec![
-            factor(&place.factor, lang),
+            named(&place.factor, lang),
             words::level(&place.level),
             format!("`{}`", place.sensor),
             place.readings.to_string(),

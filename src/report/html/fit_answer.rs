@@ -167,6 +167,7 @@ fn summary(fit: &Fit, report: &FitReport, lang: Language) -> String {
 }
 
 fn unit_of(fit: &Fit, sensor: &str) -> String {
+    // sensors of a report are those of its bench
     fit.campaign.bench.sensors.iter().find(|s| s.id == sensor).map(|s| s.unit.clone()).unwrap_or_default()
 }
 

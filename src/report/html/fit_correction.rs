@@ -1,6 +1,6 @@
 //! Section of a fit's page on its use: the correction to apply, and the mounting of the sensors.
 
-use super::{Align, Block, Section, Table, Tone, cells};
+use super::{Align, PageBlock, Section, Table, Tone, cells};
 use crate::campaign::Kind;
 use crate::fit::State;
 use crate::language::{Language, say};
@@ -26,7 +26,7 @@ pub(super) fn correction(report: &FitReport, lang: Language) -> Section {
     };
     section = section
         .prose(say!(lang, "all-sensors-are-solved-together-for-the"))
-        .block(Block::Formula(correction_lines(correction)))
+        .block(PageBlock::Formula(correction_lines(correction)))
         .prose(validity_sentence(correction, lang));
     if let Some(sentence) = given_sentence(correction, lang) {
         section = section.prose(sentence);

@@ -1,5 +1,6 @@
 //! The page of a fit: the answer first, then where it comes from, then what it rests on.
 
+use super::colophon::colophon;
 use super::fit_figures::{residual_figures, spread_figures};
 use super::{
     Page, Section, checks_page, compare_page, conformity_page, fit_answer, fit_correction, fit_estimates, fit_readings,
@@ -9,7 +10,7 @@ use crate::error::Result;
 use crate::fit::Estimator;
 use crate::fit::Fit;
 use crate::language::{Language, say};
-use crate::report::{CompareReport, FitReport, Input, VERSION};
+use crate::report::{CompareReport, FitReport, Input};
 
 /// The page of a fit.
 ///
@@ -44,16 +45,6 @@ pub fn fit_page(
         page = page.section(compare_page::section(comparison, lang));
     }
     Ok(page.section(fit_readings::assumptions(fit, report, lang)).section(fit_readings::readings(fit, report, lang)))
-}
-
-/// The end of every page: version and inputs.
-pub(super) fn colophon(inputs: &[Input], lang: Language) -> Vec<(String, String)> {
-    let mut list = vec![(
-        say!(lang, "made-by").to_string(),
-        say!(lang, "tumble-the-same-inputs-give-the-same", version = VERSION),
-    )];
-    list.extend(inputs.iter().map(|input| (say!(lang, "sha-of", name = input.name), format!("`{}`", input.sha256))));
-    list
 }
 
 fn facts(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Vec<(String, String)> {

@@ -80,6 +80,7 @@ pub(super) fn readings(fit: &Fit, report: &FitReport, lang: Language) -> Section
     let joints: Vec<&str> = fit.campaign.bench.joints().collect();
     let states = |index: usize| {
         let place = match &fit.streamed {
+            // a reading that is not in the sample has no states to show
             Some(own) => own.numbers.binary_search(&(index as u64)).unwrap_or(usize::MAX),
             None => index - 1,
         };

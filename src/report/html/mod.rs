@@ -4,7 +4,7 @@
 //! report value (serde) -> page (title, verdict, sections of blocks) -> html::render or markdown::render
 //! ```
 //!
-//! A page is data. [`Page`] holds a title, facts and a list of [`Section`]s; a section holds [`Block`]s: prose, a verdict, a list, formula
+//! A page is data. [`Page`] holds a title, facts and a list of [`Section`]s; a section holds [`PageBlock`]s: prose, a verdict, a list, formula
 //! lines, facts, a table, figures. One template (`data/templates/page.html`) lays out every page, for the screen and for print; it needs no
 //! network and no script. Every text is escaped; a pair of backticks sets a name in code type. A figure is inline SVG from `report::plot`.
 //!
@@ -39,6 +39,7 @@ mod batch_page;
 mod cells;
 mod changes_page;
 mod checks_page;
+mod colophon;
 mod compare_page;
 mod conformity_page;
 mod diagnose_figure;
@@ -71,7 +72,7 @@ pub use navigate::navigate_page;
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose::{navigate_diagnose_page, navigate_diagnose_svg};
 pub use noise_page::noise_page;
-pub use page::{Align, Block, Column, Figure, MarkedLine, Page, Row, Section, Table, Tone};
+pub use page::{Align, Column, Figure, MarkedLine, Page, PageBlock, Row, Section, Table, Tone};
 pub use plan_page::plan_page;
 pub use reduction_page::reduce_page;
 
@@ -92,7 +93,7 @@ const STYLE: &str = include_str!("../../../data/templates/page.css");
 /// Errors: none that a page can cause; a fault in the template is reported as `Value`.
 ///
 /// ```
-/// use tumble::report::html::{Block, Page, Section, render};
+/// use tumble::report::html::{PageBlock, Page, Section, render};
 /// let page = Page::new("A <b> page").section(Section::new("Result").prose("`V0` is 3 < 4"));
 /// let html = render(&page)?;
 /// assert!(html.contains("A &lt;b&gt; page") && html.contains(">V0</code> is 3 &lt; 4"));

@@ -4,7 +4,7 @@ use super::{Align, Figure, Page, Section, Table, Tone};
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::report::noise_analysis::{NoiseAnalysisReport, NoiseColumnReport};
-use crate::report::noise_table::{described, numbers};
+use crate::report::noise_table::{described, numbers, walk};
 use crate::report::plot::{DeviationPoint, deviations};
 use crate::report::table::{optional, percent, rounded, significant};
 use crate::report::{Input, VERSION};
@@ -42,7 +42,8 @@ fn section(column: &NoiseColumnReport, lang: Language) -> Result<Section> {
             .collect();
         let tone = if a.describes == Some(false) { Tone::Caution } else { Tone::Good };
         let fits = format!("{} {}", described(a, lang), lang.in_parentheses(&numbers(a, lang)));
-        let text = [found.join(lang.semicolon()), fits].map(|text| lang.sentence(&text)).join(lang.space());
+        let said = [Some(found.join(lang.semicolon())), Some(fits), walk(a, lang)];
+        let text = said.into_iter().flatten().map(|text| lang.sentence(&text)).collect::<Vec<_>>().join(lang.space());
         section = section.verdict(tone, text);
     }
     let mut table = Table::new(&[

@@ -29,13 +29,13 @@ pub struct Section {
     /// Anchor, made from the heading.
     pub anchor: String,
     /// Blocks, in order.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<PageBlock>,
 }
 
 /// One block of a section. In every text a pair of backticks sets a name in code type.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", content = "is", rename_all = "lowercase")]
-pub enum Block {
+pub enum PageBlock {
     /// A paragraph.
     Prose(String),
     /// The answer, or a warning: set apart, with a mark that does not need colour.
@@ -152,6 +152,8 @@ pub struct Row {
     pub tone: Tone,
     /// Set off from the rows before it by a rule.
     pub rule: bool,
+    /// Where its first cell leads; empty for nowhere.
+    pub link: String,
 }
 
 /// A figure.
@@ -190,7 +192,7 @@ impl Page {
     pub(super) fn aligned(mut self) -> Self {
         for section in &mut self.sections {
             for block in &mut section.blocks {
-                if let Block::Table(table) = block {
+                if let PageBlock::Table(table) = block {
                     table.align_numbers();
                 }
             }
@@ -209,7 +211,7 @@ impl Section {
     }
 
     /// Add a block.
-    pub fn block(mut self, block: Block) -> Self {
+    pub fn block(mut self, block: PageBlock) -> Self {
         self.blocks.push(block);
         self
     }
@@ -217,27 +219,27 @@ impl Section {
     /// Add a paragraph, unless it is empty.
     pub fn prose(self, text: impl Into<String>) -> Self {
         let text = text.into();
-        if text.is_empty() { self } else { self.block(Block::Prose(text)) }
+        if text.is_empty() { self } else { self.block(PageBlock::Prose(text)) }
     }
 
     /// Add a verdict.
     pub fn verdict(self, tone: Tone, text: impl Into<String>) -> Self {
-        self.block(Block::Verdict { tone, text: text.into() })
+        self.block(PageBlock::Verdict { tone, text: text.into() })
     }
 
     /// Add points, unless there are none.
     pub fn list(self, points: Vec<String>) -> Self {
-        if points.is_empty() { self } else { self.block(Block::List(points)) }
+        if points.is_empty() { self } else { self.block(PageBlock::List(points)) }
     }
 
     /// Add a table, unless it has no rows.
     pub fn table(self, table: Table) -> Self {
-        if table.rows.is_empty() { self } else { self.block(Block::Table(table)) }
+        if table.rows.is_empty() { self } else { self.block(PageBlock::Table(table)) }
     }
 
     /// Add figures, unless there are none.
     pub fn figures(self, figures: Vec<Figure>) -> Self {
-        if figures.is_empty() { self } else { self.block(Block::Figures(figures)) }
+        if figures.is_empty() { self } else { self.block(PageBlock::Figures(figures)) }
     }
 }
 
@@ -251,6 +253,14 @@ impl Table {
     /// Add a row.
     pub fn row(&mut self, cells: Vec<String>) -> &mut Self {
         self.rows.push(Row { cells, ..Row::default() });
+        self
+    }
+
+    /// The first cell of the last row leads to a page, where there is one.
+    pub fn link(&mut self, to: Option<&String>) -> &mut Self {
+        if let (Some(row), Some(to)) = (self.rows.last_mut(), to) {
+            row.link.clone_from(to);
+        }
         self
     }
 

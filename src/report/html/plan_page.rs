@@ -1,6 +1,6 @@
 //! The page of a plan: the better schedule beside the given one, where its positions lie, and what rests on each reading.
 
-use super::{Align, Block, Figure, Page, Section, Table, Tone};
+use super::{Align, Figure, Page, PageBlock, Section, Table, Tone};
 use crate::campaign::Kind;
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
@@ -12,7 +12,7 @@ use crate::report::foresight_table::some_of;
 use crate::report::plan_better::{
     apart, cost_limit, equal_effort, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
 };
-use crate::report::plan_table::{judged_at, lacking as lacking_value, nowhere, through_tilts, work_of};
+use crate::report::plan_words::{judged_at, lacking as lacking_value, nowhere, through_tilts, work_of};
 use crate::report::plot::{Spot, positions};
 use crate::report::table::significant;
 use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
@@ -70,7 +70,7 @@ pub fn plan_page(
     if let Some(effects) = &last.effects {
         page = page.section(effects_section(effects, improved.is_some(), lang));
     }
-    Ok(page.section(Section::new(say!(lang, "model-and-noise")).block(Block::Facts(facts))))
+    Ok(page.section(Section::new(say!(lang, "model-and-noise")).block(PageBlock::Facts(facts))))
 }
 
 fn cell(value: Option<f64>) -> String {
@@ -187,6 +187,7 @@ fn map(campaign: &Campaign, report: &PlanReport, candidates: Option<&Readings>, 
     let spots = |list: &mut dyn Iterator<Item = PositionReport>| {
         let mut count: BTreeMap<(i64, i64), Spot> = BTreeMap::new();
         for position in list {
+            // one joint alone: all on a line
             let (Some(x), y) = (at(&position, across), at(&position, up).unwrap_or(0.0)) else { continue };
             let key = (number::whole_i64(x * 1e6), number::whole_i64(y * 1e6));
             count.entry(key).or_insert(Spot { x, y, readings: 0 }).readings += 1;

@@ -1,0 +1,39 @@
+//! The effects that a diagnosis or a plan tries: the built-in catalogue, after a user's own.
+
+use super::files;
+use crate::diagnosis::Effect;
+use crate::error::{Malformed, Result};
+use crate::wire::{self, Source};
+use std::path::Path;
+
+/// Effects that are tried.
+pub(super) struct Catalogue {
+    pub effects: Vec<Effect>,
+    /// The user's own file.
+    own: Option<Source>,
+}
+
+impl Catalogue {
+    /// The user's effects first, so that their names stand where both have the same term.
+    pub fn new(own: Option<Source>) -> Result<Self> {
+        let mut effects = match &own {
+            Some(source) => wire::read_effects(source)?,
+            None => Vec::new(),
+        };
+        effects.extend(wire::built_in_effects()?);
+        Ok(Catalogue { effects, own })
+    }
+
+    /// The place of an error: the user's catalogue where it is about an effect, else the campaign.
+    pub fn locate(&self, error: Malformed, campaign: &Source) -> Malformed {
+        match &self.own {
+            Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
+            _ => wire::locate(error, campaign),
+        }
+    }
+}
+
+/// The built-in catalogue, after a user's own.
+pub(super) fn catalogue(path: Option<&Path>) -> Result<Catalogue> {
+    Catalogue::new(path.map(files::read).transpose()?)
+}

@@ -1,0 +1,123 @@
+//! What a fit says for correcting readings.
+
+use super::calibration::{CalibratedLine, Calibration, Mounting, Span};
+use super::choose::choose;
+use crate::bench::Link;
+use crate::campaign::{Campaign, Role};
+use crate::elements::{Elements, Parts};
+use crate::fit::{Fit, State};
+use crate::language::sentence;
+use nalgebra::{Rotation3, Unit};
+
+impl Calibration {
+    /// What a fit says for correcting readings.
+    ///
+    /// ```
+    /// use tumble::{correction::{Calibration, Corrector}, fit, wire};
+    /// let text = r#"{ "bench": { "id": "b", "chain": [ {"joint": "t", "about": "x"} ],
+    ///       "sensors": { "V": { "axes": {"I": "z"}, "model": "V0 + k*a_I + q*a_I^2" } } },
+    ///     "known": { "q": { "value": 0.125 } }, "estimate": { "V0": {}, "k": {} },
+    ///     "readings": [ {"t_deg": 0, "V": 2.625}, {"t_deg": 90, "V": 0.5}, {"t_deg": 180, "V": -1.375} ] }"#;
+    /// let source = wire::Source { name: "b".into(), text: text.into() };
+    /// let campaign = wire::read_campaign(&source, &mut |_| unreachable!())?;
+    /// let calibration = Calibration::of(&fit::fit(&campaign, &fit::Settings::default())?);
+    /// // V0 = 0.5 and k = 2: a reading of 2.625 is 1 g, by the exact line
+    /// let corrected = Corrector::new(&calibration)?.correct(&[2.625], &[]);
+    /// assert!((corrected.inputs[0] - 1.0).abs() < 1e-14);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn of(fit: &Fit) -> Self {
+        let campaign = &fit.campaign;
+        let (mut lines, mut left_out) = (Vec::new(), Vec::new());
+        for sensor in &campaign.bench.sensors {
+            let not_estimable: Vec<&str> = sensor
+                .model
+                .names()
+                .into_iter()
+                .filter(|name| fit.parameters.iter().any(|p| p.id == *name && p.state == State::NotEstimable))
+                .collect();
+            if not_estimable.is_empty() {
+                lines.push(CalibratedLine {
+                    sensor: sensor.id.clone(),
+                    unit: sensor.unit.clone(),
+                    axes: sensor.axes.clone(),
+                    model: sensor.model.clone(),
+                });
+            } else {
+                left_out
+                    .push((sensor.id.clone(), sentence!("left-out-not-estimable", names = not_estimable.join(", "))));
+            }
+        }
+        let used: Vec<usize> = (0..campaign.parameters.len())
+            .filter(|k| {
+                let id = campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
+                lines.iter().any(|line| line.model.names().contains(&id))
+            })
+            .collect();
+        let mut calibration = Calibration {
+            rate_unit: campaign.bench.units.rate,
+            force_unit: campaign.bench.units.force,
+            lines,
+            left_out,
+            inputs: Vec::new(),
+            parameters: used.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
+            values: used.iter().map(|k| fit.point.at(*k)).collect(),
+            covariance: if fit.noise.determined { covariance(fit, &used) } else { Vec::new() },
+            mounting: mounting(fit),
+            span: span(campaign),
+        };
+        choose(&mut calibration, campaign);
+        calibration
+    }
+}
+
+/// Covariance of the parameters with these indices: estimated ones, known ones with their uncertainty, and both together.
+///
+/// `cov(x, p) = (dx/dp) u(p)^2` for a known input p.
+fn covariance(fit: &Fit, used: &[usize]) -> Vec<Vec<f64>> {
+    let unknowns = fit.campaign.unknowns();
+    let known_of = |k: usize| fit.known_sensitivities.iter().find(|(parameter, ..)| *parameter == k);
+    let through = |k: usize, j: usize| known_of(k).map_or(0.0, |(_, known, c)| c.at(j) * known.u * known.u);
+    let element = |i: usize, j: usize| match (i < unknowns, j < unknowns) {
+        (true, true) if i < fit.covariance.nrows() && j < fit.covariance.ncols() => fit.covariance[(i, j)],
+        (true, false) => through(j, i),
+        (false, true) => through(i, j),
+        (false, false) if i == j => known_of(i).map_or(0.0, |(_, known, _)| known.u * known.u),
+        _ => 0.0,
+    };
+    used.iter().map(|i| used.iter().map(|j| element(*i, *j)).collect()).collect()
+}
+
+/// The tilts after the last joint as a rotation; `None` where none of them is known or estimated.
+fn mounting(fit: &Fit) -> Option<Mounting> {
+    let campaign = &fit.campaign;
+    let chain = &campaign.bench.chain;
+    let after = chain.iter().rposition(|link| matches!(link, Link::Joint { .. })).map_or(0, |k| k + 1);
+    let last = chain.part(after..);
+    let mut rotation_ms = Rotation3::identity();
+    let (mut tilts, mut missing) = (Vec::new(), Vec::new());
+    for link in last {
+        let Link::Tilt { name, about, .. } = link else { continue };
+        let index = campaign.parameter_index(name)?;
+        if campaign.parameters.get(index).is_none_or(|p| p.role == Role::AssumedZero) {
+            continue;
+        }
+        tilts.push(name.clone());
+        if fit.parameters.get(index).is_some_and(|p| p.state == State::NotEstimable) {
+            missing.push(name.clone());
+        }
+        let angle = fit.point.at(index);
+        rotation_ms *= Rotation3::from_axis_angle(&Unit::new_unchecked(about.unit()), angle);
+    }
+    (!tilts.is_empty()).then(|| Mounting { tilts, missing, rotation: *rotation_ms.matrix() })
+}
+
+fn span(campaign: &Campaign) -> Span {
+    let bench = &campaign.bench;
+    let turning = |reading: &crate::campaign::Reading| reading.joints.iter().map(|j| j.rate_deg_s().abs()).sum::<f64>();
+    let fastest = campaign.readings.rows.iter().map(turning).fold(0.0, f64::max);
+    Span {
+        rate: fastest * bench.units.rate.per_deg_s() + bench.earth_rate().norm(),
+        force: bench.specific_force().norm(),
+    }
+}

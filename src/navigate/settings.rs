@@ -1,0 +1,68 @@
+//! Every threshold of a diagnosis of measured navigation errors: what it means, its default, and where that comes from.
+
+use crate::diagnosis;
+
+/// How to diagnose measured navigation errors: what a diagnosis of a campaign is told, and what navigation has beside it.
+///
+/// The defaults were calibrated by the seeded experiments of `tests/navigation`, which print their tables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Significance, its shares, probability, what is not told apart: as for a campaign.
+    pub common: diagnosis::Settings,
+    /// Plausibility penalty of one rank of the causes, in variances of the noise. Default 2: a nat; biases come before scale factors, these before
+    /// what changes in time.
+    pub rank_penalty: f64,
+    /// The same of a cause whose size no navigator's unit has. Default 5.
+    pub absurd_penalty: f64,
+    /// An error that even at its largest size stays below so many standard deviations cannot be seen, and is no candidate. Default 5.
+    pub unseen: f64,
+    /// Causes of a set at most. Default 16: all biases, the start and a few more.
+    pub causes: usize,
+    /// of them such as change in time or are the reference's. Default 3: more of them build any course of time.
+    pub changing: usize,
+    /// Largest share of the rows that single wrong values may make up. Default 0.05.
+    pub singles: f64,
+    /// What a single wrong value costs beside the penalty of a cause, in variances of the noise. Default 4.
+    pub single_penalty: f64,
+    /// A value whose bend against its neighbours in time is so many times their usual one stands out. Default 8: robust standard deviations of a
+    /// second difference.
+    pub stands_out: f64,
+    /// Share of the significance at which a value is out of its own standard uncertainty where noise alone is left. Default 0.1.
+    pub single_share: f64,
+    /// Standard deviations by which innovations of a channel may differ from their size, or remember one another, beside a random walk. Default
+    /// 4.5: none of some hundred tests in a hundred diagnoses.
+    pub white: f64,
+    /// A motion tells a cause from its alias where it leaves so many standard deviations of it. Default 5.
+    pub tells: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            common: diagnosis::Settings::default(),
+            rank_penalty: 2.0,
+            absurd_penalty: 5.0,
+            unseen: 5.0,
+            causes: 16,
+            changing: 3,
+            singles: 0.05,
+            single_penalty: 4.0,
+            stands_out: 8.0,
+            single_share: 0.1,
+            white: 4.5,
+            tells: 5.0,
+        }
+    }
+}
+
+impl Settings {
+    /// The defaults at another significance.
+    ///
+    /// ```
+    /// let settings = tumble::navigate::settings::Settings::at(0.05);
+    /// assert_eq!((settings.common.significance, settings.rank_penalty), (0.05, 2.0));
+    /// ```
+    pub fn at(significance: f64) -> Self {
+        Settings { common: diagnosis::Settings::at(significance), ..Settings::default() }
+    }
+}

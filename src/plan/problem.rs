@@ -1,0 +1,87 @@
+//! What an exchange is to make best, of what, and a design that it has found.
+
+use super::blocks::Blocks;
+use super::combinations::Combinations;
+use super::prices::Prices;
+
+/// What the exchange makes small, in the coordinates of the blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Objective {
+    /// `-log det M`: D.
+    Determinant,
+    /// `tr(W M^-1)`, `W` symmetric and row by row: A, and c with `W = c c'`.
+    Trace(Vec<f64>),
+    /// The largest `x' M^-1 x` over all rows of these blocks: G.
+    Largest(Blocks),
+    /// The largest eigenvalue of `T M^-1 T'`: E.
+    Eigenvalue(Combinations),
+}
+
+/// The exchange problem.
+#[derive(Debug, Clone)]
+pub(super) struct Problem<'a> {
+    /// What may be chosen.
+    pub blocks: &'a Blocks,
+    /// Information of what is kept, row by row.
+    pub base: &'a [f64],
+    /// What is made small.
+    pub objective: &'a Objective,
+    /// How many blocks are chosen.
+    pub choose: usize,
+    /// How often one candidate may be chosen.
+    pub most_repeats: usize,
+    /// For coordinate exchange: candidates that differ from each in one coordinate; empty for Fedorov's exchange.
+    pub neighbours: &'a [Vec<usize>],
+    /// Prices that exchanges must keep to, where there is a budget instead of a number.
+    pub prices: Option<&'a Prices>,
+}
+
+/// A chosen design.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Design {
+    /// Candidates, sorted, with repeats.
+    pub chosen: Vec<usize>,
+    /// The objective's value after a fresh factorisation.
+    pub value: f64,
+    /// Multiplications that were spent on it, roughly.
+    pub effort: f64,
+}
+
+/// An exchange must improve the criterion by this share to be made: less is rounding, and could go round in a circle.
+pub(super) const WORTH: f64 = 1e-9;
+
+/// More sweeps than this have never been needed.
+pub(super) const SWEEPS: usize = 200;
+
+/// A list longer than this is counted before it is summed.
+const LONG: usize = 40;
+
+/// Every candidate of a list, and how often it stands there.
+pub(super) fn counted(chosen: &[usize]) -> Vec<(usize, u32)> {
+    let mut sorted = chosen.to_vec();
+    sorted.sort_unstable();
+    let mut counts: Vec<(usize, u32)> = Vec::new();
+    for j in sorted {
+        match counts.last_mut() {
+            Some((last, times)) if *last == j => *times += 1,
+            _ => counts.push((j, 1)),
+        }
+    }
+    counts
+}
+
+/// `M`, for a list of chosen candidates.
+pub(super) fn information(blocks: &Blocks, base: &[f64], chosen: &[usize]) -> Vec<f64> {
+    let (mut m, mut x) = (base.to_vec(), Vec::new());
+    if chosen.len() > LONG {
+        // one sum for each candidate, however often it is chosen
+        for (j, times) in counted(chosen) {
+            (0..blocks.rows()).for_each(|r| blocks.add_row(&mut m, f64::from(times), j, r, &mut x));
+        }
+        return m;
+    }
+    for j in chosen {
+        (0..blocks.rows()).for_each(|r| blocks.add_row(&mut m, 1.0, *j, r, &mut x));
+    }
+    m
+}

@@ -1,0 +1,120 @@
+//! Words of a plan that its tables and its pages share.
+
+use super::table::significant;
+use super::wrap::hanging;
+use super::{
+    JudgementReport, LackingReport, NotEstimableReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
+};
+use crate::language::{Language, say};
+use crate::plan::PointSource;
+use std::collections::BTreeMap;
+
+pub(super) fn number(value: Option<f64>) -> String {
+    value.map_or("-".into(), |v| significant(v, 3))
+}
+
+/// The point at which schedules are judged, in words: values with their source, then what stands at zero.
+pub(super) fn judged_at(point: &[PointReport], lang: Language) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    let mut zero: Vec<&str> = Vec::new();
+    for value in point {
+        let (number, unit) = match value.arcsec {
+            Some(arcsec) => (arcsec, "arcsec"),
+            None => (value.value, value.unit.as_str()),
+        };
+        match value.from {
+            PointSource::Zero => zero.push(&value.id),
+            from => {
+                let from = lang.term("point-from", &from.to_string());
+                parts.push(format!("{} = {} {unit} ({from})", value.id, significant(number, 4)).replace("  ", " "));
+            }
+        }
+    }
+    match (zero.len(), parts.is_empty()) {
+        (0, _) => {}
+        (_, true) => parts.push(say!(lang, "zero-no-parameter-has-a-start-prior").into()),
+        (1..=6, _) => parts.push(format!("{} = 0", zero.join(", "))),
+        (count, _) => parts.push(say!(lang, "plan-table-others", count = count.to_string())),
+    }
+    parts.join(", ")
+}
+
+/// What needs a value, in one sentence.
+pub(super) fn lacking(lacking: &LackingReport, lang: Language) -> String {
+    let needs = lacking.needs.join(", ");
+    let first = lacking.needs.first().map_or("", String::as_str);
+    let untold = lacking.untold.join(", ");
+    say!(lang, "uncertainty-depends-on-a-value", untold, needs, first)
+}
+
+pub(super) fn work(judgement: &JudgementReport, lang: Language) -> String {
+    work_of(&judgement.work, lang)
+}
+
+pub(super) fn work_of(w: &WorkReport, lang: Language) -> String {
+    say!(
+        lang,
+        "in-with-cost",
+        readings = lang.count(w.readings, "reading"),
+        mountings = lang.count(w.mountings, "mounting"),
+        rate_changes = lang.count(w.rate_changes, "rate-change"),
+        cost = significant(w.cost, 4)
+    )
+}
+
+/// What a drift over the run does.
+pub(super) fn drift(j: &JudgementReport, lang: Language) -> String {
+    j.drift.map_or(String::new(), |drift| {
+        let line = say!(lang, "a-drift-of-one-standard-deviation-over", drift = significant(drift, 2));
+        format!("{}\n", hanging(&line, 2))
+    })
+}
+
+/// What known inputs do through the tilts, in one sentence.
+pub(super) fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> String {
+    let (u, unit) = match through.u_arcsec {
+        Some(arcsec) => (arcsec, " arcsec"),
+        None => (through.u, ""),
+    };
+    let ThroughTiltsReport { known, parameter, tilts_arcsec, .. } = through;
+    let (u, tilts) = (significant(u, 2), significant(*tilts_arcsec, 3));
+    match through.counted {
+        true => say!(lang, "counted-above-with-tilts-of-arcsec-the", tilts, known, u, unit, parameter),
+        false => say!(lang, "not-counted-the-uncertainty-of-acts-through", known, tilts, u, unit, parameter),
+    }
+}
+
+/// Why no position separates what is not estimable: none of the bench does, or the candidates hold a column at one value.
+pub(super) fn nowhere(frozen: &BTreeMap<String, f64>, lang: Language) -> String {
+    let held: Vec<String> = frozen.iter().map(|(column, value)| format!("{column} = {value}")).collect();
+    match held.is_empty() {
+        true => say!(lang, "no-position-of-this-bench-would-separate-2").into(),
+        false => say!(lang, "no-candidate-would-separate-it-but-all", held = held.join(", ")),
+    }
+}
+
+pub(super) fn defects(
+    list: &[NotEstimableReport],
+    what: impl Fn(&str) -> String,
+    nowhere: &str,
+    lang: Language,
+) -> String {
+    let mut text = String::new();
+    for defect in list {
+        let mut clauses = vec![what(&defect.text)];
+        let instead: Vec<&str> = defect.estimable.iter().map(|c| c.text.as_str()).collect();
+        if !instead.is_empty() {
+            clauses.push(say!(lang, "determined-instead-2", instead = instead.join(", ")));
+        }
+        clauses.push(match &defect.separate_by {
+            Some(position) => say!(lang, "separated-by", position = keys(position)),
+            None => nowhere.to_string(),
+        });
+        text.push_str(&format!("{}\n", hanging(&clauses.join(lang.semicolon()), 2)));
+    }
+    text
+}
+
+pub(super) fn keys(position: &PositionReport) -> String {
+    position.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+}

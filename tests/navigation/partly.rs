@@ -1,0 +1,174 @@
+//! Navigation errors beside something outside the catalogue: what can be named is named, nothing is named for what has no name. Seeded experiments
+//! that print their tables; `TUMBLE_SEED` draws others, `TUMBLE_TRIALS` so many of them.
+use crate::draws::long;
+use crate::laws::{U, at_rest, changing, flown, measured, mission, names, seed, swing, times, trials, uniform};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use tumble::diagnosis::Verdict;
+use tumble::navigate::diagnose::{NavigationDiagnosis, diagnose};
+use tumble::navigate::errors::{ErrorSource, ImuErrors};
+use tumble::navigate::measured::Channels;
+use tumble::navigate::mission::Mission;
+use tumble::navigate::motion::Motion;
+use tumble::navigate::settings::Settings;
+
+const BIASES: [&str; 5] = ["gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "accelerometer_bias_x", "accelerometer_bias_y"];
+
+/// Patterns that no cause of the catalogue makes: in one or two channels of the reference, or a bias that goes up and down.
+fn outside(mission: &Mission, times: &[f64], kind: u64, random: &mut Pcg64Mcg) -> Vec<Channels> {
+    let channel = (uniform(random) * 7.0) as usize;
+    let other = (channel + 1 + (uniform(random) * 6.0) as usize) % 7;
+    let size = 3.0 * 10f64.powf(uniform(random));
+    let period = 1000.0 * 10f64.powf(uniform(random));
+    let phase = std::f64::consts::TAU * uniform(random);
+    let keep = (-97.3 / (600.0 * 6f64.powf(uniform(random)))).exp();
+    let mut states = [0.0; 2];
+    let wave = move |time: f64| (std::f64::consts::TAU * time / period + phase).sin();
+    if kind == 3 {
+        let source = ErrorSource::named(BIASES[(uniform(random) * 5.0) as usize]).unwrap();
+        let truth = changing(mission, &source, times, &wave);
+        let squares = |z: &Channels| z.iter().zip(U).map(|(z, u)| (z / u) * (z / u) / 7.0).sum::<f64>();
+        let rms = (truth.iter().map(squares).sum::<f64>() / truth.len() as f64).sqrt();
+        return truth.iter().map(|z| z.map(|v| v * size / rms)).collect();
+    }
+    let normal = |random: &mut Pcg64Mcg| -> f64 { StandardNormal.sample(random) };
+    let mut one = |time: f64| -> [f64; 2] {
+        match kind {
+            0 => [wave(time), 0.0],
+            1 => [wave(time).signum(), 0.0],
+            2 => {
+                let fresh = (1.0 - keep * keep).sqrt();
+                states = states.map(|s| keep * s + fresh * normal(random));
+                states
+            }
+            _ => [normal(random), normal(random)],
+        }
+    };
+    let at = |time: &f64| {
+        let [a, b] = one(*time);
+        std::array::from_fn(|c| match c {
+            c if c == channel => size * U[c] * a,
+            c if c == other => size * U[c] * b,
+            _ => 0.0,
+        })
+    };
+    times.iter().map(at).collect()
+}
+
+/// A bias that goes up and down moves all channels as errors of the start do, and is followed by a random walk: its names are printed, not judged.
+const WAVING: usize = 3;
+const KINDS: [&str; 5] = ["wave", "square wave", "correlated noise", "bias that waves", "noise larger than stated"];
+
+/// Standard deviation of an estimate of one error, of a unit column, beside a pattern whose stretches of twelve rows of a channel are independent.
+fn spread(column: &[Channels], pattern: &[Channels]) -> f64 {
+    let square: f64 = column.iter().flat_map(|z| z.iter().zip(U)).map(|(c, u)| (c / u) * (c / u)).sum();
+    let mut between = 0.0;
+    for channel in 0..7 {
+        for (c, p) in column.chunks(12).zip(pattern.chunks(12)) {
+            let sum: f64 = c.iter().zip(p).map(|(c, p)| c[channel] * p[channel] / (U[channel] * U[channel])).sum();
+            between += sum * sum;
+        }
+    }
+    (1.0 / square + between / (square * square)).sqrt()
+}
+
+/// So many of `n` at a share, less or more three standard deviations of so few trials.
+fn at_least(share: f64, n: usize) -> f64 {
+    n as f64 * share - 3.0 * (n as f64 * share * (1.0 - share)).sqrt()
+}
+
+fn at_most(share: f64, n: usize) -> f64 {
+    n as f64 - at_least(1.0 - share, n)
+}
+
+/// Is there a finding that is not the hidden error, and does not hold it among its aliases?
+fn is_wrong(found: &NavigationDiagnosis, hidden: Option<&str>) -> bool {
+    let holds = |f: &tumble::navigate::diagnose::Finding| {
+        hidden.is_some_and(|id| f.source.id() == id || f.aliases.iter().any(|a| a.source.id() == id))
+    };
+    found.findings.iter().any(|f| !holds(f))
+}
+
+#[test]
+fn laws_an_error_is_named_beside_what_has_no_name() {
+    let (mut all_stand, mut all_named, mut all_wrong, mut all) = (0, 0, 0, 0);
+    let motions: &[(&str, fn() -> Motion)] = &[("static", at_rest), ("swing", swing)];
+    for (motion, make) in motions.iter().take(if long() { 2 } else { 1 }) {
+        let mission = mission(make());
+        let times = times(&mission);
+        for (kind, name) in KINDS.iter().enumerate() {
+            let outcomes: Vec<(bool, bool, bool, String)> = (0..trials(1, 40))
+                .into_par_iter()
+                .map(|trial| {
+                    let mut random = seed(600 + 10 * trial + kind as u64);
+                    let pattern = outside(&mission, &times, kind as u64, &mut random);
+                    let id = BIASES[trial as usize % 5];
+                    let source = ErrorSource::named(id).unwrap();
+                    let unit = 1e-3 * source.si_per_unit();
+                    let column = flown(&mission, &ImuErrors::single(source, unit), &times);
+                    let factor = 4.0 * 25f64.powf(uniform(&mut random));
+                    let errors = ImuErrors::single(source, unit * factor * spread(&column, &pattern));
+                    let mut truth = flown(&mission, &errors, &times);
+                    truth.iter_mut().zip(&pattern).for_each(|(z, p)| z.iter_mut().zip(p).for_each(|(z, p)| *z += p));
+                    let found =
+                        diagnose(&mission, &measured(&times, &truth, &mut random), &Settings::default()).unwrap();
+                    let named = found
+                        .findings
+                        .iter()
+                        .any(|f| f.source.id() == id || f.aliases.iter().any(|a| a.source.id() == id));
+                    let wrong = is_wrong(&found, Some(id));
+                    let text = format!("{id} at {factor:.0}: {} {:?}", found.verdict.name(), names(&found));
+                    (factor >= 8.0, named, wrong, text)
+                })
+                .collect();
+            let stand = outcomes.iter().filter(|own| own.0).count();
+            let named = outcomes.iter().filter(|own| own.0 && own.1).count();
+            let wrong = outcomes.iter().filter(|own| own.2).count();
+            println!(
+                "one bias beside, {motion:6} {name:26} named {named:3} of {stand:3} that stand at 8, wrong names in {wrong} of {}",
+                outcomes.len()
+            );
+            outcomes.iter().filter(|o| o.2 || (o.0 && !o.1)).take(8).for_each(|o| println!("      {}", o.3));
+            if kind != WAVING {
+                (all_stand, all_named, all_wrong, all) =
+                    (all_stand + stand, all_named + named, all_wrong + wrong, all + outcomes.len());
+            }
+        }
+    }
+    println!(
+        "one bias beside, without biases that wave: named {all_named} of {all_stand}, wrong names in {all_wrong} of {all}"
+    );
+    assert!(all_named as f64 >= at_least(0.9, all_stand) && all_wrong as f64 <= at_most(0.05, all));
+}
+
+#[test]
+fn laws_what_has_no_name_is_not_named() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    let (mut all_wrong, mut all_quiet, mut all) = (0, 0, 0);
+    for (kind, name) in KINDS.iter().enumerate() {
+        let outcomes: Vec<(bool, bool, String)> = (0..trials(1, 60))
+            .into_par_iter()
+            .map(|trial| {
+                let mut random = seed(700 + 10 * trial + kind as u64);
+                let pattern = outside(&mission, &times, kind as u64, &mut random);
+                let found = diagnose(&mission, &measured(&times, &pattern, &mut random), &Settings::default()).unwrap();
+                let quiet = found.verdict == Verdict::NothingMissing;
+                (is_wrong(&found, None), quiet, format!("{} {:?}", found.verdict.name(), names(&found)))
+            })
+            .collect();
+        let wrong = outcomes.iter().filter(|own| own.0).count();
+        let quiet = outcomes.iter().filter(|own| own.1).count();
+        println!("outside alone, {name:26} wrong names in {wrong} of {}, nothing missing in {quiet}", outcomes.len());
+        outcomes.iter().filter(|o| o.0 || o.1).take(8).for_each(|o| println!("      {}", o.2));
+        all_quiet += quiet;
+        if kind != WAVING {
+            (all_wrong, all) = (all_wrong + wrong, all + outcomes.len());
+        }
+    }
+    println!(
+        "outside alone, without biases that wave: wrong names in {all_wrong} of {all}, nothing missing in {all_quiet}"
+    );
+    assert!(all_wrong as f64 <= at_most(0.05, all) && all_quiet == 0);
+}
