@@ -4,9 +4,10 @@
 
 use crate::function::{Fit, own};
 use crate::question::Question;
-use ballista_core::serde::{BallistaLogicalExtensionCodec, BallistaPhysicalExtensionCodec};
+use ballista::prelude::SessionContextExt;
 use ballista_core::config::TaskSchedulingPolicy;
 use ballista_core::extension::SessionConfigExt;
+use ballista_core::serde::{BallistaLogicalExtensionCodec, BallistaPhysicalExtensionCodec};
 use ballista_executor::executor_process::{ExecutorProcessConfig, start_executor_process};
 use ballista_scheduler::cluster::BallistaCluster;
 use ballista_scheduler::config::SchedulerConfig;
@@ -18,11 +19,13 @@ use datafusion::datasource::file_format::FileFormatFactory;
 use datafusion::execution::{SessionStateBuilder, TaskContext};
 use datafusion::logical_expr::{AggregateUDF, Extension, LogicalPlan, ScalarUDF, WindowUDF};
 use datafusion::physical_plan::ExecutionPlan;
-use datafusion::prelude::{SessionConfig, SessionContext};
+use datafusion::prelude::{DataFrame, SessionConfig, SessionContext};
+use datafusion::sql::parser::Statement;
+use datafusion::sql::sqlparser::ast::{ObjectName, ObjectNamePart, visit_relations_mut};
 use datafusion_proto::logical_plan::LogicalExtensionCodec;
 use datafusion_proto::physical_plan::{PhysicalExtensionCodec, PhysicalProtoConverterExtension};
-use ballista::prelude::SessionContextExt;
 use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Our functions with their campaign and columns; everything else as Ballista sends it.
@@ -75,7 +78,12 @@ impl LogicalExtensionCodec for Codec {
     ) -> Result<Arc<dyn TableProvider>> {
         self.logical.try_decode_table_provider(buf, table, schema, ctx)
     }
-    fn try_encode_table_provider(&self, table: &TableReference, node: Arc<dyn TableProvider>, buf: &mut Vec<u8>) -> Result<()> {
+    fn try_encode_table_provider(
+        &self,
+        table: &TableReference,
+        node: Arc<dyn TableProvider>,
+        buf: &mut Vec<u8>,
+    ) -> Result<()> {
         self.logical.try_encode_table_provider(table, node, buf)
     }
     fn try_decode_file_format(&self, buf: &[u8], ctx: &TaskContext) -> Result<Arc<dyn FileFormatFactory>> {
@@ -211,4 +219,32 @@ pub async fn client(url: &str, config: SessionConfig, question: &Question) -> cr
     let ctx = SessionContext::remote_with_state(url, state).await?.enable_url_table();
     crate::register(&ctx, question)?;
     Ok(ctx)
+}
+
+/// A query on a cluster.
+///
+/// A table that is a file of the working folder, `FROM 'readings.csv'`, is sent as `./readings.csv`: Ballista's messages take a name with a point and
+/// without a slash for that of a table in a schema.
+///
+/// # Errors
+///
+/// What DataFusion says of the query.
+pub async fn query(ctx: &SessionContext, sql: &str) -> Result<DataFrame> {
+    let state = ctx.state();
+    let dialect = state.config().options().sql_parser.dialect;
+    let mut statement = state.sql_to_statement(sql, &dialect)?;
+    if let Statement::Statement(own) = &mut statement {
+        let _ = visit_relations_mut(own, |name: &mut ObjectName| {
+            if let [ObjectNamePart::Identifier(file)] = name.0.as_mut_slice()
+                && file.quote_style.is_some()
+                && file.value.contains('.')
+                && !file.value.contains('/')
+            {
+                file.value.insert_str(0, "./");
+            }
+            ControlFlow::<()>::Continue(())
+        });
+    }
+    let plan = state.statement_to_plan(statement).await?;
+    ctx.execute_logical_plan(plan).await
 }

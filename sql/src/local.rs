@@ -48,7 +48,8 @@ impl Local {
         for (k, pair) in rest.chunks_exact(2).enumerate() {
             let work = local.folder.join(k.to_string());
             std::fs::create_dir_all(&work).map_err(|error| failed(&work.display().to_string(), error))?;
-            let text = [pair[0].to_string(), pair[1].to_string(), threads.max(1).to_string(), work.display().to_string()];
+            let text =
+                [pair[0].to_string(), pair[1].to_string(), threads.max(1).to_string(), work.display().to_string()];
             let [flight, grpc, threads, work] = &text;
             let arguments =
                 ["executor", "--scheduler", &scheduler, "--threads", threads, "--work", work, "--ports", flight, grpc];
@@ -73,7 +74,8 @@ impl Local {
     ///
     /// There is no such executor, or the system does not end it.
     pub fn kill(&mut self, executor: usize) -> Result<()> {
-        let own = self.processes.get_mut(executor + 1).ok_or_else(|| Error::Question(format!("no executor {executor}")))?;
+        let own =
+            self.processes.get_mut(executor + 1).ok_or_else(|| Error::Question(format!("no executor {executor}")))?;
         let ended = own.child.kill().and_then(|()| own.child.wait());
         ended.map(|_| ()).map_err(|error| Error::Question(format!("executor {executor}: {error}")))
     }

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use datafusion::execution::SessionStateBuilder;
-use datafusion::prelude::{SessionConfig, SessionContext};
+use datafusion::prelude::{DataFrame, SessionConfig, SessionContext};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -79,10 +79,10 @@ fn run(arguments: &Arguments) -> Result<()> {
     #[cfg(feature = "cluster")]
     let remote = remote.or_else(|| arguments.scheduler.as_ref().map(|own| format!("df://{own}")));
     #[cfg(not(feature = "cluster"))]
-    let remote = None;
+    let remote: Option<String> = None;
     let (schema, batches) = runtime.block_on(async {
         let ctx = session(remote.as_deref(), config, &question).await?;
-        let frame = ctx.sql(&arguments.sql).await?;
+        let frame = frame(&ctx, &arguments.sql, remote.is_some()).await?;
         let schema = std::sync::Arc::new(frame.schema().as_arrow().clone());
         Ok::<_, Error>((schema, frame.collect().await?))
     })?;
@@ -118,6 +118,16 @@ async fn session(remote: Option<&str>, config: SessionConfig, question: &Questio
     let ctx = SessionContext::new_with_state(state).enable_url_table();
     tumble_sql::register(&ctx, question)?;
     Ok(ctx)
+}
+
+/// A query of a session.
+async fn frame(ctx: &SessionContext, sql: &str, remote: bool) -> Result<DataFrame> {
+    #[cfg(feature = "cluster")]
+    if remote {
+        return Ok(tumble_sql::cluster::query(ctx, sql).await?);
+    }
+    debug_assert!(!remote, "a cluster needs its feature");
+    Ok(ctx.sql(sql).await?)
 }
 
 /// Scheduler and executors; their program stands beside this one.

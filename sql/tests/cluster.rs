@@ -33,7 +33,8 @@ async fn run(kill: bool) {
     let mut local = Local::start(Path::new(env!("CARGO_BIN_EXE_tumble-sql-node")), 2, 1, 6).expect("a cluster");
     let config = SessionConfig::new().with_target_partitions(24).with_batch_size(97);
     let ctx = tumble_sql::cluster::client(&local.url(), config, &question()).await.expect("a client");
-    let sql = format!("SELECT serial, tumble_fit() AS fit FROM '{}/*.parquet' GROUP BY serial", folder.path().display());
+    let sql =
+        format!("SELECT serial, tumble_fit() AS fit FROM '{}/*.parquet' GROUP BY serial", folder.path().display());
     let frame = ctx.sql(&sql).await.expect("a query");
     let work = tokio::spawn(frame.collect());
     if kill {
@@ -47,6 +48,34 @@ async fn run(kill: bool) {
     let found = work.await.expect("no panic").expect("rows");
     let [worst, squares] = compare(&found, &by_fleet(&readings()), 1e-12);
     println!("killed: {kill}; worst relative difference {worst:.1e}, of chi-square and residual_sd {squares:.1e}");
+}
+
+/// The program itself: a file of the working folder, on executors of its own, is what one process says of it.
+#[test]
+fn the_program_starts_a_cluster_of_its_own() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/26-production-line");
+    let rows = |more: &[&str]| {
+        let run = std::process::Command::new(env!("CARGO_BIN_EXE_tumble-sql"))
+            .current_dir(&example)
+            .args(["--campaign", "line.campaign.json"])
+            .args(more)
+            .arg("SELECT serial, f.verdict, f.kI, f.kI_u FROM (SELECT serial, tumble_fit() AS f FROM 'readings.csv' GROUP BY serial) ORDER BY serial")
+            .output()
+            .expect("a run");
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        String::from_utf8(run.stdout).expect("text")
+    };
+    let (alone, cluster) = (rows(&[]), rows(&["--cluster", "2"]));
+    assert_eq!(alone.lines().count(), 41);
+    for (a, b) in alone.lines().zip(cluster.lines()) {
+        for (a, b) in a.split(',').zip(b.split(',')) {
+            match (a.parse::<f64>(), b.parse::<f64>()) {
+                (Ok(a), Ok(b)) => assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} {b}"),
+                _ => assert_eq!(a, b),
+            }
+        }
+    }
+    assert_eq!(alone.lines().count(), cluster.lines().count());
 }
 
 #[tokio::test(flavor = "multi_thread")]

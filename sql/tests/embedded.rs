@@ -3,7 +3,7 @@
 mod common;
 
 use common::{CAMPAIGN, Draws, Reading, by_fleet, compare, question, readings, write};
-use datafusion::arrow::array::{Array, ArrayRef, AsArray, Float64Array, RecordBatch};
+use datafusion::arrow::array::{ArrayRef, AsArray, Float64Array, RecordBatch};
 use datafusion::arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema};
 use datafusion::prelude::{SessionConfig, SessionContext};
 use std::sync::Arc;

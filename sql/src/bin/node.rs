@@ -45,22 +45,26 @@ enum Role {
 
 fn main() -> ExitCode {
     let Arguments { role, host } = Arguments::parse();
-    let done = tokio::runtime::Builder::new_multi_thread().enable_all().build().map_err(|error| error.to_string()).and_then(|runtime| {
-        runtime.block_on(async {
-            match role {
-                Role::Scheduler { port, timeout } => {
-                    cluster::scheduler(&host, port, timeout).await.map_err(|error| error.to_string())
-                }
-                Role::Executor { scheduler, ports, threads, work } => {
-                    let address = scheduler.rsplit_once(':').and_then(|(host, port)| Some((host, port.parse().ok()?)));
-                    let address = address.ok_or(format!("'{scheduler}' is no HOST:PORT"))?;
-                    let [flight, grpc] = ports[..] else { return Err("two ports are needed".to_string()) };
-                    let done = cluster::executor(address, &host, [flight, grpc], threads, work).await;
-                    done.map_err(|error| error.to_string())
-                }
-            }
-        })
-    });
+    let done =
+        tokio::runtime::Builder::new_multi_thread().enable_all().build().map_err(|error| error.to_string()).and_then(
+            |runtime| {
+                runtime.block_on(async {
+                    match role {
+                        Role::Scheduler { port, timeout } => {
+                            cluster::scheduler(&host, port, timeout).await.map_err(|error| error.to_string())
+                        }
+                        Role::Executor { scheduler, ports, threads, work } => {
+                            let address =
+                                scheduler.rsplit_once(':').and_then(|(host, port)| Some((host, port.parse().ok()?)));
+                            let address = address.ok_or(format!("'{scheduler}' is no HOST:PORT"))?;
+                            let [flight, grpc] = ports[..] else { return Err("two ports are needed".to_string()) };
+                            let done = cluster::executor(address, &host, [flight, grpc], threads, work).await;
+                            done.map_err(|error| error.to_string())
+                        }
+                    }
+                })
+            },
+        );
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -220,4 +220,3 @@ pub fn compare(batches: &[RecordBatch], expected: &HashMap<String, Row>, squares
     assert_eq!(seen, expected.len());
     worst
 }
-
