@@ -16,13 +16,19 @@
 //! | `positions.rs` | positions that were met, each evaluated once |
 //! | `whole.rs` | `tumble_fit_exact()`: devices whose rows are kept together |
 //! | `answer.rs` | one struct a device |
+//! | `cluster.rs` | the same on several machines, by Ballista (feature `cluster`) |
+//! | `local.rs` | scheduler and executors on this machine, for trying |
 //! | `output.rs` | tables for people, CSV, Parquet, JSON lines |
 //! | `error.rs` | what can be wrong with a question |
 
 mod answer;
+#[cfg(feature = "cluster")]
+pub mod cluster;
 mod error;
 mod function;
 mod groups;
+#[cfg(feature = "cluster")]
+pub mod local;
 pub mod output;
 mod positions;
 mod question;

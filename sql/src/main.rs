@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use datafusion::execution::SessionStateBuilder;
-use datafusion::prelude::{SessionConfig, SessionContext};
+use datafusion::prelude::{DataFrame, SessionConfig, SessionContext};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -39,6 +39,14 @@ struct Arguments {
     /// Threads, and parts that a table is dealt to; one for each processor unless given.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Run on so many executors beside a scheduler, each a process of this machine: a cluster for trying.
+    #[cfg(feature = "cluster")]
+    #[arg(long, value_name = "N", conflicts_with = "scheduler")]
+    cluster: Option<std::num::NonZeroUsize>,
+    /// Run on the cluster of this scheduler (see tumble-sql-node).
+    #[cfg(feature = "cluster")]
+    #[arg(long, value_name = "HOST:PORT")]
+    scheduler: Option<String>,
 }
 
 fn main() -> ExitCode {
@@ -64,13 +72,17 @@ fn run(arguments: &Arguments) -> Result<()> {
         config = config.with_target_partitions(count.max(1));
     }
     let runtime = threads.enable_all().build().map_err(|error| Error::Question(error.to_string()))?;
+    #[cfg(feature = "cluster")]
+    let local = arguments.cluster.map(|count| start(count.get(), arguments.threads.unwrap_or(1))).transpose()?;
+    #[cfg(feature = "cluster")]
+    let remote = local.as_ref().map(tumble_sql::local::Local::url);
+    #[cfg(feature = "cluster")]
+    let remote = remote.or_else(|| arguments.scheduler.as_ref().map(|own| format!("df://{own}")));
+    #[cfg(not(feature = "cluster"))]
+    let remote: Option<String> = None;
     let (schema, batches) = runtime.block_on(async {
-        let mut state = SessionStateBuilder::new().with_default_features().with_config(config).build();
-        // a cell that is no number may stand anywhere in a CSV
-        state.table_options_mut().csv.schema_infer_max_rec = Some(usize::MAX);
-        let ctx = SessionContext::new_with_state(state).enable_url_table();
-        tumble_sql::register(&ctx, &question)?;
-        let frame = ctx.sql(&arguments.sql).await?;
+        let ctx = session(remote.as_deref(), config, &question).await?;
+        let frame = frame(&ctx, &arguments.sql, remote.is_some()).await?;
         let schema = std::sync::Arc::new(frame.schema().as_arrow().clone());
         Ok::<_, Error>((schema, frame.collect().await?))
     })?;
@@ -91,4 +103,37 @@ fn run(arguments: &Arguments) -> Result<()> {
         }
         _ => output::write(std::io::stdout(), Format::Csv, &schema, &batches),
     }
+}
+
+/// A session on a cluster, or of this process.
+async fn session(remote: Option<&str>, config: SessionConfig, question: &Question) -> Result<SessionContext> {
+    #[cfg(feature = "cluster")]
+    if let Some(url) = remote {
+        return tumble_sql::cluster::client(url, config, question).await;
+    }
+    debug_assert!(remote.is_none(), "a cluster needs its feature");
+    let mut state = SessionStateBuilder::new().with_default_features().with_config(config).build();
+    // a cell that is no number may stand anywhere in a CSV
+    state.table_options_mut().csv.schema_infer_max_rec = Some(usize::MAX);
+    let ctx = SessionContext::new_with_state(state).enable_url_table();
+    tumble_sql::register(&ctx, question)?;
+    Ok(ctx)
+}
+
+/// A query of a session.
+async fn frame(ctx: &SessionContext, sql: &str, remote: bool) -> Result<DataFrame> {
+    #[cfg(feature = "cluster")]
+    if remote {
+        return Ok(tumble_sql::cluster::query(ctx, sql).await?);
+    }
+    debug_assert!(!remote, "a cluster needs its feature");
+    Ok(ctx.sql(sql).await?)
+}
+
+/// Scheduler and executors; their program stands beside this one.
+#[cfg(feature = "cluster")]
+fn start(executors: usize, threads: usize) -> Result<tumble_sql::local::Local> {
+    let own = std::env::current_exe().map_err(|error| Error::Question(error.to_string()))?;
+    let node = own.with_file_name(format!("tumble-sql-node{}", std::env::consts::EXE_SUFFIX));
+    tumble_sql::local::Local::start(&node, executors, threads, 60)
 }

@@ -5,7 +5,7 @@ use datafusion::arrow::array::{Array, ArrayRef, AsArray, StringArray};
 use datafusion::arrow::datatypes::Float64Type;
 use datafusion::common::{Result, exec_datafusion_err};
 use std::collections::HashMap;
-use tumble::batch::{Device, DesignRow, Use};
+use tumble::batch::{DesignRow, Device, Use};
 use tumble::record::UNREADABLE;
 
 /// What a row says of a value: nothing read, a value, or what is wrong.
