@@ -16,7 +16,7 @@ const ILL: f64 = 1e4;
 /// Estimates of many systems, one after the other.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stacked {
-    /// Estimates of the unknowns, `systems x n`; of a rank defect a basic solution, as in [`super::Estimate::solution`].
+    /// Estimates of the unknowns, `systems x n`; of a rank defect a basic solution, as in [`super::Unknowns::solution`].
     pub solution: Vec<f64>,
     /// Their standard uncertainties, `systems x n`; NaN where an unknown is not estimable, or the scatter cannot be estimated.
     pub standard_uncertainty: Vec<f64>,
