@@ -299,7 +299,7 @@ impl Table<'_> {
                  kept until they are whole"
             ));
             restart()?;
-            // no column of lots: all are of one
+            // without a column that tells devices apart each file is one
             let counts = batch::count(self.names.len(), &open, by.as_deref().unwrap_or_default())?;
             pass(Some(&counts))?;
         }
