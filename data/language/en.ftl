@@ -1083,9 +1083,10 @@ allan-deviation = Allan deviation, { $unit }
 # report/reduction_table.rs
 samples-a-second-by = { $record }: { $samples } samples, { $rate } a second; { $segments } by { $by }
 segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
-u-u-on-either-side-of-the = u: 1.96 u on either side of the mean covers 95 %. It is learnt from all segments of a column together; the noise is taken to be the same in all of them.
+u-u-on-either-side-of-the = u: 1.96 u on either side of the mean covers 95 %. It is learnt from all segments of a column together whose noise is alike.
 of-means-have-a-slope-p-more = { $sloping } of { $all } means have a slope (p < 0.01), more than their noise explains.
 in-segment-is-times-noisier-than-elsewhere = { $column } in segment { $segment } is { $times } times noisier than elsewhere: its u is as much larger.
+in-segment-the-noise-is-another = { $column } in segment { $segment } is { $times } times noisier from sample to sample than elsewhere: its u rests on its own noise, and on that of segments like it.
 reduction-table-segment = segment { $segment }: { $notes }
 segment-in-the-mean = segment { $segment }, { $column }: { $events } (in the mean)
 not-used = Not used:

@@ -131,6 +131,7 @@ impl<'a> Fleet<'a> {
         rows.into_par_iter()
             .zip(devices.par_iter())
             .map(|(row, device)| {
+                // what no common way has answered
                 let row = row.unwrap_or_else(|| self.alone(arch, device, layout));
                 Row { lot: device.lot.clone(), ..row }
             })
@@ -187,6 +188,7 @@ impl<'a> Fleet<'a> {
                 let own = members.iter().filter_map(|(k, places)| Some((devices.get(*k)?, places.as_slice())));
                 let own: Vec<Placed<'_>> = own.collect();
                 let found = tests.get(&form).map(|tests| way.rows(arch, (&form, tests), positions, &own, room));
+                // no rows: each of them is fitted by itself
                 (members, found.unwrap_or_default())
             })
             .collect();

@@ -309,6 +309,7 @@ fn finer(so_far: Option<f64>, value: f64) -> f64 {
             }
             fit::resolution(std::iter::once(value)).map_or(f64::NAN, |own| own.min(step))
         }
+        // not decimal: nothing later makes it so
         None => fit::resolution(std::iter::once(value)).unwrap_or(f64::NAN),
     }
 }

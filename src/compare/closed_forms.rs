@@ -150,6 +150,7 @@ const FILES: &[(&str, &str)] = &[
     ("accelerometer-dividing-head", include_str!("../../data/closed_forms/accelerometer-dividing-head.json")),
     ("imu-three-axis-table", include_str!("../../data/closed_forms/imu-three-axis-table.json")),
     ("ferraris-accelerometer", include_str!("../../data/closed_forms/ferraris-accelerometer.json")),
+    ("ferraris-gyroscope", include_str!("../../data/closed_forms/ferraris-gyroscope.json")),
     ("gyro-skew-triad", include_str!("../../data/closed_forms/gyro-skew-triad.json")),
     ("cube-mirror", include_str!("../../data/closed_forms/cube-mirror.json")),
     ("cube-mirror-right", include_str!("../../data/closed_forms/cube-mirror-right.json")),

@@ -215,18 +215,21 @@ impl Fold {
     }
 }
 
+/// Rows that say near which point the observations lie.
+const SAMPLE: usize = 128;
+
 /// What the first rows say of the unknowns, evenly spread over the block they come in; `None` where that is too little.
 fn sampled(rows: MatRef<'_, f64>, observed: &[f64], u: &[f64], unknowns: usize) -> Option<Vec<f64>> {
     let (k, n) = rows.shape();
     let mut fold = Fold::carrying(unknowns, n - unknowns);
-    if k <= panel::PANEL {
+    if k <= SAMPLE {
         panel::fold(&mut fold.triangle, rows, observed, u, &[])?;
         fold.rows = k;
     } else {
-        fold.rows = panel::PANEL;
-        let at = |i: usize| i * k / panel::PANEL;
-        let of = |from: &[f64]| -> Option<Vec<f64>> { (0..panel::PANEL).map(|i| from.get(at(i)).copied()).collect() };
-        let few = Mat::from_fn(panel::PANEL, n, |i, j| rows[(at(i), j)]);
+        fold.rows = SAMPLE;
+        let at = |i: usize| i * k / SAMPLE;
+        let of = |from: &[f64]| -> Option<Vec<f64>> { (0..SAMPLE).map(|i| from.get(at(i)).copied()).collect() };
+        let few = Mat::from_fn(SAMPLE, n, |i, j| rows[(at(i), j)]);
         panel::fold(&mut fold.triangle, few.as_ref(), &of(observed)?, &of(u)?, &[])?;
     }
     fold.point()

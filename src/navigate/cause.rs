@@ -265,6 +265,7 @@ fn channel_unit(channel: usize) -> &'static str {
 /// An error source in the field's words.
 fn name(source: &ErrorSource) -> String {
     let axis = axis_name;
+    // an axis is 0, 1 or 2
     let direction = ["east", "north", "up"].get(source.axis).copied().unwrap_or("?");
     let own = axis(source.axis);
     let instrument = match source.instrument {

@@ -172,6 +172,7 @@ impl ErrorSource {
     /// The source's name, for example `gyro_bias_x` or `accelerometer_installation_xy`.
     pub fn id(&self) -> String {
         let names = if self.instrument == Instrument::Start { DIRECTIONS } else { AXES };
+        // an axis is 0, 1 or 2
         let axis = |i: usize| names.get(i).copied().unwrap_or("?");
         match self.kind {
             Kind::Installation | Kind::AccelerationSensitive => {

@@ -410,3 +410,65 @@ impl<'a> Filling<'a> {
 
 /// More portions than this are not chosen, whatever the budget.
 const MOST: usize = 10_000;
+
+#[cfg(test)]
+mod tests {
+    use super::super::blocks::Blocks;
+    use super::super::effort::Costs;
+    use super::*;
+    use crate::campaign::{JointState, Reading};
+
+    /// Rank-one updates to a design without some portions give what a design computed anew gives: inverse, spreads, cost, uses.
+    #[test]
+    fn a_design_without_portions_is_that_of_the_rest() {
+        let blocks = Blocks::from_fn(20, 2, 4, |j, r, c| (1.0 + (7 * j + 3 * r) as f64 * (c as f64 + 0.3)).sin());
+        let reading = |j: u32| Reading {
+            position: String::new(),
+            joints: vec![
+                JointState::Held { angle_deg: f64::from(j / 4) },
+                JointState::WholeTurns { rate_deg_s: f64::from(j % 4) },
+            ],
+            columns: Vec::new(),
+            observations: Vec::new(),
+            samples: 1.0,
+            planned_u: Vec::new(),
+            remarks: Vec::new(),
+            place: String::new(),
+        };
+        let portions: Vec<Vec<Reading>> = (0..20).map(|j| vec![reading(j); 2]).collect();
+        let prices = Prices::new(&portions, Costs::default(), 400.0, false);
+        let objective = Objective::Determinant;
+        let problem = Problem {
+            blocks: &blocks,
+            base: &[0.0; 16],
+            objective: &objective,
+            choose: 50,
+            most_repeats: 9,
+            neighbours: &[],
+            prices: Some(&prices),
+        };
+        let chosen: Vec<usize> = (0..20).chain([3, 3, 3, 8, 8, 15]).collect();
+        let whole = Filling::of(&problem, &prices, &chosen).expect("regular");
+        for gone in [vec![(3, 4)], vec![(8, 1)], vec![(0, 1), (1, 1), (2, 1)], vec![(15, 2), (8, 3)]] {
+            let mut rest = chosen.clone();
+            for (k, times) in &gone {
+                for _ in 0..*times {
+                    rest.remove(rest.iter().position(|own| own == k).expect("chosen"));
+                }
+            }
+            let less = whole.without(&gone).expect("regular");
+            let anew = Filling::of(&problem, &prices, &rest).expect("regular");
+            assert_eq!(less.used, anew.used);
+            assert!((less.till.spent - anew.till.spent).abs() < 1e-9, "{} {}", less.till.spent, anew.till.spent);
+            // both have a millionth of the largest diagonal element beside them, the first that of the whole design
+            let near = |a: &[f64], b: &[f64]| {
+                let most = b.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5 * most)
+            };
+            assert!(near(&less.inverse, &anew.inverse), "{gone:?}");
+            for (own, other) in less.spread.iter().zip(&anew.spread) {
+                assert!(near(own, other), "{gone:?}");
+            }
+        }
+    }
+}

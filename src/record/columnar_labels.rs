@@ -162,6 +162,7 @@ fn hybrid(mut bytes: &[u8], width: u8, count: usize, to: &mut Vec<u32>) -> Read<
         if header & 1 == 0 {
             let (own, rest) = bytes.split_at_checked(usize::from(width.div_ceil(8))).ok_or_else(cut_off)?;
             let value = own.iter().rev().fold(0_u32, |sum, byte| (sum << 8) | u32::from(*byte));
+            // longer than memory is longer than what is left
             to.resize(to.len() + left.min(usize::try_from(header >> 1).unwrap_or(usize::MAX)), value);
             bytes = rest;
             if header >> 1 == 0 {

@@ -7,6 +7,9 @@
 //! Allan variance at the segment's length. The mean's error is then a mixture of Student distributions, one for each description, and
 //! u is its half interval divided by the normal factor, so that `1.96 u` covers 95 % however few the samples: what learning the noise
 //! costs is in u, and no degrees of freedom need to be carried.
+//!
+//! Segments learn from each other only where their noise is the same: those whose differences from block to block are clearly larger (a table
+//! that turns beside one that stands) make a class of their own.
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov, markov_mean};
 use crate::elements::Elements;
@@ -55,6 +58,8 @@ pub struct MeanUncertainty {
     pub slope: (f64, f64),
     /// How much noisier than the others the segment is, as a ratio of standard deviations; 1 where it is not.
     pub noisier: f64,
+    /// Is its noise so different that `u` rests on it alone, or on those like it, and not on all segments?
+    pub apart: bool,
 }
 
 /// Longest piece that a likelihood looks at, in its blocks.
@@ -74,6 +79,12 @@ const COARSE: usize = 3;
 const LIKELY: f64 = 1e-4;
 /// A segment is noisier than the others if chance would make it so in fewer cases than this, all segments together.
 const NOISIER: f64 = 1e-3;
+
+/// Variances of differences that are further apart than this, and than chance allows (`NOISIER`), are of different noise. Differences between neighbours
+/// are near enough to independent for noise of any correlation time; a quarter of their count is taken as degrees of freedom, since a logger's filter
+/// may have smoothed them.
+const APART: f64 = 3.0;
+const FILTERED: f64 = 4.0;
 
 enum Kind {
     White,
@@ -147,6 +158,48 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
     all
 }
 
+/// Half the mean square difference of neighbouring blocks, not below what the last digit leaves of it, and the count of differences.
+fn differences(segment: &SegmentBlocks) -> (f64, f64) {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for piece in &segment.pieces {
+        sum += piece.iter().zip(piece.iter().skip(1)).map(|(a, b)| (b - a).powi(2)).sum::<f64>();
+        count += piece.len().saturating_sub(1) as f64;
+    }
+    let digit = segment.step * segment.step / 12.0 * segment.length / segment.samples.max(1) as f64;
+    ((0.5 * sum / f64::max(count, 1.0)).max(digit), count)
+}
+
+/// Segments whose noise is alike, by their numbers; the largest class first.
+fn classes(seen: &[(f64, f64)]) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..seen.len()).filter(|k| seen.get(*k).is_some_and(|own| own.1 > 0.0)).collect();
+    let value = |k: &usize| seen.get(*k).map_or(0.0, |own| own.0);
+    let dof = |k: &usize| seen.get(*k).map_or(1.0, |own| (own.1 / FILTERED).max(1.0));
+    order.sort_by(|a, b| value(a).total_cmp(&value(b)));
+    let mut classes: Vec<Vec<usize>> = Vec::new();
+    for k in order {
+        let before = classes.last().and_then(|class| class.last());
+        let other = before.is_some_and(|before| {
+            let ratio = value(&k) / value(before);
+            // a ratio that is no number separates nothing
+            let chance = fisher_f_survival(ratio, dof(&k), dof(before)).unwrap_or(1.0);
+            ratio > APART && chance * (seen.len() as f64) < NOISIER
+        });
+        match classes.last_mut().filter(|_| !other) {
+            Some(class) => class.push(k),
+            None => classes.push(vec![k]),
+        }
+    }
+    // of classes of one size the calmest is first
+    classes.sort_by_key(|class| std::cmp::Reverse(class.len()));
+    // segments without differences say nothing of their own, and follow the others
+    let silent = (0..seen.len()).filter(|k| seen.get(*k).is_none_or(|own| own.1 <= 0.0));
+    match classes.first_mut() {
+        Some(first) => first.extend(silent),
+        None => classes.push(silent.collect()),
+    }
+    classes
+}
+
 /// The uncertainty of each segment's mean; `record` is the length of the whole record in blocks.
 ///
 /// ```
@@ -160,6 +213,33 @@ fn descriptions(longest: usize, typical: f64) -> Vec<Description> {
 /// assert!(u > 0.9 / 2000f64.sqrt() && u < 2.0 / 2000f64.sqrt());
 /// ```
 pub fn mean_uncertainties(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
+    let seen: Vec<(f64, f64)> = segments.iter().map(differences).collect();
+    let classes = classes(&seen);
+    if classes.len() < 2 {
+        return alike(segments, record, level);
+    }
+    let mut all = vec![MeanUncertainty::default(); segments.len()];
+    let middle =
+        |class: &[usize]| class.get(class.len() / 2).and_then(|k| seen.get(*k)).map_or(1.0, |own| own.0.sqrt());
+    // not empty: there are at least two
+    let usual = classes.first().map_or(1.0, |first| middle(first));
+    for (place, class) in classes.iter().enumerate() {
+        let own: Vec<SegmentBlocks> = class.iter().filter_map(|k| segments.get(*k).cloned()).collect();
+        for (k, mut found) in class.iter().zip(alike(&own, record, level)) {
+            if place > 0 {
+                found.apart = true;
+                found.noisier *= middle(class) / usual;
+            }
+            if let Some(slot) = all.get_mut(*k) {
+                *slot = found;
+            }
+        }
+    }
+    all
+}
+
+/// The uncertainties of means over segments of the same noise.
+fn alike(segments: &[SegmentBlocks], record: f64, level: f64) -> Vec<MeanUncertainty> {
     let mut lengths: Vec<f64> = segments.iter().map(|s| s.length).collect();
     lengths.sort_by(f64::total_cmp);
     let middling = lengths.get(lengths.len() / 2).copied().unwrap_or(1.0); // no segments, no answers

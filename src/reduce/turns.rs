@@ -70,6 +70,7 @@ pub fn whole_turns_of(trace: &Trace, segmentation: &mut Segmentation) -> Vec<Opt
         }
         let forward = |angle: &f64| (angle - a) * moved.signum();
         let rest = 0.5 * (moved.abs() - whole).max(0.0);
+        // an encoder that stays short of an angle by rounding reaches it at the end
         let at = |angle: f64| own.iter().position(|v| forward(v) >= angle - 1e-9).unwrap_or(length);
         let (from, to) = (at(rest), at(rest + whole));
         segment.pieces = one(sample(first + from)..sample(first + to).min(end));

@@ -227,6 +227,7 @@ pub fn navigate_diagnose_report(
 ) -> NavigateDiagnoseReport {
     let motions: Vec<String> = study::motions(mission).into_iter().map(|(name, _)| name).collect();
     let run = |run: &crate::navigate::measured::Run| RunReport {
+        // runs are numbered by the motions of this mission
         motion: motions.get(run.motion).cloned().unwrap_or_default(),
         rows: run.rows.len(),
     };

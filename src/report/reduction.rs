@@ -122,6 +122,9 @@ pub struct SegmentMeanReport {
     pub sloping: Option<bool>,
     /// How much noisier than the other segments, as a ratio of standard deviations (1: not).
     pub noisier: f64,
+    /// Is its noise so different that u rests on it alone, or on segments like it? Absent where it is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub apart: Option<bool>,
     /// Events within the segment, by kind.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub events: BTreeMap<EventKind, u64>,
@@ -182,6 +185,7 @@ pub fn reduce_report(record: &str, reduced: &Reduced) -> ReduceReport {
                 slope_p: mean.slope.2,
                 sloping: Some(mean.is_sloping()),
                 noisier: u.noisier,
+                apart: u.apart.then_some(true),
                 events: mean.events.iter().map(|(kind, n)| (*kind, *n)).collect(),
             }
         });

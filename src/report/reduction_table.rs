@@ -40,16 +40,12 @@ pub fn reduce_table(report: &ReduceReport, all: bool, lang: Language) -> String 
         text.push_str(&format!("{}\n", say!(lang, "of-means-have-a-slope-p-more", sloping, all)));
     }
     for (segment, m) in each().filter(|(_, m)| m.noisier > 1.0) {
-        text.push_str(&format!(
-            "{}\n",
-            say!(
-                lang,
-                "in-segment-is-times-noisier-than-elsewhere",
-                column = m.column,
-                segment = segment.position,
-                times = significant(m.noisier, 2)
-            )
-        ));
+        let [column, segment, times] = [m.column.clone(), segment.position.clone(), significant(m.noisier, 2)];
+        let said = match m.apart {
+            Some(true) => say!(lang, "in-segment-the-noise-is-another", column, segment, times),
+            _ => say!(lang, "in-segment-is-times-noisier-than-elsewhere", column, segment, times),
+        };
+        text.push_str(&format!("{said}\n"));
     }
     for segment in report.segments.iter().filter(|s| !s.notes.is_empty()) {
         let notes: Vec<_> = segment.notes.iter().map(|note| lang.name(note)).collect();

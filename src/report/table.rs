@@ -103,6 +103,7 @@ fn widths(columns: &[Column], block: &[usize], gap: usize) -> Vec<usize> {
 
 fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows: &[Vec<String>]) -> String {
     let widths = widths(columns, block, gap);
+    // a block names columns of this table; a row may be shorter
     let within = |k: usize, cell: &str| wrap::narrow(cell, 0, widths.get(k).copied().unwrap_or(WIDTH));
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

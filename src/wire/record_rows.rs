@@ -295,6 +295,7 @@ impl<'a> RecordRows<'a> {
 
     /// Row `k` of the block as a reading; `false` where it is not used.
     fn fill(&mut self, k: usize, number: u64, file: &str, labels: &[String], into: &mut Reading) -> Result<bool> {
+        // a row of the block: `k` is below its count
         let cell =
             |column: usize| self.block.columns.get(column).and_then(|own| own.get(k)).copied().unwrap_or(f64::NAN);
         let time_slot = self.names.iter().position(|name| name == "time_s");

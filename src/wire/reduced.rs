@@ -174,6 +174,7 @@ impl Schedule {
     /// Each reading in the row it belongs to.
     ///
     /// A sensor whose value the schedule states (the norm of the specific force) keeps it, and gets the uncertainty of its model line over the segment.
+    /// A standard uncertainty that the schedule states stands.
     pub(super) fn filled(&self, readings: &[ReducedReading], places: &[usize]) -> Vec<ReadingFile> {
         let mut rows = Vec::new();
         for (reading, place) in readings.iter().zip(places) {
@@ -191,8 +192,10 @@ impl Schedule {
                 if !stated {
                     set(name, Cell::Number(*mean));
                 }
-                if *u > 0.0 {
-                    set(&format!("{name}_u"), Cell::Number(*u));
+                let key = format!("{name}_u");
+                let given = self.rows.get(*place).is_some_and(|row| matches!(row.get(&key), Some(Cell::Number(_))));
+                if *u > 0.0 && !given {
+                    set(&key, Cell::Number(*u));
                 }
             }
             set("time_s", Cell::Number(reading.time_s));

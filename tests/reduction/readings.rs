@@ -97,6 +97,56 @@ fn uncertainties_of_means_cover() {
     }
 }
 
+/// Every third segment turns, and is noisier by far and from sample to sample: the means at rest keep the u that they have without it, and both kinds cover.
+#[test]
+fn segments_of_other_noise_keep_apart() {
+    const LENGTH: usize = 600;
+    const SEGMENTS: usize = 12;
+    let runs = draws(40, 1000);
+    println!("{:>7} {:>8} {:>9} {:>9} {:>10}", "noise", "at rest", "turning", "+-", "u at rest");
+    for (noisier, tau) in [(30.0, 0.0), (30.0, 20.0), (4.0, 0.0)] {
+        let mut random = Pcg64Mcg::seed_from_u64(409);
+        let (mut inside, mut all, mut ratios) = ([0.0; 2], [0.0; 2], Vec::new());
+        for _ in 0..runs {
+            let parts = (0..SEGMENTS).map(|k| -> Vec<f64> {
+                let sd = if k % 3 == 2 { noisier } else { 1.0 };
+                match tau {
+                    0.0 => (0..LENGTH).map(|_| sd * normal(&mut random)).collect(),
+                    tau => markov(&mut random, LENGTH, tau).into_iter().map(|v| sd * v).collect(),
+                }
+            });
+            let parts: Vec<Vec<f64>> = parts.collect();
+            let still: Vec<Vec<f64>> =
+                parts.iter().enumerate().filter(|(k, _)| k % 3 != 2).map(|(_, p)| p.clone()).collect();
+            let of = |parts: &[Vec<f64>]| {
+                let trace = trace(&[parts.concat()], 0.01);
+                let seconds = LENGTH as f64 * 0.01;
+                let times = (0..parts.len()).map(|k| (String::new(), k as f64 * seconds, (k + 1) as f64 * seconds));
+                let found = segment(&trace, &By::Times(times.collect()), 0.0, 0.0);
+                reduce(&trace, found, &vec![None; parts.len()])
+            };
+            let (with, without) = (of(&parts), of(&still));
+            for (k, mean) in with.means.iter().flatten().enumerate() {
+                let turning = usize::from(k % 3 == 2);
+                inside[turning] += f64::from(u8::from(mean.value.abs() < 1.96 * mean.uncertainty.u));
+                all[turning] += 1.0;
+                assert_eq!(mean.uncertainty.apart, turning == 1, "{k}");
+            }
+            let at_rest =
+                with.means.iter().flatten().enumerate().filter(|(k, _)| k % 3 != 2).map(|(_, m)| m.uncertainty.u);
+            ratios.extend(at_rest.zip(without.means.iter().flatten()).map(|(u, alone)| u / alone.uncertainty.u));
+        }
+        let covered = [inside[0] / all[0], inside[1] / all[1]];
+        let scatter = (0.95 * 0.05 / runs as f64).sqrt();
+        ratios.sort_by(f64::total_cmp);
+        let ratio = ratios[ratios.len() / 2];
+        println!("x {noisier:<5} {:8.3} {:9.3} {scatter:9.3} {ratio:10.3}", covered[0], covered[1]);
+        assert!(covered.iter().all(|c| (0.93 - 2.0 * scatter..=1.0).contains(c)), "{noisier} {tau}: {covered:?}");
+        // the record is longer with the turns, which a description by flicker feels
+        assert!((ratio - 1.0).abs() < 0.02, "{noisier} {tau}: {ratio}");
+    }
+}
+
 /// One simulated log of a tilted triad: positions, what moves it from one to the next, jerks and drifts.
 struct Log {
     columns: Vec<Vec<f64>>,

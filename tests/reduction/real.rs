@@ -38,6 +38,53 @@ fn parameter(fit: &Value, id: &str) -> (f64, f64) {
     (number(&one["value"]), number(&one["u"]))
 }
 
+/// The gyroscope half: imucal's closed forms K_g R_g, K_ga and b_g to rounding, least squares beside them.
+#[test]
+fn ferraris_gyroscope() {
+    let folder = example("17-ferraris-session");
+    let (code, out, error) = tumble(&folder, &["compare", "gyroscope.campaign.json", "--json", "-"]);
+    assert_eq!(code, 0, "{error}");
+    let report: Value = serde_json::from_str(&out).expect("a report");
+    let (_, out, _) = tumble(&folder, &["fit", "gyroscope.campaign.json", "--json", "-"]);
+    let fit: Value = serde_json::from_str(&out).expect("a report");
+    let scales = [16.67769558952488, 16.187895200550262, 16.253362639451936];
+    let rotation = [
+        [-0.9999143756542296, -0.0006142300632876558, 0.013071498821540703],
+        [0.0055057030733027396, -0.9992594967426224, -0.03808077472097593],
+        [-0.01314650914177706, 0.0365074524847183, -0.9992469040284595],
+    ];
+    let by_force = [
+        [0.0022926499308660976, -0.016134632407810497, 0.018465435717563698],
+        [0.013873705024757028, 0.005443610335094903, -0.008812480865044459],
+        [-0.00925910567448679, 0.008506306471459087, -0.003935382156556474],
+    ];
+    let offsets = [1.960686204431737, -4.472837741243746, -3.6511794138670477];
+    // numpy, every mean alike: tests/scripts/ferraris_gyroscope.py
+    let least_squares = [1.9693535979195542, -4.466244212807449, -3.6509707222004772];
+    let closed_form = |id: &str| {
+        let all = report["groups"][0]["quantities"].as_array().expect("quantities");
+        number(&all.iter().find(|q| q["id"] == id).unwrap_or_else(|| panic!("no {id}"))["closed_form"])
+    };
+    for (i, row) in ["x", "y", "z"].into_iter().enumerate() {
+        for (j, column) in ["x", "y", "z"].into_iter().enumerate() {
+            // the specific force of the turns stands in the campaign with twelve decimals
+            let id = format!("m_{row}{column}");
+            let expected = scales[i] * rotation[i][j];
+            assert!((closed_form(&id) - expected).abs() < 1e-9, "{id}: {} {expected}", closed_form(&id));
+            let (value, u) = parameter(&fit, &id);
+            assert!((value - expected).abs() < 0.05 * u && u < 0.35, "{id}: {value} {u}");
+            let id = format!("k_{row}{column}");
+            assert!((closed_form(&id) - by_force[i][j]).abs() < 1e-12, "{id}");
+        }
+        let id = format!("b_{row}");
+        assert!((closed_form(&id) - offsets[i]).abs() < 1e-9, "{id}");
+        let (value, u) = parameter(&fit, &id);
+        // 0.1 count of a position's own, shared by six
+        assert!((value - least_squares[i]).abs() < 0.5 * u && u < 0.1, "{id}: {value} {u}");
+        assert!((value - offsets[i]).abs() < 2.0 * u, "{id}: {value} {u}");
+    }
+}
+
 /// 38 positions from the raw record; chi-square as the means' uncertainties foretell it; the calibration of two other programs.
 #[test]
 fn xsens_from_the_log() {

@@ -3247,6 +3247,8 @@ class RejectedReport(Node):
 class SegmentMeanReport(Node):
     """A mean."""
 
+    apart: bool | None
+    """Is its noise so different that u rests on it alone, or on segments like it? Absent where it is not."""
     column: str
     """The column."""
     dof: float | None
@@ -3286,7 +3288,7 @@ class SegmentMeanReport(Node):
     unit: str
     """Its unit."""
 
-    _keys = frozenset(["column", "dof", "effective_n", "events", "lag1", "lag_s", "mean", "noisier", "sd", "slope_p", "slope_per_s", "slope_u", "sloping", "u", "u_allan_floor", "u_autocorrelation", "u_resolution", "u_white", "unit"])
+    _keys = frozenset(["apart", "column", "dof", "effective_n", "events", "lag1", "lag_s", "mean", "noisier", "sd", "slope_p", "slope_per_s", "slope_u", "sloping", "u", "u_allan_floor", "u_autocorrelation", "u_resolution", "u_white", "unit"])
 
 
 class SegmentReport(Node):

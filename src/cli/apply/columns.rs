@@ -69,6 +69,7 @@ impl Source {
             corrected.iter_mut().for_each(Vec::clear);
             let sensors = block.columns.part(..readings.len());
             let rest = block.columns.part(readings.len()..);
+            // the record was opened with these columns: none is missing
             let (inputs, kept) = rest.split_at_checked(plan.given.iter().flatten().count()).unwrap_or((rest, &[]));
             for row in 0..block.rows() {
                 let at = |column: &Vec<f64>| column.at(row);

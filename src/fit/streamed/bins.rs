@@ -10,6 +10,7 @@
 use super::question::{Chunk, Folding, Noise, Part, Question};
 use super::residuals::{Bin, BinnedResiduals};
 use super::together::observed;
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Fold, Sum};
 use crate::number;
@@ -96,7 +97,7 @@ impl Binned {
         let part = folding.part();
         let triangle = part.fold.triangle();
         let z = observed(&part);
-        let t = |s: usize| scale.get(s).copied().unwrap_or(1.0);
+        let t = |s: usize| scale.at(s);
         let mut found = Vec::with_capacity(inputs.len());
         for (place, input) in inputs.iter().enumerate() {
             let mut fold = Fold::carrying(n, BINS - 1);
@@ -136,6 +137,7 @@ impl Binned {
                     mean: sums[place][k].value() / counts[place][k].max(1) as f64,
                 })
                 .collect();
+            // no degrees of freedom: no probability
             let p = quantiles::chi_square_survival(chi_square, dof as f64).unwrap_or(f64::NAN);
             found.push(BinnedResiduals { sensor, column: input.name.clone(), bins, chi_square, dof, p });
         }

@@ -115,6 +115,7 @@ pub(super) fn conclude(
             Some((own.id.as_str(), known, k))
         })
         .map(|(id, known, k)| {
+            // the fold carries a column for each known input
             let follow = solved.fold.follow(k, &settings.adjust)?.unwrap_or_default();
             Ok((id, known, follow.iter().map(|c| -c).collect()))
         })

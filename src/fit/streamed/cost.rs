@@ -86,6 +86,7 @@ pub(super) fn uncertain(
         let place = |coordinate: Coordinate| list.iter().position(|own| *own == coordinate).map(|k| 1 + 2 * k);
         if shape.noise[s].deviation > 0.0 {
             let appended = parts[s].len() - 2;
+            // where its size is not searched for, the slopes by it were appended
             let k = place(Coordinate::Deviation).unwrap_or(appended);
             // by the variance: half of that by the standard deviation
             found.deviation[s] = Some(slope(k)? * faer::Scale(0.5));

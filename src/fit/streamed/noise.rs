@@ -12,6 +12,7 @@ use super::octaves::{self, Octaves, Stated};
 use super::question::{Noise, Part, Question};
 use super::together::{Together, merged, remainder, together};
 use crate::campaign::{Campaign, Size};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::fit::Estimator;
 use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
@@ -143,7 +144,7 @@ fn as_refs(parts: &[Option<Part>]) -> Vec<Option<&Part>> {
 fn merit(question: &Question, parts: &[Option<Part>], scale: &[f64], point: &[f64], change: &[f64]) -> f64 {
     let own = parts.iter().zip(scale).filter_map(|(part, t)| Some(remainder(part.as_ref()?, change) / t));
     let prior = |(k, value, u): &(usize, f64, f64)| {
-        let at = |list: &[f64]| list.get(*k).copied().unwrap_or_default();
+        let at = |list: &[f64]| list.at(*k);
         ((value - at(point) - at(change)) / u).powi(2)
     };
     own.sum::<f64>() + question.priors.iter().map(prior).sum::<f64>()

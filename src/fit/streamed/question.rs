@@ -3,6 +3,7 @@
 use super::Rows;
 use crate::campaign::{Campaign, Deviating, Per, Role, Scatter, Size};
 use crate::design::{self, Model};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Fold, Sequential};
 use crate::fit::{Remount, Settings, Weighting};
@@ -159,6 +160,7 @@ impl Question {
 
     /// Is a sensor's white noise estimated?
     pub(super) fn is_white_free(&self, s: usize) -> bool {
+        // a sensor that is not read has no rows that could say so
         let stated = self.sensors.get(s).and_then(|own| own.stated).unwrap_or(false);
         !stated || self.settings.weighting == Weighting::Relative
     }
@@ -240,8 +242,8 @@ impl Question {
                     })?,
                     None => 0.0,
                 };
-                if sensor.line.is_some() && time.last().is_some_and(|last| at < *last) {
-                    return Err(backwards(at, time.last().copied().unwrap_or_default()).at_path(reading.place.clone()));
+                if let Some(last) = time.last().filter(|last| sensor.line.is_some() && at < **last) {
+                    return Err(backwards(at, *last).at_path(reading.place.clone()));
                 }
                 numbers.push(before + origin.reading as u64 + 1);
                 time.push(at);
@@ -262,10 +264,10 @@ impl Question {
                 match from {
                     Some(from) => {
                         let from = design.jacobian.col_as_slice(from);
-                        to.iter_mut().zip(&own).for_each(|(to, i)| *to = from.get(*i).copied().unwrap_or(f64::NAN));
+                        to.iter_mut().zip(&own).for_each(|(to, i)| *to = from.at(*i));
                     }
                     None => to.iter_mut().zip(&own).zip(&values).for_each(|((to, i), value)| {
-                        *to = value - design.predicted.get(*i).copied().unwrap_or(f64::NAN);
+                        *to = value - design.predicted.at(*i);
                     }),
                 }
             }

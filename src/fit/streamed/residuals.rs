@@ -178,6 +178,7 @@ impl Residuals {
         let means = means
             .map(|(rows, pairs, own)| {
                 let ratio = own * rows / variance.max(f64::MIN_POSITIVE);
+                // a count of pairs is a number of degrees of freedom, so that the quantile exists
                 let above = quantiles::chi_square_survival(ratio * pairs as f64, pairs as f64).unwrap_or(f64::NAN);
                 MeansTest { rows, pairs, ratio, p: (2.0 * above.min(1.0 - above)).min(1.0) }
             })
@@ -185,6 +186,7 @@ impl Residuals {
         let sd = variance.sqrt().max(f64::MIN_POSITIVE);
         for far in &mut self.largest {
             far.w /= sd;
+            // a deviation is a finite number
             let single = 2.0 * quantiles::normal_survival(far.w.abs()).unwrap_or(0.5);
             far.p = -f64::exp_m1(n * f64::ln_1p(-single.min(1.0 - 1e-16)));
         }

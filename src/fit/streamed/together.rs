@@ -11,6 +11,7 @@
 )]
 
 use super::question::{Part, Question};
+use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Fold, Folded, Group};
 use faer::Mat;
@@ -41,7 +42,7 @@ pub(super) fn together(
     fixed: &[f64],
     point: &[f64],
 ) -> Result<Together> {
-    let at = |list: &[f64], s: usize| list.get(s).copied().unwrap_or(1.0);
+    let at = |list: &[f64], s: usize| list.at(s);
     let is_open = |s: usize| open.get(s) == Some(&true);
     let rows = |s: usize| parts.get(s).copied().flatten().map_or(0, |part| part.rows);
     let all: u64 = (0..parts.len()).map(rows).sum();
@@ -84,7 +85,7 @@ pub(super) fn together(
         let mut change = 0.0_f64;
         let mut next = scale.clone();
         for (s, own) in next.iter_mut().enumerate().filter(|(s, _)| is_open(*s)) {
-            let factor = at(&squares, s) / redundancy.get(s).copied().unwrap_or_default();
+            let factor = at(&squares, s) / redundancy.at(s);
             if factor.is_finite() && factor > 0.0 {
                 change = change.max((factor - 1.0).abs());
                 *own *= factor;
@@ -116,7 +117,7 @@ pub(super) fn merged(question: &Question, parts: &[Option<&Part>], scale: &[f64]
     }
     for (k, value, u) in &question.priors {
         let row = Mat::from_fn(1, question.unknowns + columns, |_, j| f64::from(u8::from(j == *k)));
-        fold.push(row.as_ref(), &[value - point.get(*k).copied().unwrap_or_default()], &[*u])?;
+        fold.push(row.as_ref(), &[value - point.at(*k)], &[*u])?;
     }
     Ok(fold)
 }
