@@ -35,6 +35,10 @@ count-step = { $n ->
     [one] { $n } step
    *[other] { $n } steps
 }
+count-kind = { $n ->
+    [one] { $n } kind of effect
+   *[other] { $n } kinds of effect
+}
 degrees-of-freedom = degrees of freedom
 
 ## Closed vocabularies of the reports, as JSON has them
@@ -248,6 +252,7 @@ none-lies-beyond-standard-deviations = None lies beyond { $limit } standard devi
 diamonds-lie-beyond-standard-deviations-reading = Diamonds lie beyond { $limit } standard deviations: reading { $far }.
 diamonds-of-them-lie-beyond-standard-deviations = Diamonds, { $n } of them, lie beyond { $limit } standard deviations.
 one-reading-in-is-drawn = One reading in { $every } is drawn.
+residuals-of-without-what-is-shared = Residuals of { $id }, deviations that readings share taken out, before bands of two standard deviations. { $beyond }{ $thinned }
 residuals-of-before-bands-of-two-standard = Residuals of { $id } before bands of two standard deviations. { $beyond }{ $thinned }
 residuals-of = Residuals of { $id }: { $beyond }
 fit-figures-residual = { $id } residual
@@ -1220,7 +1225,7 @@ what-a-diagnosis-could-find-effects-tried = What a diagnosis could find ({ $coun
 and-less-plain-directions-json-html = and { $more } less plain directions (--json, --html)
 and-effects-in-other-combinations = and effects in { $more } other combinations
 zero-at-every-position-of-this-schedule = Zero at every position of this schedule: { $effects }
-not-tried-without-a-column-kinds-of = Not tried without a column { $column }: { $families } kinds of effect
+not-tried-without-a-column-kinds-of = Not tried without a column { $column }: { $families }
 
 # report/html/plan_page.rs
 plan-what-a-schedule-will-reach-before = Plan: what a schedule will reach before anyone measures
@@ -1258,7 +1263,7 @@ plan-page-nearly = nearly { $near }
 taken-up-by = taken up by
 effects-that-never-show-estimated-parameters-take = Effects that never show: estimated parameters take them up, and are wrong by them
 zero-at-every-position = Zero at every position: { $effects }
-not-tried-without-a-column-kinds-of-2 = Not tried without a column `{ $column }`: { $families } kinds of effect
+not-tried-without-a-column-kinds-of-2 = Not tried without a column `{ $column }`: { $families }
 effects-of-the-catalogue-were-tried-in = { $tried } effects of the catalogue were tried, in { $distinct } distinct directions beside the model.
 what-a-diagnosis-could-find = What a diagnosis could find
 not-every-unknown-has-a-predicted-uncertainty = Not every unknown has a predicted uncertainty at the point that was judged.

@@ -1,7 +1,7 @@
 //! `tumble diagnose CAMPAIGN --by COLUMN`: which device has which effect.
 
-use super::batch::{Many, Others, Question};
 use super::catalogue::Catalogue;
+use super::devices::{DeviceCampaign, Many, Others};
 use super::outputs::Outputs;
 use super::rows::{DiagnosedRow, EffectColumn, diagnosed};
 use super::{Outcome, rows::Format};
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 /// Diagnose every device by itself.
 pub(super) fn run(
-    question: &Question,
+    question: &DeviceCampaign,
     many: &Many,
     catalogue: &Catalogue,
     settings: &Settings,

@@ -1,6 +1,6 @@
 //! `--reports FOLDER`: a page of its own for each device that is not in order or stands apart, to which the summary leads.
 
-use super::batch::Table;
+use super::devices::DeviceTable;
 use super::pages::{self, Texts};
 use crate::batch::Verdict;
 use crate::error::Result;
@@ -22,7 +22,7 @@ pub(super) struct Reports {
 
 /// Read the table again and fit those devices by themselves; `summary` is the page that leads to them.
 pub(super) fn reports(
-    table: &Table<'_>,
+    table: &DeviceTable<'_>,
     folder: &Path,
     summary: Option<&Path>,
     report: &BatchReport,

@@ -3,7 +3,7 @@
 use super::catalogue::Catalogue;
 use super::outputs::Outputs;
 use super::pages;
-use super::{Outcome, batch, batch_diagnose, files};
+use super::{Outcome, batch, batch_diagnose, devices, files};
 use crate::diagnosis::{self, Diagnosis, Verdict};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Remount;
@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "measured")]
     readings: Vec<PathBuf>,
     #[command(flatten)]
-    many: batch::Many,
+    many: devices::Many,
     #[command(flatten)]
     pages: pages::Pages,
 }
@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
             .expected("--measured FILE with measured navigation errors"));
     }
-    let question = batch::Question::read(&arguments.campaign, &arguments.many, &arguments.readings)?;
+    let question = devices::DeviceCampaign::read(&arguments.campaign, &arguments.many, &arguments.readings)?;
     let many = question.is_of_many();
     let (campaign, source, mut inputs) = match many {
         true => (None, question.source().clone(), Vec::new()),

@@ -1,7 +1,7 @@
 //! `tumble fit CAMPAIGN`.
 
 use super::outputs::Outputs;
-use super::{Outcome, batch, files, pages};
+use super::{Outcome, batch, devices, files, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Estimator, Remount, RobustMethod, Weighting};
 use crate::language::Language;
@@ -54,7 +54,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE", num_args = 0..)]
     readings: Option<Vec<PathBuf>>,
     #[command(flatten)]
-    many: batch::Many,
+    many: devices::Many,
     /// With many devices: write a page for each device that is not accepted, lies outside a limit or stands apart into a folder (at most
     /// 100 pages); --html and --md lead to them.
     #[arg(long, value_name = "FOLDER")]
@@ -114,7 +114,7 @@ fn settings(arguments: &Arguments) -> fit::Settings {
 }
 
 /// One fit for each device.
-fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Result<Outcome> {
+fn many(arguments: &Arguments, question: devices::DeviceCampaign, lang: Language) -> Result<Outcome> {
     let single = [
         (arguments.monte_carlo.is_some(), "--monte-carlo"),
         (arguments.budget, "--budget"),
@@ -132,7 +132,7 @@ fn many(arguments: &Arguments, question: batch::Question, lang: Language) -> Res
 
 /// The fit of one device, the campaign as text, and every file that was read.
 fn fitted(
-    question: &batch::Question,
+    question: &devices::DeviceCampaign,
     settings: &fit::Settings,
 ) -> Result<(fit::Fit, wire::Source, Vec<report::Input>)> {
     if question.is_streamed() {
@@ -149,7 +149,7 @@ fn fitted(
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let own_files = arguments.readings.as_deref().unwrap_or_default();
-    let question = batch::Question::read(&arguments.campaign, &arguments.many, own_files)?;
+    let question = devices::DeviceCampaign::read(&arguments.campaign, &arguments.many, own_files)?;
     if question.is_of_many() {
         return many(arguments, question, lang);
     }

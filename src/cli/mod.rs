@@ -13,6 +13,7 @@ mod calibrations;
 mod catalogue;
 mod check;
 mod compare;
+mod devices;
 mod diagnose;
 mod embedded;
 mod export;

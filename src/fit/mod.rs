@@ -352,7 +352,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let derived = budget_inputs.derived(&point)?;
     let combinations = budget_inputs.combinations(&point);
     let known_sensitivities = budget_inputs.known_sensitivities();
-    let quality = quality::rows(&system, &estimate);
+    let quality = quality::rows(&system, &estimate, scattered.as_ref());
     // with an estimated variance among them, chi-square is what that variance makes it
     let stated = noise.sources.iter().all(|source| !source.estimated);
     let global_test = quality::global_test(&system, &estimate, settings.level).filter(|_| stated);

@@ -9,8 +9,9 @@
 //! standard deviations long. A motion tells where `D` is five or more.
 
 use super::cause::Cause;
-use super::diagnose::Finding;
 use super::errors::ErrorSource;
+pub use super::finding::DiscriminatingMotion;
+use super::finding::Finding;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
 use super::mission::Mission;
 use super::motion::{Attitude, Leg, Legs, Motion, Oscillation, Path};
@@ -21,17 +22,6 @@ use crate::error::Result;
 use crate::linear::{norm, orthonormal, project};
 use crate::number;
 use std::f64::consts::FRAC_PI_2;
-
-/// A motion that tells an error from some of its aliases.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DiscriminatingMotion {
-    /// The motion.
-    pub motion: Motion,
-    /// Aliases that it tells from the error, in their order.
-    pub tells: Vec<ErrorSource>,
-    /// By how many standard deviations at least.
-    pub by: f64,
-}
 
 /// Most motions that are named.
 const NAMED: usize = 4;

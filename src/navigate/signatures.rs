@@ -6,6 +6,7 @@
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ErrorSource, ImuErrors};
+pub use super::instant::Instant;
 use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;
@@ -15,15 +16,6 @@ use super::study;
 use super::whiten::Walks;
 use crate::elements::Elements;
 use crate::number;
-
-/// What every source does at one instant.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Instant {
-    /// For each of [`ErrorSource::catalogue`], the channels per SI unit of it.
-    pub signatures: Vec<Channels>,
-    /// Covariance of the channels that the random walks have built up.
-    pub walk: [Channels; CHANNELS],
-}
 
 /// Two steps and how far a time is between them.
 #[derive(Debug, Clone, Copy)]

@@ -12,9 +12,9 @@
 
 use super::case::Case;
 use super::cause::Cause;
-use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
+use super::errors::{ErrorSource, Instrument, Kind};
 use super::measured::CHANNELS;
-use super::mission::Mission;
+use super::random_walk::{Wander, with};
 use super::refine::{State, Walk};
 use super::search::Products;
 use super::signatures::{Instant, instants, motion, times};
@@ -29,38 +29,6 @@ const RANGE: (f64, f64) = (1e-9, 1e-2);
 const GYRO_RANGE: (f64, f64) = (1e-13, 1e-6);
 const ACCELEROMETER_RANGE: (f64, f64) = (1e-10, 1e-3);
 const FACTOR: f64 = 4.0;
-
-/// A random walk found.
-#[derive(Debug, Clone)]
-pub(super) struct Wander {
-    pub cause: Cause,
-    /// Its density, SI.
-    pub density: f64,
-    pub u: f64,
-    /// `-2 ln L` with it, but for the constant that it has without.
-    pub deviance: f64,
-    /// By how much it is less than that of none.
-    pub gain: f64,
-    /// Other walks, with their density and by how much their deviance is larger.
-    pub others: Vec<(Cause, f64, f64)>,
-}
-
-impl Wander {
-    /// The mission with it, where a mission can state it.
-    pub fn stated(&self, mission: &Mission) -> Option<Mission> {
-        let Cause::RandomWalk(instrument) = self.cause else { return None };
-        let mut mission = mission.clone();
-        mission.errors = with(&mission.errors, instrument, self.density);
-        Some(mission)
-    }
-}
-
-fn with(errors: &ImuErrors, instrument: Instrument, density: f64) -> ImuErrors {
-    let mut errors = *errors;
-    let triad = if instrument == Instrument::Gyro { &mut errors.gyro } else { &mut errors.accelerometer };
-    triad.random_walk = triad.random_walk.hypot(density);
-    errors
-}
 
 /// Does a walk of a bias move this one of the six?
 fn moves(cause: &Cause, place: usize) -> bool {

@@ -18,8 +18,9 @@
 )]
 
 use super::errors::{ErrorSource, Instrument, Kind};
+use super::instant::Instant;
 use super::measured::{CHANNELS, Measured};
-use super::signatures::Instant;
+
 use crate::elements::Elements;
 use nalgebra::SMatrix;
 

@@ -1,7 +1,7 @@
 //! Quality of each row of a system, and the global test of all.
 
 use crate::elements::Elements;
-use crate::estimate::{Estimate, Group, System};
+use crate::estimate::{Estimate, Group, Scattered, System};
 use crate::uncertainty::quantiles;
 
 /// Quality of one row of the system.
@@ -15,7 +15,8 @@ pub struct RowQuality {
     pub leverage: f64,
     /// Redundancy number, `1 - leverage`.
     pub redundancy: f64,
-    /// Internally studentized residual, `v / (u sqrt r)`; `None` where the reading is not checked by any other.
+    /// Internally studentized residual, `v / (u sqrt r)`; `None` where the reading is not checked by any other. Where readings share deviations,
+    /// `v` is what is left when these are taken out.
     pub studentized: Option<f64>,
     /// Minimal detectable bias, `u delta0 / sqrt r`, in the sensor's unit.
     pub mdb: Option<f64>,
@@ -31,8 +32,11 @@ pub fn baarda_delta() -> f64 {
 /// Below this redundancy number a reading counts as unchecked: its residual is rounding.
 pub(crate) const UNCHECKED: f64 = 1e-9;
 
-/// Quality of every row of a system and its estimate.
-pub fn rows(system: &System, estimate: &Estimate) -> Vec<RowQuality> {
+/// Quality of every row of a system and its estimate; `scattered` is what the readings share.
+///
+/// With deviations that are shared, `V = R + Z D Z'`, a row's redundancy number is `u^2 (V^-1 - V^-1 A (A' V^-1 A)^-1 A' V^-1)_ii` and its studentized
+/// residual `u (V^-1 v)_i / sqrt r` (K.-R. Koch, Parameter Estimation and Hypothesis Testing in Linear Models, 1999, 4.3): the test of one wrong reading.
+pub fn rows(system: &System, estimate: &Estimate, scattered: Option<&Scattered>) -> Vec<RowQuality> {
     let delta = baarda_delta();
     (0..system.observed.len())
         .map(|i| {
@@ -42,10 +46,12 @@ pub fn rows(system: &System, estimate: &Estimate) -> Vec<RowQuality> {
                 _ => Some(1.0),
             };
             let u = scale.map(|scale| scale * at(&system.u));
-            let (residual, leverage, redundancy) =
-                (at(&estimate.residuals), at(&estimate.leverage), at(&estimate.redundancy));
+            let residual = at(&estimate.residuals);
+            let redundancy = at(scattered.map_or(&estimate.redundancy, |found| &found.redundancy));
+            let leverage = scattered.map_or_else(|| at(&estimate.leverage), |_| 1.0 - redundancy);
             let checked = u.filter(|u| redundancy > UNCHECKED && *u > 0.0);
-            let studentized = checked.map(|u| residual / (u * redundancy.sqrt()));
+            let standardized = |u: f64| scattered.map_or(residual / u, |found| at(&found.standardized));
+            let studentized = checked.map(|u| standardized(u) / redundancy.sqrt());
             let mdb = checked.map(|u| delta * u / redundancy.sqrt());
             RowQuality { residual, u, leverage, redundancy, studentized, mdb }
         })

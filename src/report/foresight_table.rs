@@ -89,7 +89,7 @@ pub(super) fn foresight_table(report: &ForesightReport, lang: Language) -> Strin
     for (column, families) in lacking(report) {
         text.push_str(&format!(
             "{}\n",
-            say!(lang, "not-tried-without-a-column-kinds-of", column, families = families.to_string())
+            say!(lang, "not-tried-without-a-column-kinds-of", column, families = lang.count(families, "kind"))
         ));
     }
     text

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `fit.rs`, `fit_build.rs`, `fit_table.rs` | a fit: the keys of its report, the report from the fit, the table |
 //! | `fit_checks.rs`, `fit_constraints.rs`, `monte_carlo.rs`, `fit_checks_table.rs` | what that report says of the readings, the constraints and the Monte Carlo |
+//! | `scatter.rs`, `conformity.rs`, `site.rs` | what it says of what scatters, of limits, of gravity and Earth rate |
 //! | `record.rs` | what it says of a record that was streamed |
 //! | `batch.rs` | many devices: what they come to, a row for each |
 //! | `compare.rs`, `compare_table.rs` | published closed forms beside least squares |

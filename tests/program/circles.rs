@@ -10,24 +10,7 @@ type Module = Vec<String>;
 type Edges = BTreeMap<Module, BTreeSet<Module>>;
 
 /// Imports that stay, with the reason: (from, to, why).
-const KEPT: [(&str, &str, &str); 4] = [
-    (
-        "navigate/whiten",
-        "navigate/signatures",
-        "walks are whitened at the instants of the signatures, and signatures are whitened by them",
-    ),
-    ("cli/batch_reports", "cli/batch", "pages of single devices are written while the devices of a table go through"),
-    (
-        "navigate/wander",
-        "navigate/refine",
-        "a refinement has what wanders as a part of its state, and what wanders is propagated with that state",
-    ),
-    (
-        "navigate/separate",
-        "navigate/diagnose",
-        "a diagnosis lists the motions that would separate its findings, which are found from those findings",
-    ),
-];
+const KEPT: [(&str, &str, &str); 0] = [];
 
 fn collect(folder: &Path, path: &[String], found: &mut BTreeMap<Module, String>) {
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -37,8 +37,12 @@ def case(name, a, y, u, lines):
         v = v + line["variance"] * by[:, None] * by[None, :] * k
     x, c = gls(a, y, v)
     r = y - a @ x
+    w = np.linalg.inv(v)
+    p_ = w - w @ a @ c @ a.T @ w
+    studentized = (w @ r) / np.sqrt(np.diag(p_))
     case_ = dict(name=name, a=a.tolist(), y=y.tolist(), u=u.tolist(), lines=lines, solution=x.tolist(), covariance=c.tolist(),
-                 chi_square=float(r @ np.linalg.solve(v, r)), log_determinant=float(np.linalg.slogdet(v)[1]))
+                 chi_square=float(r @ np.linalg.solve(v, r)), log_determinant=float(np.linalg.slogdet(v)[1]),
+                 studentized=studentized.tolist(), redundancy=(u**2 * np.diag(p_)).tolist())
     cases.append(case_)
 
 

@@ -296,7 +296,7 @@ fn row_quality(
     solved: &Together,
     independent: &HashMap<(usize, usize), f64>,
 ) -> Vec<RowQuality> {
-    quality::rows(weighed, estimate)
+    quality::rows(weighed, estimate, None)
         .into_iter()
         .enumerate()
         .map(|(i, own)| {

@@ -8,7 +8,7 @@ use crate::language::{Language, say};
 use crate::report::plot::{self, Bar, Interval, Part, Residual};
 use crate::report::scatter;
 use crate::report::table::{rounded, significant};
-use crate::report::{ARCSEC, BudgetReport, FitReport};
+use crate::report::{ARCSEC, BudgetReport, FitReport, ReadingReport};
 use crate::uncertainty::Evaluation;
 
 /// More rows than this are no figure any more.
@@ -129,9 +129,18 @@ pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Result<Vec<F
     }])
 }
 
+/// What is left of a reading when deviations that it shares with others are taken out.
+fn own_residual(reading: &ReadingReport, shared: bool) -> f64 {
+    match (reading.studentized, reading.u) {
+        (Some(s), Some(u)) if shared => s * u * reading.redundancy.max(0.0).sqrt(),
+        _ => reading.residual,
+    }
+}
+
 /// Residuals of each sensor in order, with the band in which each should lie.
 pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
+    let shared = !fit.campaign.scatter.is_empty();
     let sensors = &fit.campaign.bench.sensors;
     for sensor in sensors {
         let own: Vec<_> = report.readings.iter().filter(|r| r.sensor == sensor.id).collect();
@@ -147,7 +156,7 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
             .map(|(_, r)| Residual {
                 number: r.index,
                 group: r.position.clone(),
-                value: r.residual,
+                value: own_residual(r, shared),
                 band: r.u.map(|u| 2.0 * u * r.redundancy.max(0.0).sqrt()),
                 far: is_far(r.studentized),
             })
@@ -166,7 +175,10 @@ pub(super) fn residual_figures(fit: &Fit, report: &FitReport, lang: Language) ->
             String::new()
         };
         figures.push(Figure {
-            caption: say!(lang, "residuals-of-before-bands-of-two-standard", id = sensor.id, beyond, thinned),
+            caption: match shared {
+                false => say!(lang, "residuals-of-before-bands-of-two-standard", id = sensor.id, beyond, thinned),
+                true => say!(lang, "residuals-of-without-what-is-shared", id = sensor.id, beyond, thinned),
+            },
             description: say!(lang, "residuals-of", id = sensor.id, beyond),
             svg: plot::residuals(&rows, &say!(lang, "fit-figures-residual", id = sensor.id), &sensor.unit, lang)?,
             wide: true,

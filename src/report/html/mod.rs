@@ -19,6 +19,7 @@
 //! | `fit_page.rs` | the page of a fit, section by section: |
 //! | `fit_answer.rs` | the verdicts, and the fit in a few sentences |
 //! | `fit_estimates.rs` | the estimates, what is not estimable, the budgets |
+//! | `scatter_page.rs` | what scatters |
 //! | `fit_correction.rs` | the correction to apply, and the mounting |
 //! | `checks_page.rs` | what was checked: readings, constraints, Monte Carlo |
 //! | `fit_readings.rs` | what was assumed, and the readings one by one |

@@ -269,7 +269,12 @@ fn effects_section(effects: &ForesightReport, better: bool, lang: Language) -> S
         ));
     }
     for (column, families) in lacking(effects) {
-        notes.push(say!(lang, "not-tried-without-a-column-kinds-of-2", column, families = families.to_string()));
+        notes.push(say!(
+            lang,
+            "not-tried-without-a-column-kinds-of-2",
+            column,
+            families = lang.count(families, "kind")
+        ));
     }
     let [tried, distinct] = [effects.effects.len(), effects.rule.tests].map(|n| n.to_string());
     let tried = say!(lang, "effects-of-the-catalogue-were-tried-in", tried, distinct);

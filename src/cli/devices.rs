@@ -1,0 +1,344 @@
+//! The devices of a table, or of many files: the campaign that is asked of each, and where its readings are (`--by`, `--readings FILE...`).
+
+use super::files::Beside;
+use super::{files, globs};
+use crate::batch::{self, Device, Ended, Layout, Use};
+use crate::bench::Bench;
+use crate::campaign::{Campaign, Readings};
+use crate::error::{Fault, Malformed, Result};
+use crate::fit::Settings;
+use crate::number;
+use crate::record::{Column, Record};
+use crate::report::Input;
+use crate::wire::{self, CampaignFile, ReadingFile, ReadingsRef, Source};
+use clap::Args;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// Names of columns that a control chart is drawn over, where none is asked for.
+const LOTS: [&str; 4] = ["lot", "batch", "date", "day"];
+
+/// Many devices.
+#[derive(Debug, Args)]
+pub(super) struct Many {
+    /// One fit for each value of this column of the readings: a serial number. It replaces the campaign's "by".
+    #[arg(long, value_name = "COLUMN")]
+    by: Option<String>,
+    /// With many devices: write one row a device to a file, as .csv, .jsonl or .parquet; without it CSV goes to stdout, on a terminal a table.
+    #[arg(long, value_name = "FILE")]
+    pub(super) to: Option<PathBuf>,
+    /// With many devices: the column of dates or lots for control charts; lot, batch, date or day unless given.
+    #[arg(long, value_name = "COLUMN")]
+    pub(super) chart: Option<String>,
+}
+
+impl Many {
+    /// Errors: options that need many devices; `more` are further ones of the command, and whether they are given.
+    pub(super) fn refuse_alone(&self, more: &[(&str, bool)]) -> Result<()> {
+        let own = [("--to", self.to.is_some()), ("--chart", self.chart.is_some())];
+        match own.iter().chain(more).find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((option, _)) => {
+                Err(Malformed::new(Fault::Missing, format!("{option} is of many devices, and here is one"))
+                    .expected("--by COLUMN, \"by\" in the campaign, or several files of --readings"))
+            }
+        }
+    }
+}
+
+/// A campaign, and where its readings are.
+pub(super) struct DeviceCampaign {
+    path: PathBuf,
+    source: Source,
+    input: Input,
+    pub(super) file: CampaignFile,
+    by: Option<String>,
+    /// Files of readings, where they are not in the campaign.
+    files: Vec<PathBuf>,
+    /// Are they in place of the campaign's?
+    replaced: bool,
+}
+
+impl DeviceCampaign {
+    /// Read a campaign file; its readings stay where they are.
+    pub(super) fn read(path: &Path, many: &Many, readings: &[PathBuf]) -> Result<Self> {
+        let (source, input) = files::read_input(path)?;
+        let file = wire::campaign_of(&source)?;
+        let by = many.by.clone().or_else(|| file.by.clone());
+        let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let files = match (&file.readings, readings) {
+            (_, [_, ..]) => globs::expand(readings)?,
+            (ReadingsRef::Path(own), _) => vec![folder.join(own)],
+            (ReadingsRef::Inline(_) | ReadingsRef::Samples(_), _) => Vec::new(),
+        };
+        Ok(DeviceCampaign { path: path.to_path_buf(), source, input, file, by, files, replaced: !readings.is_empty() })
+    }
+
+    /// The campaign file, for errors that come later.
+    pub(super) fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// Are there several devices to be told apart?
+    pub(super) fn is_of_many(&self) -> bool {
+        self.by.is_some() || self.files.len() > 1
+    }
+
+    /// Are the readings the rows of a record, which is streamed?
+    pub(super) fn is_streamed(&self) -> bool {
+        self.file.has_rows() && !self.replaced
+    }
+
+    /// The fit of a record whose rows are the readings.
+    pub(super) fn stream(&self, settings: &Settings) -> Result<(crate::fit::Fit, Vec<Input>)> {
+        let mut inputs = vec![self.input.clone()];
+        let mut folder = Beside::new(&self.path);
+        let (campaign, mut rows, sample) = wire::read_rows_of(&self.file, &self.source, &mut folder)?;
+        let fit = crate::fit::streamed::fit(campaign, &mut rows, &sample, settings);
+        let fit = fit.map_err(|error| wire::locate(error, &self.source))?;
+        inputs.extend(folder.inputs);
+        Ok((fit, inputs))
+    }
+
+    /// The campaign of one device.
+    pub(super) fn single(&self) -> Result<(Campaign, Source, Vec<Input>)> {
+        let mut inputs = vec![self.input.clone()];
+        let mut folder = Beside::new(&self.path);
+        let Some(path) = self.files.first().filter(|_| self.replaced) else {
+            let campaign = wire::campaign_from(self.file.clone(), &self.source, &mut folder)?;
+            inputs.extend(folder.inputs);
+            return Ok((campaign, self.source.clone(), inputs));
+        };
+        let bench = self.bench(&mut inputs)?;
+        let table = folder.table_at(path)?;
+        let readings = wire::read_readings(&bench, table, &self.file.columns)
+            .map_err(|error| wire::locate(error, &self.source))?;
+        inputs.extend(folder.inputs);
+        let campaign = self.file.clone().with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
+        Ok((campaign, self.source.clone(), inputs))
+    }
+
+    fn bench(&self, inputs: &mut Vec<Input>) -> Result<Bench> {
+        let folder: PathBuf = self.path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let bench = self.file.own_bench(&mut |name| {
+            let (source, input) = files::read_input(&folder.join(name))?;
+            inputs.push(input);
+            Ok(source)
+        });
+        bench.map_err(|error| wire::locate(error, &self.source))
+    }
+
+    /// The title of a column that the campaign calls by a key.
+    fn title(&self, key: &str) -> String {
+        self.file.columns.get(key).map_or(key, String::as_str).to_string()
+    }
+
+    /// The table of devices: files, or the campaign's own readings.
+    pub(super) fn table<'a>(&'a self, others: Others<'a>, chart: Option<&'a str>) -> Result<DeviceTable<'a>> {
+        if let (ReadingsRef::Samples(_), true) = (&self.file.readings, self.files.is_empty()) {
+            return Err(Malformed::new(Fault::Value, "a record of samples is of one device")
+                .expected("a table of readings of many devices (tumble reduce makes readings of each record)")
+                .at_path("readings"))
+            .map_err(|error| wire::locate(error, &self.source));
+        }
+        let mut inputs = vec![self.input.clone()];
+        let bench = self.bench(&mut inputs)?;
+        let mut table = DeviceTable {
+            question: self,
+            by: self.by.clone(),
+            lot: None,
+            others,
+            template: None,
+            inline: Vec::new(),
+            names: self.files.iter().map(|path| path.display().to_string()).collect(),
+            inputs,
+        };
+        let numeric = match (self.files.first(), &self.file.readings) {
+            (Some(first), _) => {
+                let record = open(first)?;
+                let by = self.by.as_deref().map(|by| record.find(&self.title(by))).transpose()?;
+                table.lot = match chart {
+                    Some(column) => {
+                        let found = record.find(&self.title(column))?;
+                        Some(record.columns().get(found).map_or(column.into(), |c| c.title.clone()))
+                    }
+                    None => lot(record.columns()),
+                };
+                // a diagnosis has every column for itself
+                let all = matches!(others, Others::All);
+                table.lot = table.lot.take().filter(|lot| !all && Some(lot) != self.by.as_ref());
+                for path in &self.files {
+                    super::session::reads(path);
+                }
+                wire::table_layout(&bench, &record, by, &self.file.columns, |key| table.wants(key))?.numeric(&bench)
+            }
+            (None, ReadingsRef::Inline(rows)) => {
+                table.inline = rows.clone();
+                let by = self.by.as_deref().unwrap_or_default();
+                let (layout, _) = wire::inline_devices(&bench, table.inline.clone(), by, |key| table.wants(key))
+                    .map_err(|error| wire::locate(error.at_path("readings"), &self.source))?;
+                layout.numeric(&bench)
+            }
+            (None, ReadingsRef::Path(_) | ReadingsRef::Samples(_)) => Vec::new(),
+        };
+        // the campaign of no device yet: everything but the readings is checked here
+        let readings = Readings { columns: numeric, rows: Vec::new() };
+        let file = CampaignFile { scatter: Vec::new(), ..self.file.clone() };
+        let template = file.with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
+        table.template = Some(template);
+        Ok(table)
+    }
+
+    /// The campaign of a device.
+    fn of_device(&self, template: &Campaign, layout: &Layout, device: &Device) -> Result<Campaign> {
+        let readings = wire::device_readings(&template.bench, layout, device)?;
+        let plain = self.file.scatter.is_empty() && layout.uses.iter().all(|kind| *kind != Use::Other);
+        let own_lines = readings.columns.iter().any(|column| column.ends_with("_u"));
+        match plain && !own_lines && readings.columns == template.readings.columns {
+            true => Ok(template.with_readings(readings)),
+            false => self.file.clone().with(template.bench.clone(), readings),
+        }
+    }
+}
+
+/// Which further columns a device's campaign has.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Others<'a> {
+    /// Those that the campaign's scatter names.
+    Named(&'a CampaignFile),
+    /// All: a diagnosis looks at every one.
+    All,
+}
+
+/// A table of devices that is about to be read.
+pub(super) struct DeviceTable<'a> {
+    question: &'a DeviceCampaign,
+    by: Option<String>,
+    lot: Option<String>,
+    others: Others<'a>,
+    template: Option<Campaign>,
+    inline: Vec<ReadingFile>,
+    names: Vec<String>,
+    inputs: Vec<Input>,
+}
+
+impl DeviceTable<'_> {
+    fn wants(&self, key: &str) -> bool {
+        match self.others {
+            Others::All => Some(key) != self.by.as_deref(),
+            Others::Named(file) => {
+                let named = file.scatter.iter().any(|line| {
+                    line.over.as_deref() == Some(key)
+                        || line.per.as_deref() == Some(key)
+                        || (key == "position" && line.per.as_deref() == Some("position"))
+                });
+                named || (key == "position" && !file.scatter.is_empty()) || key.ends_with("_u")
+            }
+        }
+    }
+
+    /// Every file that was read, with digests.
+    pub(super) fn inputs(&self) -> Result<Vec<Input>> {
+        let mut inputs = self.inputs.clone();
+        for path in &self.question.files {
+            inputs.push(files::input(path)?);
+        }
+        Ok(inputs)
+    }
+
+    /// The campaign without readings.
+    pub(super) fn template(&self) -> Result<&Campaign> {
+        self.template.as_ref().ok_or_else(|| Malformed::new(Fault::Missing, "there is no campaign"))
+    }
+
+    /// What tells devices apart.
+    pub(super) fn by(&self) -> &str {
+        self.by.as_deref().unwrap_or("file")
+    }
+
+    pub(super) fn lot(&self) -> Option<&str> {
+        self.lot.as_deref()
+    }
+
+    /// The campaign of a device.
+    pub(super) fn campaign(&self, layout: &Layout, device: &Device) -> Result<Campaign> {
+        self.question.of_device(self.template()?, layout, device)
+    }
+
+    /// Hand on the devices, in chunks; `restart` forgets what was handed on, where the rows of a device do not stand together.
+    pub(super) fn read(
+        &self,
+        sink: &mut dyn FnMut(Vec<Device>, &Layout) -> Result<()>,
+        restart: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<()> {
+        let template = self.template()?;
+        if self.names.is_empty() {
+            let rows = self.inline.clone();
+            let (layout, devices) = wire::inline_devices(&template.bench, rows, self.by(), |key| self.wants(key))
+                .map_err(|error| wire::locate(error.at_path("readings"), &self.question.source))?;
+            return sink(devices, &layout);
+        }
+        let open = |k: usize| self.question.files.get(k).map_or_else(|| Err(no_file()), |path| open(path));
+        let layout = |record: &Record, by: Option<usize>| {
+            wire::table_layout(&template.bench, record, by, &self.question.file.columns, |key| self.wants(key))
+        };
+        let by = self.by.as_deref().map(|by| self.question.title(by));
+        let mut pass = |counts: Option<&batch::Counts>| {
+            batch::stream(&self.names, &open, by.as_deref(), self.lot.as_deref(), &layout, counts, sink)
+        };
+        if let Ended::CameBack { label, row } = pass(None)? {
+            super::note(&format!(
+                "note: '{label}' comes back in row {row}: the rows of a device do not stand together, so the table is read again, and devices are \
+                 kept until they are whole"
+            ));
+            restart()?;
+            // without a column that tells devices apart each file is one
+            let counts = batch::count(self.names.len(), &open, by.as_deref().unwrap_or_default())?;
+            pass(Some(&counts))?;
+        }
+        Ok(())
+    }
+
+    /// A bar of rows on stderr with rate and time left; for tables of text their number is guessed from the first lines.
+    pub(super) fn bar(&self) -> indicatif::ProgressBar {
+        let rows = |path: &PathBuf| match open(path).ok().and_then(|record| record.rows()) {
+            Some(rows) => rows,
+            None => guessed(path),
+        };
+        let shown = std::io::stderr().is_terminal();
+        let rows = if shown { self.question.files.iter().map(rows).sum() } else { self.inline.len() as u64 };
+        let bar = super::bar(rows);
+        let style = "{wide_bar} {human_pos} of about {human_len} rows, {per_sec}, {eta} left";
+        if let Ok(style) = indicatif::ProgressStyle::with_template(style) {
+            bar.set_style(style);
+        }
+        bar
+    }
+}
+
+/// Rows of a table of text, from its size and the length of its first lines.
+fn guessed(path: &Path) -> u64 {
+    use std::io::Read;
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(1 << 16).read_to_end(&mut head));
+    let (lines, size) =
+        (head.iter().filter(|b| **b == b'\n').count(), std::fs::metadata(path).map_or(0, |own| own.len()));
+    match read {
+        Ok(length) if lines > 0 => number::count_u64(size as f64 / length as f64 * lines as f64),
+        _ => 0,
+    }
+}
+
+fn no_file() -> Malformed {
+    Malformed::new(Fault::File, "there is no such file")
+}
+
+/// The column of dates or lots.
+fn lot(columns: &[Column]) -> Option<String> {
+    let named = |name: &&str| columns.iter().find(|own| own.name.eq_ignore_ascii_case(name));
+    LOTS.iter().find_map(named).map(|column| column.title.clone())
+}
+
+fn open(path: &Path) -> Result<Record> {
+    Record::at_titled(path)
+}

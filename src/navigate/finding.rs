@@ -1,0 +1,80 @@
+//! What a diagnosis of navigation errors names, and what it leaves.
+
+use super::cause::Cause;
+use super::errors::ErrorSource;
+use super::measured::Cell;
+use super::motion::Motion;
+use super::remainder;
+
+/// A motion that tells an error from some of its aliases.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscriminatingMotion {
+    /// The motion.
+    pub motion: Motion,
+    /// Aliases that it tells from the error, in their order.
+    pub tells: Vec<ErrorSource>,
+    /// By how many standard deviations at least.
+    pub by: f64,
+}
+
+/// Another error that explains the same.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alias {
+    /// The cause.
+    pub source: Cause,
+    /// The change that it would need, SI; `None` where it is not estimable.
+    pub value: Option<f64>,
+    /// The same column exactly, or only a fit that is not significantly worse?
+    pub exact: bool,
+    /// How much worse it fits, in variances of the noise.
+    pub excess: f64,
+    /// Would it need a size that no navigator's unit has?
+    pub absurd: bool,
+    /// A second error that must then stand in the place of another finding.
+    pub together_with: Option<Cause>,
+}
+
+/// An error that the mission misses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The cause.
+    pub source: Cause,
+    /// What the mission (or the reference, or the value) has to be changed by, SI.
+    pub value: f64,
+    /// Its standard uncertainty, SI.
+    pub u: Option<f64>,
+    /// Student's t (normal where the noise is stated), the other findings given.
+    pub t: f64,
+    /// Family-wise probability of evidence as strong by chance.
+    pub p: f64,
+    /// Probability that it, or a cause that cannot be told from it, is present; `None` for random walks and single values.
+    pub probability: Option<f64>,
+    /// Share of the gap's sum of squares that it takes off, the others given.
+    pub explains: f64,
+    /// What else it could be.
+    pub aliases: Vec<Alias>,
+    /// Motions that would tell, best first.
+    pub separate_by: Vec<DiscriminatingMotion>,
+}
+
+/// What nothing explains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unexplained {
+    /// In one sentence.
+    pub pattern: String,
+    /// Mean gap by channel and part of the run, the most significant first.
+    pub cells: Vec<remainder::Cell>,
+    /// The errors that come nearest together; they are not accepted.
+    pub nearest: Vec<Cause>,
+    /// The share of the gap's sum of squares that they would take off.
+    pub nearest_explains: f64,
+}
+
+/// A single value that noise does not explain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Suspect {
+    /// The value.
+    pub cell: Cell,
+    /// What is left of it, in standard uncertainties (of innovations, where the mission has random walks).
+    pub z: f64,
+}

@@ -1,0 +1,38 @@
+//! A random walk that a mission does not state, as it was found (`wander.rs`).
+
+use super::cause::Cause;
+use super::errors::{ImuErrors, Instrument};
+use super::mission::Mission;
+
+/// A random walk found.
+#[derive(Debug, Clone)]
+pub(super) struct Wander {
+    pub cause: Cause,
+    /// Its density, SI.
+    pub density: f64,
+    pub u: f64,
+    /// `-2 ln L` with it, but for the constant that it has without.
+    pub deviance: f64,
+    /// By how much it is less than that of none.
+    pub gain: f64,
+    /// Other walks, with their density and by how much their deviance is larger.
+    pub others: Vec<(Cause, f64, f64)>,
+}
+
+impl Wander {
+    /// The mission with it, where a mission can state it.
+    pub fn stated(&self, mission: &Mission) -> Option<Mission> {
+        let Cause::RandomWalk(instrument) = self.cause else { return None };
+        let mut mission = mission.clone();
+        mission.errors = with(&mission.errors, instrument, self.density);
+        Some(mission)
+    }
+}
+
+/// The errors with a random walk of a triad.
+pub(super) fn with(errors: &ImuErrors, instrument: Instrument, density: f64) -> ImuErrors {
+    let mut errors = *errors;
+    let triad = if instrument == Instrument::Gyro { &mut errors.gyro } else { &mut errors.accelerometer };
+    triad.random_walk = triad.random_walk.hypot(density);
+    errors
+}
