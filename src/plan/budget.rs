@@ -381,7 +381,7 @@ impl<'a> Filling<'a> {
             let mut best: Option<(f64, usize)> = None;
             // the one that was taken last is often the best again: most of the others need not be looked at closely
             for (k, most) in last.into_iter().chain(0..count).filter_map(|k| Some((k, *told.get(k)?))) {
-                if best.is_some_and(|(gain, _)| !(most / least > gain)) {
+                if best.is_some_and(|(gain, _)| !(most / self.till.at_least(self.prices, k).max(least) > gain)) {
                     continue;
                 }
                 let Some(more) = self.room(k) else { continue };

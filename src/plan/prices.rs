@@ -164,6 +164,12 @@ impl Till {
         till
     }
 
+    /// What one more of a portion costs at least; all of it where its mounting is not in use.
+    pub fn at_least(&self, prices: &Prices, j: usize) -> f64 {
+        let is_open = prices.place.get(j).and_then(|place| self.portions.get(*place)).is_some_and(|count| *count > 0);
+        if prices.apart || !is_open { prices.alone(j) } else { prices.least_more() }
+    }
+
     /// What it costs more (or less) when one portion goes and another comes.
     pub fn difference(&self, prices: &Prices, goes: Option<usize>, comes: Option<usize>) -> f64 {
         if prices.apart {
