@@ -18,7 +18,7 @@ use super::errors::{ErrorSource, ImuErrors, Kind};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::signatures::{Instant, instants, motion, predicted_together, times};
-use super::whiten::Walks;
+use super::whiten::{Walks, carried as carried_walks};
 use crate::elements::Elements;
 use crate::number;
 use nalgebra::{SMatrix, SVector};
@@ -120,7 +120,14 @@ impl Columns {
                 base.iter().enumerate().map(one).collect()
             }));
         }
-        Columns { runs, walks: self.walks.clone(), sources: self.sources.clone() }
+        let mut columns = Columns { runs, walks: Walks::default(), sources: self.sources.clone() };
+        columns.walks = Walks { instants: columns.carrying(&self.walks.instants), biases: self.walks.biases };
+        columns
+    }
+
+    /// Random walks as they go on beside the errors that these columns are around.
+    pub fn carrying(&self, instants: &[Vec<Instant>]) -> Vec<Vec<Instant>> {
+        instants.iter().zip(&self.runs).map(|(old, run)| carried_walks(old, &run.at_rows)).collect()
     }
 
     /// The same with other random walks.

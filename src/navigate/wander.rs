@@ -39,13 +39,30 @@ fn moves(cause: &Cause, place: usize) -> bool {
 
 impl<'a> Walk<'a> {
     /// The random walk that may explain what a state leaves, or what it needs causes for that change in time; if one does.
-    pub fn wander(&self, state: &State) -> Option<Wander> {
+    pub fn wander(&mut self, state: &State) -> Option<Wander> {
         let fixed = self.is_complete(state) && state.set.iter().all(Cause::is_constant);
         if fixed || self.case.from != NoiseFrom::Stated {
             return None;
         }
         // beside all ordinary causes, of which none is left out
-        let state = self.ordinary.as_ref().unwrap_or(state);
+        let state = self.ordinary.clone().unwrap_or_else(|| state.clone());
+        let along = self.wander_along(&state);
+        // a large error turns the frame in which a walk goes on: along the errors that the state has it may be likelier
+        let case = self.case.clone();
+        let errors = self.case.with(&state.set, &state.values);
+        let Some(moved) = self.case.around(&errors, self.u) else { return along };
+        self.case = moved;
+        let turned = self.wander_along(&state);
+        self.case = case;
+        let alike = self.case.settings.common.indistinguishable;
+        match (along, turned) {
+            (Some(along), Some(turned)) => Some(if turned.deviance + alike < along.deviance { turned } else { along }),
+            (along, turned) => along.or(turned),
+        }
+    }
+
+    /// The same, with the question's columns around the state.
+    fn wander_along(&self, state: &State) -> Option<Wander> {
         let mut columns = state.flown.jacobian.clone();
         let mut laid = self.case.left(&state.flown.predicted);
         for (column, value) in columns.iter().zip(&state.values) {
@@ -56,10 +73,11 @@ impl<'a> Walk<'a> {
         let both = [gyro, Instrument::Accelerometer];
         let mut found: Vec<Wander> = Vec::new();
         for instrument in both {
-            let (unit, cause) = (self.unit(Some(instrument)), Cause::RandomWalk(instrument));
+            let unit = self.case.columns.carrying(&self.unit(Some(instrument)));
+            let cause = Cause::RandomWalk(instrument);
             found.extend(self.likeliest(cause, RANGE, &unit, &state.out, &columns));
         }
-        let unit = self.unit(None);
+        let unit = self.case.columns.carrying(&self.unit(None));
         for instrument in both {
             let range = if instrument == gyro { GYRO_RANGE } else { ACCELEROMETER_RANGE };
             for axis in [None, Some(0), Some(1), Some(2)] {

@@ -20,7 +20,6 @@
 use super::errors::{ErrorSource, Instrument, Kind};
 use super::instant::Instant;
 use super::measured::{CHANNELS, Measured};
-
 use crate::elements::Elements;
 use nalgebra::SMatrix;
 
@@ -122,6 +121,28 @@ fn filtered<const N: usize>(measured: &Measured, walks: &Walks, u: &[f64], colum
         }
     }
     size
+}
+
+/// Random walks along other errors than those that `old` was made for: what comes on the way from row to row stays, `Q = W(t) - A W(s) A^T`; how it goes on
+/// from there is told by the signatures of `new`, which are derivatives around those errors.
+pub(super) fn carried(old: &[Instant], new: &[Instant]) -> Vec<Instant> {
+    let first_start = ErrorSource::all().len();
+    let psi = |instant: &Instant| Matrix::from_fn(|i, j| instant.signatures.get(first_start + j).map_or(0.0, |s| s[i]));
+    let (mut before, mut own_before) = ((Matrix::identity(), Matrix::zeros()), (Matrix::identity(), Matrix::zeros()));
+    old.iter()
+        .zip(new)
+        .map(|(old, new)| {
+            let walk = Matrix::from_fn(|i, j| old.walk[i][j]);
+            let across = transition(&psi(old), &before.0);
+            let grown = walk - across * before.1 * across.transpose();
+            before = (psi(old), walk);
+            let across = transition(&psi(new), &own_before.0);
+            let walk = across * own_before.1 * across.transpose() + grown;
+            own_before = (psi(new), walk);
+            let walk = std::array::from_fn(|i| std::array::from_fn(|j| walk[(i, j)]));
+            Instant { signatures: new.signatures.clone(), walk }
+        })
+        .collect()
 }
 
 /// Places of the biases in the catalogue.
