@@ -78,8 +78,8 @@ pub const LEVEL: f64 = 0.95;
 
 /// Means over segments with their uncertainties.
 ///
-/// The noise of a channel is taken to be the same in all segments, and is learnt from all of them together; a segment that is noisier than the others has
-/// its uncertainties enlarged. `turn_s` has the duration of a turn for segments in which a joint turned: what repeats with the turn is no noise.
+/// The noise of a channel is taken to be the same in all segments whose differences from sample to sample are of one size, and is learnt from these
+/// together; one of them that is noisier than the others has its uncertainties enlarged. `turn_s` has the duration of a turn for segments in which a joint turned: what repeats with the turn is no noise.
 pub fn reduce(trace: &Trace, segmentation: Segmentation, turn_s: &[Option<f64>]) -> Reduction {
     let Segmentation { segments, rejected, stillness } = segmentation;
     let per_channel: Vec<Vec<Mean>> = trace
