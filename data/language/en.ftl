@@ -1200,6 +1200,7 @@ nothing-tells-them-apart = nothing tells them apart
 and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
 with-the-added-positions = with the added positions, { $after }
 no-candidate-tells-them-apart-so-nothing = no candidate tells them apart, so nothing is added
+positions-share-deviations-planned-for = readings share the deviations of { $line }; the chosen positions are planned for { $levels }
 no-candidate-would-separate-it-but-all = no candidate would separate it, but all candidates have { $held } only (--candidates FILE takes others)
 of-is-found-with-probability-where-the = { $effect } of { $size } is found with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
 the-goal-counts = the goal counts { $counted }

@@ -1054,6 +1054,7 @@ nothing-tells-them-apart = 无法区分二者
 and-both-in-the-model-before = { $a } 与 { $b } 同在模型中：原编排，{ $before }
 with-the-added-positions = 增加位置后，{ $after }
 no-candidate-tells-them-apart-so-nothing = 没有候选位置能区分二者，因此不增加位置
+positions-share-deviations-planned-for = 读数共有 { $line } 的偏差；所选位置按 { $levels } 规划
 no-candidate-would-separate-it-but-all = 没有候选位置能将其分离，但全部候选位置都限于 { $held }（可用 --candidates 文件 另行给出）
 of-is-found-with-probability-where-the = 大小为 { $size } 的 { $effect }，当其系数 { $coefficient } 的 u 不大于 { $u } 时，以概率 { $power } 被发现
 the-goal-counts = 目标所计的量：{ $counted }

@@ -1,6 +1,6 @@
 //! What scatters beyond the readings' own noise: lines of sensors, joints, tilts and coefficients that deviate anew at each level of a factor.
 
-use super::{Campaign, Kind, Role};
+use super::{Campaign, Kind, Reading, Readings, Role};
 use crate::error::{Fault, Malformed, Result};
 
 /// One line of what scatters.
@@ -158,17 +158,28 @@ impl Per {
                 .collect(),
             Per::Column(name) => {
                 let number = campaign.readings.columns.iter().position(|c| c == name);
-                rows.iter()
-                    .map(|r| {
-                        let own = number.and_then(|k| r.columns.get(k).copied().flatten());
-                        let text = r.remarks.iter().find(|(key, _)| key == name).map(|(_, text)| text.clone());
-                        own.map(|v| (v + 0.0).to_string()).or(text).map(|text| label(text, &mut fresh))
-                    })
-                    .collect()
+                rows.iter().map(|r| value(number, name, r).map(|text| label(text, &mut fresh))).collect()
             }
         };
         (levels, next)
     }
+
+    /// The level of a reading by name, where the factor links positions: empty for the whole campaign, the column's value else. `None` for a
+    /// reading that lacks the column, and for factors that link none.
+    pub fn level_name(&self, readings: &Readings, reading: &Reading) -> Option<String> {
+        match self {
+            Per::Campaign => Some(String::new()),
+            Per::Column(name) => value(readings.columns.iter().position(|c| c == name), name, reading),
+            Per::Reading | Per::Position => None,
+        }
+    }
+}
+
+/// A column's value at a reading, a number or a text.
+fn value(number: Option<usize>, name: &str, reading: &Reading) -> Option<String> {
+    let own = number.and_then(|k| reading.columns.get(k).copied().flatten());
+    let text = reading.remarks.iter().find(|(key, _)| key == name).map(|(_, text)| text.clone());
+    own.map(|v| (v + 0.0).to_string()).or(text)
 }
 
 impl Campaign {

@@ -1,7 +1,7 @@
 //! The approximate design: weights instead of whole repeats. No exact design can be better, so it says how near the optimum an exact one is.
 //!
 //! ```text
-//! maximise log det M(w),  minimise tr(W M(w)^-1)  or  max_i x_i' M(w)^-1 x_i,   M(w) = M0 + N sum w_j Xj'Xj,   w >= 0, sum w = 1
+//! maximise log det M(w),  minimise log det T M(w)^-1 T',  tr(W M(w)^-1)  or  max_i x_i' M(w)^-1 x_i,   M(w) = M0 + N sum w_j Xj'Xj,   w >= 0, sum w = 1
 //! ```
 //!
 //! Multiplicative weights (S. D. Silvey, D. M. Titterington, B. Torsney, Comm. Statist. A 7 (1978) 1379). The bound that is returned is not
@@ -60,7 +60,12 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
         _ => None,
     };
     let mut least = 0.0;
-    let determinant = matches!(objective, Objective::Determinant);
+    // logarithms of determinants: their slopes' steps are those of D
+    let determinant = matches!(objective, Objective::Determinant | Objective::Volume(_));
+    let logarithms = match objective {
+        Objective::Volume(volume) => volume.size(),
+        _ => n as f64,
+    };
     let size = blocks.rows() * count + predicted.as_ref().map_or(0, |p| p.mass.len());
     let most = number::count(EFFORT / (2.0 * (size * n * n) as f64)).clamp(50, ITERATIONS);
     for iteration in 0..most {
@@ -91,6 +96,10 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
                 let w = predicted.weight_matrix(rows);
                 (sandwich(&inverse, &w, n), dot(&w, &inverse), largest)
             }
+            (Objective::Volume(volume), _) => {
+                let Some((value, slopes)) = volume.with_slopes(&inverse) else { break };
+                (slopes, value, value)
+            }
             _ => (inverse, -log_det, -log_det),
         };
         let gain = gains(&rows, &slopes);
@@ -109,7 +118,7 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
                 active.iter().zip(&weights).for_each(|(j, w)| all[*j] = *w);
                 best = Some(Bound { value: lower, reached, weights: all });
             }
-            let near = if determinant { NEAR * n as f64 } else { NEAR * reached.abs() };
+            let near = if determinant { NEAR * logarithms } else { NEAR * reached.abs() };
             if best.as_ref().is_some_and(|b| reached - b.value <= near) || !(mean > 0.0) {
                 break;
             }
@@ -128,7 +137,14 @@ pub(super) fn bound(blocks: &Blocks, base: &[f64], objective: &Objective, total:
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum);
     }
-    best.map(|b| Bound { reached, ..b })
+    let best = best.map(|b| Bound { reached, ..b });
+    match objective {
+        Objective::Volume(volume) => best.map(|b| {
+            let root = |value: f64| (value / volume.size()).exp();
+            Bound { value: root(b.value), reached: root(b.reached), ..b }
+        }),
+        _ => best,
+    }
 }
 
 /// `tr(Xj B Xj')` of every candidate.

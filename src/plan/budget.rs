@@ -33,13 +33,20 @@ pub(super) fn start(problem: &Problem<'_>, prices: &Prices, rng: &mut Pcg64Mcg) 
     let nearest = match problem.objective {
         Objective::Largest(rows) if rows.count() * rows.rows() > FEW => Objective::Determinant,
         Objective::Eigenvalue(combinations) => Objective::Trace(combinations.sum()),
+        Objective::Volume(_) => Objective::Determinant,
         _ => return searched(problem, prices, rng),
     };
     let smooth = searched(&Problem { objective: &nearest, ..problem.clone() }, prices, rng)?;
     let mut state = State::of(problem, smooth.chosen)?;
     improve_state(&mut state);
-    let (mut chosen, effort) = (state.chosen, smooth.effort + state.effort);
+    let (mut chosen, mut effort) = (state.chosen, smooth.effort + state.effort);
     fill(problem, prices, &mut chosen);
+    if let Objective::Volume(_) = problem.objective {
+        // smooth itself: mountings are moved by what is asked
+        let further = descend(problem, prices, chosen)?;
+        chosen = further.chosen;
+        effort += further.effort;
+    }
     chosen.sort_unstable();
     Some(Design { value: regular(problem, &chosen)?, chosen, effort })
 }

@@ -1,7 +1,7 @@
 //! Positions that may be chosen: sweeps over joints and rates, forbidden zones, and the units in which they are chosen.
 
 use super::effort::mounting;
-use crate::campaign::{Campaign, JointState, Reading, Readings};
+use crate::campaign::{Campaign, JointState, Per, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 
@@ -111,6 +111,9 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
             .collect();
     }
     let names: Vec<&str> = campaign.bench.joints().collect();
+    // texts that lines of scatter go by (an operator), as columns are those of the first reading
+    let goes_by = |key: &String| campaign.scatter.iter().any(|line| line.per == Per::Column(key.clone()));
+    let levels: Vec<(String, String)> = first.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
     let stated = |row: &Reading| (row.samples, row.unread().planned_u);
     let uniform = rows.iter().all(|row| stated(row) == stated(first));
     // two joints that turn in one mean are no reading that the bench can take
@@ -125,6 +128,7 @@ pub fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]) -> Re
             let like = if uniform { first } else { rows.iter().find(turns_alike).unwrap_or(first) };
             Reading {
                 columns: campaign.readings.position(&names, first, joints.clone()).columns,
+                remarks: levels.clone(),
                 ..campaign.readings.position(&names, like, joints)
             }
         })

@@ -49,6 +49,7 @@ pub fn choose(
         Objective::Trace(w) => w.len() == n * n,
         Objective::Largest(rows) => rows.unknowns() == n,
         Objective::Eigenvalue(combinations) => combinations.fits(n),
+        Objective::Volume(volume) => volume.0.fits(n),
     };
     // without a row or an unknown nothing can be determined
     if !fits || n == 0 || blocks.rows() == 0 || blocks.count() == 0 {

@@ -5,6 +5,7 @@ use super::combinations::Combinations;
 use super::derived::gradients;
 use super::pool::Pool;
 use super::problem::Objective;
+use super::volume::Volume;
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -33,6 +34,7 @@ pub(super) fn objective(campaign: &Campaign, pool: &Pool, criterion: &Criterion)
     let n = campaign.unknowns();
     let unit = |k: usize| (0..n).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
     match criterion {
+        Criterion::D if pool.deviations > 0 => Ok(Objective::Volume(Volume::new(pool.independent(n)))),
         Criterion::D => Ok(Objective::Determinant),
         Criterion::G => Ok(Objective::Largest(pool.rows.clone())),
         Criterion::A => Ok(Objective::Trace(weight_matrix(&asked(campaign, pool)?, pool.blocks.unknowns()))),

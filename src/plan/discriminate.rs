@@ -23,7 +23,7 @@ use super::request::Progress;
 use super::request::Request;
 use super::scheduled::schedule_rows;
 use super::search::{EFFORT, Found, Limits, search};
-use super::whitened::{Term, whitened};
+use super::whitened::{Beside, Term, whitened};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
 use crate::error::{Fault, Malformed, Result};
@@ -59,7 +59,7 @@ pub fn discriminate(
     check_question(campaign)?;
     check_point(campaign, kept, candidates, noise)?;
     let pool = Pool::new(campaign, kept, candidates, Unit::Reading, noise, &terms.map(Clone::clone))?;
-    let n = campaign.unknowns();
+    let n = campaign.unknowns() + pool.deviations;
     let coordinates = [n, n + 1].map(|k| {
         let unit: Vec<f64> = (0..n + 2).map(|j| f64::from(u8::from(j == k))).collect();
         pool.coordinates(&unit)
@@ -160,8 +160,10 @@ fn check_terms(campaign: &Campaign, offer: &Offer, terms: [&Term; 2]) -> Result<
             .found(format!("'{}' twice", names[0])));
     }
     let (both, n) = (terms.map(Clone::clone), campaign.unknowns());
-    let mut rows = whitened(campaign, &offer.kept, &offer.noise, &both, false)?;
-    rows.extend(whitened(campaign, &offer.candidates, &offer.noise, &both, true)?);
+    // the effects' own columns are wanted here, whatever scatters beside them
+    let beside = Beside { terms: &both, ..Beside::default() };
+    let mut rows = whitened(campaign, &offer.kept, &offer.noise, &beside, false)?;
+    rows.extend(whitened(campaign, &offer.candidates, &offer.noise, &beside, true)?);
     let sd = offer.noise.sensors.iter().map(|s| s.sd).fold(0.0, f64::max);
     for (t, (term, name)) in terms.iter().zip(&names).enumerate() {
         let largest = rows.iter().filter_map(|row| row.get(n + t)).fold(0.0_f64, |most, v| most.max(v.abs()));

@@ -11,7 +11,7 @@ use super::blocks::{invert, times};
 use super::candidates::{Unit, portions};
 use super::effort::Offer;
 use super::judge::check_question;
-use super::whitened::{Term, adjusted, mounted_apart, single, whitened, with_priors};
+use super::whitened::{Beside, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::campaign::{Campaign, Reading};
 use crate::error::Result;
 use crate::linear::dot;
@@ -48,9 +48,12 @@ pub fn discriminating_positions(
 ) -> Result<Vec<DiscriminatingPosition>> {
     let Offer { kept, candidates, noise, .. } = offer;
     check_question(campaign)?;
-    let n = campaign.unknowns();
     let terms: Vec<Term> = [effect].into_iter().chain(rivals).cloned().collect();
-    let mut rows = with_priors(campaign, kept, noise, &terms)?;
+    let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, Unit::Reading)?;
+    let apart = mounted_apart(&portions, candidates);
+    let beside = Beside::new(campaign, noise, &terms, &[kept, &apart]);
+    let n = beside.fitted(campaign);
+    let mut rows = with_priors(campaign, kept, noise, &beside)?;
     let mut estimate = adjusted(campaign, &rows, n)?;
     if estimate.unknowns.rank < n {
         for k in 0..n {
@@ -64,8 +67,7 @@ pub fn discriminating_positions(
     let fitted: Vec<Vec<f64>> = (0..terms.len()).map(|t| estimate.factor.solve(&column(t))).collect::<Result<_>>()?;
     let residual: Vec<Vec<f64>> =
         (0..terms.len()).map(|t| estimate.factor.project_out(&column(t))).collect::<Result<_>>()?;
-    let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, Unit::Reading)?;
-    let further = whitened(campaign, &mounted_apart(&portions, candidates), noise, &terms, true)?;
+    let further = whitened(campaign, &apart, noise, &beside, true)?;
     let size = (further.len() / portions.len().max(1)).max(1);
     let own = dot(residual.first().map_or(&[], Vec::as_slice), residual.first().map_or(&[], Vec::as_slice));
     let before: Vec<[f64; 3]> = residual.iter().skip(1).map(|b| products(&residual[0], b)).collect();

@@ -104,11 +104,14 @@ impl Noise {
         }
         let mut lines = fit::stated_variances(campaign);
         for (k, line) in campaign.scatter.iter().enumerate() {
-            if line.over.is_some() {
-                return Err(Malformed::new(Fault::Value, "a plan does not take noise that is correlated in time")
-                    .expected("lines of \"scatter\" per reading, position, campaign or column")
-                    .found(line.name(campaign))
-                    .at_path(line.place.clone()));
+            if line.over.as_ref().is_some_and(|over| over.tau.is_none()) {
+                return Err(Malformed::new(
+                    Fault::Missing,
+                    format!("how long {} stays correlated is not known", line.of_name(campaign)),
+                )
+                .expected("a correlation time as its \"tau\": a plan does not estimate it")
+                .found("\"estimate\"")
+                .at_path(line.place.clone()));
             }
             if line.size != Size::Estimated {
                 continue;

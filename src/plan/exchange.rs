@@ -101,6 +101,7 @@ pub(super) fn improve_state(state: &mut State<'_>) {
         Objective::Eigenvalue(combinations) => {
             improve_worst(state, combinations, &Objective::Trace(combinations.sum()));
         }
+        Objective::Volume(volume) => improve_worst(state, volume, &Objective::Determinant),
         objective => sweeps(state, objective),
     }
 }
@@ -179,5 +180,6 @@ pub(super) fn value(objective: &Objective, m: &[f64], n: usize) -> Option<f64> {
         Objective::Trace(w) => dot(w, &inverse),
         Objective::Largest(predicted) => predicted.of(&inverse),
         Objective::Eigenvalue(combinations) => combinations.of(&inverse),
+        Objective::Volume(volume) => volume.of(&inverse),
     })
 }

@@ -5,21 +5,15 @@
 
 use super::whitened::Term;
 use crate::algebra::Expression;
-use crate::campaign::{Asked, Campaign, Given, Request, Role};
+use crate::campaign::{Asked, Campaign, Deviating, Given, Request, Role, Scatter};
 use crate::error::{Fault, Malformed, Result};
 use crate::simulate::Regressor;
 
 /// The campaign with these effects estimated beside its unknowns, and the names of their coefficients.
 ///
 /// A term is appended to its sensor's model line with a coefficient of its own (`c_a_S*a_S`); a tilt assumed zero or a known parameter is
-/// estimated. Errors: lines of scatter in the campaign, an effect of single readings or positions, one that is estimated already.
+/// estimated. Errors: an effect of single readings or positions, one that is estimated already.
 pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<String>)> {
-    if let Some(line) = campaign.scatter.first() {
-        return Err(Malformed::new(Fault::Value, "effects are not searched for beside lines of \"scatter\"")
-            .expected("a schedule without lines of \"scatter\"")
-            .found(line.name(campaign))
-            .at_path(line.place.clone()));
-    }
     let mut bench = campaign.bench.clone();
     let mut names: Vec<String> = Vec::new();
     let mut promoted: Vec<usize> = Vec::new();
@@ -77,6 +71,17 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
     longer.constraints = campaign.constraints.clone();
     longer.derived = campaign.derived.clone();
     longer.identity = campaign.identity.clone();
+    for line in &campaign.scatter {
+        let of = match &line.of {
+            // the longer campaign counts its parameters anew
+            Deviating::Parameter(k) => match longer.parameter_index(campaign.parameter_id(*k)) {
+                Some(k) => Deviating::Parameter(k),
+                None => continue,
+            },
+            other => other.clone(),
+        };
+        longer.add_scatter(Scatter { of, ..line.clone() })?;
+    }
     Ok((longer, names))
 }
 

@@ -327,7 +327,7 @@ fn too_small(pool: &Pool, request: &Request) -> bool {
 }
 
 fn too_few(pool: &Pool, request: &Request) -> Malformed {
-    let rank = pool.blocks.unknowns();
+    let rank = pool.determined();
     Malformed::new(Fault::Value, format!("no {} of these candidates determine {rank} unknowns", request.readings))
         .expected(format!(
             "at least {} readings, or more positions kept",
@@ -354,7 +354,7 @@ fn check_budget(budget: f64, costs: &Costs, request: &Request) -> Result<()> {
 }
 
 fn too_poor(budget: f64, pool: &Pool, enough: Option<f64>) -> Malformed {
-    let rank = pool.blocks.unknowns();
+    let rank = pool.determined();
     let error = Malformed::new(Fault::Value, format!("no schedule for {budget} determines {rank} unknowns"));
     error.found(budget.to_string()).expected(match enough {
         Some(enough) => format!(

@@ -16,6 +16,7 @@
 //! | `derived.rs` | derived quantities |
 //! | `candidates.rs` | sweeps, forbidden zones, portions |
 //! | `whitened.rs` | rows made independent of each other, mounting by mounting |
+//! | `deviations.rs` | deviations that link positions, as unknowns beside the parameters |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
 //! | `blocks.rs` | these rows in memory, and sums over all of them |
 //! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool |
@@ -25,6 +26,7 @@
 //! | `exchange.rs` | the exchange problem, one start and its sweeps |
 //! | `state.rs` | one start: what is chosen, and the sums that follow it by rank-one updates |
 //! | `exchange_gains.rs` | every candidate weighed as the replacement of one chosen portion |
+//! | `volume.rs` | exchanges for the volume of the parameters beside deviations |
 //! | `largest.rs` | exchanges for the largest of several variances |
 //! | `eigenvalue.rs` | exchanges for the worst determined combination |
 //! | `prices.rs` | what chosen portions cost together |
@@ -52,6 +54,7 @@ mod choose;
 mod combinations;
 mod criterion;
 mod derived;
+mod deviations;
 mod discriminate;
 mod discriminating_positions;
 mod effort;
@@ -78,6 +81,7 @@ mod request;
 mod scheduled;
 mod search;
 mod state;
+mod volume;
 mod whitened;
 
 pub use blocks::Blocks;
@@ -104,4 +108,5 @@ pub use refine::Refined;
 pub use request::Progress;
 pub use request::Refinement;
 pub use request::{Method, Request};
+pub use volume::Volume;
 pub use whitened::Term;

@@ -6,13 +6,14 @@
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
 use super::effort::Noise;
-use super::whitened::{Term, adjusted, mounted_apart, whitened, with_priors};
+use super::whitened::{Beside, Term, adjusted, mounted_apart, whitened, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::{self, Model};
-use crate::elements::Elements;
+use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::{self, RankDefect};
+use crate::linear::normalise;
 use faer::Mat;
 
 /// Candidates, ready for exchanges.
@@ -22,12 +23,14 @@ pub(super) struct Pool {
     pub portions: Vec<Vec<Reading>>,
     /// Their information in as few rows as it has.
     pub blocks: Blocks,
-    /// All their rows: what is predicted there.
+    /// All their rows, without what deviations add: what is predicted there.
     pub rows: Blocks,
     /// Information of what is kept, and of priors, row by row.
     pub base: Vec<f64>,
     /// The factorisation behind the coordinates.
     pub estimate: Estimate,
+    /// Deviations that link positions: unknowns after the parameters.
+    pub deviations: usize,
     /// The unknowns from the coordinates: `x = T z`.
     directions: Mat<f64>,
     /// What even all candidates together do not determine.
@@ -45,20 +48,22 @@ impl Pool {
         terms: &[Term],
     ) -> Result<Pool> {
         let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, unit)?;
-        let n = campaign.unknowns() + terms.len();
-        let mut rows = with_priors(campaign, kept, noise, terms)?;
+        let further = mounted_apart(&portions, candidates);
+        let beside = Beside::new(campaign, noise, terms, &[kept, &further]);
+        let deviations = beside.deviations.count();
+        let mut rows = with_priors(campaign, kept, noise, &beside)?;
         let fixed = rows.len();
-        rows.extend(whitened(campaign, &mounted_apart(&portions, candidates), noise, terms, true)?);
+        rows.extend(whitened(campaign, &further, noise, &beside, true)?);
         let total = rows.len();
-        let estimate = adjusted(campaign, &rows, n)?;
+        let estimate = adjusted(campaign, &rows, beside.columns(campaign))?;
         let rank = estimate.unknowns.rank;
-        if rank == 0 {
+        if rank <= deviations {
             return Err(Malformed::new(Fault::Value, "no candidate depends on what is to be estimated")
                 .expected("candidates whose readings depend on the estimated parameters"));
         }
         let q = estimate.factor.thin_q();
         let per_portion = (total - fixed) / portions.len();
-        let rows = Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| q[(fixed + j * per_portion + r, c)]);
+        let told = Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| q[(fixed + j * per_portion + r, c)]);
         let mut base = vec![0.0; rank * rank];
         for i in 0..fixed {
             let row: Vec<f64> = (0..rank).map(|c| q[(i, c)]).collect();
@@ -80,7 +85,19 @@ impl Pool {
             Vec::new()
         };
         let directions = estimate.factor.whitened_directions();
-        Ok(Pool { portions, blocks: rows.compressed(), rows, base, estimate, directions, not_estimable })
+        let rows = match deviations {
+            0 => told.clone(),
+            _ => {
+                let parameters = campaign.unknowns();
+                let predicted = rows.iter().skip(fixed).map(|row| in_coordinates(&directions, row.part(..parameters)));
+                let predicted: Vec<Vec<f64>> = predicted.collect();
+                Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| {
+                    // one list of coordinates for each row
+                    predicted.get(j * per_portion + r).map_or(0.0, |own| own.at(c))
+                })
+            }
+        };
+        Ok(Pool { portions, blocks: told.compressed(), rows, base, estimate, deviations, directions, not_estimable })
     }
 
     /// Readings of each portion.
@@ -94,8 +111,24 @@ impl Pool {
         if c.iter().enumerate().any(|(k, c)| *c != 0.0 && !estimable(k)) {
             return None;
         }
-        let t = &self.directions;
-        Some((0..t.ncols()).map(|k| (0..t.nrows()).map(|j| t[(j, k)] * c.at(j)).sum()).collect())
+        Some(in_coordinates(&self.directions, c))
+    }
+
+    /// Parameters and terms that the candidates determine: unknowns without the deviations.
+    pub fn determined(&self) -> usize {
+        self.blocks.unknowns().saturating_sub(self.deviations)
+    }
+
+    /// Coordinates of every independent one of the first `parameters` unknowns, in units of what all candidates together give.
+    pub fn independent(&self, parameters: usize) -> Vec<Vec<f64>> {
+        let own = self.estimate.factor.basis().iter().filter(|k| **k < parameters);
+        let unit = |k: usize| (0..=k).map(|j| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
+        own.map(|k| {
+            let mut row = in_coordinates(&self.directions, &unit(*k));
+            normalise(&mut row);
+            row
+        })
+        .collect()
     }
 
     /// Candidates that differ from each in the state of one joint (for coordinate exchange).
@@ -125,6 +158,12 @@ impl Pool {
         };
         (0..self.portions.len()).map(list).collect()
     }
+}
+
+/// `T'c`; a shorter `c` stands for zeros after it.
+fn in_coordinates(directions: &Mat<f64>, c: &[f64]) -> Vec<f64> {
+    let column = |k: usize| c.iter().enumerate().map(|(j, c)| directions[(j, k)] * c).sum();
+    (0..directions.ncols()).map(column).collect()
 }
 
 /// `log det (A' P A)` on the independent unknowns, from the factorisation.

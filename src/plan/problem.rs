@@ -3,6 +3,7 @@
 use super::blocks::Blocks;
 use super::combinations::Combinations;
 use super::prices::Prices;
+use super::volume::Volume;
 
 /// What the exchange makes small, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +16,8 @@ pub enum Objective {
     Largest(Blocks),
     /// The largest eigenvalue of `T M^-1 T'`: E.
     Eigenvalue(Combinations),
+    /// `det(T M^-1 T')^(1/p)`, p rows of T: D of some of the unknowns.
+    Volume(Volume),
 }
 
 /// The exchange problem.

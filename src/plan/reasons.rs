@@ -1,7 +1,7 @@
 //! Why each mounting is in a schedule.
 
 use super::effort::Noise;
-use super::whitened::{adjusted, with_priors};
+use super::whitened::{Beside, adjusted, with_priors};
 use crate::campaign::{Campaign, Readings};
 use crate::error::Result;
 
@@ -34,7 +34,9 @@ pub(super) fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result
     }
     let n = schedule.unknowns();
     let u = |readings: &Readings| -> Result<Vec<Option<f64>>> {
-        let estimate = adjusted(schedule, &with_priors(schedule, readings, noise, &[])?, n)?;
+        let beside = Beside::new(schedule, noise, &[], &[readings]);
+        let rows = with_priors(schedule, readings, noise, &beside)?;
+        let estimate = adjusted(schedule, &rows, beside.columns(schedule))?;
         let known = |k: usize| estimate.unknowns.is_estimable(k);
         Ok((0..n).map(|k| known(k).then(|| estimate.unknowns.covariance[(k, k)].sqrt())).collect())
     };

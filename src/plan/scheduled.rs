@@ -6,7 +6,7 @@ use super::order::ordered;
 use super::pool::{Pool, log_det_of};
 use super::problem::{Design, Objective};
 use super::request::Request;
-use super::whitened::{adjusted, with_priors};
+use super::whitened::{Beside, adjusted, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -86,28 +86,33 @@ pub(super) fn criterion_of(
     objective: &Objective,
 ) -> Result<Option<f64>> {
     let n = schedule.unknowns();
-    let fresh = adjusted(schedule, &with_priors(schedule, &schedule.readings, noise, &[])?, n)?;
+    let beside = Beside::new(schedule, noise, &[], &[&schedule.readings]);
+    let rows = with_priors(schedule, &schedule.readings, noise, &beside)?;
+    let fresh = adjusted(schedule, &rows, beside.columns(schedule))?;
+    // deviations are always determined, and the schedule may have fewer of them than the pool
+    let rank = fresh.unknowns.rank.saturating_sub(beside.deviations.count());
     let basis = pool.estimate.factor.basis();
-    if fresh.unknowns.rank != pool.blocks.unknowns() || fresh.factor.basis().iter().any(|j| !basis.contains(j)) {
+    if rank != pool.determined() || fresh.factor.basis().iter().any(|j| *j < n && !basis.contains(j)) {
         return Ok(None);
     }
     Ok(match objective {
         Objective::Determinant => Some(log_det_of(&pool.estimate) - log_det_of(&fresh)),
-        _ if fresh.unknowns.rank < n => None,
-        Objective::Trace(w) => Some(crate::linear::dot(w, &in_coordinates(pool, &fresh))),
-        Objective::Largest(rows) => Some(rows.of(&in_coordinates(pool, &fresh))),
-        Objective::Eigenvalue(combinations) => Some(combinations.of(&in_coordinates(pool, &fresh))),
+        _ if rank < n => None,
+        Objective::Trace(w) => Some(crate::linear::dot(w, &in_coordinates(pool, &fresh, n))),
+        Objective::Largest(rows) => Some(rows.of(&in_coordinates(pool, &fresh, n))),
+        Objective::Eigenvalue(combinations) => Some(combinations.of(&in_coordinates(pool, &fresh, n))),
+        Objective::Volume(volume) => Some(volume.of(&in_coordinates(pool, &fresh, n))),
     })
 }
 
-/// Covariance of `z = R D x`, the pool's coordinates, row by row, from that of `x`.
-fn in_coordinates(pool: &Pool, fresh: &Estimate) -> Vec<f64> {
+/// Covariance of `z = R D x`, the pool's coordinates, row by row, from that of the first `parameters` of `x`: nothing is asked of the others.
+fn in_coordinates(pool: &Pool, fresh: &Estimate, parameters: usize) -> Vec<f64> {
     let factor = &pool.estimate.factor;
     let (basis, r, scale) = (factor.basis(), factor.r(), factor.scale());
     let n = basis.len();
     let t = |i: usize, k: usize| r[(i, k)] * scale.at(basis.at(k));
     let c = |k: usize, l: usize| match (basis.get(k), basis.get(l)) {
-        (Some(a), Some(b)) => fresh.unknowns.covariance[(*a, *b)],
+        (Some(a), Some(b)) if *a < parameters && *b < parameters => fresh.unknowns.covariance[(*a, *b)],
         _ => 0.0,
     };
     let half: Vec<Vec<f64>> =

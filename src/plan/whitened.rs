@@ -4,10 +4,9 @@
     reason = "`with_priors` and `whitened` make every row as long as the unknowns and the terms; members are rows of the schedule that was whitened"
 )]
 
+use super::deviations::{Deviations, links};
 use super::effort::{Noise, mountings};
-use crate::campaign::Role;
-
-use crate::campaign::{Campaign, Per, Reading, Readings};
+use crate::campaign::{Campaign, Reading, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -25,16 +24,43 @@ pub struct Term {
     pub regressor: Regressor,
 }
 
-/// Rows of positions that are kept, then those of the priors; the columns of terms come last, and no prior speaks of them.
+/// What stands beside the estimated parameters in the rows: first deviations that link positions, then effects that the model may lack.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Beside<'a> {
+    /// Deviations, each known beforehand to be zero with its standard deviation.
+    pub deviations: Deviations,
+    /// Effects, of which nothing is known beforehand.
+    pub terms: &'a [Term],
+}
+
+impl<'a> Beside<'a> {
+    /// The deviations that all these readings share, and effects.
+    pub fn new(campaign: &Campaign, noise: &Noise, terms: &'a [Term], sets: &[&Readings]) -> Self {
+        Beside { deviations: Deviations::of(campaign, noise, sets), terms }
+    }
+
+    /// Parameters and deviations: what a fit of the rows estimates.
+    pub fn fitted(&self, campaign: &Campaign) -> usize {
+        campaign.unknowns() + self.deviations.count()
+    }
+
+    /// All columns of a row.
+    pub fn columns(&self, campaign: &Campaign) -> usize {
+        self.fitted(campaign) + self.terms.len()
+    }
+}
+
+/// Rows of positions that are kept, then those of the priors and of what deviations are known to be; no prior speaks of terms.
 pub(super) fn with_priors(
     campaign: &Campaign,
     kept: &Readings,
     noise: &Noise,
-    terms: &[Term],
+    beside: &Beside<'_>,
 ) -> Result<Vec<Vec<f64>>> {
-    let n = campaign.unknowns() + terms.len();
-    let mut rows = whitened(campaign, kept, noise, terms, false)?;
+    let (n, parameters) = (beside.columns(campaign), campaign.unknowns());
+    let mut rows = whitened(campaign, kept, noise, beside, false)?;
     rows.extend(priors(campaign).into_iter().map(|(k, u)| single(n, k, 1.0 / u)));
+    rows.extend(beside.deviations.sd().enumerate().map(|(k, sd)| single(n, parameters + k, 1.0 / sd)));
     Ok(rows)
 }
 
@@ -66,14 +92,15 @@ pub(super) fn adjusted(campaign: &Campaign, rows: &[Vec<f64>], n: usize) -> Resu
     fit::adjust_meeting_equations(campaign, &campaign.reference_point(), &system, &settings)
 }
 
-/// Rows made independent of each other, mounting by mounting, in the order of the mountings; then the columns of terms.
+/// Rows made independent of each other, mounting by mounting, in the order of the mountings; after the columns of the parameters those of the
+/// deviations that link positions, then those of terms.
 ///
 /// `further`: positions that are still to be taken. Where no reading has a value, every sensor is read at each.
 pub(super) fn whitened(
     campaign: &Campaign,
     readings: &Readings,
     noise: &Noise,
-    terms: &[Term],
+    beside: &Beside<'_>,
     further: bool,
 ) -> Result<Vec<Vec<f64>>> {
     if readings.rows.is_empty() {
@@ -84,7 +111,7 @@ pub(super) fn whitened(
     let point = schedule.reference_point();
     let design = design::assemble(&schedule, &model, &point)?;
     let n = campaign.unknowns();
-    let columns = term_columns(&schedule, &model, &design, terms, further)?;
+    let columns = term_columns(&schedule, &model, &design, beside.terms, further)?;
     let mounting_of = mountings(&readings.rows);
     let count = mounting_of.iter().max().map_or(0, |last| last + 1);
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -98,20 +125,24 @@ pub(super) fn whitened(
         .iter()
         .map(|origin| readings.rows.get(origin.reading).map_or(1.0, |reading| noise.u(reading, origin.sensor)))
         .collect();
-    if let Some(line) = schedule.scatter.iter().find(|line| !matches!(line.per, Per::Reading | Per::Position)) {
+    if let Some(line) = schedule.scatter.iter().find(|line| line.over.is_some()) {
         return Err(Malformed::new(
             Fault::Value,
-            format!("positions cannot be chosen where {} links them", line.name(&schedule)),
+            format!("positions cannot be chosen where {} links them by the time between them", line.name(&schedule)),
         )
-        .expected("lines of \"scatter\" per reading or position; a schedule as it stands is judged with any")
+        .expected("lines of \"scatter\" without \"over\"; a schedule with its times as it stands is judged with any")
         .at_path(line.place.clone()));
     }
     let (lines, variance) = lines(&schedule, &design, noise, &u);
+    let deviations = beside.deviations.columns(&schedule, &design, &lines);
+    // lines that link positions have columns instead
+    let within = lines.into_iter().zip(variance).enumerate().filter(|(k, _)| !links(&schedule, *k));
+    let (lines, variance): (Vec<ScatterLine>, Vec<f64>) = within.map(|(_, own)| own).unzip();
     let own = fit::own_noise(&schedule, &design, &u);
     let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &own, &lines, &variance);
     let white: Vec<Vec<f64>> = (0..n)
         .map(|j| whitening.whiten(design.jacobian.col_as_slice(j)))
-        .chain(columns.iter().map(|column| whitening.whiten(column)))
+        .chain(deviations.iter().chain(&columns).map(|column| whitening.whiten(column)))
         .collect();
     let rows = members.into_iter().flatten().map(|i| white.iter().map(|column| column[i]).collect());
     Ok(rows.collect())

@@ -148,7 +148,8 @@ pub use noise_table::{kalibr, noise_table};
 pub use plan::{
     ComparisonReport, CorrelationReport, DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport,
     JudgementReport, LackingReport, PlanReport, PlannedPositionReport, PlannedReadingReport, PointReport,
-    PredictedDerivedReport, PredictedReport, ReasonReport, SensorNoiseReport, ThroughTiltsReport, WorkReport,
+    PredictedDerivedReport, PredictedReport, ReasonReport, SensorNoiseReport, SharedReport, ThroughTiltsReport,
+    WorkReport,
 };
 pub use plan_build::{Better, Foreseen, plan_report};
 pub use plan_table::plan_table;

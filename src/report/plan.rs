@@ -322,6 +322,9 @@ pub struct ImprovedReport {
     /// Columns that differ in the given schedule and have one value in all candidates, with that value.
     #[serde(default)]
     pub frozen: BTreeMap<String, f64>,
+    /// Lines of scatter by which the chosen positions share deviations, and the levels that they are planned for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shared: Vec<SharedReport>,
     /// The goal, if one was set.
     pub goal: Option<GoalReport>,
     /// Why each chosen mounting is there.
@@ -329,6 +332,18 @@ pub struct ImprovedReport {
     pub reasons: Vec<ReasonReport>,
     /// The two effects to be told apart, if two were named.
     pub separation: Option<DiscriminationReport>,
+}
+
+/// Deviations that chosen positions share.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct SharedReport {
+    /// The line of scatter: `V per day`.
+    pub line: String,
+    /// The column that tells the levels.
+    pub column: String,
+    /// Its values at the chosen positions.
+    pub levels: Vec<String>,
 }
 
 /// What would be lost without one mounting.

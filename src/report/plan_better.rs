@@ -1,6 +1,6 @@
 //! The better schedule of a plan as a person at a terminal reads it: how it was found, how good it is, its positions and why each is there.
 
-use super::plan_words::{defects, drift, nowhere, number, work, work_of};
+use super::plan_words::{defects, drift, nowhere, number, shared, work, work_of};
 use super::table::{plain, significant};
 use super::wrap::hanging;
 use super::{DiscriminationReport, Effort, FindReport, GoalReport, ImprovedReport, PlannedPositionReport};
@@ -231,6 +231,9 @@ pub(super) fn better(improved: &ImprovedReport, finds: &[FindReport], lang: Lang
         for line in apart(separation, lang) {
             text.push_str(&format!("{}\n", hanging(&format!("  {line}"), 4)));
         }
+    }
+    for line in shared(&improved.shared, lang) {
+        text.push_str(&format!("{}\n", hanging(&format!("  {line}"), 4)));
     }
     for find in finds {
         text.push_str(&format!("{}\n", hanging(&format!("  {}", found_with(find, lang)), 4)));

@@ -4,7 +4,7 @@ use super::foresight::foresight_report;
 use super::plan::*;
 use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, position_keys};
-use crate::campaign::{Campaign, Kind, Reading};
+use crate::campaign::{Campaign, Kind, Per, Reading, Scatter};
 use crate::diagnosis::Foresight;
 use crate::plan::{Costs, Goal, Improvement, Judgement, Noise, PointSource, Reached, Reason, Request, Separated, Work};
 use crate::report::ReportKind;
@@ -84,6 +84,7 @@ pub fn plan_report(
             reasons: improvement.reasons.iter().map(|r| reason(campaign, r)).collect(),
             unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
             frozen: improvement.frozen.iter().cloned().collect(),
+            shared: shared(&improvement.schedule, improvement.kept),
             goal: match better {
                 Better::Goal(reached, goals) => Some(goal_report(campaign, reached, goals)),
                 Better::Best(..) | Better::Apart(..) => None,
@@ -121,6 +122,22 @@ pub fn plan_report(
 }
 
 /// The point at which schedules are judged: the campaign's reference point.
+/// Columns by which the positions after the first `kept` share deviations, with their values there.
+fn shared(schedule: &Campaign, kept: usize) -> Vec<SharedReport> {
+    let readings = &schedule.readings;
+    let of = |line: &Scatter| {
+        let Per::Column(column) = &line.per else { return None };
+        let mut levels: Vec<String> = Vec::new();
+        for level in readings.rows.iter().skip(kept).filter_map(|row| line.per.level_name(readings, row)) {
+            if !levels.contains(&level) {
+                levels.push(level);
+            }
+        }
+        (!levels.is_empty()).then(|| SharedReport { line: line.name(schedule), column: column.clone(), levels })
+    };
+    schedule.scatter.iter().filter_map(of).collect()
+}
+
 fn point(campaign: &Campaign, from: &[PointSource]) -> Vec<PointReport> {
     let values = campaign.estimated().iter().zip(from);
     values

@@ -3,7 +3,8 @@
 use super::table::significant;
 use super::wrap::hanging;
 use super::{
-    JudgementReport, LackingReport, NotEstimableReport, PointReport, PositionReport, ThroughTiltsReport, WorkReport,
+    JudgementReport, LackingReport, NotEstimableReport, PointReport, PositionReport, SharedReport, ThroughTiltsReport,
+    WorkReport,
 };
 use crate::language::{Language, say};
 use crate::plan::PointSource;
@@ -82,6 +83,15 @@ pub(super) fn through_tilts(through: &ThroughTiltsReport, lang: Language) -> Str
         true => say!(lang, "counted-above-with-tilts-of-arcsec-the", tilts, known, u, unit, parameter),
         false => say!(lang, "not-counted-the-uncertainty-of-acts-through", known, tilts, u, unit, parameter),
     }
+}
+
+/// The levels that chosen positions are planned for, where they share deviations.
+pub(super) fn shared(list: &[SharedReport], lang: Language) -> Vec<String> {
+    let told = |own: &SharedReport| {
+        let SharedReport { line, column, levels } = own;
+        say!(lang, "positions-share-deviations-planned-for", line, levels = format!("{column} = {}", levels.join(", ")))
+    };
+    list.iter().map(told).collect()
 }
 
 /// Why no position separates what is not estimable: none of the bench does, or the candidates hold a column at one value.

@@ -56,6 +56,7 @@ fn by_definition(blocks: &Blocks, objective: &Objective, chosen: &[usize]) -> f6
             all.map(|(j, r)| quadratic(&rows.row(j, r))).fold(0.0, f64::max)
         }
         Objective::Eigenvalue(_) => unreachable!("compared with numpy in optima.rs"),
+        Objective::Volume(_) => unreachable!("compared with numpy in linked.rs"),
     }
 }
 

@@ -5,6 +5,7 @@ mod cli;
 mod draws;
 mod effects;
 mod enumeration;
+mod linked;
 mod optima;
 #[path = "../plan_support/mod.rs"]
 mod plan_support;

@@ -12,7 +12,7 @@ use crate::report::foresight_table::some_of;
 use crate::report::plan_better::{
     apart, cost_limit, equal_effort, goal_notes, mountings, moved, not_told_apart, proof, reason, shortfall,
 };
-use crate::report::plan_words::{judged_at, lacking as lacking_value, nowhere, through_tilts, work_of};
+use crate::report::plan_words::{judged_at, lacking as lacking_value, nowhere, shared, through_tilts, work_of};
 use crate::report::plot::{Spot, positions};
 use crate::report::table::significant;
 use crate::report::{ForesightReport, ImprovedReport, JudgementReport, NotEstimableReport, PlanReport, PositionReport};
@@ -142,7 +142,9 @@ fn answer(improved: &ImprovedReport, lang: Language) -> Section {
         ]);
     }
     let what = |text: String| say!(lang, "cannot-be-determined-by-any-choice", text);
-    section.table(table).list(defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang))
+    let mut notes = shared(&improved.shared, lang);
+    notes.extend(defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang));
+    section.table(table).list(notes)
 }
 
 fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere: &str, lang: Language) -> Vec<String> {
