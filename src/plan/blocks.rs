@@ -219,6 +219,23 @@ pub(super) fn add_outer(a: &mut [f64], s: f64, v: &[f64]) {
     }
 }
 
+/// `A W A` for symmetric `A` and `W`.
+pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
+    let product = |p: &[f64], q: &[f64]| {
+        let mut out = vec![0.0; n * n];
+        for i in 0..n {
+            for k in 0..n {
+                let factor = p[i * n + k];
+                for j in 0..n {
+                    out[i * n + j] += factor * q[k * n + j];
+                }
+            }
+        }
+        out
+    };
+    product(&product(a, w), a)
+}
+
 /// Inverse and logarithm of the determinant of a symmetric positive definite matrix, row by row, by Cholesky; `None` where it is singular.
 pub(super) fn invert(m: &[f64], n: usize) -> Option<(Vec<f64>, f64)> {
     let triangle = triangle(m, n)?;

@@ -13,7 +13,7 @@
     reason = "`active` holds numbers of candidates, with one weight each; matrices are `n x n` row by row, made here"
 )]
 
-use super::blocks::{Blocks, add_outer, invert};
+use super::blocks::{Blocks, add_outer, invert, sandwich};
 use super::eigenvalue::Mixture;
 use super::problem::Objective;
 use crate::linear::dot;
@@ -211,23 +211,6 @@ fn weighted(blocks: &Blocks, base: &[f64], total: f64, weights: &[f64]) -> Vec<f
         }
     }
     m
-}
-
-/// `A W A` for symmetric `A` and `W`.
-pub(super) fn sandwich(a: &[f64], w: &[f64], n: usize) -> Vec<f64> {
-    let product = |p: &[f64], q: &[f64]| {
-        let mut out = vec![0.0; n * n];
-        for i in 0..n {
-            for k in 0..n {
-                let factor = p[i * n + k];
-                for j in 0..n {
-                    out[i * n + j] += factor * q[k * n + j];
-                }
-            }
-        }
-        out
-    };
-    product(&product(a, w), a)
 }
 
 /// `M(w)^-1` of an approximate design.

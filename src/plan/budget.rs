@@ -8,8 +8,7 @@
     reason = "`chosen` holds numbers of the problem's candidates, of which `used` has one entry each"
 )]
 
-use super::blocks::{add_outer, invert, times as product};
-use super::bound::sandwich;
+use super::blocks::{add_outer, invert, sandwich, times as product};
 use super::exchange::{FEW, improve_state, value};
 use super::prices::{Prices, Till};
 use super::problem::{Design, Objective, Problem, WORTH, counted, information};

@@ -1,11 +1,10 @@
 //! What is best: criteria in the coordinates of the candidates.
 
 use super::blocks::Blocks;
-use super::combinations::Combinations;
+use super::combinations::{Combinations, Volume};
 use super::derived::gradients;
 use super::pool::Pool;
 use super::problem::Objective;
-use super::volume::Volume;
 use crate::campaign::{Campaign, Kind};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};

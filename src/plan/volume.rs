@@ -16,48 +16,10 @@
     reason = "packed triangles are made here over the rows of a block, with one entry for each candidate"
 )]
 
-use super::bound::sandwich;
-use super::combinations::Combinations;
+use super::combinations::Volume;
 use super::largest::{Worst, inverse_root};
 use super::state::{State, packed};
 use crate::elements::Elements;
-use crate::linear::Triangle;
-
-/// Functions of the unknowns whose common volume is made small.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Volume(pub(super) Combinations);
-
-impl Volume {
-    /// Each row one function of the unknowns; best in units in which all are of one size.
-    pub fn new(rows: Vec<Vec<f64>>) -> Self {
-        Volume(Combinations::new(rows))
-    }
-
-    /// How many functions.
-    pub(super) fn size(&self) -> f64 {
-        self.0.0.len().max(1) as f64
-    }
-
-    /// `log det C`, and `M^-1 T' C^-1 T M^-1` row by row, whose quadratic forms are the slopes; `None` where `C` is singular.
-    pub(super) fn with_slopes(&self, inverse: &[f64]) -> Option<(f64, Vec<f64>)> {
-        let c = self.triangle(inverse)?;
-        let n = self.0.0.first().map_or(0, Vec::len);
-        let mut w = vec![0.0; n * n];
-        for (row, weights) in self.0.0.iter().zip(c.inverse()) {
-            let other = self.0.combined(|k| weights.at(k));
-            for (out, v) in w.chunks_exact_mut(n.max(1)).zip(row) {
-                out.iter_mut().zip(&other).for_each(|(out, o)| *out += v * o);
-            }
-        }
-        Some((c.log_determinant(), sandwich(inverse, &w, n)))
-    }
-
-    fn triangle(&self, inverse: &[f64]) -> Option<Triangle> {
-        let c = self.0.image(inverse);
-        let p = c.nrows();
-        Triangle::of(p, |i, j| c[(i, j)], |i| 1e-14 * c[(i, i)])
-    }
-}
 
 impl Worst for Volume {
     fn of(&self, inverse: &[f64]) -> f64 {

@@ -164,6 +164,7 @@ __all__ = [
     "SensorSizeReport",
     "SeparationReport",
     "Shape",
+    "SharedReport",
     "Side",
     "SiteReport",
     "SnoopingReport",
@@ -2842,6 +2843,8 @@ class ImprovedReport(Node):
     """Seed that gives the same schedule again."""
     separation: DiscriminationReport | None
     """The two effects to be told apart, if two were named."""
+    shared: list[SharedReport] | None
+    """Lines of scatter by which the chosen positions share deviations, and the levels that they are planned for."""
     starts: int
     """Starts of the exchange."""
     to_run: WorkReport
@@ -2849,7 +2852,7 @@ class ImprovedReport(Node):
     unreachable: list[NotEstimableReport]
     """What even all candidates together do not determine."""
 
-    _keys = frozenset(["bound_gap", "budget", "candidates", "check", "chosen", "comparison", "cost_limit", "criterion", "efficiency", "effort", "enumerated", "frozen", "goal", "hits", "judgement", "kept", "positions", "reasons", "refined", "seed", "separation", "starts", "to_run", "unreachable"])
+    _keys = frozenset(["bound_gap", "budget", "candidates", "check", "chosen", "comparison", "cost_limit", "criterion", "efficiency", "effort", "enumerated", "frozen", "goal", "hits", "judgement", "kept", "positions", "reasons", "refined", "seed", "separation", "shared", "starts", "to_run", "unreachable"])
 
 
 class JudgementReport(Node):
@@ -3135,6 +3138,19 @@ class SensorNoiseReport(Node):
     _keys = frozenset(["from", "sd", "unit"])
 
 
+class SharedReport(Node):
+    """Deviations that chosen positions share."""
+
+    column: str
+    """The column that tells the levels."""
+    levels: list[str]
+    """Its values at the chosen positions."""
+    line: str
+    """The line of scatter: `V per day`."""
+
+    _keys = frozenset(["column", "levels", "line"])
+
+
 class ThroughTiltsReport(Node):
     """What a known input's uncertainty does through the tilts."""
 
@@ -3388,7 +3404,7 @@ NoiseColumnReport._parts = {"agreement": (AgreementReport, False), "coefficients
 NoiseReport._parts = {"columns": (NoiseColumnReport, False)}
 AlikeReport._parts = {"near": (NearReport, False)}
 ForesightReport._parts = {"effects": (ProspectReport, False), "groups": (AlikeReport, False), "passed_over": (PassedOverReport, False), "rule": (RuleReport, False)}
-ImprovedReport._parts = {"comparison": (ComparisonReport, False), "goal": (GoalReport, False), "judgement": (JudgementReport, False), "positions": (PlannedPositionReport, False), "reasons": (ReasonReport, False), "refined": (RefinedReport, False), "separation": (DiscriminationReport, False), "to_run": (WorkReport, False), "unreachable": (NotEstimableReport, False)}
+ImprovedReport._parts = {"comparison": (ComparisonReport, False), "goal": (GoalReport, False), "judgement": (JudgementReport, False), "positions": (PlannedPositionReport, False), "reasons": (ReasonReport, False), "refined": (RefinedReport, False), "separation": (DiscriminationReport, False), "shared": (SharedReport, False), "to_run": (WorkReport, False), "unreachable": (NotEstimableReport, False)}
 JudgementReport._parts = {"correlation": (CorrelationReport, False), "derived": (PredictedDerivedReport, False), "effects": (ForesightReport, False), "lacking": (LackingReport, False), "not_estimable": (NotEstimableReport, False), "parameters": (PredictedReport, False), "readings": (PlannedReadingReport, False), "through_tilts": (ThroughTiltsReport, False), "work": (WorkReport, False)}
 ProspectReport._parts = {"moves": (MovesReport, False)}
 PlanReport._parts = {"finds": (FindReport, False), "identity": (Identity, False), "improved": (ImprovedReport, False), "judged_at": (PointReport, False), "noise": (SensorNoiseReport, True), "schedule": (JudgementReport, False)}
