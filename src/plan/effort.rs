@@ -178,11 +178,13 @@ pub struct Costs {
     pub rate_change: f64,
     /// Remounting, or indexing to another angle.
     pub mounting: f64,
+    /// Moving joints at rest from one mounting to the next, for each degree of the one that moves furthest: they move together, the shorter way.
+    pub index: f64,
 }
 
 impl Default for Costs {
     fn default() -> Self {
-        Costs { reading: 1.0, rate_change: 1.0, mounting: 10.0 }
+        Costs { reading: 1.0, rate_change: 1.0, mounting: 10.0, index: 0.0 }
     }
 }
 
@@ -215,13 +217,22 @@ impl Costs {
         }
         let cost = self.reading * readings.len() as f64
             + self.rate_change * rate_changes as f64
-            + self.mounting * mountings as f64;
+            + self.mounting * mountings as f64
+            + self.of_way(readings);
         Work { readings: readings.len(), mountings, rate_changes, cost }
+    }
+
+    /// What moving the joints between readings costs, in this order.
+    pub(super) fn of_way(&self, readings: &[Reading]) -> f64 {
+        let steps = readings.iter().zip(readings.iter().skip(1));
+        self.index * steps.map(|(a, b)| furthest(a, b)).sum::<f64>()
     }
 
     /// Negative or infinite costs are no costs. Errors: `Value`, with the name of the cost.
     pub fn check(&self) -> Result<()> {
-        for (name, cost) in [("reading", self.reading), ("rate", self.rate_change), ("mounting", self.mounting)] {
+        for (name, cost) in
+            [("reading", self.reading), ("rate", self.rate_change), ("mounting", self.mounting), ("degree", self.index)]
+        {
             if !(cost >= 0.0 && cost.is_finite()) {
                 return Err(Malformed::new(Fault::Value, format!("the cost of a {name} is not possible"))
                     .expected("zero or a positive number")
@@ -275,6 +286,20 @@ pub fn mounting(reading: &Reading) -> Vec<Option<f64>> {
     reading.joints.iter().map(|state| (state.rate_deg_s() == 0.0).then(|| state.keys().0).flatten()).collect()
 }
 
+/// Degrees by which each joint that stands still at both readings is moved from one to the other, the shorter way.
+pub(super) fn moved_deg(a: &Reading, b: &Reading) -> Vec<f64> {
+    let turn = |(a, b): (Option<f64>, Option<f64>)| match (a, b) {
+        (Some(a), Some(b)) => ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs(),
+        _ => 0.0,
+    };
+    mounting(a).into_iter().zip(mounting(b)).map(turn).collect()
+}
+
+/// Degrees by which the joint moves that moves furthest.
+pub(super) fn furthest(a: &Reading, b: &Reading) -> f64 {
+    moved_deg(a, b).into_iter().fold(0.0, f64::max)
+}
+
 /// The mounting of each reading, counted from 0. The same label again later is the same mounting, as the file format says; without labels only
 /// neighbours are.
 pub fn mountings(readings: &[Reading]) -> Vec<usize> {
@@ -323,6 +348,7 @@ pub(super) fn spent(before: Option<&Reading>, reading: &Reading, costs: &Costs) 
                     costs.rate_change
                 }
             }
-            _ => costs.mounting,
+            Some(last) => costs.mounting + costs.index * furthest(last, reading),
+            None => costs.mounting,
         }
 }

@@ -16,10 +16,11 @@ use super::pool::Pool;
 use super::prices::Prices;
 use super::problem::{Objective, Problem};
 use super::reasons::reasons;
+use super::refine::refined as refine;
 use super::request::Request;
 use super::scheduled::{schedule_rows, scheduled};
 use super::search::{EFFORT, Limits, search};
-use crate::campaign::{Campaign, Readings};
+use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::dot;
@@ -67,6 +68,9 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     check_question(campaign)?;
     costs.check()?;
     check_point(campaign, kept, candidates, noise)?;
+    if let Some(wanted) = &request.refine {
+        wanted.check()?;
+    }
     let pool_of = |readings: &Readings| Pool::new(campaign, kept, readings, request.unit, noise, &[]);
     let pool = pool_of(candidates)?;
     let (rows, impossible) = limits(campaign, &pool, goals)?;
@@ -98,14 +102,33 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         Malformed::new(Fault::Value, format!("no {} of these candidates determine the unknowns", most * size))
             .expected("more readings, more candidates, or a prior")
     })?;
-    let rows = schedule_rows(kept, &pool, &found.chosen, !noise.remount.is_empty());
+    let rows_of = |found: &Reach| schedule_rows(kept, &pool, &found.chosen, apart);
+    let (mut found, mut rows, mut refined) = (found.clone(), rows_of(&found), None);
+    if let Some(wanted) = &request.refine {
+        let moved = |rows: Vec<Reading>| {
+            let around = (&pool, &search.objective);
+            refine(campaign, rows, kept.rows.len(), around, (noise, wanted, &request.progress))
+        };
+        if let Some((other, what)) = moved(rows.clone())? {
+            (rows, refined) = (other, Some(what));
+        }
+        // between the candidates fewer may be enough
+        while let (false, Some(fewer)) = (cheapest || found.chosen.len() < 2, search.one_fewer(&found)) {
+            let Some((other, what)) = moved(rows_of(&fewer))? else { break };
+            if !(what.value <= 1.0) {
+                break;
+            }
+            (found, rows, refined) = (Reach { is_fewest: false, ..fewer }, other, Some(what));
+        }
+    }
     let schedule = scheduled(campaign, kept, rows, offer, request)?;
     let judgement = judge(&schedule, noise, costs)?;
     let largest_share = largest_share(&judgement, goals);
     Ok(Reached {
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
         largest_share,
-        is_fewest: found.is_fewest,
+        // the proof is of the candidates, and angles between them may do with fewer
+        is_fewest: found.is_fewest && refined.is_none(),
         is_cheapest_found: cheapest,
         impossible,
         improvement: Improvement {
@@ -115,7 +138,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
             kept: kept.rows.len(),
             reasons: reasons(&schedule, noise, kept.rows.len())?,
             limit: None,
-            refined: None,
+            refined,
             efficiency: None,
             bound_gap: None,
             enumerated: None,
@@ -237,6 +260,11 @@ impl<'a> Search<'a> {
             return Some(fewest);
         }
         Some(self.cheapest(fewest, given))
+    }
+
+    /// The best with one portion fewer, which need not keep the limits.
+    fn one_fewer(&self, found: &Reach) -> Option<Reach> {
+        self.seek(&self.problem(found.chosen.len().checked_sub(1)?, None), &[], true)
     }
 
     fn problem<'p>(&'p self, choose: usize, prices: Option<&'p Prices>) -> Problem<'p> {

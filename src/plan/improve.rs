@@ -21,6 +21,9 @@ use crate::campaign::{Campaign, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
 
+/// Choices with less and less money, until the way between the positions is paid for as well.
+const ROUNDS: usize = 12;
+
 /// The best schedule that was found, and how near the optimum it is.
 #[derive(Debug, Clone)]
 pub struct Improvement {
@@ -64,7 +67,42 @@ pub struct Improvement {
 /// The design maximises the information `M = M_kept + sum A_j' V_j^-1 A_j` in the sense of the criterion; exchange from many starts, then the
 /// approximate design as a bound. Errors: no candidates, a number of readings that the portions or repeats do not allow, a criterion for a
 /// quantity that does not exist or that even all candidates do not determine.
+///
+/// Where degrees cost something, a budget pays for the way between the positions too: the choice is made anew with what that leaves.
 pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<Improvement> {
+    let costs = &offer.costs;
+    let first = improve_within(campaign, offer, request)?;
+    let Some(budget) = request.budget.filter(|_| costs.index > 0.0) else { return Ok(first) };
+    let without_way = Costs { index: 0.0, ..*costs };
+    // the last of what is kept is where the way begins
+    let way = |found: &Improvement| {
+        costs.of_way(found.schedule.readings.rows.get(found.kept.saturating_sub(1)..).unwrap_or_default())
+    };
+    let spent =
+        |found: &Improvement| without_way.work(found.schedule.readings.rows.get(found.kept..).unwrap_or_default()).cost;
+    let (mut found, mut within) = (first, budget);
+    for _ in 0..ROUNDS {
+        if spent(&found) + way(&found) <= budget * (1.0 + 1e-12) {
+            return Ok(Improvement { limit: found.limit.map(|_| budget), ..found });
+        }
+        within = (budget - way(&found)).min(0.98 * within);
+        let less = Request { budget: Some(within), may_cost_more: false, ..request.clone() };
+        match improve_within(campaign, offer, &less) {
+            Ok(next) => found = next,
+            // the way costs what it costs
+            Err(_) if request.may_cost_more => break,
+            Err(error) => {
+                return Err(error.expected(format!(
+                    "a budget that pays for the way between the positions as well: of {budget} it leaves {within}"
+                )));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The best positions, the way between them not counted.
+fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<Improvement> {
     let Offer { candidates, noise, costs, .. } = offer;
     let kept = &planned(campaign, &offer.kept);
     check_question(campaign)?;

@@ -8,8 +8,7 @@
 //!
 //! `S` does not depend on the order, so orders are compared by these sums alone.
 
-use super::effort::{Costs, Noise, mounting};
-use super::effort::{spent, times};
+use super::effort::{Costs, Noise, furthest, mounting, moved_deg, spent, times};
 use super::judge::weighted_sensitivities;
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::elements::Parts;
@@ -34,6 +33,8 @@ pub enum Order {
 const TRIES: usize = 200;
 /// With more readings than this an order is not improved any further.
 const MOST: usize = 4000;
+/// With more mountings than this the way between them is that of the nearest neighbours.
+const MOST_SHORTENED: usize = 60;
 /// Rounds of improvements.
 const ROUNDS: usize = 40;
 /// Share of the quadratic drift's shift that counts beside the linear one's: enough to choose among equals.
@@ -58,12 +59,14 @@ pub fn ordered(
         Order::AsGiven => return Ok(campaign.readings.clone()),
         _ if rows.len() > MOST => {
             let place = |group: Vec<usize>| abba(rows, group, costs, false);
-            nearest(rows, fixed, groups).into_iter().flat_map(place).collect()
+            shortened(rows, fixed, nearest(rows, fixed, groups, costs), costs).into_iter().flat_map(place).collect()
         }
         Order::Abba => {
             let drift = Drift::new(campaign, noise, costs, fixed)?;
-            let start: Vec<Vec<usize>> =
-                nearest(rows, fixed, groups).into_iter().map(|group| abba(rows, group, costs, false)).collect();
+            let start: Vec<Vec<usize>> = shortened(rows, fixed, nearest(rows, fixed, groups, costs), costs)
+                .into_iter()
+                .map(|group| abba(rows, group, costs, false))
+                .collect();
             drift.improved(start)
         }
         Order::Random => {
@@ -171,12 +174,13 @@ impl<'a> Drift<'a> {
         linear + QUADRATIC * quadratic
     }
 
-    /// The work and the way of an order of mountings: joints moved, and by how much.
+    /// Joints moved in an order of mountings, and what moving them costs.
     fn way(&self, groups: &[Vec<usize>]) -> (usize, f64) {
         let firsts: Vec<usize> =
             (self.fixed.checked_sub(1).into_iter()).chain(groups.iter().filter_map(|g| g.first().copied())).collect();
-        let steps = firsts.iter().zip(firsts.iter().skip(1)).map(|(a, b)| way(self.rows, *a, *b));
-        steps.fold((0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
+        let steps = firsts.iter().zip(firsts.iter().skip(1));
+        let of = |(a, b): (&usize, &usize)| (way(self.rows, *a, *b).0, degrees(self.rows, *a, *b, self.costs));
+        steps.map(of).fold((0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 
     /// Better and better orders: senses exchanged in a mounting, states exchanged, mountings exchanged or a stretch of them turned round, as long as
@@ -184,7 +188,8 @@ impl<'a> Drift<'a> {
     fn improved(&self, start: Vec<Vec<usize>>) -> Vec<usize> {
         let mut groups = start;
         let mut now = self.harm(&groups);
-        let joints_moved = self.way(&groups).0;
+        let (joints_moved, moving_costs) = self.way(&groups);
+        let no_more = |(joints, costs): (usize, f64)| joints <= joints_moved && costs <= moving_costs * (1.0 + 1e-12);
         let readings: usize = groups.iter().map(Vec::len).sum();
         // each evaluation costs a pass over the readings
         let mut evaluations = 40_000_000 / (readings * self.parts.first().map_or(1, Vec::len)).max(1);
@@ -233,7 +238,7 @@ impl<'a> Drift<'a> {
                         evaluations -= 1;
                         let harm = self.harm(&other);
                         let better = harm < best.as_ref().map_or(now - 1e-12, |(before, _)| *before);
-                        if better && self.way(&other).0 <= joints_moved {
+                        if better && no_more(self.way(&other)) {
                             best = Some((harm, other));
                         }
                     }
@@ -274,16 +279,13 @@ fn by_mounting(rows: &[Reading], fixed: usize) -> Vec<Vec<usize>> {
 /// Joints that are moved from one reading to another, and by how many degrees.
 fn way(rows: &[Reading], a: usize, b: usize) -> (usize, f64) {
     let (Some(a), Some(b)) = (rows.get(a), rows.get(b)) else { return (0, 0.0) };
-    let turn = |(a, b): (Option<f64>, Option<f64>)| match (a, b) {
-        (Some(a), Some(b)) => ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs(),
-        _ => 0.0,
-    };
-    let turns = || mounting(a).into_iter().zip(mounting(b)).map(turn);
-    (turns().filter(|t| *t > 0.0).count(), turns().sum())
+    let turns = moved_deg(a, b);
+    (turns.iter().filter(|t| **t > 0.0).count(), turns.iter().sum())
 }
 
-/// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles.
-fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>) -> Vec<Vec<usize>> {
+/// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles; where degrees cost something, the
+/// least of them first.
+fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>, costs: &Costs) -> Vec<Vec<usize>> {
     if groups.len() > MOST {
         return groups;
     }
@@ -294,15 +296,61 @@ fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>) -> Vec<V
         let first = |group: &Vec<usize>| group.first().copied().unwrap_or_default();
         let next = match last {
             None => 0,
-            Some(last) => (groups.iter().map(|group| way(rows, last, first(group))).enumerate())
-                .min_by(|(_, a), (_, b)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
-                .map_or(0, |(k, _)| k),
+            Some(last) => {
+                (groups.iter().map(|group| (degrees(rows, last, first(group), costs), way(rows, last, first(group)))))
+                    .enumerate()
+                    .min_by(|(_, (a, own)), (_, (b, other))| {
+                        a.total_cmp(b).then(own.0.cmp(&other.0)).then(own.1.total_cmp(&other.1))
+                    })
+                    .map_or(0, |(k, _)| k)
+            }
         };
         let group = groups.remove(next);
         last = group.first().copied();
         sorted.push(group);
     }
     sorted
+}
+
+/// What moving the joints from one reading to another costs.
+fn degrees(rows: &[Reading], a: usize, b: usize, costs: &Costs) -> f64 {
+    rows.get(a).zip(rows.get(b)).map_or(0.0, |(a, b)| costs.index * furthest(a, b))
+}
+
+/// Mountings in an order that moves the joints less: stretches turned round and mountings put elsewhere, as long as that is shorter.
+fn shortened(rows: &[Reading], fixed: usize, groups: Vec<Vec<usize>>, costs: &Costs) -> Vec<Vec<usize>> {
+    if costs.index == 0.0 || groups.len() > MOST_SHORTENED {
+        return groups;
+    }
+    let mut groups = groups;
+    let length = |groups: &[Vec<usize>]| {
+        let stops: Vec<usize> =
+            fixed.checked_sub(1).into_iter().chain(groups.iter().filter_map(|g| g.first().copied())).collect();
+        stops.iter().zip(stops.iter().skip(1)).map(|(a, b)| degrees(rows, *a, *b, costs)).sum::<f64>()
+    };
+    let mut now = length(&groups);
+    for _ in 0..ROUNDS {
+        let before = now;
+        for a in 0..groups.len() {
+            for b in 0..groups.len() {
+                let mut turned = groups.clone();
+                turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
+                let mut moved = groups.clone();
+                let own = moved.remove(a);
+                moved.insert(b, own);
+                for other in [turned, moved] {
+                    let own = length(&other);
+                    if own < now - 1e-9 {
+                        (now, groups) = (own, other);
+                    }
+                }
+            }
+        }
+        if now >= before {
+            break;
+        }
+    }
+    groups
 }
 
 /// Readings of one mounting that stay together: those of one state, or each alone where rate changes cost nothing.

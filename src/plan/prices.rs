@@ -4,7 +4,7 @@
 //! cost = sum over mountings [ mounting + reading * readings there + rate * (different states there - 1) ]
 //! ```
 //!
-//! The order to run takes readings of one state of a mounting together, so that this is what the schedule's report says.
+//! What moving joints over some degrees costs depends on the order, and comes after the choice. The order to run takes readings of one state of a mounting together, so that this is what the schedule's report says.
 
 use super::effort::{Costs, mounting};
 use crate::campaign::Reading;
@@ -92,7 +92,7 @@ impl Prices {
 
     /// Costs are sums of these, so that nothing lies between two costs that are nearer; `None` where all is free.
     pub fn least_step(&self) -> Option<f64> {
-        let Costs { reading, rate_change, mounting } = self.costs;
+        let Costs { reading, rate_change, mounting, .. } = self.costs;
         let positive = [reading * self.size as f64, rate_change, mounting].into_iter().filter(|cost| *cost > 0.0);
         let least = positive.clone().reduce(f64::min)?;
         // where they are no multiples of the smallest, a tenth of it

@@ -21,6 +21,8 @@ pub struct Refined {
     pub moved: usize,
     /// By what share the criterion is better than that of the choice: the determinant for each unknown (D), a variance (else).
     pub gain: f64,
+    /// The criterion there: `-log det M` (D), a variance, or with a goal the largest `(u / limit)^2`.
+    pub value: f64,
     /// Did it end because nothing was worth a move? Else because of the effort.
     pub finished: bool,
 }
@@ -114,7 +116,7 @@ pub(super) fn refined(
         rows.get(first).map(mounting) != given.get(first).cloned()
     };
     let moved = groups.iter().filter(changed).count();
-    Ok(Some((rows, Refined { moved, gain, finished })))
+    Ok(Some((rows, Refined { moved, gain, value: now, finished })))
 }
 
 /// Joints that stand at several angles in the candidates.

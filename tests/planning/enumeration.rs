@@ -257,7 +257,7 @@ fn budgets_buy_the_best_that_they_can() {
     );
     let noise = Noise::new(&campaign, &[("y".into(), 0.1)], &[]).unwrap();
     let candidates = campaign.readings.clone();
-    let costs = Costs { reading: 1.0, rate_change: 2.0, mounting: 5.0 };
+    let costs = Costs { reading: 1.0, rate_change: 2.0, mounting: 5.0, index: 0.0 };
     let offer = Offer { kept: none(&campaign), candidates: candidates.clone(), noise: noise.clone(), costs };
     let model = tumble::design::Model::new(&campaign).unwrap();
     let design = tumble::design::assemble(&campaign, &model, &campaign.reference_point()).unwrap();

@@ -122,7 +122,7 @@ fn a_budget_of_readings_reaches_what_their_number_does() {
     let problem = &problems["problems"][0];
     let campaign = parabola(problem["candidates"].as_array().unwrap(), "day", 0.3);
     let noise = Noise::new(&campaign, &[("y".into(), 0.1)], &[]).unwrap();
-    let costs = Costs { reading: 1.0, rate_change: 0.0, mounting: 0.0 };
+    let costs = Costs { reading: 1.0, rate_change: 0.0, mounting: 0.0, index: 0.0 };
     let offer = Offer { kept: none(&campaign), candidates: campaign.readings.clone(), noise, costs };
     for (name, criterion) in [("D", Criterion::D), ("c", Criterion::C("b".into()))] {
         let request = Request { readings: 0, budget: Some(8.0), criterion, ..Request::default() };

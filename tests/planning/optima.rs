@@ -254,3 +254,57 @@ fn what_is_measured_stays() {
         best.reasons.len()
     );
 }
+
+/// One joint, `y = a + b cos + c sin`: three readings 120 degrees apart have u_a = sd/sqrt 3 and u_b = u_c = sd sqrt(2/3), which no three in steps of 45
+/// degrees do; four 90 degrees apart have 1/2 and 1/sqrt 2.
+fn circle() -> tumble::campaign::Campaign {
+    campaign(
+        r#"{ "bench": { "id": "circle", "chain": [ { "joint": "beta", "about": "z" } ], "sensors": { "y": { "model": "a + b*cos(beta) + c*sin(beta)" } } },
+             "estimate": { "a": {}, "b": {}, "c": {} }, "readings": [ { "beta_deg": [0, 90, 180, 270, 45], "y_u": 1 } ] }"#,
+    )
+}
+
+#[test]
+fn a_goal_is_reached_with_fewer_between_the_candidates() {
+    let campaign = circle();
+    let noise = Noise::new(&campaign, &[], &[]).unwrap();
+    let goals = [("a", 0.58), ("b", 0.82), ("c", 0.82)].map(|(id, u)| Goal { id: id.into(), u });
+    let request = Request { readings: 12, ..Request::default() };
+    let coarse = plan::reach(&campaign, &offer(&campaign, noise.clone(), 45.0), &request, &goals, false).unwrap();
+    assert_eq!((coarse.reached, coarse.improvement.chosen), (true, 4));
+    let refine = Some(plan::Refinement { resolution_deg: 1.0, zones: Vec::new() });
+    let fine =
+        plan::reach(&campaign, &offer(&campaign, noise, 45.0), &Request { refine, ..request }, &goals, false).unwrap();
+    assert_eq!((fine.reached, fine.improvement.chosen, fine.is_fewest), (true, 3, false));
+    assert!(fine.improvement.refined.unwrap().moved > 0);
+}
+
+/// Degrees between positions cost: the work adds up the shorter ways, the order takes a round that no order beats, and a budget pays for the way.
+#[test]
+fn the_way_between_positions_is_paid_for() {
+    let campaign = circle();
+    let noise = Noise::new(&campaign, &[], &[]).unwrap();
+    let costs = Costs { reading: 1.0, rate_change: 0.0, mounting: 2.0, index: 0.1 };
+    // 90 + 90 + 90 + 135 degrees
+    assert_close(costs.work(&campaign.readings.rows).cost, 5.0 * 3.0 + 40.5, 1e-12);
+    let run = plan::ordered(&campaign, &noise, &costs, Order::Abba, 1, 0).unwrap();
+    // 270, 0, 45, 90, 180 or the like: all round but for one of the gaps of 90
+    assert_close(costs.work(&run.rows).cost, 5.0 * 3.0 + 27.0, 1e-12);
+    let offer = Offer { costs, ..offer(&campaign, noise, 15.0) };
+    for budget in [20.0, 40.0, 60.0] {
+        let request = Request { readings: 0, budget: Some(budget), ..Request::default() };
+        match plan::improve(&campaign, &offer, &request) {
+            Ok(best) => {
+                let cost = best.judgement.work.cost;
+                println!("budget {budget}: {} readings for {cost}", best.chosen);
+                assert!(cost <= budget * (1.0 + 1e-12));
+                // one more reading at a mounting of its own would not be paid for by half of what is left over
+                assert!(budget - cost < 12.0, "{cost} of {budget}");
+            }
+            Err(error) => {
+                assert!(budget < 30.0, "{error}");
+                assert!(error.to_string().contains("way between"), "{error}");
+            }
+        }
+    }
+}

@@ -70,9 +70,9 @@ pub(in crate::cli) struct Arguments {
     /// readings), E (worst determined combination of the angles), or a quantity: dtheta_z2, gamma.
     #[arg(long, value_name = "D|A|G|I|E|NAME", default_value = "D")]
     pub(super) criterion: String,
-    /// Then move the chosen angles between the candidates, in multiples of DEG, as long as that is better (with --choose, --add or
-    /// --budget).
-    #[arg(long, value_name = "DEG", requires = "chosen", conflicts_with_all = ["goal", "find", "separate"])]
+    /// Then move the chosen angles between the candidates, in multiples of DEG, as long as that is better (with --goal or --find, one
+    /// reading fewer may then be enough).
+    #[arg(long, value_name = "DEG", requires = "chosen", conflicts_with_all = ["separate"])]
     pub(super) refine: Option<f64>,
     /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
     #[arg(long, value_enum, default_value_t = UnitArgument::Reading)]
@@ -101,7 +101,8 @@ pub(in crate::cli) struct Arguments {
     /// Fedorov exchange, or coordinate exchange for very many candidates.
     #[arg(long, value_enum, default_value_t = MethodArgument::Fedorov)]
     pub(super) method: MethodArgument,
-    /// Costs: mounting=10, rate=1, reading=1; and soak=30 for the wait after each mounting.
+    /// Costs: mounting=10, rate=1, reading=1; soak=30 for the wait after each mounting; and degree=0.02 for moving from one mounting to the
+    /// next, for each degree of the joint that moves furthest.
     #[arg(long, value_name = "WHAT=COST")]
     pub(super) cost: Vec<String>,
     /// Starts of the exchange.

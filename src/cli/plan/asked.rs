@@ -228,9 +228,10 @@ pub(super) fn costs(given: &[String]) -> Result<Costs> {
             "rate" => costs.rate_change = cost,
             "mounting" => costs.mounting = cost,
             "soak" => soak = cost,
+            "degree" => costs.index = cost,
             _ => {
                 return Err(Malformed::new(Fault::UnknownName, format!("'{what}' has no cost here"))
-                    .expected("one of mounting, rate, reading, soak")
+                    .expected("one of mounting, rate, reading, soak, degree")
                     .found(format!("'{what}'")));
             }
         }
