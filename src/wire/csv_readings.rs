@@ -107,6 +107,10 @@ fn find(
 ///
 /// Errors: a row that is none; a number with a comma where commas part the cells, or beside numbers with a point.
 fn decimal_mark(headers: &csv::StringRecord, delimiter: u8, source: &Source) -> Result<char> {
+    // no cell has a comma
+    if !source.text.contains(if delimiter == b',' { '"' } else { ',' }) {
+        return Ok('.');
+    }
     let Some((record, name, text)) = find(headers, delimiter, source, is_decimal_comma)? else { return Ok('.') };
     let pointed = find(headers, delimiter, source, |text| text.contains('.') && text.parse::<f64>().is_ok())?;
     let error = Malformed::new(Fault::Value, format!("'{name}' has a decimal comma"));
