@@ -14,6 +14,7 @@
 )]
 
 use super::by_row::ByRow;
+use super::left_out::LeftOut;
 use super::problem::Problem;
 use super::reml::{Ended, Limits};
 use super::{Felt, ScatterLine};
@@ -34,30 +35,6 @@ pub(super) struct Condensed {
     system: System,
     lines: Vec<ScatterLine>,
     left_out: LeftOut,
-}
-
-/// What rows of zeros say.
-#[derive(Debug, Clone, Default)]
-pub(super) struct LeftOut {
-    /// How many belong to each component; none where the list ends.
-    pub rows: Vec<f64>,
-    /// How many there are in all.
-    pub total: usize,
-    /// `log det` of their covariance at variances of one.
-    log_determinant: f64,
-}
-
-impl LeftOut {
-    /// How many rows of a component were left out.
-    pub fn of(&self, component: usize) -> f64 {
-        self.rows.get(component).copied().unwrap_or(0.0)
-    }
-
-    /// `log det` of their covariance.
-    pub fn log_determinant(&self, theta: &[f64]) -> f64 {
-        let own = self.rows.iter().zip(theta).filter(|(count, _)| **count > 0.0);
-        self.log_determinant + own.map(|(count, theta)| count * theta.ln()).sum::<f64>()
-    }
 }
 
 /// The rows of one block of deviations and one component.
@@ -87,7 +64,7 @@ impl Condensed {
         });
         let felt = ByRow::new(m, pairs);
         let mut made = Made { rows: Vec::new(), u: Vec::new(), group: Vec::new(), felt: vec![Vec::new(); lines.len()] };
-        let mut left_out = LeftOut { rows: vec![0.0; problem.groups], total: 0, log_determinant: 0.0 };
+        let mut left_out = LeftOut { rows: vec![0.0; problem.groups], log_determinant: 0.0 };
         let mut place = vec![usize::MAX; pattern.deviations];
         for class in &classes {
             let deviations = class.front.map_or(&[][..], |f| &pattern.fronts[f].columns);
@@ -130,7 +107,6 @@ impl Condensed {
                 made.push(&values, i, &named, 1.0, class.group);
             }
             let gone = class.rows.len() - folded.nrows();
-            left_out.total += gone;
             left_out.log_determinant += class.rows.iter().map(|row| 2.0 * system.u[*row].ln()).sum::<f64>();
             if let Group::Estimated(g) = class.group {
                 left_out.rows[g] += gone as f64;

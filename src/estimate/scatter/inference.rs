@@ -15,8 +15,8 @@
     reason = "members, fronts and norms have the pattern's rows and deviations; per-component lists have `members.count` entries or were added to together (`add`)"
 )]
 
-use super::condense::LeftOut;
 use super::elimination::{Augmented, Whitening};
+use super::left_out::LeftOut;
 use crate::estimate::Estimate;
 use crate::linear::dot;
 use faer::linalg::matmul::matmul;

@@ -24,6 +24,7 @@
 //! | `inference.rs` | what each component contributes: squares, redundancy, information |
 //! | `problem.rs` | components, and the adjustment at given variances |
 //! | `reml.rs` | the steps to the variances |
+//! | `left_out.rs` | rows that others stand for |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `memory.rs` | the search for correlation times |
 //! | `conclude.rs` | the adjustment with what was found |
@@ -36,6 +37,7 @@ mod cost;
 mod elimination;
 mod floor;
 mod inference;
+mod left_out;
 mod memory;
 mod pattern;
 mod problem;

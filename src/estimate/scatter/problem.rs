@@ -4,9 +4,9 @@
     reason = "`theta`, `floor` and the inference have `members.count` entries, rows and deviations hold components below it, and `System::check` has compared u with the rows"
 )]
 
-use super::condense::LeftOut;
 use super::elimination::Whitening;
 use super::inference::{Inference, Membership};
+use super::left_out::LeftOut;
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Elimination, Estimate, Group, ScaleHints, Settings, System, adjust, adjust_on, groups, solve};
@@ -147,7 +147,7 @@ impl<'a> Problem<'a> {
         let estimate = self.adjust(&self.white(&whitening))?;
         let factor = &estimate.factor;
         let mut deviance = whitening.log_determinant() + estimate.sum_of_squares;
-        deviance += self.left_out.log_determinant(theta);
+        deviance += self.left_out.log_determinant_at(theta);
         let r = factor.r();
         deviance += 2.0 * (0..r.nrows()).map(|k| r[(k, k)].abs().ln()).sum::<f64>();
         deviance += 2.0 * factor.basis().iter().map(|j| factor.scale()[*j].ln()).sum::<f64>();
