@@ -2,6 +2,10 @@
 
 use super::{Campaign, Kind, Reading, Readings, Role};
 use crate::error::{Fault, Malformed, Result};
+use crate::mix::Mix;
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 /// One line of what scatters.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,23 +146,28 @@ impl Per {
     /// The level of each reading, counted from 0, and how many there are. `None` for a reading that lacks the column.
     pub fn levels(&self, campaign: &Campaign) -> (Vec<Option<usize>>, usize) {
         let rows = &campaign.readings.rows;
-        let mut seen: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
+        let mut seen: HashMap<Cow<'_, str>, usize, BuildHasherDefault<Mix>> = HashMap::default();
         let mut next = 0;
         let mut fresh = || {
             next += 1;
             next - 1
         };
-        let mut label = |text: String, fresh: &mut dyn FnMut() -> usize| *seen.entry(text).or_insert_with(fresh);
         let levels = match self {
             Per::Reading => rows.iter().map(|_| Some(fresh())).collect(),
-            Per::Campaign => rows.iter().map(|_| Some(label(String::new(), &mut fresh))).collect(),
+            Per::Campaign => rows.iter().map(|_| Some(*seen.entry("".into()).or_insert_with(&mut fresh))).collect(),
             Per::Position => rows
                 .iter()
-                .map(|r| Some(if r.position.is_empty() { fresh() } else { label(r.position.clone(), &mut fresh) }))
+                .map(|r| {
+                    Some(match r.position.as_str() {
+                        "" => fresh(),
+                        label => *seen.entry(label.into()).or_insert_with(&mut fresh),
+                    })
+                })
                 .collect(),
             Per::Column(name) => {
                 let number = campaign.readings.columns.iter().position(|c| c == name);
-                rows.iter().map(|r| value(number, name, r).map(|text| label(text, &mut fresh))).collect()
+                let named = |r| value(number, name, r).map(|text| *seen.entry(text).or_insert_with(&mut fresh));
+                rows.iter().map(named).collect()
             }
         };
         (levels, next)
@@ -166,9 +175,9 @@ impl Per {
 
     /// The level of a reading by name, where the factor links positions: empty for the whole campaign, the column's value else. `None` for a
     /// reading that lacks the column, and for factors that link none.
-    pub fn level_name(&self, readings: &Readings, reading: &Reading) -> Option<String> {
+    pub fn level_name<'a>(&self, readings: &Readings, reading: &'a Reading) -> Option<Cow<'a, str>> {
         match self {
-            Per::Campaign => Some(String::new()),
+            Per::Campaign => Some("".into()),
             Per::Column(name) => value(readings.columns.iter().position(|c| c == name), name, reading),
             Per::Reading | Per::Position => None,
         }
@@ -176,10 +185,10 @@ impl Per {
 }
 
 /// A column's value at a reading, a number or a text.
-fn value(number: Option<usize>, name: &str, reading: &Reading) -> Option<String> {
+fn value<'a>(number: Option<usize>, name: &str, reading: &'a Reading) -> Option<Cow<'a, str>> {
     let own = number.and_then(|k| reading.columns.get(k).copied().flatten());
-    let text = reading.remarks.iter().find(|(key, _)| key == name).map(|(_, text)| text.clone());
-    own.map(|v| (v + 0.0).to_string()).or(text)
+    let text = || reading.remarks.iter().find(|(key, _)| key == name).map(|(_, text)| text.as_str().into());
+    own.map(|v| Cow::Owned((v + 0.0).to_string())).or_else(text)
 }
 
 impl Campaign {

@@ -22,6 +22,7 @@ pub use mean::{Node, Smoothness, nodes};
 pub use model::{Model, Workspace};
 
 use crate::campaign::Campaign;
+use crate::elements::Elements;
 use crate::error::Result;
 use faer::Mat;
 
@@ -87,10 +88,22 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
     let mut work = model.workspace();
     let mut sensors = Vec::new();
     let mut start = 0;
+    let mut recent = Recent::new(campaign);
     for of_reading in rows.chunk_by(|a, b| a.reading == b.reading) {
         sensors.clear();
         sensors.extend(of_reading.iter().map(|origin| origin.sensor));
         let reading = of_reading.first().map_or(0, |origin| origin.reading);
+        if let Some(from) = recent.like(campaign, model, (reading, start), &sensors) {
+            for (from, to) in (from..).zip(start..start + sensors.len()) {
+                // rows before this one
+                let before = predicted.at(from);
+                predicted.get_mut(to).into_iter().for_each(|slot| *slot = before);
+                (0..parameters).for_each(|j| jacobian[(to, j)] = jacobian[(from, j)]);
+                (0..by_joint.ncols()).for_each(|j| by_joint[(to, j)] = by_joint[(from, j)]);
+            }
+            start += sensors.len();
+            continue;
+        }
         model.predict_all(campaign, reading, &sensors, point, &mut work, |place, value, gradient| {
             let i = start + place;
             if let Some(slot) = predicted.get_mut(i) {
@@ -107,4 +120,46 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
     }
     inputs::fill(campaign, model, point, &rows, &mut jacobian)?;
     Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian, by_joint })
+}
+
+/// The last few settings that were predicted. A campaign of many readings has few settings, and readings of one, or of both rates of one, stand together:
+/// what they predict is worked out once.
+struct Recent {
+    /// Reading, first row and sensors of each; the oldest is replaced.
+    settings: [Option<(usize, usize, Vec<usize>)>; 4],
+    oldest: usize,
+    /// A closed circle is predicted on the turn of what was read, which every reading has of its own.
+    closed: bool,
+}
+
+impl Recent {
+    fn new(campaign: &Campaign) -> Self {
+        let closed = campaign.bench.sensors.iter().any(|sensor| sensor.turn.is_some());
+        Recent { settings: [const { None }; 4], oldest: 0, closed }
+    }
+
+    /// The first row of a reading that predicts the same; if there is none, this one becomes the latest.
+    fn like(
+        &mut self,
+        campaign: &Campaign,
+        model: &Model,
+        (reading, row): (usize, usize),
+        sensors: &[usize],
+    ) -> Option<usize> {
+        if self.closed {
+            return None;
+        }
+        let own = campaign.readings.rows.get(reading)?;
+        let same = |(other, _, of): &&(usize, usize, Vec<usize>)| {
+            of == sensors && campaign.readings.rows.get(*other).is_some_and(|other| model.takes_same_inputs(own, other))
+        };
+        let found = self.settings.iter().flatten().find(same).map(|(_, row, _)| *row);
+        if found.is_none() {
+            if let Some(slot) = self.settings.get_mut(self.oldest) {
+                *slot = Some((reading, row, sensors.to_vec()));
+            }
+            self.oldest = (self.oldest + 1) % self.settings.len();
+        }
+        found
+    }
 }

@@ -196,6 +196,15 @@ impl Model {
         Ok(())
     }
 
+    /// Do two readings give the model lines the same inputs: joints, and the columns that stand in them?
+    pub(super) fn takes_same_inputs(&self, a: &Reading, b: &Reading) -> bool {
+        let column = |slot: &Slot| match slot {
+            Slot::Column(k) => a.columns.get(*k) == b.columns.get(*k),
+            _ => true,
+        };
+        a.joints == b.joints && self.sensors.iter().all(|sensor| sensor.slots.iter().all(column))
+    }
+
     /// Sum up every sensor of this smoothness over the reading's instants.
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
         work.sweep.set(row, smoothness);

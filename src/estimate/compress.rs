@@ -8,7 +8,7 @@
 )]
 
 use super::factor::Factor;
-use super::fold::triangle;
+use super::fold::triangle_of;
 use super::{Group, Settings, System};
 use crate::error::Result;
 use faer::Mat;
@@ -47,15 +47,15 @@ impl Compressed {
                 let row = rows[i];
                 columns.get(l).map_or(system.observed[row], |j| system.rows[(row, *j)]) / system.u[row]
             };
-            let block = Mat::from_fn(rows.len(), k + 1, element);
             size.push(rows.len());
-            magnitude.push(block.col_as_slice(k).iter().fold(0.0_f64, |most, y| most.max(y.abs())));
+            magnitude.push((0..rows.len()).fold(0.0_f64, |most, i| most.max(element(i, k).abs())));
             if rows.len() > k + 1 {
-                let block = triangle(block);
+                let block = triangle_of(rows.len(), k + 1, element);
                 own.push(Some((block[(k, k)].powi(2), rows.len() - k)));
                 blocks.push((columns, block));
             } else {
                 own.push(None);
+                let block = Mat::from_fn(rows.len(), k + 1, element);
                 blocks.push((columns, block));
             }
         }

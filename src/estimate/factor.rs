@@ -41,6 +41,24 @@ pub(super) struct Embedding {
     pub scale: Vec<f64>,
 }
 
+/// `A B'` for `B` with any number of rows, block by block: a product with all rows at once would pack kilobytes for each.
+pub(crate) fn product_by_rows(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut product = Mat::zeros(a.nrows(), b.nrows());
+    let mut start = 0;
+    while start < b.nrows() {
+        let count = BLOCK.min(b.nrows() - start);
+        let (rows, out) = (b.subrows(start, count), product.subcols_mut(start, count));
+        matmul(out, Accum::Replace, a, rows.transpose(), 1.0, Par::Seq);
+        start += count;
+    }
+    product
+}
+
+/// The share of the largest pivot below which a column depends on others, for so many rows and columns.
+pub(super) fn rank_tolerance((rows, columns): (usize, usize)) -> f64 {
+    32.0 * f64::EPSILON * (rows.max(columns).max(1) as f64).sqrt()
+}
+
 impl Factor {
     /// Weights, scales and factorises; `rows_total` counts rows that were folded into these.
     pub(super) fn new(
@@ -60,8 +78,7 @@ impl Factor {
             }
             scale.push(normalise(to).ok_or_else(|| out_of_range(j))?);
         }
-        let size = rows_total.max(n).max(1);
-        let tolerance = tolerance.unwrap_or(32.0 * f64::EPSILON * (size as f64).sqrt());
+        let tolerance = tolerance.unwrap_or_else(|| rank_tolerance((rows_total, n)));
         let (pivoted, dependence) = basis::reveal(&scaled, tolerance);
         let rank = pivoted.rank;
         let mut r = Mat::zeros(rank, rank);
@@ -148,15 +165,7 @@ impl Factor {
     /// Sensitivities `d x / d y`, `n x m`: how each unknown follows each reading.
     pub fn sensitivities(&self) -> Mat<f64> {
         let directions = self.whitened_directions();
-        let mut sensitivities = Mat::zeros(directions.nrows(), self.weight.len());
-        // block by block: a product with all rows at once would pack kilobytes for each
-        let mut start = 0;
-        while start < self.weight.len() {
-            let count = BLOCK.min(self.weight.len() - start);
-            let (q, out) = (self.q.subrows(start, count), sensitivities.subcols_mut(start, count));
-            matmul(out, Accum::Replace, directions.as_ref(), q.transpose(), 1.0, Par::Seq);
-            start += count;
-        }
+        let mut sensitivities = product_by_rows(directions.as_ref(), self.q.as_ref());
         for (i, w) in self.weight.iter().enumerate() {
             sensitivities.col_as_slice_mut(i).iter_mut().for_each(|s| *s *= w);
         }

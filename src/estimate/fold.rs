@@ -282,19 +282,26 @@ const BLOCK: usize = 1024;
 /// Many rows go block by block, `[R; block] = Q' R'`: the same triangle but for signs of rows.
 pub(super) fn triangle(work: Mat<f64>) -> Mat<f64> {
     let (m, n) = work.shape();
+    if m <= TALL.max(8 * n) { factorised(work) } else { triangle_of(m, n, |i, j| work[(i, j)]) }
+}
+
+/// The same of `m` rows, at least as many as columns, that are made as they are needed.
+pub(super) fn triangle_of(m: usize, n: usize, element: impl Fn(usize, usize) -> f64) -> Mat<f64> {
     if m <= TALL.max(8 * n) {
-        return factorised(work);
+        return factorised(Mat::from_fn(m, n, element));
     }
     let size = BLOCK.max(4 * n);
-    let mut folded = factorised(work.subrows(0, size).to_owned());
+    let mut folded = factorised(Mat::from_fn(size, n, &element));
     let mut start = size;
     while start < m {
         let count = size.min(m - start);
-        let rows = work.subrows(start, count);
-        folded = factorised(Mat::from_fn(n + count, n, |i, j| match i.checked_sub(n) {
-            None => folded[(i, j)],
-            Some(i) => rows[(i, j)],
-        }));
+        let mut below = Mat::zeros(n + count, n);
+        for j in 0..n {
+            let (before, rows) = below.col_as_slice_mut(j).split_at_mut(n);
+            before.copy_from_slice(folded.col_as_slice(j));
+            rows.iter_mut().enumerate().for_each(|(i, slot)| *slot = element(start + i, j));
+        }
+        folded = factorised(below);
         start += count;
     }
     folded

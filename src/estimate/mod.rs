@@ -65,6 +65,7 @@ pub(crate) use compensated::Sum;
 pub(crate) use cone_program::solver_settings;
 pub use equalities::{Elimination, Equation, Equations, adjust_on};
 pub use factor::Factor;
+pub(crate) use factor::product_by_rows;
 pub use fold::{Fold, Folded};
 pub use groups::ScaleHints;
 pub use inequalities::{Active, Inequality, Restricted, Side, restrict};

@@ -107,7 +107,8 @@ fn with_variances(
     found: &Scattered,
     settings: &Settings,
 ) -> Result<Vec<f64>> {
-    let system = own_system(campaign, design, &weigh(campaign, design, settings.weighting)?);
+    let weighed = weigh(campaign, design, settings.weighting)?;
+    let system = own_system(campaign, design, &weighed);
     let m = system.observed.len();
     let white = System {
         rows: found.whitening.whiten_columns(&system.rows),

@@ -4,7 +4,7 @@
 
 use super::linear::Linear;
 use super::step::{self, Step};
-use super::system::{rounding, weigh};
+use super::system::{differences, rounding};
 use super::{Estimator, Settings, rules, starts};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{self, DesignMatrix, Model};
@@ -194,7 +194,8 @@ impl Trip<'_> {
             late.extend(unseen.iter().filter(|k| !now.contains(k) && !moved.contains(k)));
             (design, first, unseen) = (next, adjusted, now);
         }
-        let reference = design.clone();
+        // made anew where the walk comes back to it: of many readings a second design is large
+        let reference = design.point.clone();
         let before_walk = walk.iterations.clone();
         walk.rank = first.rank;
         if walk.rank < unknowns && holdable {
@@ -208,7 +209,8 @@ impl Trip<'_> {
             if settled {
                 asked.extend(walk.couplings.iter().map(|own| own.unknown));
             }
-            let at = if settled { &design } else { &reference };
+            let back = if settled { None } else { Some(design::assemble(campaign, model, &reference)?) };
+            let at = back.as_ref().unwrap_or(&design);
             let weak = starts::weak(campaign, model, at, &asked, moved, settings)?;
             if !weak.is_empty() || stop.is_none() {
                 // beyond the reference point the readings would determine more, but too weakly
@@ -221,7 +223,7 @@ impl Trip<'_> {
                     }
                 }
                 (walk.holds, walk.iterations) = (true, before_walk);
-                let mut held = reference;
+                let mut held = design::assemble(campaign, model, &reference)?;
                 judged_at = Some(held.point.clone());
                 walk.hold(&mut held);
                 let first = Linear::at(campaign, &held, None, settings)?;
@@ -353,7 +355,7 @@ impl Walk<'_> {
             within_half_a_turn(self.campaign, &mut point);
             let next = design::assemble(self.campaign, self.model, &point)?;
             let mut next = circles_within_half_a_turn(self.campaign, self.model, next)?;
-            let after = step.merit(&weigh(self.campaign, &next, self.settings.weighting)?.observed);
+            let after = step.merit(&differences(self.campaign, &next)?);
             // rounding of a sum of squares near its minimum must not halve a good step
             let better = after <= before * (1.0 + 1e-10) + (NEGLIGIBLE * size).powi(2);
             if after.is_finite() && (better || !feasible) {

@@ -21,6 +21,8 @@ pub(super) struct Linear {
     pub rank: usize,
     /// Scales of the groups, for the next step to begin with.
     scales: Vec<f64>,
+    /// The scales that the rounding of the readings alone would have, the same at every point; empty where nothing asked for them.
+    least: Vec<f64>,
     weights: Weights,
 }
 
@@ -46,26 +48,33 @@ impl Linear {
             return Ok(Linear::from(step::solve(campaign, design, settings)?));
         }
         let system = weigh(campaign, design, settings.weighting)?;
+        let least = before.map_or_else(|| rounding(campaign, design, &system), |step| step.least.clone());
         if !campaign.scatter.is_empty() {
             let lines = scatter_lines(campaign, design, &system.u);
             let own = own_system(campaign, design, &system);
-            let least = rounding(campaign, design, &system);
             let before =
                 before.and_then(|step| if let Weights::Stepped(own) = &step.weights { Some(&**own) } else { None });
             let found = estimate::step_scattered(&own, &lines, &least, before, &settings.adjust)?;
             let (change, rank) = (found.solution.clone(), found.rank);
             let residuals = step::residuals(&system, &change);
             let weights = Weights::Stepped(Box::new(found));
-            return Ok(Linear { system, change, residuals, rank, scales: Vec::new(), weights });
+            return Ok(Linear { system, change, residuals, rank, scales: Vec::new(), least, weights });
         }
-        let hints =
-            ScaleHints { start: before.map_or(&[], |step| &step.scales), least: &rounding(campaign, design, &system) };
+        let hints = ScaleHints { start: before.map_or(&[], |step| &step.scales), least: &least };
         // on the way the scales need not settle: they go on from step to step, and the last step settles them
         let group_iterations = settings.adjust.group_iterations.min(2);
         let found = estimate::solve(&system, &hints, &estimate::Settings { group_iterations, ..settings.adjust })?;
         let weights = weights(&system, |g| found.group_scale.get(g).copied());
         let (change, residuals, rank) = (found.solution, found.residuals, found.rank);
-        Ok(Linear { system, change, residuals, rank, scales: found.group_scale, weights: Weights::Rows(weights) })
+        Ok(Linear {
+            system,
+            change,
+            residuals,
+            rank,
+            scales: found.group_scale,
+            least,
+            weights: Weights::Rows(weights),
+        })
     }
 
     /// Norm of the step's effect on the weighted predictions, `|J dx / u|`.
@@ -102,7 +111,15 @@ impl From<Step> for Linear {
             }
         };
         let (residuals, rank) = (step.estimate.residuals, step.estimate.unknowns.rank);
-        Linear { system: step.system, change: step.change, residuals, rank, scales: Vec::new(), weights }
+        Linear {
+            system: step.system,
+            change: step.change,
+            residuals,
+            rank,
+            scales: Vec::new(),
+            least: Vec::new(),
+            weights,
+        }
     }
 }
 

@@ -321,6 +321,8 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let reference = campaign.reference_point();
     let design = design::assemble(campaign, &model, &reference)?;
     ranges::check_rows(campaign, &model, &design)?;
+    // at the reference point
+    let unseen = starts::unseen(campaign, &design);
     let gauss_newton::Ended { design, step, record: convergence, judged_at, weak } =
         gauss_newton::run(campaign, &model, design, settings).map_err(|error| ranges::name_reading(campaign, error))?;
     let mut point = design.point.clone();
@@ -364,7 +366,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let conditional =
         conditional::conditional(campaign, &model, &point, (&estimate, scattered.as_ref()), &parameters, settings)?;
     let nonlinearity =
-        nonlinearity(campaign, &model, &parameters, &point, at_solution, settings, convergence.as_ref())?;
+        nonlinearity(campaign, &parameters, &point, at_solution, settings, convergence.as_ref(), &unseen);
     Ok(Fit {
         campaign: given.into_owned(),
         // the campaign has what it stands for
@@ -425,13 +427,13 @@ pub(crate) const VISIBLE: f64 = 0.1;
 /// it is the step that Gauss-Newton would take next.
 fn nonlinearity(
     campaign: &Campaign,
-    model: &Model,
     parameters: &[ParameterResult],
     point: &[f64],
     at_solution: &DesignMatrix,
     settings: &Settings,
     record: Option<&Convergence>,
-) -> Result<Vec<Option<f64>>> {
+    unseen: &[usize],
+) -> Vec<Option<f64>> {
     let change: Vec<f64> = match record {
         Some(record) => point.iter().zip(&record.linear).map(|(exact, linear)| exact - linear).collect(),
         None => match step::solve(campaign, at_solution, settings) {
@@ -446,12 +448,11 @@ fn nonlinearity(
     let mut found: Vec<Option<f64>> = parameters.iter().enumerate().map(of).collect();
     if record.is_some() && found.iter().flatten().any(|share| share.abs() > VISIBLE) {
         // what the reference point does not determine has no linear estimate
-        let reference = design::assemble(campaign, model, &campaign.reference_point())?;
-        for k in starts::unseen(campaign, &reference) {
-            found.get_mut(k).into_iter().for_each(|slot| *slot = None);
+        for k in unseen {
+            found.get_mut(*k).into_iter().for_each(|slot| *slot = None);
         }
     }
-    Ok(found)
+    found
 }
 
 /// Robust estimates stand alone: neither constraints nor shared deviations are supported beside them.

@@ -116,10 +116,14 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
 
 /// `sum over rows of s s' u^2 variance`.
 fn share(sensitivities: &Mat<f64>, rows: &[usize], u: &[f64], variance: f64) -> Mat<f64> {
+    /// Rows at a time: of many, a copy would be as large as the sensitivities.
+    const BLOCK: usize = 1 << 14;
     let n = sensitivities.nrows();
-    let scaled = Mat::from_fn(n, rows.len(), |j, k| rows.get(k).map_or(0.0, |i| sensitivities[(j, *i)] * u.at(*i)));
     let mut out = Mat::zeros(n, n);
-    matmul(&mut out, Accum::Replace, &scaled, scaled.transpose(), variance, Par::Seq);
+    for rows in rows.chunks(BLOCK) {
+        let scaled = Mat::from_fn(n, rows.len(), |j, k| rows.get(k).map_or(0.0, |i| sensitivities[(j, *i)] * u.at(*i)));
+        matmul(&mut out, Accum::Add, &scaled, scaled.transpose(), variance, Par::Seq);
+    }
     out
 }
 
@@ -190,12 +194,12 @@ impl ScatterSources {
         }
     }
 
-    /// Readings and lines of scatter together.
+    /// Readings and lines of scatter together; the sensitivities, as large as the readings, are taken over.
     pub(super) fn scattered(
         campaign: &Campaign,
         design: &DesignMatrix,
         own: &System,
-        found: &Scattered,
+        found: &mut Scattered,
         levels: &[usize],
     ) -> Self {
         let dof = |component: Option<usize>| {
@@ -250,7 +254,7 @@ impl ScatterSources {
         let leans: Vec<(usize, Mat<f64>)> = found.leans.iter().flatten().cloned().collect();
         let estimated = !leans.is_empty() || sources.iter().any(|s| s.component.is_some());
         ScatterSources {
-            sensitivities: found.sensitivities.clone(),
+            sensitivities: std::mem::replace(&mut found.sensitivities, Mat::new()),
             covariance: &found.estimate.unknowns.covariance + &found.correction,
             spread: estimated.then(|| found.spread.clone()),
             correction: estimated.then(|| found.correction.clone()),

@@ -6,7 +6,10 @@ use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Felt, Floor, Memory, Pattern, ScatterLine, System, Variances, Whitening};
+use crate::mix::Mix;
 use std::borrow::Cow;
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 /// The campaign with the shorthand `--remount` spelled out: each sensor's offset per position.
 pub(crate) fn spelled_out(campaign: &Campaign, remount: Remount) -> Result<Cow<'_, Campaign>> {
@@ -49,7 +52,7 @@ fn scatter_line(campaign: &Campaign, design: &DesignMatrix, u: &[f64], line: &Sc
     };
     let size_column = if let Size::Column(name) = &line.size { Some(column(name)) } else { None };
     let time = line.over.as_ref().map(|over| column(&over.column));
-    let mut numbers: std::collections::HashMap<(usize, u64), usize> = std::collections::HashMap::new();
+    let mut numbers: HashMap<(usize, u64), usize, BuildHasherDefault<Mix>> = HashMap::default();
     let (mut felt, mut times, mut runs) = (Vec::new(), Vec::new(), Vec::new());
     for (row, origin) in design.rows.iter().enumerate() {
         let by = match &line.of {
@@ -134,7 +137,10 @@ pub fn stated_variances(campaign: &Campaign) -> Vec<f64> {
     campaign.scatter.iter().map(of).collect()
 }
 
-/// The system with the rows' own noise alone.
-pub(super) fn own_system(campaign: &Campaign, design: &DesignMatrix, system: &System) -> System {
-    System { u: own_noise(campaign, design, &system.u), ..system.clone() }
+/// The system with the rows' own noise alone: itself, where no correlation shares out a part of it.
+pub(super) fn own_system<'a>(campaign: &Campaign, design: &DesignMatrix, system: &'a System) -> Cow<'a, System> {
+    if !campaign.scatter.iter().any(|line| matches!(line.of, Deviating::Correlated(..))) {
+        return Cow::Borrowed(system);
+    }
+    Cow::Owned(System { u: own_noise(campaign, design, &system.u), ..system.clone() })
 }

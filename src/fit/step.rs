@@ -29,7 +29,7 @@ pub(super) struct Step {
     pub constraints: Constraints,
     /// What the robust estimator did.
     pub robust: Option<RobustRecord>,
-    /// The rows as they were adjusted, where something scatters beyond their own noise.
+    /// The rows as they were adjusted, where something scatters beyond their own noise; their sensitivities are in `noise`.
     pub scattered: Option<Scattered>,
     /// Did inner iterations (scales, components, weights) settle?
     pub settled: bool,
@@ -67,7 +67,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         let lines = scatter_lines(campaign, design, &system.u);
         let own = own_system(campaign, design, &system);
         let least = rounding(campaign, design, &system);
-        let found = adjust_scattered(&own, &lines, elimination.as_ref(), &least, &settings.adjust)?;
+        let mut found = adjust_scattered(&own, &lines, elimination.as_ref(), &least, &settings.adjust)?;
         settled = found.converged;
         let levels: Vec<usize> = campaign
             .scatter
@@ -75,7 +75,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             .zip(&lines)
             .map(|(own, line)| if own.over.is_some() { line.levels() } else { own.per.levels(campaign).1 })
             .collect();
-        let noise = ScatterSources::scattered(campaign, design, &own, &found, &levels);
+        let noise = ScatterSources::scattered(campaign, design, &own, &mut found, &levels);
         let estimate = as_read(&system, &noise, &found);
         scattered = Some(found);
         (estimate, noise)

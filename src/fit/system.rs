@@ -1,7 +1,7 @@
 //! From a design matrix and readings to the weighted system: one row for each value, then one for each prior.
 
 use super::resolution;
-use crate::campaign::{Campaign, Role};
+use crate::campaign::{Campaign, Observation, Role};
 use crate::design::{DesignMatrix, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Group, System};
@@ -26,12 +26,12 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
     let unknowns = campaign.unknowns();
     stated_throughout(campaign)?;
     let mut groups: Vec<Option<usize>> = vec![None; campaign.bench.sensors.len()];
-    let (mut observed, mut u, mut group) = (Vec::new(), Vec::new(), Vec::new());
+    let length = design.rows.len() + unknowns;
+    let (mut observed, mut u) = (Vec::with_capacity(length), Vec::with_capacity(length));
+    let mut group = Vec::with_capacity(length);
     let mut next_group = 0;
     for (origin, predicted) in design.rows.iter().zip(&design.predicted) {
-        let reading = campaign.readings.rows.get(origin.reading);
-        let value = reading.and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor));
-        let value = value.ok_or_else(|| unread(campaign, origin))?;
+        let value = read(campaign, origin)?;
         observed.push(value.value - predicted);
         u.push(value.u.unwrap_or(1.0 / value.samples.sqrt())); // relative: the scale is estimated
         let known = value.u.is_some() && weighting == Weighting::AsStated;
@@ -49,16 +49,7 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
         return Err(Malformed::new(Fault::Value, format!("a design matrix at {} values", design.point.len()))
             .expected(format!("one for each of the {unknowns} unknowns")));
     }
-    let priors: Vec<(usize, f64, f64)> = campaign
-        .estimated()
-        .iter()
-        .zip(&design.point)
-        .enumerate()
-        .filter_map(|(k, (parameter, reference))| match &parameter.role {
-            Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value - reference, prior.u)),
-            _ => None,
-        })
-        .collect();
+    let priors: Vec<(usize, f64, f64)> = priors(campaign, design).collect();
     let readings = design.rows.len();
     let mut rows = Mat::zeros(readings + priors.len(), unknowns);
     for j in 0..unknowns.min(design.jacobian.ncols()) {
@@ -74,6 +65,34 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
         group.push(Group::Known);
     }
     Ok(System { rows, observed, u, group })
+}
+
+/// What [`weigh`] makes of a design but for weights and derivatives: readings minus predictions, then priors minus the point.
+///
+/// Errors: a row of the design whose reading or sensor the campaign does not have, or did not read.
+pub(super) fn differences(campaign: &Campaign, design: &DesignMatrix) -> Result<Vec<f64>> {
+    let mut differences = Vec::with_capacity(design.rows.len() + campaign.unknowns());
+    for (origin, predicted) in design.rows.iter().zip(&design.predicted) {
+        differences.push(read(campaign, origin)?.value - predicted);
+    }
+    differences.extend(priors(campaign, design).map(|(_, difference, _)| difference));
+    Ok(differences)
+}
+
+/// The value that a row of the design predicts.
+fn read<'a>(campaign: &'a Campaign, origin: &RowOrigin) -> Result<&'a Observation> {
+    let reading = campaign.readings.rows.get(origin.reading);
+    let value = reading.and_then(|r| r.observations.iter().find(|o| o.sensor == origin.sensor));
+    value.ok_or_else(|| unread(campaign, origin))
+}
+
+/// Priors: the unknown, how far its prior lies from the design's point, and its standard uncertainty.
+fn priors(campaign: &Campaign, design: &DesignMatrix) -> impl Iterator<Item = (usize, f64, f64)> {
+    let each = campaign.estimated().iter().zip(&design.point).enumerate();
+    each.filter_map(|(k, (parameter, reference))| match &parameter.role {
+        Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value - reference, prior.u)),
+        _ => None,
+    })
 }
 
 /// For each estimated group, the scale that the rounding of its readings alone would have: two epsilons of the largest, or where they have

@@ -45,8 +45,8 @@ impl Deviations {
             let mut seen: std::collections::HashSet<String> = std::collections::HashSet::new();
             for set in sets {
                 for level in set.rows.iter().filter_map(|row| own.per.level_name(set, row)) {
-                    if seen.insert(level.clone()) {
-                        list.push(Deviation { line: k, level, sd });
+                    if seen.insert(level.to_string()) {
+                        list.push(Deviation { line: k, level: level.into_owned(), sd });
                     }
                 }
             }
@@ -74,7 +74,7 @@ impl Deviations {
             for felt in &line.felt {
                 let reading = design.rows.get(felt.row).and_then(|origin| readings.rows.get(origin.reading));
                 let level = reading.and_then(|reading| own.per.level_name(readings, reading));
-                let column = level.and_then(|level| place.get(&(k, level.as_str())).copied());
+                let column = level.and_then(|level| place.get(&(k, &*level)).copied());
                 if let Some(slot) = column.and_then(|at| columns.get_mut(at)?.get_mut(felt.row)) {
                     *slot += felt.by;
                 }

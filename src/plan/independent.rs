@@ -10,10 +10,9 @@ use super::whitened::{own_noise, priors};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{Estimate, Group, Pattern, System, Whitening};
+use crate::estimate::{Estimate, Group, Pattern, System, Whitening, product_by_rows};
 use crate::fit;
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::Mat;
 
 /// Rows of readings and priors with what scatters taken out: no column for any deviation, whatever their number.
 pub(crate) struct Independent {
@@ -80,9 +79,7 @@ impl Independent {
             let column: Vec<f64> = q.col(k).iter().copied().collect();
             back.col_as_slice_mut(k).copy_from_slice(&whitening.carry_back(&column));
         }
-        let mut out = Mat::zeros(directions.nrows(), back.nrows());
-        matmul(&mut out, Accum::Replace, directions.as_ref(), back.transpose(), 1.0, Par::Seq);
-        out
+        product_by_rows(directions.as_ref(), back.as_ref())
     }
 
     /// Redundancy number of each row, deviations being unknowns with a row of their own.

@@ -178,7 +178,7 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
             .iter()
             .filter(|c| !matches!(c, Constraint::Linear { lower, upper, .. } if lower == upper))
             .count(),
-        drift: drift(&parts(&design, u, &sensitivities, &determined, rows.len()), rows, costs),
+        drift: drift(&design, u, &sensitivities, &determined, rows, costs),
         parameters,
         covariance,
         readings,
@@ -248,14 +248,20 @@ fn parts(
 
 /// A reading drifts by one standard deviation from the first to the last, in proportion to the time that the work takes: the largest shift of a
 /// parameter, as a share of its uncertainty.
-fn drift(parts: &[Vec<f64>], rows: &[Reading], costs: &Costs) -> Option<f64> {
+fn drift(
+    design: &DesignMatrix,
+    u: &[f64],
+    sensitivities: &Mat<f64>,
+    known: &[(usize, f64)],
+    rows: &[Reading],
+    costs: &Costs,
+) -> Option<f64> {
     let times = times(rows, costs);
     let (first, last) = (times.first()?, times.last().filter(|_| times.len() > 1)?);
-    let count = parts.first().map_or(0, Vec::len);
-    let shift = |k: usize| {
-        let own = parts.iter().zip(&times);
-        let own = own.filter_map(|(part, t)| Some(part.get(k)? * ((t - first) / (last - first) - 0.5)));
-        own.sum::<f64>().abs()
-    };
-    (0..count).map(shift).reduce(f64::max)
+    let mut shifts = vec![0.0; known.len()];
+    for (i, origin) in design.rows.iter().enumerate() {
+        let drifted = u.at(i) * ((times.at(origin.reading) - first) / (last - first) - 0.5);
+        shifts.iter_mut().zip(known).for_each(|(sum, (k, u))| *sum += sensitivities[(*k, i)] * drifted / u);
+    }
+    shifts.into_iter().map(f64::abs).reduce(f64::max)
 }

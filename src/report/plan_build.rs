@@ -129,8 +129,8 @@ fn shared(schedule: &Campaign, kept: usize) -> Vec<SharedReport> {
         let Per::Column(column) = &line.per else { return None };
         let mut levels: Vec<String> = Vec::new();
         for level in readings.rows.iter().skip(kept).filter_map(|row| line.per.level_name(readings, row)) {
-            if !levels.contains(&level) {
-                levels.push(level);
+            if !levels.iter().any(|own| *own == level) {
+                levels.push(level.into_owned());
             }
         }
         (!levels.is_empty()).then(|| SharedReport { line: line.name(schedule), column: column.clone(), levels })

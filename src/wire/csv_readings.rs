@@ -2,7 +2,7 @@
 
 use super::columns::{Column, columns};
 use super::locate::{CsvRow, csv_place, csv_row};
-use super::readings_file::{Cell, MOST_READINGS, from_cells, too_many};
+use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
 use super::{Named, Source};
 use crate::bench::Bench;
 use crate::campaign::Readings;
@@ -14,12 +14,7 @@ use crate::number;
 /// Errors: a ragged row, a column that stands twice, a joint, sensor or uncertainty that is not a number; with the line and the column's name.
 pub(super) fn read(bench: &Bench, source: &Source, map: &Named<String>) -> Result<Readings> {
     let delimiter = delimiter(&source.text);
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .delimiter(delimiter)
-        .comment(Some(b'#'))
-        .from_reader(source.text.as_bytes());
-    let headers = reader.headers().map_err(|error| csv_error(&error, source))?.clone();
+    let headers = reader(source, delimiter).headers().map_err(|error| csv_error(&error, source))?.clone();
     if headers.is_empty() || headers.iter().all(str::is_empty) {
         return Err(Malformed::new(Fault::Missing, "the CSV file is empty")
             .expected("a first line that names the columns, for example position,alpha_deg,beta_deg,gamma_deg_s,V")
@@ -36,62 +31,98 @@ pub(super) fn read(bench: &Bench, source: &Source, map: &Named<String>) -> Resul
         }
     }
     let columns = columns(bench, &headers.iter().collect::<Vec<_>>(), map, &source.name)?;
-    let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
-    let mut records = records.map_err(|error| csv_error(&error, source))?;
-    // a spreadsheet writes the empty rows below its table, too
-    records.retain(|record| record.iter().any(|text| !text.is_empty()));
-    let mark = decimal_mark(&headers, &records, delimiter, source)?;
-    let mut rows = Vec::with_capacity(records.len());
-    for record in &records {
-        let place = csv_place(line_of(record, &source.text), &source.name);
-        let cells = columns
-            .iter()
-            .zip(record.iter())
-            .map(|(Column { key, conversion }, text)| {
-                let cell = match number(text, mark) {
+    let mark = decimal_mark(&headers, delimiter, source)?;
+    let rows = Rows { source, delimiter, columns: &columns, mark };
+    from_cells(bench, rows).map_err(|error| at_line(error, source))
+}
+
+/// The records of a text, from the beginning.
+fn reader(source: &Source, delimiter: u8) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .delimiter(delimiter)
+        .comment(Some(b'#'))
+        .from_reader(source.text.as_bytes())
+}
+
+/// The rows of a CSV as cells, read from the text each time: the cells of a million rows are larger than their text by an order.
+struct Rows<'a> {
+    source: &'a Source,
+    delimiter: u8,
+    columns: &'a [Column],
+    mark: char,
+}
+
+impl CellRows for Rows<'_> {
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()> {
+        let Rows { source, columns, mark, .. } = *self;
+        let (mut reader, mut record) = (reader(source, self.delimiter), csv::StringRecord::new());
+        let mut row = Named(columns.iter().map(|column| (column.key.clone(), Cell::Nothing(()))).collect());
+        let mut count = 0_usize;
+        while reader.read_record(&mut record).map_err(|error| csv_error(&error, source))? {
+            // a spreadsheet writes the empty rows below its table, too
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            count += 1;
+            if count as f64 > MOST_READINGS {
+                return Err(too_many(count).in_file(&source.name));
+            }
+            for ((Column { key, conversion }, (_, cell)), text) in columns.iter().zip(&mut row.0).zip(&record) {
+                *cell = match number(text, mark) {
                     _ if text.is_empty() => Cell::Nothing(()),
                     _ if key == "position" => Cell::Text(text.to_string()),
                     Some(value) => Cell::Number(conversion.map_or(value, |conversion| conversion.apply(value))),
                     None => Cell::Text(text.to_string()),
                 };
-                (key.clone(), cell)
-            })
-            .collect();
-        rows.push((place, Named(cells)));
-        if rows.len() as f64 > MOST_READINGS {
-            return Err(too_many(rows.len()).in_file(&source.name));
+            }
+            see(&|| csv_place(line_of(&record, &source.text), &source.name), &row)?;
+        }
+        Ok(())
+    }
+}
+
+/// The first cell like this beside those of the column 'position': its record, the column and the text.
+///
+/// Errors: a row that is none, wherever it stands.
+fn find(
+    headers: &csv::StringRecord,
+    delimiter: u8,
+    source: &Source,
+    like: impl Fn(&str) -> bool,
+) -> Result<Option<(csv::StringRecord, String, String)>> {
+    let (mut reader, mut record) = (reader(source, delimiter), csv::StringRecord::new());
+    let mut found = None;
+    while reader.read_record(&mut record).map_err(|error| csv_error(&error, source))? {
+        if found.is_none() {
+            let mut named = headers.iter().zip(&record).filter(|(name, _)| *name != "position");
+            let own = named.find(|(_, text)| like(text));
+            found = own.map(|(name, text)| (record.clone(), name.to_string(), text.to_string()));
         }
     }
-    from_cells(bench, rows).map_err(|error| at_line(error, source))
+    Ok(found)
 }
 
 /// The decimal mark of a table: a comma where commas do not part its cells, some number has one and none has a point.
 ///
-/// Errors: a number with a comma where commas part the cells, or beside numbers with a point.
-fn decimal_mark(
-    headers: &csv::StringRecord,
-    records: &[csv::StringRecord],
-    delimiter: u8,
-    source: &Source,
-) -> Result<char> {
-    let cells = || {
-        records.iter().flat_map(|record| {
-            let named = headers.iter().zip(record).filter(|(name, _)| *name != "position");
-            named.map(move |(name, text)| (record, name, text))
-        })
-    };
-    let Some((record, name, text)) = cells().find(|(_, _, text)| is_decimal_comma(text)) else { return Ok('.') };
-    let pointed = cells().find(|(_, _, text)| text.contains('.') && text.parse::<f64>().is_ok());
+/// Errors: a row that is none; a number with a comma where commas part the cells, or beside numbers with a point.
+fn decimal_mark(headers: &csv::StringRecord, delimiter: u8, source: &Source) -> Result<char> {
+    // no cell has a comma
+    if !source.text.contains(if delimiter == b',' { '"' } else { ',' }) {
+        return Ok('.');
+    }
+    let Some((record, name, text)) = find(headers, delimiter, source, is_decimal_comma)? else { return Ok('.') };
+    let pointed = find(headers, delimiter, source, |text| text.contains('.') && text.parse::<f64>().is_ok())?;
     let error = Malformed::new(Fault::Value, format!("'{name}' has a decimal comma"));
     let error = match (delimiter, pointed) {
         (b',', _) => error.expected("a number with a decimal point (or a file whose cells are parted by semicolons)"),
         (_, Some((other, _, pointed))) => error.expected(format!(
             "one decimal mark in the whole file; line {} has '{pointed}'",
-            line_of(other, &source.text)
+            line_of(&other, &source.text)
         )),
         (_, None) => return Ok(','),
     };
-    let place = csv_place(line_of(record, &source.text), &source.name);
+    let place = csv_place(line_of(&record, &source.text), &source.name);
     Err(at_line(error.found(format!("'{text}'")).at_path(format!("{place}{name}")), source))
 }
 

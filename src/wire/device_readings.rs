@@ -12,7 +12,8 @@ use crate::record::UNREADABLE;
 ///
 /// Errors: those of a file of readings; places are readings of the device, counted from 1.
 pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Result<Readings> {
-    let rows = (0..device.rows).map(|row| (format!("reading {}", row + 1), cells(layout, device, row))).collect();
+    let rows: Vec<_> =
+        (0..device.rows).map(|row| (format!("reading {}", row + 1), cells(layout, device, row))).collect();
     let mut readings = from_cells(bench, rows)?;
     // a column that this device has no number in is a column all the same
     let mut wanted = layout.numeric(bench);

@@ -145,13 +145,39 @@ impl Meanings<'_> {
     }
 }
 
-/// Cells to readings, shared by JSON and CSV. `rows` pairs the place of each row (for messages) with its cells.
-pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Result<Readings> {
+/// Rows of cells that are gone through several times: at hand, or read anew from a text each time, so that they need not be held beside it.
+pub(super) trait CellRows {
+    /// Each row in order: its place (for messages) and its cells.
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()>;
+}
+
+impl CellRows for Vec<(String, ReadingFile)> {
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()> {
+        self.iter().try_for_each(|(place, row)| see(&|| place.clone(), row))
+    }
+}
+
+/// The place of the first row that has a column.
+fn place_of(rows: &impl CellRows, column: &str) -> Result<String> {
+    let mut found: Option<String> = None;
+    rows.visit(&mut |place, row| {
+        if found.is_none() && row.get(column).is_some() {
+            found = Some(place());
+        }
+        Ok(())
+    })?;
+    Ok(found.unwrap_or_else(|| "readings".into()))
+}
+
+/// Cells to readings, shared by JSON and CSV.
+pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings> {
     let joints: Vec<&str> = bench.joints().collect();
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
     let mut meanings = Meanings { bench, seen: Vec::new() };
-    for (_, row) in &rows {
+    let mut count = 0_usize;
+    rows.visit(&mut |_, row| {
+        count += 1;
         for (at, (key, cell)) in row.0.iter().enumerate() {
             let input = matches!(
                 meanings.of(at, key),
@@ -161,7 +187,8 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
                 columns.push(key.clone());
             }
         }
-    }
+        Ok(())
+    })?;
     for column in &columns {
         let clash = if bench.chain.iter().any(|link| link.name() == column) {
             format!("a link of the chain; expected {column}_deg or {column}_deg_s for a joint")
@@ -170,7 +197,7 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
         } else {
             continue;
         };
-        let place = rows.iter().find(|(_, row)| row.get(column).is_some()).map_or("readings", |(place, _)| place);
+        let place = place_of(&rows, column)?;
         return Err(Malformed::new(Fault::NameClash, format!("the column '{column}' has the name of something else"))
             .expected("a name that is not a joint, a tilt or an axis input")
             .found(format!("'{column}', {clash}"))
@@ -178,7 +205,7 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
     }
     for column in &columns {
         if let Some(axis) = undeclared_axis(bench, column) {
-            let place = rows.iter().find(|(_, row)| row.get(column).is_some()).map_or("readings", |(place, _)| place);
+            let place = place_of(&rows, column)?;
             let axes: Vec<&str> =
                 bench.sensors.iter().flat_map(|s| s.axes.iter().map(|(axis, _)| axis.as_str())).collect();
             return Err(Malformed::new(
@@ -189,10 +216,12 @@ pub(super) fn from_cells(bench: &Bench, rows: Vec<(String, ReadingFile)>) -> Res
             .at_path(format!("{place}.{column}")));
         }
     }
-    let rows: Vec<Reading> = rows
-        .into_iter()
-        .map(|(place, row)| reading(&mut meanings, &joints, &columns, place, row))
-        .collect::<Result<_>>()?;
+    let mut made: Vec<Reading> = Vec::with_capacity(count);
+    rows.visit(&mut |place, row| {
+        made.push(reading(&mut meanings, &joints, &columns, place(), row)?);
+        Ok(())
+    })?;
+    let rows = made;
     // in a schedule an uncertainty stands for a value still to be read; among values, the value is missing
     if rows.iter().any(|row| !row.observations.is_empty())
         && let Some((row, (k, _))) = rows.iter().find_map(|row| Some((row, row.planned_u.first()?)))
@@ -218,7 +247,7 @@ fn reading(
     joints: &[&str],
     columns: &[String],
     place: String,
-    row: ReadingFile,
+    row: &ReadingFile,
 ) -> Result<Reading> {
     let mut position = String::new();
     let mut samples = 1.0;
@@ -276,22 +305,21 @@ fn reading(
         }
     }
     let keys = || row.0.iter().map(|(key, _)| key.as_str()).take(30);
-    let joint_states = joints
-        .iter()
-        .zip(&states)
-        .map(|(joint, [deg, deg_s, turns])| {
-            JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
-                let error = match error.finding() {
-                    Some("neither") if keys().all(is_plain) => {
-                        error.found(format!("neither among {}", keys().collect::<Vec<_>>().join(", ")))
-                    }
-                    _ => error,
-                };
-                error.under(&place)
-            })
-        })
-        .collect::<Result<_>>()?;
-    let (mut observations, mut planned_u) = (Vec::new(), Vec::new());
+    // lists as long as what is in them: a campaign may have a million readings
+    let mut joint_states = Vec::with_capacity(joints.len());
+    for (joint, [deg, deg_s, turns]) in joints.iter().zip(&states) {
+        joint_states.push(JointState::from_keys(joint, *deg, *deg_s, *turns).map_err(|error| {
+            let error = match error.finding() {
+                Some("neither") if keys().all(is_plain) => {
+                    error.found(format!("neither among {}", keys().collect::<Vec<_>>().join(", ")))
+                }
+                _ => error,
+            };
+            error.under(&place)
+        })?);
+    }
+    let read = values.iter().filter(|(value, _)| value.is_some()).count();
+    let (mut observations, mut planned_u) = (Vec::with_capacity(read), Vec::new());
     for (k, (value, u)) in values.iter().enumerate() {
         match (value, u) {
             (Some(value), u) => observations.push(Observation { sensor: k, value: *value, u: *u, samples }),

@@ -253,6 +253,6 @@ impl CampaignFile {
             "readings" => ("readings".to_string(), row),
             _ => (format!("{path}[{place}]"), row),
         };
-        readings_file::from_cells(bench, rows.into_iter().zip(&reduced.places).map(named).collect())
+        readings_file::from_cells(bench, rows.into_iter().zip(&reduced.places).map(named).collect::<Vec<_>>())
     }
 }

@@ -250,3 +250,106 @@ fn gum_h5_days_of_a_zener_standard() {
     assert!((found.variance[0].sqrt() - 43.0).abs() <= 0.5);
     assert!((found.estimate.unknowns.covariance[(0, 0)].sqrt() - 18.0).abs() <= 0.5);
 }
+
+/// Numbers between -1 and 1 without a pattern.
+fn wiggles(count: usize) -> Vec<f64> {
+    let mut state = 12345_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// Fifty readings at each of 24 positions: the variances of many readings are sought on few rows, and are those of the analysis of variance.
+#[test]
+fn many_readings_balanced_are_the_analysis_of_variance() {
+    let (positions, each) = (24, 50);
+    let m = positions * each;
+    let (noise, offset) = (wiggles(m), wiggles(m + positions));
+    // another order than position by position
+    let of = |row: usize| row % positions;
+    let observed: Vec<f64> = (0..m).map(|row| 5.0 + noise[row] + 3.0 * offset[m + of(row)]).collect();
+    let mean: f64 = observed.iter().sum::<f64>() / m as f64;
+    let own = |p: usize| (0..m).filter(move |row| of(*row) == p);
+    let means: Vec<f64> = (0..positions).map(|p| own(p).map(|row| observed[row]).sum::<f64>() / each as f64).collect();
+    let within: f64 = (0..m).map(|row| (observed[row] - means[of(row)]).powi(2)).sum::<f64>() / (m - positions) as f64;
+    let between = each as f64 * means.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / (positions - 1) as f64;
+    let system = System { rows: Mat::full(m, 1, 1.0), observed, u: vec![1.0; m], group: vec![Group::Estimated(0); m] };
+    let felt = (0..m).map(|row| Felt { row, level: of(row), by: 1.0 }).collect();
+    let lines = [ScatterLine { felt, variance: None, memory: None }];
+    let found = adjust_scattered(&system, &lines, None, &[], &Settings::default()).unwrap();
+    assert!(found.converged);
+    near(found.group_variance[0].unwrap(), within, 1e-9, "within");
+    near(found.variance[0], (between - within) / each as f64, 1e-9, "between");
+    near(found.estimate.unknowns.solution[0], mean, 1e-12, "mean");
+    let u = found.estimate.unknowns.covariance[(0, 0)].sqrt();
+    near(u, (between / m as f64).sqrt(), 1e-9, "u");
+    // 2 / spread are the degrees of freedom of the mean square within, alone in its component
+    near(2.0 / found.spread[(0, 0)], (m - positions) as f64, 1e-9, "degrees of freedom");
+}
+
+/// A thousand readings of two sensors at positions of very different numbers within days, standard uncertainties from 1e-5 to 1, and a prior: the
+/// variances that were sought on few rows are where the restricted likelihood of all rows, whose variances are stated in turn, has no slope.
+#[test]
+fn many_readings_unbalanced_are_at_the_top_of_the_likelihood() {
+    let m = 1000;
+    let noise = wiggles(2 * m + 40);
+    let position = |row: usize| (row * row / 90_000).min(11);
+    let x = |row: usize| (row % 17) as f64 / 17.0 + 0.1 * position(row) as f64;
+    let group = |row: usize| if row + 1 == m { Group::Known } else { Group::Estimated(row % 2) };
+    // some rows are hardly noisy; the last is a prior and feels nothing
+    let u: Vec<f64> = (0..m).map(|row| if row % 250 == 3 { 1e-5 } else { 1.0 }).collect();
+    let deviation = |row: usize| 2.0 * noise[m + position(row)] * x(row) + 1.5 * noise[m + 20 + position(row) / 3];
+    let of_day = |row: usize| position(row) / 3;
+    let observed: Vec<f64> = (0..m)
+        .map(|row| match row + 1 == m {
+            true => 0.3,
+            false => 1.0 + x(row) + deviation(row) + noise[row] * u[row] * (1.0 + (row % 2) as f64),
+        })
+        .collect();
+    let rows = Mat::from_fn(m, 3, |row, j| match (row + 1 == m, j) {
+        (true, 1) => 1.0,
+        (true, _) => 0.0,
+        (false, j) => x(row).powi(j as i32),
+    });
+    let felt = |level: &dyn Fn(usize) -> usize, by: &dyn Fn(usize) -> f64| -> Vec<Felt> {
+        (0..m - 1).map(|row| Felt { row, level: level(row), by: by(row) }).collect()
+    };
+    let line = |k: usize, variance: Option<f64>| match k {
+        0 => ScatterLine { felt: felt(&position, &x), variance, memory: None },
+        _ => ScatterLine { felt: felt(&of_day, &|_| 1.0), variance, memory: None },
+    };
+    let system = System { rows, observed, u, group: (0..m).map(group).collect() };
+    let found = adjust_scattered(&system, &[line(0, None), line(1, None)], None, &[], &Settings::default()).unwrap();
+    assert!(found.converged && found.state == [LineState::Estimated; 2], "{:?}", found.state);
+    let theta: Vec<f64> =
+        found.group_variance.iter().map(|v| v.unwrap()).chain(found.variance.iter().copied()).collect();
+    let deviance = |theta: &[f64]| {
+        let known = System {
+            u: system
+                .u
+                .iter()
+                .enumerate()
+                .map(|(row, u)| if row + 1 == m { *u } else { u * theta[row % 2].sqrt() })
+                .collect(),
+            group: vec![Group::Known; m],
+            ..system.clone()
+        };
+        let lines = [line(0, Some(theta[2])), line(1, Some(theta[3]))];
+        adjust_scattered(&known, &lines, None, &[], &Settings::default()).unwrap().deviance
+    };
+    near(deviance(&theta), found.deviance, 1e-9, "deviance");
+    for k in 0..theta.len() {
+        let at = |factor: f64| {
+            let mut moved = theta.clone();
+            moved[k] *= factor;
+            deviance(&moved)
+        };
+        let h: f64 = 1e-3;
+        let (less, here, more) = (at((-h).exp()), at(1.0), at(h.exp()));
+        let (slope, bend) = ((more - less) / (2.0 * h), (more - 2.0 * here + less) / (h * h));
+        // a difference of numbers of 1e3 to rounding leaves 1e-9 of a slope, and the third order 1e-6 of the bend
+        assert!(bend > 0.1 && (slope / bend).abs() < 1e-5, "{k}: slope {slope:e}, bend {bend:e}");
+    }
+}

@@ -43,11 +43,20 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         true => fit::fit(&asked, &fit::Settings::default()).ok(),
         false => None,
     };
-    let plan::Judged { campaign, from } = plan::judged_at(&asked, &point(&arguments.at, &asked)?, fitted.as_ref())?;
+    // the readings, which may be many, are lent to the campaign at the point of judging and not copied
+    let at = point(&arguments.at, &asked)?;
+    let readings = std::mem::take(&mut asked.readings);
+    let plan::Judged { mut campaign, from } = plan::judged_at(&asked, &at, fitted.as_ref())?;
+    campaign.readings = readings;
     let noise = noise(arguments, &campaign, fitted.as_ref()).map_err(located)?;
     let costs = costs(&arguments.cost)?;
-    let positions = plan::positions_only(&campaign.readings);
-    let campaign = campaign.with_readings(plan::planned(&campaign, &campaign.readings));
+    if campaign.is_measured() {
+        let planned = plan::planned(&campaign, &campaign.readings);
+        asked.readings = std::mem::replace(&mut campaign.readings, planned);
+    }
+    let campaign = campaign;
+    // a schedule is planned as it is
+    let given = if asked.is_measured() { &asked.readings } else { &campaign.readings };
     let judgement = plan::judge(&campaign, &noise, &costs).map_err(located)?;
     let bar = ProgressBar::new_spinner();
     let request = request(arguments, &judgement, &bar)?;
@@ -71,7 +80,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (mut goals, mut finds) = (Vec::<Goal>::new(), Vec::new());
     if anew || arguments.add.is_some() || separates.is_some() {
         let keeps = !anew || arguments.keep;
-        let kept = if keeps { campaign.readings.clone() } else { Readings { rows: Vec::new(), ..positions } };
+        let kept = if keeps {
+            campaign.readings.clone()
+        } else {
+            Readings { rows: Vec::new(), columns: given.columns.clone() }
+        };
         let offer = Offer { kept, candidates: find_candidates(arguments, &campaign)?, noise: noise.clone(), costs };
         if let Some(effects) = &separates {
             let [a, b] = terms(effects, &campaign, arguments.sensor.as_deref())?;
@@ -117,8 +130,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     };
     let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?.flatten();
     let foreseen = Foreseen { given: foresight.as_ref(), better: better_foresight.as_ref() };
+    let with_values = asked.is_measured().then(|| campaign.with_readings(asked.readings.clone()));
     let mut report = report::plan_report(
-        &asked_at(&campaign, &asked),
+        with_values.as_ref().unwrap_or(&campaign),
         &noise,
         &judgement,
         better,
@@ -134,10 +148,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             None => {
                 // what is measured stays in front as it is
                 let (done, rest): (Vec<Reading>, Vec<Reading>) =
-                    asked.readings.rows.iter().cloned().partition(|row| !row.observations.is_empty());
+                    given.rows.iter().cloned().partition(|row| !row.observations.is_empty());
                 let fixed = if rest.is_empty() { 0 } else { done.len() };
                 let rows = done.into_iter().chain(rest).collect();
-                let half = campaign.with_readings(Readings { rows, ..asked.readings.clone() });
+                let half = campaign.with_readings(Readings { rows, columns: given.columns.clone() });
                 let whole = campaign.with_readings(plan::planned(&half, &half.readings));
                 let run = plan::ordered(&whole, &noise, &costs, request.order, request.seed, fixed)?;
                 (
@@ -157,8 +171,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             }
         };
         // the file has the model of the one that was given
-        let given = without.as_ref().unwrap_or(&asked);
-        let schedule = given.with_readings(to_write(&asked.readings, run, kept, found.is_some()));
+        let model = without.as_ref().unwrap_or(&asked);
+        let schedule = model.with_readings(to_write(given, run, kept, found.is_some()));
         let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
         outputs.add(path, files::json(&file)?);
     }
@@ -180,11 +194,6 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     };
     let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
     Ok(if defect || !apart || reached.is_some_and(|r| !r.reached) { Outcome::Rejected } else { Outcome::Done })
-}
-
-/// The campaign at the point of judging with the values that it has.
-fn asked_at(judged: &Campaign, asked: &Campaign) -> Campaign {
-    judged.with_readings(asked.readings.clone())
 }
 
 /// What a written schedule has: the first `kept` rows as they were, values and all, the others without values. Beside values an uncertainty alone

@@ -4,14 +4,15 @@
     reason = "lists over lines, groups and components have the lengths that `Problem::new` gave them; components in `kept` and `free` are below `members.count` or were added here"
 )]
 
+use super::condense::Condensed;
 use super::memory;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
-use super::{ScatterLine, Scattered, Stepped, cost};
+use super::{ScatterLine, Scattered, Stepped, Whitening, cost};
 use crate::error::Result;
-use crate::estimate::{Elimination, Settings, System, solve};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use crate::estimate::factor::{product_by_rows, rank_tolerance};
+use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
+use faer::Mat;
 
 /// Adjust `system` with lines of scatter, estimating what is not stated: scales of the estimated groups, variances and correlation times of
 /// lines. `least` are the scales that rounding alone would give each group (as for `adjust_hinted`); may be empty.
@@ -26,7 +27,7 @@ pub fn adjust_scattered(
 ) -> Result<Scattered> {
     let timed = memory::with_times(system, lines, elimination, least, settings, &[])?;
     let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;
-    let ended = problem.solve(&timed.start, FULL)?;
+    let ended = problem.solve_all(&timed.start, FULL)?;
     let mut found = conclude(problem, ended, &timed);
     for (k, tau, u) in timed.found {
         found.tau[k] = Some((tau, u));
@@ -46,23 +47,42 @@ pub fn step_scattered(
 ) -> Result<Stepped> {
     let (start, times) = before.map_or((&[][..], &[][..]), |step| (&step.theta, &step.times));
     let timed = memory::with_times(system, lines, None, least, settings, times)?;
+    let start = if start.is_empty() { &timed.start[..] } else { start };
     let mut problem = Problem::new(system, &timed.lines, None, least, settings)?;
-    let (theta, whitening) = if problem.members.count == 0 {
-        (Vec::new(), problem.whitening(&[]))
-    } else {
-        let start = if start.is_empty() { &timed.start[..] } else { start };
-        // on the way the variances need not settle: they go on from step to step, and the last step settles them
-        let steps = if start.is_empty() { 30 } else { 3 };
-        let ended = problem.solve(start, Limits { steps, settled: 1e-6 })?;
-        (ended.theta, ended.point.whitening)
+    let (theta, whitening, found) = match Condensed::new(&problem) {
+        None => {
+            let (theta, whitening) = problem.walk(start)?;
+            let found = solve(&problem.white(&whitening), &ScaleHints::default(), settings)?;
+            (theta, whitening, found)
+        }
+        Some(fewer) => {
+            let mut small = problem.on(&fewer, start.len() != problem.members.count)?;
+            let (theta, whitening) = small.walk(start)?;
+            // ranks are judged as those of all rows
+            let tolerance = settings.rank_tolerance.unwrap_or_else(|| rank_tolerance(system.shape()));
+            let settings = Settings { rank_tolerance: Some(tolerance), ..*settings };
+            let found = solve(&small.white(&whitening), &ScaleHints::default(), &settings)?;
+            let whitening = problem.whitening(&theta);
+            (theta, whitening, found)
+        }
     };
-    let white = problem.white(&whitening);
-    let found = solve(&white, &crate::estimate::ScaleHints::default(), settings)?;
     let times = timed.found.iter().map(|(_, tau, _)| *tau).collect();
     Ok(Stepped { solution: found.solution, rank: found.rank, whitening, theta, times })
 }
 
-fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed) -> Scattered {
+impl Problem<'_> {
+    /// Variances as a step on the way needs them: they need not settle, they go on from step to step, and the last step settles them.
+    fn walk(&mut self, start: &[f64]) -> Result<(Vec<f64>, Whitening)> {
+        if self.members.count == 0 {
+            return Ok((Vec::new(), self.whitening(&[])));
+        }
+        let steps = if start.is_empty() { 30 } else { 3 };
+        let ended = self.solve(start, Limits { steps, settled: 1e-6 })?;
+        Ok((ended.theta, ended.point.whitening))
+    }
+}
+
+fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -> Scattered {
     let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, iterations, converged } = ended;
     let reported = restricted.as_ref().unwrap_or(&theta);
     let groups = problem.groups;
@@ -95,13 +115,10 @@ fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed) -> Scatte
     let spread = cost::spread(&inference.s, &free);
     let correction = cost::correction(&directions, &spread, |g, h| inference.crossing(g, h));
     let rank = inference.basis.ncols();
-    let (n, m) = (directions.nrows(), problem.system.observed.len());
-    let mut scaled = inference.basis.clone();
-    for k in 0..rank {
-        scaled.col_as_slice_mut(k).iter_mut().zip(point.whitening.sd()).for_each(|(g, sd)| *g /= sd);
+    let mut sensitivities = product_by_rows(directions.as_ref(), inference.basis.as_ref());
+    for (i, sd) in point.whitening.sd().iter().enumerate() {
+        sensitivities.col_as_slice_mut(i).iter_mut().for_each(|s| *s /= sd);
     }
-    let mut sensitivities = Mat::zeros(n, m);
-    matmul(&mut sensitivities, Accum::Replace, directions.as_ref(), scaled.transpose(), 1.0, Par::Seq);
     let around = |middle: &Mat<f64>| &directions * middle * directions.transpose();
     let share = |(line, start): (&ScatterLine, &usize)| {
         let own = *start..start + line.levels();

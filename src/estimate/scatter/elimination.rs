@@ -17,6 +17,7 @@
     reason = "fronts hold deviations and rows of the pattern, and vectors over both have the pattern's lengths: whoever gives values from outside has them filled up first (`whiten`, `carry_back`)"
 )]
 
+use super::by_row::ByRow;
 use super::{Pattern, ScatterLine};
 use crate::elements::Elements;
 use faer::{Mat, MatRef};
@@ -151,11 +152,11 @@ impl Whitening {
     /// assert!((white.iter().map(|v| v * v).sum::<f64>() - 2.0 / 7.0).abs() < 1e-15);
     /// ```
     pub fn new(pattern: &Pattern, sd: &[f64], lines: &[ScatterLine], variance: &[f64]) -> Self {
-        let mut felt: Vec<Vec<(usize, f64)>> = vec![Vec::new(); pattern.rows];
         // the deviation's own row: its coefficient, and that of the one before in its chain
         let mut chain = vec![(1.0, 0.0); pattern.deviations];
         let negative = |line: &ScatterLine, variance: f64| variance < 0.0 && pattern.is_simple && line.memory.is_none();
         let mut sign: Vec<f64> = Vec::new();
+        let mut sizes = Vec::with_capacity(lines.len());
         for ((line, start), variance) in lines.iter().zip(&pattern.first).zip(variance) {
             let size = if negative(line, *variance) {
                 sign.resize(pattern.deviations, 1.0);
@@ -165,11 +166,7 @@ impl Whitening {
                 variance.max(0.0)
             };
             let size = size.sqrt();
-            for own in &line.felt {
-                if let (Some(felt), Some(sd)) = (felt.get_mut(own.row), sd.get(own.row)) {
-                    felt.push((start.saturating_add(own.level), own.by * size / sd));
-                }
-            }
+            sizes.push(size);
             let Some(memory) = &line.memory else { continue };
             // no time constant yet: independent
             let tau = memory.tau.unwrap_or(0.0);
@@ -182,6 +179,11 @@ impl Whitening {
                 *own = if dt < 40.0 { (1.0 / left, -(-dt).exp() / left) } else { (1.0, 0.0) };
             }
         }
+        let pairs = lines.iter().zip(&pattern.first).zip(&sizes).flat_map(|((line, start), size)| {
+            let known = line.felt.iter().filter_map(|own| Some((own, sd.get(own.row)?)));
+            known.map(move |(own, sd)| (own.row, (start.saturating_add(own.level), own.by * size / sd)))
+        });
+        let felt = ByRow::new(pattern.rows, pairs);
         let mut pattern = pattern.clone();
         if !sign.is_empty() {
             for front in &mut pattern.fronts {
@@ -223,7 +225,7 @@ impl Whitening {
                 }
             }
             for (i, row) in front.rows.iter().enumerate() {
-                for (d, value) in &felt[*row] {
+                for (d, value) in felt.of(*row) {
                     // lines that are not the pattern's may name deviations which it has not, or not in this front
                     let column = place.get(*d).filter(|column| **column < columns);
                     if let Some(slot) =

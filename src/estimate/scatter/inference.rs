@@ -16,6 +16,7 @@
 )]
 
 use super::elimination::{Augmented, Whitening};
+use super::left_out::LeftOut;
 use crate::estimate::Estimate;
 use crate::linear::dot;
 use faer::linalg::matmul::matmul;
@@ -60,7 +61,7 @@ fn add_product(to: &mut Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
 }
 
 impl Inference {
-    pub fn new(whitening: &Whitening, members: &Membership, estimate: &Estimate) -> Self {
+    pub fn new(whitening: &Whitening, members: &Membership, left_out: &LeftOut, estimate: &Estimate) -> Self {
         let pattern = whitening.pattern();
         let q = &estimate.factor.q;
         let rank = q.ncols();
@@ -104,8 +105,9 @@ impl Inference {
             moved.push(project(whitening.forward(masked(&residuals.rows, &residuals.deviations, g)).rows));
         }
         let (norms, local) = spans(whitening, members);
-        let mut size = vec![0.0; count];
-        let (mut squares, mut redundancy) = (vec![0.0; count], vec![0.0; count]);
+        // a row of zeros is redundant
+        let mut size: Vec<f64> = (0..count).map(|g| left_out.of(g)).collect();
+        let (mut squares, mut redundancy) = (vec![0.0; count], size.clone());
         let rows = members.rows.iter().zip(&residuals.rows).zip(&norms.rows).map(|own| (own, 1.0));
         let deviations = members.deviations.iter().zip(&residuals.deviations).zip(&norms.deviations);
         let deviations = deviations.enumerate().map(|(d, own)| (own, whitening.sign(d)));

@@ -10,10 +10,11 @@ use super::{Pattern, ScatterLine};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{Elimination, Settings, System};
+use std::borrow::Cow;
 
 /// Lines with every correlation time set.
-pub(super) struct Timed {
-    pub lines: Vec<ScatterLine>,
+pub(super) struct Timed<'a> {
+    pub lines: Cow<'a, [ScatterLine]>,
     /// Line, correlation time and its standard uncertainty, of those that were estimated.
     pub found: Vec<(usize, f64, Option<f64>)>,
     /// The variances found on the way; empty where nothing was searched.
@@ -24,17 +25,20 @@ pub(super) struct Timed {
 const SEARCH: Limits = Limits { steps: FULL.steps, settled: 1e-8 };
 
 /// Set the correlation times of lines that have none: those `known` from a step nearby, else where the restricted likelihood is largest.
-pub(super) fn with_times(
+pub(super) fn with_times<'a>(
     system: &System,
-    lines: &[ScatterLine],
+    lines: &'a [ScatterLine],
     elimination: Option<&Elimination>,
     least: &[f64],
     settings: &Settings,
     known: &[f64],
-) -> Result<Timed> {
-    let mut lines = lines.to_vec();
+) -> Result<Timed<'a>> {
     let open: Vec<usize> =
         (0..lines.len()).filter(|k| lines[*k].memory.as_ref().is_some_and(|m| m.tau.is_none())).collect();
+    if open.is_empty() {
+        return Ok(Timed { lines: Cow::Borrowed(lines), found: Vec::new(), start: Vec::new() });
+    }
+    let mut lines = lines.to_vec();
     let set = |lines: &mut [ScatterLine], logarithms: &[f64]| {
         for (k, x) in open.iter().zip(logarithms) {
             if let Some(memory) = &mut lines[*k].memory {
@@ -45,7 +49,7 @@ pub(super) fn with_times(
     if known.len() == open.len() {
         set(&mut lines, &known.iter().map(|tau| tau.ln()).collect::<Vec<_>>());
         let found = open.iter().zip(known).map(|(k, tau)| (*k, *tau, None)).collect();
-        return Ok(Timed { lines, found, start: Vec::new() });
+        return Ok(Timed { lines: Cow::Owned(lines), found, start: Vec::new() });
     }
     let ranges: Vec<(f64, f64)> = open.iter().map(|k| range(&lines[*k])).collect();
     let mut at: Vec<f64> = ranges.iter().map(|(low, high)| 0.5 * (low + high)).collect();
@@ -58,7 +62,7 @@ pub(super) fn with_times(
                 trial[j] = x;
                 set(&mut lines, &trial);
                 let mut problem = Problem::new(system, &lines, elimination, least, settings)?;
-                let ended = problem.solve(&start, SEARCH)?;
+                let ended = problem.search(&start, SEARCH)?;
                 // a start at zero would stay there
                 let usable = ended.converged && !ended.at_floor.contains(&true) && ended.theta.iter().all(|t| *t > 0.0);
                 start = if usable { ended.theta } else { Vec::new() };
@@ -74,7 +78,7 @@ pub(super) fn with_times(
         // -2 log L has twice the curvature of -log L
         (*k, x.exp(), bend.map(|b: f64| x.exp() * (2.0 / b).sqrt()))
     });
-    Ok(Timed { found: found.collect(), lines, start })
+    Ok(Timed { found: found.collect(), lines: Cow::Owned(lines), start })
 }
 
 /// Logarithms of the shortest and longest correlation time that a line's times could show.

@@ -18,20 +18,26 @@
 //! | file | subject |
 //! |---|---|
 //! | `pattern.rs` | which rows share deviations, and the order in which fronts take them out |
+//! | `by_row.rs` | what belongs to each row, in one list |
 //! | `elimination.rs` | the orthogonal transformations, forwards and backwards |
 //! | `floor.rs` | rows made independent for others: a diagnosis, a plan |
 //! | `inference.rs` | what each component contributes: squares, redundancy, information |
 //! | `problem.rs` | components, and the adjustment at given variances |
 //! | `reml.rs` | the steps to the variances |
+//! | `left_out.rs` | rows that others stand for |
+//! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `memory.rs` | the search for correlation times |
 //! | `conclude.rs` | the adjustment with what was found |
 //! | `cost.rs` | spread of the variances, Kenward and Roger's correction |
 
+mod by_row;
 mod conclude;
+mod condense;
 mod cost;
 mod elimination;
 mod floor;
 mod inference;
+mod left_out;
 mod memory;
 mod pattern;
 mod problem;

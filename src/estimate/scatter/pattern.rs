@@ -5,10 +5,11 @@
 //! the front as soon as no later row feels it: the front stays small, and the work linear in the rows.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`own` has an entry for each row and `before`, `time` and `line_of` one for each deviation, numbered by the lines' starts; felt rows beyond are left out at the beginning"
+    reason = "`before`, `time` and `line_of` one for each deviation, numbered by the lines' starts; felt rows beyond are left out at the beginning"
 )]
 
 use super::ScatterLine;
+use super::by_row::ByRow;
 use crate::elements::Elements;
 
 /// Blocks with no more deviations than this are one front.
@@ -57,12 +58,8 @@ impl Pattern {
         }
         let mut before = vec![None; deviations];
         let mut time = vec![None; deviations];
-        let mut own: Vec<Vec<usize>> = vec![Vec::new(); rows];
         let mut line_of = vec![0; deviations];
         for (k, (line, start)) in lines.iter().zip(&first).enumerate() {
-            for felt in line.felt.iter().filter(|felt| felt.row < rows) {
-                own[felt.row].push(start + felt.level);
-            }
             line_of[*start..start + line.levels()].fill(k);
             let Some(memory) = &line.memory else { continue };
             let mut order: Vec<usize> = (0..line.levels()).collect();
@@ -77,6 +74,11 @@ impl Pattern {
                 }
             }
         }
+        let felt = lines.iter().zip(&first).flat_map(|(line, start)| {
+            let start = *start;
+            line.felt.iter().map(move |felt| (felt.row, start + felt.level))
+        });
+        let own = ByRow::new(rows, felt);
         let mut pattern = Pattern { rows, first, deviations, before, fronts: Vec::new(), is_simple: true };
         for (rows, deviations) in blocks(&own, &pattern.before) {
             if deviations.len() <= ONE_FRONT {
@@ -100,7 +102,7 @@ impl Pattern {
         &mut self,
         rows: Vec<usize>,
         deviations: &[usize],
-        own: &[Vec<usize>],
+        own: &ByRow<usize>,
         time: &[Option<f64>],
         line_of: &[usize],
     ) {
@@ -112,7 +114,7 @@ impl Pattern {
         let key = |row: &usize| -> f64 {
             let of = |d: &usize| if timed { time[*d] } else { (line_of[*d] == leading).then_some(*d as f64) };
             // a row that feels none of these stands last
-            own[*row].iter().find_map(of).unwrap_or(f64::INFINITY)
+            own.of(*row).iter().find_map(of).unwrap_or(f64::INFINITY)
         };
         let mut sorted: Vec<(f64, usize)> = rows.iter().map(|row| (key(row), *row)).collect();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -120,7 +122,7 @@ impl Pattern {
         // when each deviation is felt first and last; a chain's deviation stays until the next one has come
         let mut span: std::collections::HashMap<usize, (usize, usize)> = std::collections::HashMap::new();
         for (s, step) in steps.iter().enumerate() {
-            for d in step.iter().flat_map(|(_, row)| &own[*row]) {
+            for d in step.iter().flat_map(|(_, row)| own.of(*row)) {
                 let entry = span.entry(*d).or_insert((s, s));
                 entry.1 = s;
             }
@@ -152,7 +154,7 @@ impl Pattern {
 }
 
 /// Blocks of rows and deviations that are linked; rows without a deviation are in none.
-fn blocks(own: &[Vec<usize>], before: &[Option<usize>]) -> Vec<(Vec<usize>, Vec<usize>)> {
+fn blocks(own: &ByRow<usize>, before: &[Option<usize>]) -> Vec<(Vec<usize>, Vec<usize>)> {
     let mut label: Vec<usize> = (0..before.len()).collect();
     fn root(label: &mut [usize], mut i: usize) -> usize {
         while label[i] != i {
@@ -161,7 +163,7 @@ fn blocks(own: &[Vec<usize>], before: &[Option<usize>]) -> Vec<(Vec<usize>, Vec<
         }
         i
     }
-    let links = own.iter().flat_map(|list| list.windows(2).map(|pair| (pair[0], pair[1])));
+    let links = own.rows().flat_map(|list| list.windows(2).map(|pair| (pair[0], pair[1])));
     let chains = before.iter().enumerate().filter_map(|(d, from)| Some((d, (*from)?)));
     for (a, b) in links.chain(chains) {
         let (a, b) = (root(&mut label, a), root(&mut label, b));
@@ -177,7 +179,7 @@ fn blocks(own: &[Vec<usize>], before: &[Option<usize>]) -> Vec<(Vec<usize>, Vec<
         }
         blocks[number[root]].1.push(d);
     }
-    for (row, list) in own.iter().enumerate() {
+    for (row, list) in own.rows().enumerate() {
         if let Some(d) = list.first() {
             let root = root(&mut label, *d);
             blocks[number[root]].0.push(row);

@@ -6,9 +6,10 @@
 
 use super::elimination::Whitening;
 use super::inference::{Inference, Membership};
+use super::left_out::LeftOut;
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Elimination, Estimate, Group, Settings, System, adjust, adjust_on, groups};
+use crate::estimate::{Elimination, Estimate, Group, ScaleHints, Settings, System, adjust, adjust_on, groups, solve};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -18,6 +19,8 @@ pub(super) const UNSEEN: f64 = 1e-9;
 const SEPARATED: f64 = 1e-8;
 /// Steps that change no variance by more than this are Newton's.
 const NEAR: f64 = 0.3;
+/// More rows than this are adjusted without what belongs to each.
+const MANY: usize = 512;
 /// Levels of all lines together, at most.
 const MOST_LEVELS: usize = 1 << 24;
 
@@ -34,8 +37,12 @@ pub(super) struct Problem<'a> {
     pub component: Vec<Option<usize>>,
     pub members: Membership,
     /// The least variance factor of each group.
-    floor: Vec<f64>,
+    pub(super) floor: Vec<f64>,
     pub state: Vec<LineState>,
+    /// Rows that these stand for beside themselves.
+    pub(super) left_out: LeftOut,
+    /// Variance factors of the groups as if nothing else scattered, where they are known from the rows that these stand for.
+    pub(super) plain: Option<Vec<f64>>,
 }
 
 /// The adjustment at some variances.
@@ -90,7 +97,20 @@ impl<'a> Problem<'a> {
         // no hint, no floor
         let rounding = |g: usize| least.get(g).copied().unwrap_or(0.0).powi(2);
         let floor = (0..groups).map(rounding).collect();
-        Ok(Problem { system, lines, elimination, settings, pattern, groups, component, members, floor, state })
+        Ok(Problem {
+            system,
+            lines,
+            elimination,
+            settings,
+            pattern,
+            groups,
+            component,
+            members,
+            floor,
+            state,
+            left_out: LeftOut::default(),
+            plain: None,
+        })
     }
 
     fn adjust(&self, system: &System) -> Result<Estimate> {
@@ -127,6 +147,7 @@ impl<'a> Problem<'a> {
         let estimate = self.adjust(&self.white(&whitening))?;
         let factor = &estimate.factor;
         let mut deviance = whitening.log_determinant() + estimate.sum_of_squares;
+        deviance += self.left_out.log_determinant_at(theta);
         let r = factor.r();
         deviance += 2.0 * (0..r.nrows()).map(|k| r[(k, k)].abs().ln()).sum::<f64>();
         deviance += 2.0 * factor.basis().iter().map(|j| factor.scale()[*j].ln()).sum::<f64>();
@@ -136,7 +157,7 @@ impl<'a> Problem<'a> {
     }
 
     pub fn inference(&self, point: &Point) -> Inference {
-        Inference::new(&point.whitening, &self.members, &point.estimate)
+        Inference::new(&point.whitening, &self.members, &self.left_out, &point.estimate)
     }
 
     /// Variance of each line.
@@ -162,12 +183,9 @@ impl<'a> Problem<'a> {
     /// Where the iteration begins: the scales of the rows as if nothing else scattered.
     pub fn start(&self) -> Result<Vec<f64>> {
         let mut theta = vec![1.0; self.members.count];
-        if self.groups > 0 {
-            let plain = self.adjust(self.system)?;
-            for (g, slot) in theta.iter_mut().enumerate().take(self.groups) {
-                let scale = plain.scale_or_one(g);
-                *slot = (scale * scale).max(self.floor[g]).max(f64::MIN_POSITIVE);
-            }
+        let plain = if let Some(known) = &self.plain { known.clone() } else { self.plain()? };
+        for (g, (slot, variance)) in theta.iter_mut().zip(plain).enumerate() {
+            *slot = variance.max(self.floor[g]).max(f64::MIN_POSITIVE);
         }
         for (line, component) in self.lines.iter().zip(&self.component) {
             if let Some(c) = component {
@@ -175,6 +193,27 @@ impl<'a> Problem<'a> {
             }
         }
         Ok(theta)
+    }
+
+    /// Variance factors of the groups as if nothing else scattered.
+    pub(super) fn plain(&self) -> Result<Vec<f64>> {
+        let square = |scale: f64| scale * scale;
+        if self.groups == 0 {
+            return Ok(Vec::new());
+        }
+        if self.elimination.is_some() || self.system.observed.len() <= MANY {
+            let plain = self.adjust(self.system)?;
+            return Ok((0..self.groups).map(|g| square(plain.scale_or_one(g))).collect());
+        }
+        // of many rows the solution is enough
+        let plain = solve(self.system, &ScaleHints::default(), self.settings)?;
+        let alone = self.groups == 1 && !self.system.group.contains(&Group::Known);
+        if !alone {
+            return Ok(plain.group_scale.into_iter().map(square).collect());
+        }
+        let squares: f64 = plain.residuals.iter().zip(&self.system.u).map(|(v, u)| square(v / u)).sum();
+        let dof = self.system.observed.len().saturating_sub(plain.rank);
+        Ok(vec![if dof > 0 { squares / dof as f64 } else { 1.0 }])
     }
 
     /// Which of the components the rows tell apart, in order; the others leave their share to those before them.

@@ -105,7 +105,7 @@ impl Problem<'_> {
         Ok(ended)
     }
 
-    fn at_or_fail(&self, theta: &[f64]) -> Result<Point> {
+    pub(super) fn at_or_fail(&self, theta: &[f64]) -> Result<Point> {
         self.at(theta)?.ok_or_else(|| Malformed::new(Fault::Value, "the variances of what scatters are no covariance"))
     }
 
