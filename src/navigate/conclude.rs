@@ -20,7 +20,12 @@ impl Walk<'_> {
         let partly = if complete { None } else { self.partly(state) };
         let rest = if complete { 0.0 } else { state.rss };
         let state = partly.as_ref().map_or(state, |own| &own.state);
-        self.concluded(state, gap, complete, partly.as_ref(), rest)
+        let mut diagnosis = self.concluded(state, gap, complete, partly.as_ref(), rest)?;
+        if !diagnosis.findings.is_empty() {
+            diagnosis.gap_steps = self.gap_steps(state, gap);
+            diagnosis.refits.0 = self.flights;
+        }
+        Ok(diagnosis)
     }
 
     /// `rest` is the sum of squares that the nearest set leaves where nothing stands.
@@ -101,6 +106,7 @@ impl Walk<'_> {
             after: if found { case.with(&state.set, &state.values) } else { case.mission.errors },
             noise: case.from,
             gap: [before, if found { after } else { before }],
+            gap_steps: Vec::new(),
             channels: remainder.channels(),
             gaps_over_time: remainder.gaps_over_time(),
             unexplained,

@@ -21,7 +21,7 @@ use super::case::Case;
 use super::cause::Cause;
 use super::errors::{ErrorSource, ImuErrors};
 pub use super::finding::{Alias, Finding, Suspect, Unexplained};
-pub use super::gap::Gap;
+pub use super::gap::{Gap, GapStep};
 use super::measured::Measured;
 use super::mission::Mission;
 use super::refine::Walk;
@@ -46,6 +46,8 @@ pub struct NavigationDiagnosis {
     pub noise: NoiseFrom,
     /// The gap before and after.
     pub gap: [Gap; 2],
+    /// The gap as it shrinks, from the mission as given, by one cause after the other; empty where nothing was found.
+    pub gap_steps: Vec<GapStep>,
     /// The same by run and channel, in the channel's own unit.
     pub channels: Vec<ChannelGap>,
     /// The gap in time, for a picture.
@@ -143,9 +145,12 @@ pub fn diagnose_with(
             && other.is_complete(&found)
             && cost.is_none_or(|cost| other.score_of_all(&found) < cost)
         {
-            let diagnosis = other.conclude(&found, &gap)?;
+            let mut diagnosis = other.conclude(&found, &gap)?;
             let before = case.gap(&gap, &u, &[], 0);
             let [_, after] = diagnosis.gap;
+            if !diagnosis.gap_steps.is_empty() {
+                diagnosis.gap_steps.insert(0, GapStep { with: Vec::new(), left_out: 0, gap: before });
+            }
             return Ok(NavigationDiagnosis { before: mission.errors, gap: [before, after], ..diagnosis });
         }
         return walk.conclude(&state, &gap);

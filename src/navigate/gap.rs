@@ -14,3 +14,14 @@ pub struct Gap {
     /// Probability of a sum of squares as large by chance; `None` where only residuals tell the noise.
     pub p: Option<f64>,
 }
+
+/// The gap with some of the errors that were found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GapStep {
+    /// Their names.
+    pub with: Vec<String>,
+    /// Single values that are left out.
+    pub left_out: usize,
+    /// The gap with them, fitted anew.
+    pub gap: Gap,
+}

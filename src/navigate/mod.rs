@@ -16,7 +16,7 @@
 //! | `partly` | what stands beside something that nothing explains, by the search of campaigns |
 //! | [`settings`] | every threshold, with its reason |
 //! | `wander` | a random walk that the mission does not state |
-//! | [`diagnose`] (`case`, `conclude`, `aliases`), [`separate`], [`remainder`] | the diagnosis, motions that would tell aliases apart, what is left |
+//! | [`diagnose`] (`case`, `conclude`, `aliases`, `gap_steps`), [`separate`], [`remainder`] | the diagnosis, how the gap shrinks, motions that would tell aliases apart, what is left |
 //! | [`run`] | a mission flown: rows to a sink, memory independent of the duration |
 //!
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: an own vertical
@@ -32,6 +32,7 @@ pub mod earth;
 pub mod errors;
 mod finding;
 mod gap;
+mod gap_steps;
 mod instant;
 pub mod linear;
 pub mod measured;

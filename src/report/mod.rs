@@ -134,7 +134,7 @@ pub use record::{BinReport, BinsReport, FarReport, LagReport, MeansReport, Recor
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose::{
     ChannelReport, NavigateDiagnoseReport, NavigationAliasReport, NavigationCellReport, NavigationEffectReport,
-    RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
+    NavigationGapStepReport, RunReport, SeparationReport, UnexplainedNavigationReport, navigate_diagnose_report,
 };
 #[cfg(feature = "navigate")]
 pub use navigate_diagnose_table::navigate_diagnose_table;

@@ -46,6 +46,10 @@ pub struct NavigateDiagnoseReport {
     /// The gap (measured minus predicted) before and after, in standard uncertainties (where the mission has random walks: of
     /// innovations, so that they are independent); `noise.sd` is null, `channels` has that of each.
     pub gap: GapsReport,
+    /// The gap as it shrinks: before, after the cause that takes off most, after that and the next, ..., each set fitted anew; the last with
+    /// single values left out. Empty where nothing was found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gap_steps: Vec<NavigationGapStepReport>,
     /// The gap by run and channel, in the channel's own unit.
     pub channels: Vec<ChannelReport>,
     /// What is unexplained (beside what was found); null unless the verdict says so.
@@ -64,6 +68,18 @@ pub struct NavigateDiagnoseReport {
     pub refits: usize,
     /// Whether the refits settled.
     pub settled: bool,
+}
+
+/// The gap with some of the causes that were found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct NavigationGapStepReport {
+    /// The causes.
+    pub with: Vec<String>,
+    /// Single values that are left out.
+    pub left_out: usize,
+    /// The gap.
+    pub gap: GapReport,
 }
 
 /// A run that was measured.
@@ -249,6 +265,11 @@ pub fn navigate_diagnose_report(
             sensors: BTreeMap::new(),
             noise: NoiseReport { sd: None, from: diagnosis.noise },
         },
+        gap_steps: diagnosis
+            .gap_steps
+            .iter()
+            .map(|own| NavigationGapStepReport { with: own.with.clone(), left_out: own.left_out, gap: gap(own.gap) })
+            .collect(),
         channels: channels(measured, diagnosis),
         unexplained: diagnosis.unexplained.as_ref().map(|own| UnexplainedNavigationReport {
             pattern: own.pattern.clone(),

@@ -3,7 +3,8 @@
 use super::GapReport;
 use super::diagnose::words;
 use super::navigate_diagnose::{
-    NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport, NavigationSuspectReport,
+    NavigateDiagnoseReport, NavigationAliasReport, NavigationEffectReport, NavigationGapStepReport,
+    NavigationSuspectReport,
 };
 use super::table::{plain, rounded, significant};
 use super::wrap::hanging;
@@ -225,6 +226,15 @@ pub(super) fn alias(alias: &NavigationAliasReport, lang: Language) -> String {
     text
 }
 
+/// The gap between before and after, by the cause that is added: of several causes only, as the last step is what is after.
+pub(super) fn between(report: &NavigateDiagnoseReport) -> Vec<(String, GapReport)> {
+    let steps = &report.gap_steps;
+    let inner = steps.iter().skip(1).take(steps.len().saturating_sub(2));
+    let added =
+        |own: &NavigationGapStepReport| (format!("+ {}", own.with.last().map_or("", String::as_str)), own.gap.clone());
+    inner.map(added).collect()
+}
+
 fn gap(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let row = |name: &str, gap: &GapReport| {
         vec![
@@ -237,6 +247,7 @@ fn gap(report: &NavigateDiagnoseReport, lang: Language) -> String {
         ]
     };
     let mut rows = vec![row(say!(lang, "before-repair"), &report.gap.before)];
+    rows.extend(between(report).iter().map(|(name, gap)| row(name, gap)));
     if !report.effects.is_empty() {
         rows.push(row(say!(lang, "after-repair"), &report.gap.after));
     }

@@ -345,6 +345,49 @@ fn large_errors_are_refitted_on_the_full_simulation() {
     assert!(found.refits.1 && found.gap[1].p.unwrap() > 0.01);
 }
 
+/// The gap is told after each of three biases: it begins as given, never grows, and ends as the diagnosis does; the first step takes off more than
+/// either of the others alone could, as a flight with that one alone says.
+#[test]
+fn the_gap_shrinks_step_by_step() {
+    let mission = mission(at_rest());
+    let times = times(&mission);
+    let hidden = [("gyro_bias_x", 0.02), ("gyro_bias_z", 0.03), ("accelerometer_bias_y", 300e-6)];
+    let with = |some: &[(&str, f64)]| {
+        let mut errors = ImuErrors::default();
+        for (id, value) in some {
+            let source = ErrorSource::named(id).unwrap();
+            source.set(&mut errors, value * source.si_per_unit());
+        }
+        signatures::predicted(&mission, &mission.motion, &errors, &times)
+    };
+    let measured = measured(&times, &with(&hidden), 23, true);
+    let found = diagnose(&mission, &measured, &Settings::default()).unwrap();
+    println!("{:?} {:?}", found.verdict, names(&found));
+    let steps = &found.gap_steps;
+    for step in steps {
+        println!("{:?}: chi-square {:.1} of {}", step.with, step.gap.chi_square, step.gap.dof);
+    }
+    assert_eq!((found.findings.len(), steps.len()), (3, 4));
+    assert!(steps.iter().enumerate().all(|(k, step)| step.with.len() == k && step.left_out == 0));
+    assert_eq!((steps[0].gap, steps[3].gap), (found.gap[0], found.gap[1]));
+    assert!(steps.windows(2).all(|two| two[1].gap.chi_square < two[0].gap.chi_square));
+    // by a grid of sizes of one bias flown alone: no other explains as much as the first does
+    let cells: Vec<_> = measured.cells().collect();
+    let chi_square = |truth: &[Channels]| -> f64 {
+        cells.iter().map(|c| ((c.value - truth[c.row][c.channel]) / U[c.channel]).powi(2)).sum()
+    };
+    for (id, value) in hidden {
+        let alone =
+            (-40..=80).map(|k| chi_square(&with(&[(id, value * f64::from(k) / 20.0)]))).fold(f64::INFINITY, f64::min);
+        println!("{id} alone: {alone:.1}");
+        assert!(steps[1].gap.chi_square <= alone * (1.0 + 1e-9));
+        if steps[1].with == [id] {
+            // on the grid to its step
+            assert!(alone < steps[1].gap.chi_square * 1.02 + 10.0);
+        }
+    }
+}
+
 /// The motion that is named first really tells: with a run of it beside the first, the error has no aliases left that it is said to tell.
 #[test]
 fn a_motion_that_is_named_tells() {

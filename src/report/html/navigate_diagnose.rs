@@ -10,7 +10,7 @@ use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
 use crate::navigate::remainder::GapOverTime;
 use crate::report::diagnose::words::p;
-use crate::report::navigate_diagnose_table::{alias, grouped, runs, sentence as words, tried, unit};
+use crate::report::navigate_diagnose_table::{alias, between, grouped, runs, sentence as words, tried, unit};
 use crate::report::plot::{Curve, curves};
 use crate::report::table::{rounded, significant};
 use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
@@ -137,6 +137,9 @@ fn gap(report: &NavigateDiagnoseReport, lang: Language) -> Section {
         vec![name.into(), rms, significant(gap.max, 4), significant(gap.chi_square, 4), gap.dof.to_string(), p]
     };
     table.row(row(say!(lang, "before-repair"), &report.gap.before));
+    for (name, gap) in between(report) {
+        table.row(row(&name, &gap));
+    }
     if !report.effects.is_empty() {
         table.row(row(say!(lang, "after-repair"), &report.gap.after));
     }
