@@ -112,6 +112,7 @@ __all__ = [
     "NavigationAliasReport",
     "NavigationCellReport",
     "NavigationEffectReport",
+    "NavigationGapStepReport",
     "NavigationSuspectReport",
     "NearReport",
     "NoiseColumnReport",
@@ -2199,6 +2200,19 @@ class NavigationEffectReport(Node):
     _keys = frozenset(["after", "aliases", "before", "explains", "name", "p", "probability", "regressor", "separate_by", "t", "u", "unit", "value"])
 
 
+class NavigationGapStepReport(Node):
+    """The gap with some of the causes that were found."""
+
+    gap: GapReport
+    """The gap."""
+    left_out: int
+    """Single values that are left out."""
+    with_: list[str]
+    """The causes."""
+
+    _keys = frozenset(["gap", "left_out", "with"])
+
+
 class NavigationSuspectReport(Node):
     """A single value that noise does not explain."""
 
@@ -2354,6 +2368,9 @@ class NavigateDiagnoseReport(Report):
     gap: GapsReport
     """The gap (measured minus predicted) before and after, in standard uncertainties (where the mission has random walks: of innovations, so
     that they are independent); `noise.sd` is null, `channels` has that of each."""
+    gap_steps: list[NavigationGapStepReport] | None
+    """The gap as it shrinks: before, after the cause that takes off most, after that and the next, ..., each set fitted anew; the last with
+    single values left out. Empty where nothing was found."""
     invisible: list[str]
     """Error sources that these data cannot show at any size that a navigator's unit has."""
     left_out: int
@@ -2386,7 +2403,7 @@ class NavigateDiagnoseReport(Report):
     """`effects-found`, `partly-explained` (what was found stands, and something is left), `nothing-missing`, `unexplained`, or
     `not-diagnosable` (fewer than three values)."""
 
-    _keys = frozenset(["candidates", "channels", "distinct_candidates", "effects", "gap", "invisible", "left_out", "mission", "model_after", "model_before", "refits", "report", "runs", "settled", "significance", "steps", "suspects", "tumble", "unexplained", "verdict"])
+    _keys = frozenset(["candidates", "channels", "distinct_candidates", "effects", "gap", "gap_steps", "invisible", "left_out", "mission", "model_after", "model_before", "refits", "report", "runs", "settled", "significance", "steps", "suspects", "tumble", "unexplained", "verdict"])
 
 
 class CarriedReport(Node):
@@ -3392,9 +3409,10 @@ SnoopingReport._parts = {"suspects": (SuspectReport, False)}
 FitReport._parts = {"checks": (ChecksReport, False), "conditional": (ConditionalReport, False), "conformity": (ConformityReport, False), "constraints": (ConstraintsReport, False), "convergence": (ConvergenceReport, False), "correction": (CorrectionFile, False), "correlation": (CovarianceReport, False), "covariance": (CovarianceReport, False), "derived": (DerivedReport, False), "estimable_combinations": (CombinationValueReport, False), "fit": (FitSummary, False), "identity": (Identity, False), "inputs": (Input, False), "known": (KnownReport, False), "monte_carlo": (MonteCarloReport, False), "not_estimable": (NotEstimableReport, False), "parameters": (ParameterReport, False), "readings": (ReadingReport, False), "record": (RecordReport, False), "robust": (RobustReport, False), "scatter": (ScatterReport, False), "site": (SiteReport, False)}
 LegsFile._parts = {"legs": (LegFile, False), "swing": (SwingFile, False)}
 NavigationEffectReport._parts = {"aliases": (NavigationAliasReport, False), "separate_by": (SeparationReport, False)}
+NavigationGapStepReport._parts = {"gap": (GapReport, False)}
 SwingFile._parts = {"heading": (OscillationFile, False), "pitch": (OscillationFile, False), "roll": (OscillationFile, False), "yaw": (OscillationFile, False)}
 UnexplainedNavigationReport._parts = {"cells": (NavigationCellReport, False)}
-NavigateDiagnoseReport._parts = {"channels": (ChannelReport, False), "effects": (NavigationEffectReport, False), "gap": (GapsReport, False), "model_after": (QuantityWithUnit, True), "model_before": (QuantityWithUnit, True), "runs": (RunReport, False), "steps": (StepReport, False), "suspects": (NavigationSuspectReport, False), "unexplained": (UnexplainedNavigationReport, False)}
+NavigateDiagnoseReport._parts = {"channels": (ChannelReport, False), "effects": (NavigationEffectReport, False), "gap": (GapsReport, False), "gap_steps": (NavigationGapStepReport, False), "model_after": (QuantityWithUnit, True), "model_before": (QuantityWithUnit, True), "runs": (RunReport, False), "steps": (StepReport, False), "suspects": (NavigationSuspectReport, False), "unexplained": (UnexplainedNavigationReport, False)}
 CarriedReport._parts = {"linear": (ErrorReport, False), "monte_carlo": (ErrorReport, False)}
 ResultReport._parts = {"azimuth_arcsec": (SummaryReport, False), "last": (ErrorReport, False), "position_m": (SummaryReport, False), "tilt_arcsec": (SummaryReport, False), "velocity_m_s": (SummaryReport, False)}
 ScenarioReport._parts = {"errors": (QuantityWithUnit, True)}
