@@ -22,7 +22,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
 
 /// Choices with less and less money, until the way between the positions is paid for as well.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 24;
 
 /// The best schedule that was found, and how near the optimum it is.
 #[derive(Debug, Clone)]
@@ -80,25 +80,32 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
     };
     let spent =
         |found: &Improvement| without_way.work(found.schedule.readings.rows.get(found.kept..).unwrap_or_default()).cost;
-    let (mut found, mut within) = (first, budget);
+    let (mut found, mut within, mut least) = (first, budget, f64::INFINITY);
     for _ in 0..ROUNDS {
-        if spent(&found) + way(&found) <= budget * (1.0 + 1e-12) {
+        let total = spent(&found) + way(&found);
+        least = least.min(total);
+        if total <= budget * (1.0 + 1e-12) {
             return Ok(Improvement { limit: found.limit.map(|_| budget), ..found });
         }
-        within = (budget - way(&found)).min(0.98 * within);
+        // another choice has another way: not all at once
+        within = (budget - way(&found)).clamp(0.85 * within, 0.98 * within);
         let less = Request { budget: Some(within), may_cost_more: false, ..request.clone() };
         match improve_within(campaign, offer, &less) {
             Ok(next) => found = next,
-            // the way costs what it costs
-            Err(_) if request.may_cost_more => break,
-            Err(error) => {
-                return Err(error.expected(format!(
-                    "a budget that pays for the way between the positions as well: of {budget} it leaves {within}"
-                )));
-            }
+            Err(_) => break,
         }
     }
-    Ok(found)
+    if request.may_cost_more {
+        // the way costs what it costs
+        return Ok(found);
+    }
+    let what = format!("no schedule was found that costs no more than {budget} with the way between its positions");
+    Err(Malformed::new(Fault::Value, what)
+        .expected(format!(
+            "a budget of {} or more (the cheapest that was found), or candidates nearer to each other",
+            (least * 1e3 - 1e-6).ceil() / 1e3
+        ))
+        .found(budget.to_string()))
 }
 
 /// The best positions, the way between them not counted.

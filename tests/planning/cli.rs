@@ -123,6 +123,30 @@ fn angles_are_refined_on_request() {
     assert!(code == 1 && stderr.contains("resolution"), "{stderr}");
 }
 
+/// With angles between the candidates a goal takes no more readings; degrees cost, and a budget that cannot pay for the way says what would.
+#[test]
+fn goals_are_refined_and_the_way_is_paid_for() {
+    let chosen = |further: &[&str]| {
+        let arguments = ["--goal", "dtheta_z2=3", "--step", "60", "--starts", "10", "--json", "-"];
+        let (code, stdout, stderr) = plan(&arguments.iter().chain(further).copied().collect::<Vec<_>>());
+        assert_eq!((code, stderr.as_str()), (0, ""), "{further:?}");
+        let improved = serde_json::from_str::<serde_json::Value>(&stdout).unwrap()["improved"].clone();
+        assert_eq!(improved["goal"]["reached"], true);
+        assert_eq!(improved["refined"].is_null(), further.is_empty());
+        improved["chosen"].as_u64().unwrap()
+    };
+    let (coarse, fine) = (chosen(&[]), chosen(&["--refine", "1"]));
+    println!("{coarse} readings among the candidates, {fine} between them");
+    assert!(fine <= coarse);
+    let (code, stdout, stderr) = plan(&["--budget", "200", "--cost", "degree=0.1", "--json", "-"]);
+    assert_eq!((code, stderr.as_str()), (0, ""));
+    let improved = serde_json::from_str::<serde_json::Value>(&stdout).unwrap()["improved"].clone();
+    let cost = improved["judgement"]["work"]["cost"].as_f64().unwrap();
+    assert!(cost <= 200.0 && cost > 150.0, "{cost}");
+    let (code, _, stderr) = plan(&["--budget", "60", "--cost", "degree=10"]);
+    assert!(code == 1 && stderr.contains("the cheapest that was found"), "{stderr}");
+}
+
 /// Two effects that are the same column at every candidate: one sentence, no schedule.
 #[test]
 fn what_no_candidate_tells_apart_is_one_sentence() {

@@ -25,13 +25,13 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub(super) effects: Option<PathBuf>,
     /// Find the best schedule of so many readings that costs no more than the given one does for as many (--budget: another limit).
-    #[arg(long, value_name = "N", group = "chosen", conflicts_with_all = ["add", "goal"])]
+    #[arg(long, value_name = "N", group = "refinable", conflicts_with_all = ["add", "goal"])]
     pub(super) choose: Option<usize>,
     /// With --choose: whatever it costs.
     #[arg(long, requires = "choose", conflicts_with = "budget")]
     pub(super) any_cost: bool,
     /// Keep the schedule and find the best so many readings to add.
-    #[arg(long, value_name = "N", group = "chosen", conflicts_with = "goal")]
+    #[arg(long, value_name = "N", group = "refinable", conflicts_with = "goal")]
     pub(super) add: Option<usize>,
     /// Keep the schedule and find the positions to add (2, or --add N) that tell two effects apart: a_S a_S^2, or tilt:dtheta_z1 a_S.
     #[arg(long, num_args = 2, value_names = ["EFFECT", "EFFECT"], conflicts_with_all = ["choose", "goal", "budget"])]
@@ -41,11 +41,11 @@ pub(in crate::cli) struct Arguments {
     pub(super) sensor: Option<String>,
     /// Find the fewest readings for a standard uncertainty: 1 (arcsec, every estimated angle), dtheta_y2=0.5 or gamma=1 for a derived angle
     /// (arcsec; its unit for a coefficient).
-    #[arg(long, value_name = "[NAME=]U", group = "searched")]
+    #[arg(long, value_name = "[NAME=]U", groups = ["searched", "refinable"])]
     pub(super) goal: Vec<String>,
     /// Find the fewest readings that show an effect of this size with the power of --power: a_S=1e-3, or tilt:dtheta_z2=20 (arcsec). It becomes
     /// one more unknown, with a limit on its uncertainty; --goal may stand beside it.
-    #[arg(long, value_name = "EFFECT=SIZE", group = "searched", conflicts_with_all = ["choose", "add", "separate", "budget"])]
+    #[arg(long, value_name = "EFFECT=SIZE", groups = ["searched", "refinable"], conflicts_with_all = ["choose", "add", "separate", "budget"])]
     pub(super) find: Vec<String>,
     /// With --find: probability that an effect of that size is found.
     #[arg(long, value_name = "P", default_value_t = 0.8, requires = "find")]
@@ -55,7 +55,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "EFFECT")]
     pub(super) beside: Vec<String>,
     /// Find the best schedule that costs no more than this, with the costs of --cost.
-    #[arg(long, value_name = "COST", groups = ["searched", "chosen"], conflicts_with = "add", allow_negative_numbers = true)]
+    #[arg(long, value_name = "COST", groups = ["searched", "refinable"], conflicts_with = "add", allow_negative_numbers = true)]
     pub(super) budget: Option<f64>,
     /// With --goal, --find or --budget: keep the schedule and add to it.
     #[arg(long, requires = "searched")]
@@ -72,7 +72,7 @@ pub(in crate::cli) struct Arguments {
     pub(super) criterion: String,
     /// Then move the chosen angles between the candidates, in multiples of DEG, as long as that is better (with --goal or --find, one
     /// reading fewer may then be enough).
-    #[arg(long, value_name = "DEG", requires = "chosen", conflicts_with_all = ["separate"])]
+    #[arg(long, value_name = "DEG", requires = "refinable", conflicts_with = "separate")]
     pub(super) refine: Option<f64>,
     /// Portions in which readings are chosen: single readings, both senses of a rate, all rates of a mounting.
     #[arg(long, value_enum, default_value_t = UnitArgument::Reading)]
