@@ -442,7 +442,7 @@ mod tests {
             place: String::new(),
         };
         let portions: Vec<Vec<Reading>> = (0..20).map(|j| vec![reading(j); 2]).collect();
-        let prices = Prices::new(&portions, Costs::default(), 400.0, false);
+        let prices = Prices::new(&portions, &[], Costs::default(), 400.0, false);
         let objective = Objective::Determinant;
         let problem = Problem {
             blocks: &blocks,

@@ -1,5 +1,6 @@
 //! Positions that may be chosen: sweeps over joints and rates, forbidden zones, and the units in which they are chosen.
 
+use super::deviations::level_of;
 use super::effort::mounting;
 use crate::campaign::{Campaign, JointState, Per, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
@@ -233,7 +234,8 @@ pub(super) fn is_forbidden(joints: &[&str], zones: &[Zone], reading: &Reading) -
 /// Candidates in the portions in which they are chosen; all portions have the same number of readings.
 ///
 /// Errors: no candidates; a candidate without its opposite sense (pairs); mountings with different numbers of readings.
-pub(super) fn portions(joints: &[&str], candidates: &Readings, unit: Unit) -> Result<Vec<Vec<Reading>>> {
+pub(super) fn portions(campaign: &Campaign, candidates: &Readings, unit: Unit) -> Result<Vec<Vec<Reading>>> {
+    let joints = &campaign.bench.joints().collect::<Vec<_>>();
     if candidates.rows.is_empty() {
         return Err(Malformed::new(Fault::Missing, "there are no candidate positions")
             .expected("at least one position to choose from")
@@ -250,8 +252,9 @@ pub(super) fn portions(joints: &[&str], candidates: &Readings, unit: Unit) -> Re
     let mut groups: Vec<Vec<Reading>> = Vec::new();
     let mut keys: std::collections::HashMap<String, Vec<usize>> = std::collections::HashMap::new();
     for reading in &candidates.rows {
-        // candidates of one mounting share this key, so that only few groups are compared
-        let same = keys.entry(format!("{:?}", mounting(reading))).or_default();
+        // candidates of one mounting share this key, so that only few groups are compared; another day is another mounting
+        let level = level_of(campaign, candidates, reading);
+        let same = keys.entry(format!("{:?} {level}", mounting(reading))).or_default();
         let place =
             same.iter().copied().find(|g| groups.get(*g).and_then(|g| g.first()).is_some_and(|f| fellows(f, reading)));
         match place.and_then(|g| groups.get_mut(g)) {

@@ -10,7 +10,7 @@
 //! The deviations themselves are not what a plan is after: criteria speak of the parameters alone.
 
 use super::effort::Noise;
-use crate::campaign::{Campaign, Per, Readings};
+use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::DesignMatrix;
 use crate::estimate::ScatterLine;
 
@@ -34,6 +34,15 @@ pub(super) struct Deviations {
 /// Does a line give positions one deviation together?
 pub(super) fn links(campaign: &Campaign, line: usize) -> bool {
     campaign.scatter.get(line).is_some_and(|line| !matches!(line.per, Per::Reading | Per::Position))
+}
+
+/// The levels of a reading in the columns by which positions share deviations: another day is another mounting. Empty without such columns.
+pub(super) fn level_of(campaign: &Campaign, readings: &Readings, reading: &Reading) -> String {
+    let by_column = campaign.scatter.iter().filter(|line| matches!(line.per, Per::Column(_)));
+    let names: Vec<String> = by_column
+        .map(|line| line.per.level_name(readings, reading).map_or(String::new(), |name| name.into_owned()))
+        .collect();
+    names.join("\n")
 }
 
 impl Deviations {

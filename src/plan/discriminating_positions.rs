@@ -49,7 +49,7 @@ pub fn discriminating_positions(
     let Offer { kept, candidates, noise, .. } = offer;
     check_question(campaign)?;
     let terms: Vec<Term> = [effect].into_iter().chain(rivals).cloned().collect();
-    let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, Unit::Reading)?;
+    let portions = portions(campaign, candidates, Unit::Reading)?;
     let apart = mounted_apart(&portions, candidates);
     let beside = Beside::new(campaign, noise, &terms, &[kept, &apart]);
     let n = beside.fitted(campaign);

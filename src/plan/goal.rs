@@ -107,9 +107,12 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
     if let Some(wanted) = &request.refine {
         let moved = |rows: Vec<Reading>| {
             let around = (&pool, &search.objective);
-            refine(campaign, rows, kept.rows.len(), around, (noise, wanted, &request.progress))
+            refine(campaign, rows, kept.rows.len(), around, (noise, wanted, &request.progress), Some(1.0))
         };
-        if let Some((other, what)) = moved(rows.clone())? {
+        // what is enough stays where it is: angles beyond the limits would be moved at the cost of what has none
+        if !found.reaches()
+            && let Some((other, what)) = moved(rows.clone())?
+        {
             (rows, refined) = (other, Some(what));
         }
         // between the candidates fewer may be enough
@@ -128,7 +131,7 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         reached: impossible.is_empty() && largest_share.is_some_and(|share| share <= 1.0),
         largest_share,
         // the proof is of the candidates, and angles between them may do with fewer
-        is_fewest: found.is_fewest && refined.is_none(),
+        is_fewest: found.is_fewest && request.refine.is_none(),
         is_cheapest_found: cheapest,
         impossible,
         improvement: Improvement {
@@ -250,7 +253,7 @@ impl<'a> Search<'a> {
     ) -> Self {
         let n = pool.blocks.unknowns();
         let limited = Blocks::from_fn(rows.len(), 1, n, |j, _, c| rows.at(j).at(c));
-        let prices = Prices::new(&pool.portions, *costs, 0.0, apart);
+        let prices = Prices::new(&pool.portions, &pool.levels, *costs, 0.0, apart);
         Search { pool, rows, objective: Objective::Largest(limited), request, prices, most }
     }
 

@@ -132,7 +132,7 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
         }
         let cost_within = |more: f64| {
             let found = question.seek(&pool, Some(more), &[], 20).ok()??;
-            Some(Prices::new(&pool.portions, *costs, 0.0, question.apart()).of(&found.design.chosen))
+            Some(Prices::new(&pool.portions, &pool.levels, *costs, 0.0, question.apart()).of(&found.design.chosen))
         };
         let enough = least_budget(budget, cost_within);
         if let (true, Some(enough)) = (request.may_cost_more, enough) {
@@ -151,7 +151,8 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
     if let Some(wanted) = &request.refine {
         let around = (&pool, &objective);
         let fixed = kept.rows.len();
-        if let Some((moved, what)) = refine(campaign, rows.clone(), fixed, around, (noise, wanted, &request.progress))?
+        if let Some((moved, what)) =
+            refine(campaign, rows.clone(), fixed, around, (noise, wanted, &request.progress), None)?
         {
             (rows, refined) = (moved, Some(what));
         }
@@ -258,7 +259,7 @@ impl Question<'_> {
     }
 
     fn wanted(&self, pool: &Pool, limit: Option<f64>) -> Result<(usize, Option<Prices>)> {
-        let prices = limit.map(|limit| Prices::new(&pool.portions, *self.costs, limit, self.apart()));
+        let prices = limit.map(|limit| Prices::new(&pool.portions, &pool.levels, *self.costs, limit, self.apart()));
         let choose = match (limit, self.request.readings) {
             (Some(_), 0) => usize::MAX,
             _ => portions_to_choose(pool, self.request)?,

@@ -5,12 +5,12 @@
 
 use super::derived::PredictedDerived;
 use super::derived::derived;
-use super::effort::times;
-use super::effort::{Costs, Noise, Work};
+use super::deviations::links;
+use super::effort::{Costs, Noise, Work, planned, times};
 use super::independent::Independent;
 use super::known::{ThroughTilts, contributions};
 use super::point::{self, Lacking};
-use crate::campaign::{Campaign, Constraint, Kind, Reading};
+use crate::campaign::{Campaign, Constraint, Deviating, Kind, Reading};
 use crate::design::{self, DesignMatrix, Model, RowOrigin};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -188,6 +188,29 @@ pub fn judge(campaign: &Campaign, noise: &Noise, costs: &Costs) -> Result<Judgem
         work: costs.work(&campaign.readings.rows),
         through_tilts,
     })
+}
+
+/// A schedule whose readings are all taken so many times, on the same days, by the same operators: what positions share does not average out. `None`
+/// where they share nothing, so that every `u` falls by the root, and where it cannot be judged.
+pub(crate) fn repeated(campaign: &Campaign, noise: &Noise, times: f64, costs: &Costs) -> Option<Judgement> {
+    let shares = |k: usize| links(campaign, k) && noise.lines.get(k).is_some_and(|variance| *variance > 0.0);
+    if !(0..campaign.scatter.len()).any(shares) || !(times > 0.0) {
+        return None;
+    }
+    let by = times.recip().sqrt();
+    let mut readings = planned(campaign, &campaign.readings);
+    for row in &mut readings.rows {
+        row.planned_u.iter_mut().for_each(|(_, u)| *u *= by);
+        row.observations.iter_mut().filter_map(|own| own.u.as_mut()).for_each(|u| *u *= by);
+    }
+    let mut less = noise.clone();
+    less.sensors.iter_mut().for_each(|own| own.sd *= by);
+    less.remount.iter_mut().for_each(|(_, sd)| *sd *= by);
+    for (k, variance) in less.lines.iter_mut().enumerate().filter(|(k, _)| !links(campaign, *k)) {
+        *variance /=
+            if matches!(campaign.scatter.get(k).map(|l| &l.of), Some(Deviating::Correlated(..))) { 1.0 } else { times };
+    }
+    judge(&campaign.with_readings(readings), &less, costs).ok()
 }
 
 pub(super) fn check_question(campaign: &Campaign) -> Result<()> {

@@ -98,6 +98,7 @@ pub use extended::extended;
 pub use goal::{Goal, Reached, reach};
 pub use improve::{Improvement, improve};
 pub(crate) use independent::Independent;
+pub(crate) use judge::repeated;
 pub use judge::{Judgement, Predicted, PredictedReading, judge};
 pub use known::ThroughTilts;
 pub use order::{Order, ordered};

@@ -8,10 +8,11 @@
 //!
 //! `S` does not depend on the order, so orders are compared by these sums alone.
 
+use super::deviations::level_of;
 use super::effort::{Costs, Noise, furthest, mounting, moved_deg, spent, times};
 use super::judge::weighted_sensitivities;
 use crate::campaign::{Campaign, Reading, Readings};
-use crate::elements::Parts;
+use crate::elements::{Elements, Parts};
 use crate::error::Result;
 use crate::number;
 use rand_pcg::Pcg64Mcg;
@@ -54,20 +55,31 @@ pub fn ordered(
 ) -> Result<Readings> {
     let rows = &campaign.readings.rows;
     let fixed = fixed.min(rows.len());
-    let groups = by_mounting(rows, fixed);
+    // readings that are correlated in time stay at their times
+    let order = if campaign.scatter.iter().any(|line| line.over.is_some()) { Order::AsGiven } else { order };
+    let levels = levels(campaign);
+    // readings of one level, a day, follow each other
+    let level = |group: &Vec<usize>| group.first().map(|k| levels.at(*k));
+    let mut groups = by_mounting(rows, fixed, &levels);
+    groups.sort_by_key(level);
+    let groups = groups;
     let sequence: Vec<usize> = match order {
         Order::AsGiven => return Ok(campaign.readings.clone()),
         _ if rows.len() > MOST => {
             let place = |group: Vec<usize>| abba(rows, group, costs, false);
-            shortened(rows, fixed, nearest(rows, fixed, groups, costs), costs).into_iter().flat_map(place).collect()
+            shortened(rows, fixed, nearest(rows, fixed, groups, costs, &levels), costs, &levels)
+                .into_iter()
+                .flat_map(place)
+                .collect()
         }
         Order::Abba => {
             let drift = Drift::new(campaign, noise, costs, fixed)?;
-            let start: Vec<Vec<usize>> = shortened(rows, fixed, nearest(rows, fixed, groups, costs), costs)
-                .into_iter()
-                .map(|group| abba(rows, group, costs, false))
-                .collect();
-            drift.improved(start)
+            let start: Vec<Vec<usize>> =
+                shortened(rows, fixed, nearest(rows, fixed, groups, costs, &levels), costs, &levels)
+                    .into_iter()
+                    .map(|group| abba(rows, group, costs, false))
+                    .collect();
+            drift.improved(start, &levels)
         }
         Order::Random => {
             let drift = Drift::new(campaign, noise, costs, fixed)?;
@@ -76,6 +88,7 @@ pub fn ordered(
             for _ in 0..TRIES {
                 let mut shuffled = groups.clone();
                 shuffle(&mut shuffled, &mut rng);
+                shuffled.sort_by_key(level);
                 let mut run = Vec::with_capacity(rows.len());
                 for group in shuffled {
                     let mut blocks = blocks(rows, group, costs);
@@ -185,7 +198,7 @@ impl<'a> Drift<'a> {
 
     /// Better and better orders: senses exchanged in a mounting, states exchanged, mountings exchanged or a stretch of them turned round, as long as
     /// no more joints move than before; then, where the mountings cost the same in any order, whatever way is best.
-    fn improved(&self, start: Vec<Vec<usize>>) -> Vec<usize> {
+    fn improved(&self, start: Vec<Vec<usize>>, levels: &[usize]) -> Vec<usize> {
         let mut groups = start;
         let mut now = self.harm(&groups);
         let (joints_moved, moving_costs) = self.way(&groups);
@@ -227,6 +240,9 @@ impl<'a> Drift<'a> {
             let mut best: Option<(f64, Vec<Vec<usize>>)> = None;
             for a in 0..groups.len() {
                 for b in a + 1..groups.len() {
+                    if !alike(&groups, levels, a, b) {
+                        break;
+                    }
                     let mut swapped = groups.clone();
                     swapped.swap(a, b);
                     let mut turned = groups.clone();
@@ -262,12 +278,39 @@ fn shuffle<T>(list: &mut [T], rng: &mut Pcg64Mcg) {
     }
 }
 
-/// Readings after the fixed ones by mounting.
-fn by_mounting(rows: &[Reading], fixed: usize) -> Vec<Vec<usize>> {
+/// Number of each reading's level in the columns by which readings share deviations (days), in their order: by number, else as they come.
+fn levels(campaign: &Campaign) -> Vec<usize> {
+    let names: Vec<String> =
+        campaign.readings.rows.iter().map(|row| level_of(campaign, &campaign.readings, row)).collect();
+    let mut distinct: Vec<&str> = Vec::new();
+    for name in &names {
+        if !distinct.contains(&name.as_str()) {
+            distinct.push(name);
+        }
+    }
+    let numbered = distinct.iter().map(|name| Some((name.parse::<f64>().ok()?, *name)));
+    if let Some(mut numbers) = numbered.collect::<Option<Vec<_>>>() {
+        numbers.sort_by(|a, b| a.0.total_cmp(&b.0));
+        distinct = numbers.into_iter().map(|(_, name)| name).collect();
+    }
+    // each name is among the distinct ones
+    names.iter().map(|name| distinct.iter().position(|own| own == name).unwrap_or_default()).collect()
+}
+
+/// Are two mountings of one level? Those between them are then, too.
+fn alike(groups: &[Vec<usize>], levels: &[usize], a: usize, b: usize) -> bool {
+    let level = |k: usize| groups.get(k).and_then(|group| group.first()).map(|row| levels.at(*row));
+    level(a) == level(b)
+}
+
+/// Readings after the fixed ones by mounting and level.
+fn by_mounting(rows: &[Reading], fixed: usize, levels: &[usize]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut known: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
     for (k, reading) in rows.iter().enumerate().skip(fixed) {
-        let place = *known.entry(format!("{} {:?}", reading.position, mounting(reading))).or_insert(groups.len());
+        let place = *known
+            .entry(format!("{} {:?} {}", reading.position, mounting(reading), levels.at(k)))
+            .or_insert(groups.len());
         match groups.get_mut(place) {
             Some(group) => group.push(k),
             None => groups.push(vec![k]),
@@ -285,7 +328,13 @@ fn way(rows: &[Reading], a: usize, b: usize) -> (usize, f64) {
 
 /// Each mounting is followed by the nearest that is left: fewest joints moved, then the smallest sum of angles; where degrees cost something, the
 /// least of them first.
-fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>, costs: &Costs) -> Vec<Vec<usize>> {
+fn nearest(
+    rows: &[Reading],
+    fixed: usize,
+    mut groups: Vec<Vec<usize>>,
+    costs: &Costs,
+    levels: &[usize],
+) -> Vec<Vec<usize>> {
     if groups.len() > MOST {
         return groups;
     }
@@ -297,7 +346,10 @@ fn nearest(rows: &[Reading], fixed: usize, mut groups: Vec<Vec<usize>>, costs: &
         let next = match last {
             None => 0,
             Some(last) => {
-                (groups.iter().map(|group| (degrees(rows, last, first(group), costs), way(rows, last, first(group)))))
+                // groups come level by level: those of the first that is left
+                let level = groups.first().map(|group| levels.at(first(group)));
+                let own = groups.iter().take_while(|group| Some(levels.at(first(group))) == level);
+                own.map(|group| (degrees(rows, last, first(group), costs), way(rows, last, first(group))))
                     .enumerate()
                     .min_by(|(_, (a, own)), (_, (b, other))| {
                         a.total_cmp(b).then(own.0.cmp(&other.0)).then(own.1.total_cmp(&other.1))
@@ -318,7 +370,13 @@ fn degrees(rows: &[Reading], a: usize, b: usize, costs: &Costs) -> f64 {
 }
 
 /// Mountings in an order that moves the joints less: stretches turned round and mountings put elsewhere, as long as that is shorter.
-fn shortened(rows: &[Reading], fixed: usize, groups: Vec<Vec<usize>>, costs: &Costs) -> Vec<Vec<usize>> {
+fn shortened(
+    rows: &[Reading],
+    fixed: usize,
+    groups: Vec<Vec<usize>>,
+    costs: &Costs,
+    levels: &[usize],
+) -> Vec<Vec<usize>> {
     if costs.index == 0.0 || groups.len() > MOST_SHORTENED {
         return groups;
     }
@@ -333,6 +391,9 @@ fn shortened(rows: &[Reading], fixed: usize, groups: Vec<Vec<usize>>, costs: &Co
         let before = now;
         for a in 0..groups.len() {
             for b in 0..groups.len() {
+                if !alike(&groups, levels, a, b) {
+                    continue;
+                }
                 let mut turned = groups.clone();
                 turned.get_mut(a..=b).into_iter().for_each(<[_]>::reverse);
                 let mut moved = groups.clone();

@@ -5,6 +5,7 @@
 
 use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
+use super::deviations::level_of;
 use super::effort::Noise;
 use super::whitened::{Beside, Term, adjusted, mounted_apart, whitened, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
@@ -21,6 +22,8 @@ use faer::Mat;
 pub(super) struct Pool {
     /// Readings of each portion.
     pub portions: Vec<Vec<Reading>>,
+    /// Level of each portion in the columns by which positions share deviations.
+    pub levels: Vec<String>,
     /// Their information in as few rows as it has.
     pub blocks: Blocks,
     /// All their rows, without what deviations add: what is predicted there.
@@ -47,7 +50,10 @@ impl Pool {
         noise: &Noise,
         terms: &[Term],
     ) -> Result<Pool> {
-        let portions = portions(&campaign.bench.joints().collect::<Vec<_>>(), candidates, unit)?;
+        let portions = portions(campaign, candidates, unit)?;
+        let first = |portion: &Vec<Reading>| portion.first().map(|r| level_of(campaign, candidates, r));
+        // portions have readings
+        let levels = portions.iter().map(|portion| first(portion).unwrap_or_default()).collect();
         let further = mounted_apart(&portions, candidates);
         let beside = Beside::new(campaign, noise, terms, &[kept, &further]);
         let deviations = beside.deviations.count();
@@ -97,7 +103,17 @@ impl Pool {
                 })
             }
         };
-        Ok(Pool { portions, blocks: told.compressed(), rows, base, estimate, deviations, directions, not_estimable })
+        Ok(Pool {
+            portions,
+            levels,
+            blocks: told.compressed(),
+            rows,
+            base,
+            estimate,
+            deviations,
+            directions,
+            not_estimable,
+        })
     }
 
     /// Readings of each portion.

@@ -39,8 +39,8 @@ pub(super) struct Prices {
 }
 
 impl Prices {
-    /// Prices of portions of readings; with `apart`, every portion is a mounting of its own.
-    pub fn new(portions: &[Vec<Reading>], costs: Costs, budget: f64, apart: bool) -> Self {
+    /// Prices of portions of readings and their levels (none: all alike); with `apart`, every portion is a mounting of its own.
+    pub fn new(portions: &[Vec<Reading>], levels: &[String], costs: Costs, budget: f64, apart: bool) -> Self {
         let mut places: HashMap<String, usize> = HashMap::new();
         let mut kinds: HashMap<String, usize> = HashMap::new();
         let mut slots: HashMap<(usize, String), usize> = HashMap::new();
@@ -51,7 +51,8 @@ impl Prices {
         let (mut place, mut kind, mut own_slots, mut at) = (Vec::new(), Vec::new(), Vec::new(), HashMap::new());
         for (k, portion) in portions.iter().enumerate() {
             // portions have readings
-            let key = portion.first().map(|r| format!("{:?}", mounting(r))).unwrap_or_default();
+            let level = levels.get(k).map_or("", String::as_str);
+            let key = portion.first().map(|r| format!("{:?} {level}", mounting(r))).unwrap_or_default();
             let here = number(&mut places, if apart { k.to_string() } else { key });
             let turning: Vec<Vec<f64>> =
                 portion.iter().map(|r| r.joints.iter().map(|s| s.rate_deg_s()).collect()).collect();

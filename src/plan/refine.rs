@@ -37,7 +37,8 @@ struct Freedom {
     step: f64,
 }
 
-/// The rows of a schedule after the first `fixed` with their angles moved; `None` where the criterion cannot be compared.
+/// The rows of a schedule after the first `fixed` with their angles moved; `None` where the criterion cannot be compared. A value that is `enough`
+/// is not bettered.
 ///
 /// Errors: those of the model at the moved angles.
 pub(super) fn refined(
@@ -46,6 +47,7 @@ pub(super) fn refined(
     fixed: usize,
     (pool, objective): (&Pool, &Objective),
     (noise, wanted, progress): (&Noise, &Refinement, &Progress),
+    enough: Option<f64>,
 ) -> Result<Option<(Vec<Reading>, Refined)>> {
     let resolution = wanted.resolution_deg;
     let columns = &campaign.readings.columns;
@@ -93,6 +95,9 @@ pub(super) fn refined(
                             && value < now - WORTH * now.abs().max(1.0)
                         {
                             (rows, now, improved) = (moved, value, true);
+                            if enough.is_some_and(|enough| now <= enough) {
+                                break 'levels;
+                            }
                             break;
                         }
                     }

@@ -30,10 +30,10 @@ pub(super) fn scheduled(
 pub(super) fn schedule_rows(kept: &Readings, pool: &Pool, chosen: &[usize], repeats_remount: bool) -> Vec<Reading> {
     let mut rows: Vec<Reading> = kept.rows.clone();
     let mut next = 1 + kept.rows.iter().filter_map(|r| r.position.parse::<usize>().ok()).max().unwrap_or(0);
-    let mut labels: Vec<(Vec<Option<f64>>, String)> = Vec::new();
-    for portion in chosen.iter().filter_map(|j| pool.portions.get(*j)) {
+    let mut labels: Vec<((Vec<Option<f64>>, &str), String)> = Vec::new();
+    for (portion, level) in chosen.iter().filter_map(|j| pool.portions.get(*j).zip(pool.levels.get(*j))) {
         // portions have readings
-        let place = portion.first().map(mounting).unwrap_or_default();
+        let place = (portion.first().map(mounting).unwrap_or_default(), level.as_str());
         let known =
             labels.iter().find(|(other, _)| !repeats_remount && *other == place).map(|(_, label)| label.clone());
         let label = known.unwrap_or_else(|| {

@@ -235,6 +235,17 @@ pub(super) fn between(report: &NavigateDiagnoseReport) -> Vec<(String, GapReport
     inner.map(added).collect()
 }
 
+/// What the last gap is called: after all, with the cause that was added last where several were.
+pub(super) fn after(report: &NavigateDiagnoseReport, lang: Language) -> String {
+    let after = say!(lang, "after-repair");
+    match report.gap_steps.as_slice() {
+        [_, .., before, last] if before.with != last.with => {
+            format!("+ {}, {after}", last.with.last().map_or("", String::as_str))
+        }
+        _ => after.to_string(),
+    }
+}
+
 fn gap(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let row = |name: &str, gap: &GapReport| {
         vec![
@@ -249,7 +260,7 @@ fn gap(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let mut rows = vec![row(say!(lang, "before-repair"), &report.gap.before)];
     rows.extend(between(report).iter().map(|(name, gap)| row(name, gap)));
     if !report.effects.is_empty() {
-        rows.push(row(say!(lang, "after-repair"), &report.gap.after));
+        rows.push(row(&after(report, lang), &report.gap.after));
     }
     format!(
         "{}{}\n",

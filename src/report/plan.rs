@@ -378,6 +378,9 @@ pub struct PlannedPositionReport {
     pub position: String,
     /// Reading keys.
     pub at: PositionReport,
+    /// Values of the columns by which positions share deviations: the day, the operator.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub levels: BTreeMap<String, String>,
 }
 
 /// One line of the comparison.

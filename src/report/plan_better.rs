@@ -16,7 +16,8 @@ pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> 
         let mut changing: Option<&str> = None;
         let mut length = 1;
         for other in rest.part(1..) {
-            let same_keys = other.at.keys().eq(first.at.keys()) && other.position == first.position;
+            let same_keys =
+                other.at.keys().eq(first.at.keys()) && other.position == first.position && other.levels == first.levels;
             let different: Vec<&str> =
                 first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();
             match different.as_slice() {
@@ -37,6 +38,7 @@ pub(super) fn mountings(positions: &[PlannedPositionReport], lang: Language) -> 
         if changing.is_none() && length > 1 {
             parts.push(say!(lang, "plan-table-times", length = length.to_string()));
         }
+        parts.extend(first.levels.iter().map(|(column, level)| format!("{column} = {level}")));
         lines.push((first.position.clone(), parts.join(", ")));
         rest = left;
     }

@@ -8,6 +8,7 @@ use crate::campaign::{Campaign, Kind, Per, Reading, Scatter};
 use crate::diagnosis::Foresight;
 use crate::plan::{Costs, Goal, Improvement, Judgement, Noise, PointSource, Reached, Reason, Request, Separated, Work};
 use crate::report::ReportKind;
+use std::collections::BTreeMap;
 
 /// What was found beside the judgement of the given schedule.
 #[derive(Debug, Clone, Copy)]
@@ -75,11 +76,14 @@ pub fn plan_report(
             seed: request.seed,
             check: improvement.check,
             effort: if budget.is_some() { Effort::Cost } else { Effort::Readings },
-            comparison: comparison(
-                &given,
-                &own,
-                (effort(&given.work) / effort(&own.work).max(f64::MIN_POSITIVE)).sqrt(),
-            ),
+            comparison: {
+                let times = effort(&own.work) / effort(&given.work).max(f64::MIN_POSITIVE);
+                match crate::plan::repeated(campaign, noise, times, costs) {
+                    // what positions share does not average out
+                    Some(repeated) => comparison(&given, &own, &judgement_report(campaign, &repeated, None), 1.0),
+                    None => comparison(&given, &own, &given, times.recip().sqrt()),
+                }
+            },
             positions: positions(&improvement.schedule, &to_run),
             reasons: improvement.reasons.iter().map(|r| reason(campaign, r)).collect(),
             unreachable: improvement.unreachable.iter().map(|s| not_estimable(campaign, s)).collect(),
@@ -263,32 +267,51 @@ fn reason(campaign: &Campaign, reason: &Reason) -> ReasonReport {
 }
 
 fn positions(schedule: &Campaign, rows: &[Reading]) -> Vec<PlannedPositionReport> {
+    let readings = &schedule.readings;
+    let levels = |row: &Reading| -> BTreeMap<String, String> {
+        let of = |line: &Scatter| match &line.per {
+            Per::Column(column) => Some((column.clone(), line.per.level_name(readings, row)?.into_owned())),
+            _ => None,
+        };
+        schedule.scatter.iter().filter_map(of).collect()
+    };
     rows.iter()
-        .map(|r| PlannedPositionReport { position: r.position.clone(), at: position_keys(schedule, &r.joints) })
+        .map(|r| PlannedPositionReport {
+            position: r.position.clone(),
+            at: position_keys(schedule, &r.joints),
+            levels: levels(r),
+        })
         .collect()
 }
 
-fn comparison(given: &JudgementReport, better: &JudgementReport, effort: f64) -> Vec<ComparisonReport> {
-    let line = |id: &str, unit: &str, given: Option<f64>, better: Option<f64>| ComparisonReport {
+/// `equal` is the given schedule at equal effort, but for the factor `by`.
+fn comparison(
+    given: &JudgementReport,
+    better: &JudgementReport,
+    equal: &JudgementReport,
+    by: f64,
+) -> Vec<ComparisonReport> {
+    let line = |id: &str, unit: &str, given: Option<f64>, equal: Option<f64>, better: Option<f64>| ComparisonReport {
         id: id.to_string(),
         unit: unit.to_string(),
         given,
-        equal_effort: given.map(|u| u * effort),
+        equal_effort: equal.map(|u| u * by),
         better,
-        gain: given.zip(better).filter(|(_, b)| *b > 0.0).map(|(g, b)| g * effort / b),
+        gain: equal.zip(better).filter(|(_, b)| *b > 0.0).map(|(e, b)| e * by / b),
     };
     let own = |u: Option<f64>, arcsec: Option<f64>, is_angle: bool| if is_angle { arcsec } else { u };
-    let parameters = given.parameters.iter().zip(&better.parameters).map(|(g, b)| {
+    let parameters = given.parameters.iter().zip(&better.parameters).zip(&equal.parameters).map(|((g, b), e)| {
         let angle = g.kind == Kind::Tilt;
         let unit = if angle { "arcsec" } else { g.unit.as_str() };
-        line(&g.id, unit, own(g.u, g.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
+        line(&g.id, unit, own(g.u, g.u_arcsec, angle), own(e.u, e.u_arcsec, angle), own(b.u, b.u_arcsec, angle))
     });
-    let derived = given.derived.iter().zip(&better.derived).map(|(g, b)| {
+    let derived = given.derived.iter().zip(&better.derived).zip(&equal.derived).map(|((g, b), e)| {
         let angle = g.u_arcsec.is_some() || b.u_arcsec.is_some();
         line(
             &g.id,
             if angle { "arcsec" } else { g.unit.as_str() },
             own(g.u, g.u_arcsec, angle),
+            own(e.u, e.u_arcsec, angle),
             own(b.u, b.u_arcsec, angle),
         )
     });

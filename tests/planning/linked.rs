@@ -136,3 +136,48 @@ fn a_budget_of_readings_reaches_what_their_number_does() {
         assert!((found - least).abs() <= 1e-7 * least.abs(), "{name}: {found} found, {least} least");
     }
 }
+
+/// Two days, a dividing head: the same angle on another day is another mounting, days are run one after the other and printed, and readings repeated on
+/// the same days keep what the days scatter.
+#[test]
+fn days_are_mounted_and_run_apart() {
+    let schedule = |readings: &str| {
+        campaign(&format!(
+            r#"{{ "bench": {{ "id": "head", "chain": [ {{ "joint": "beta", "about": "z" }} ], "sensors": {{ "y": {{ "model": "a + b*sin(beta)" }} }} }},
+                 "estimate": {{ "a": {{}}, "b": {{}} }}, "scatter": [ {{ "of": "y", "per": "day", "u": 0.4 }} ], "readings": [ {readings} ] }}"#
+        ))
+    };
+    let given =
+        schedule(r#"{ "beta_deg": [90, 270], "day": 1, "y_u": 0.1 }, { "beta_deg": [90, 270], "day": 2, "y_u": 0.1 }"#);
+    let noise = Noise::new(&given, &[], &[]).unwrap();
+    let costs = Costs { index: 0.01, ..Costs::default() };
+    let offer = Offer { kept: none(&given), candidates: given.readings.clone(), noise: noise.clone(), costs };
+    let request = Request { readings: 4, criterion: Criterion::D, ..Request::default() };
+    let best = plan::improve(&given, &offer, &request).unwrap();
+    let rows = &best.schedule.readings.rows;
+    let day = best.schedule.readings.columns.iter().position(|c| c == "day").unwrap();
+    let days: Vec<f64> = rows.iter().map(|r| r.columns[day].unwrap()).collect();
+    assert_eq!(days, [1.0, 1.0, 2.0, 2.0]);
+    // four mountings of one reading, and the shortest way: 180 degrees on each day, none between them
+    assert_eq!(best.judgement.work.mountings, 4);
+    assert_close(best.judgement.work.cost, 44.0 + 3.6, 1e-12);
+    // by hand: a has 0.4^2/2 of the days and 0.1^2/4 of the readings
+    assert_close(best.judgement.parameters[0].u.unwrap(), (0.08_f64 + 0.0025).sqrt(), 1e-12);
+    let judgement = plan::judge(&given, &noise, &Costs::default()).unwrap();
+    let twice = Request { readings: 8, ..request };
+    let more = plan::improve(&given, &offer, &twice).unwrap();
+    let report = tumble::report::plan_report(
+        &given,
+        &noise,
+        &judgement,
+        Some(tumble::report::Better::Best(&more, "D")),
+        tumble::report::Foreseen { given: None, better: None },
+        &twice,
+        &costs,
+        &[],
+    );
+    let improved = report.improved.unwrap();
+    assert_close(improved.comparison[0].equal_effort.unwrap(), (0.08_f64 + 0.0025 / 2.0).sqrt(), 1e-12);
+    assert_close(improved.comparison[1].equal_effort.unwrap(), 0.05 / 2.0_f64.sqrt(), 1e-12);
+    assert!(improved.positions.iter().all(|p| p.levels.contains_key("day")));
+}

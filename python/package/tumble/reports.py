@@ -2965,10 +2965,12 @@ class PlannedPositionReport(Node):
 
     at: dict[str, float]
     """Reading keys."""
+    levels: dict[str, str] | None
+    """Values of the columns by which positions share deviations: the day, the operator."""
     position: str
     """Label of the mounting."""
 
-    _keys = frozenset(["at", "position"])
+    _keys = frozenset(["at", "levels", "position"])
 
 
 class PlannedReadingReport(Node):

@@ -10,7 +10,7 @@ use crate::navigate::diagnose::NavigationDiagnosis;
 use crate::navigate::measured::{CHANNEL_NAMES, si_per_unit};
 use crate::navigate::remainder::GapOverTime;
 use crate::report::diagnose::words::p;
-use crate::report::navigate_diagnose_table::{alias, between, grouped, runs, sentence as words, tried, unit};
+use crate::report::navigate_diagnose_table::{after, alias, between, grouped, runs, sentence as words, tried, unit};
 use crate::report::plot::{Curve, curves};
 use crate::report::table::{rounded, significant};
 use crate::report::{GapReport, NavigateDiagnoseReport, NavigationEffectReport};
@@ -141,7 +141,7 @@ fn gap(report: &NavigateDiagnoseReport, lang: Language) -> Section {
         table.row(row(&name, &gap));
     }
     if !report.effects.is_empty() {
-        table.row(row(say!(lang, "after-repair"), &report.gap.after));
+        table.row(row(&after(report, lang), &report.gap.after));
     }
     let mut channels = Table::new(&[
         (say!(lang, "channel"), Align::default()),
