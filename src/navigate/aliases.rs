@@ -30,6 +30,10 @@ impl Walk<'_> {
         let step = |cause: &Cause| match cause {
             Cause::Changing(source, Change::Step(_)) => Some(source.id()),
             Cause::Changing(source, Change::WarmUp(_)) => Some(format!("{} warm-up", source.id())),
+            Cause::Changing(source, Change::Wave { .. }) => Some(format!("{} wave", source.id())),
+            Cause::Reference(channel, Some(Change::Wave { .. })) => {
+                CHANNEL_NAMES.get(*channel).map(|s| format!("{s} wave"))
+            }
             Cause::Reference(channel, Some(Change::Step(_))) => CHANNEL_NAMES.get(*channel).map(|s| (*s).to_string()),
             _ => None,
         };

@@ -4,6 +4,7 @@
 use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use super::measured::{CHANNEL_NAMES, CHANNELS, si_per_unit};
 use crate::elements::Elements;
+use std::f64::consts::TAU;
 
 /// How an error of the unit changes in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +15,13 @@ pub enum Change {
     Step(f64),
     /// `x exp(-t / T)`, `T` in s.
     WarmUp(f64),
+    /// `x sin(2 pi t / T + phase)`: a temperature that goes up and down.
+    Wave {
+        /// `T`, s.
+        period: f64,
+        /// Phase at the start, rad.
+        phase: f64,
+    },
 }
 
 /// A cause that explains something.
@@ -53,6 +61,7 @@ impl Change {
             Change::Ramp => time,
             Change::Step(start) => f64::from(u8::from(time >= start)),
             Change::WarmUp(constant) => (-time / constant).exp(),
+            Change::Wave { period, phase } => (TAU * time / period + phase).sin(),
         }
     }
 
@@ -62,6 +71,7 @@ impl Change {
             Change::Ramp => 1.0,
             Change::Step(_) => 0.0,
             Change::WarmUp(constant) => -(-time / constant).exp() / constant,
+            Change::Wave { period, phase } => TAU / period * (TAU * time / period + phase).cos(),
         }
     }
 
@@ -70,6 +80,7 @@ impl Change {
             Change::Ramp => "ramp".into(),
             Change::Step(start) => format!("step({start:.0})"),
             Change::WarmUp(constant) => format!("warm-up({constant:.0})"),
+            Change::Wave { period, .. } => format!("wave({period:.0})"),
         }
     }
 
@@ -78,6 +89,7 @@ impl Change {
             Change::Ramp => "growing with time".into(),
             Change::Step(start) => format!("from {:.2} h on", start / 3600.0),
             Change::WarmUp(constant) => format!("dying away in {:.2} h", constant / 3600.0),
+            Change::Wave { period, phase } => format!("as sin(2 pi t/({:.3} h) {phase:+.2})", period / 3600.0),
         }
     }
 }
@@ -207,13 +219,25 @@ impl Cause {
             },
             Cause::Reference(_, None) => 3.5,
             Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)) => 4.0,
+            // its period and its phase are fitted too
+            Cause::Changing(_, Change::Wave { .. }) | Cause::Reference(_, Some(Change::Wave { .. })) => 6.0,
             Cause::Changing(..) | Cause::Reference(..) => 5.0,
             Cause::RandomWalk(_) | Cause::BiasWalk(..) => 4.0,
             Cause::Reading { .. } => 0.0,
         }
     }
 
-    /// Is it a course of time: a ramp, a step, a warm-up of the unit or the reference?
+    /// A wave of the same bias or channel; `None` where it is of neither.
+    pub(super) fn waving(&self, period: f64, phase: f64) -> Option<Cause> {
+        let wave = Change::Wave { period, phase };
+        match self {
+            Cause::Changing(source, _) => Some(Cause::Changing(*source, wave)),
+            Cause::Reference(channel, _) => Some(Cause::Reference(*channel, Some(wave))),
+            _ => None,
+        }
+    }
+
+    /// Is it a course of time: a ramp, a step, a warm-up, a wave of the unit or the reference?
     pub fn is_course(&self) -> bool {
         matches!(self, Cause::Changing(..) | Cause::Reference(_, Some(_)))
     }
@@ -224,7 +248,7 @@ impl Cause {
     }
 }
 
-/// All causes but single values: constants as in [`ErrorSource::catalogue`], then faults of the reference in the channels that are measured, then
+/// All causes but single values and waves (`periodic.rs` looks for these): constants as in [`ErrorSource::catalogue`], then faults of the reference in the channels that are measured, then
 /// biases that change, with steps at so many times of a run of this duration (s).
 pub(super) fn catalogue(measured: &[bool; CHANNELS], duration: f64, steps: usize) -> Vec<Cause> {
     let mut causes: Vec<Cause> = ErrorSource::catalogue().into_iter().map(Cause::Constant).collect();

@@ -168,7 +168,7 @@ impl Columns {
         column
     }
 
-    /// A bias that waves, `x cos(w t)` and `x sin(w t)`: no cause of the catalogue, but what a random walk must be told from.
+    /// A bias that waves, of whatever phase: the columns of `cos(w t)` and of `sin(w t)`.
     pub fn waves(&self, source: &ErrorSource, rate: f64) -> [Vec<f64>; 2] {
         let of = |f: &dyn Fn(f64) -> f64, slope: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let mut column = Vec::new();

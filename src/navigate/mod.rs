@@ -12,7 +12,7 @@
 //! | [`linear`] | the linear error equations, one signature for each error source |
 //! | [`measured`], [`signatures`], `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | [`cause`], `changing` | what can be behind a gap, and what it does |
-//! | `search`, `refine` (`sharpen`, `single`), `walk` | a few of many columns by inner products; sets of causes refined on the full simulation; both in turn |
+//! | `search`, `refine` (`sharpen`, `single`, `periodic`), `walk` | a few of many columns by inner products; sets of causes refined on the full simulation; both in turn |
 //! | `partly` | what stands beside something that nothing explains, by the search of campaigns |
 //! | [`settings`] | every threshold, with its reason |
 //! | `wander` | a random walk that the mission does not state |
@@ -40,6 +40,7 @@ mod mechanise;
 pub mod mission;
 pub mod motion;
 mod partly;
+mod periodic;
 pub mod propagation;
 pub mod quadrature;
 mod random_walk;

@@ -1,20 +1,63 @@
-//! The time of a step or a warm-up, finer than the grid of candidates.
+//! The time of a step or a warm-up and the period of a wave, finer than the grid of candidates.
 
 use super::cause::{Cause, Change};
 use super::refine::{State, Walk};
 use super::search::INDEPENDENT;
 use crate::linear::{dot, orthonormal, project};
 
+/// Trials on each side of a time, on each of so many levels.
+const PARTS: i32 = 8;
+const LEVELS: i32 = 5;
+
+/// How a time is varied: by how much at first.
+#[derive(Clone, Copy)]
+pub(super) enum By {
+    /// A step's time, s.
+    Shift(f64),
+    /// A warm-up's, in its logarithm.
+    Factor(f64),
+    /// A wave's period, by one half wave more or less in a time as long as this, s.
+    HalfWave(f64),
+}
+
+impl By {
+    /// The time near `start` at which `try_at` gives least, finer and finer, with what it gives there; `None` where it gives nothing at the start.
+    pub fn finest<T>(self, start: f64, try_at: impl Fn(f64) -> Option<(f64, T)>) -> Option<(f64, T)> {
+        let (mut best, mut time, mut width) = (try_at(start)?, start, 1.0);
+        for _ in 0..LEVELS {
+            let middle = time;
+            for part in (-PARTS..=PARTS).filter(|part| *part != 0) {
+                let trial = self.moved(middle, width * f64::from(part) / f64::from(PARTS));
+                if !(trial > 0.0 && trial.is_finite()) {
+                    continue;
+                }
+                if let Some(own) = try_at(trial).filter(|(own, _)| *own < best.0) {
+                    (best, time) = (own, trial);
+                }
+            }
+            width *= 1.5 / f64::from(PARTS);
+        }
+        Some(best)
+    }
+
+    fn moved(self, time: f64, share: f64) -> f64 {
+        match self {
+            By::Shift(most) => time + share * most,
+            By::Factor(most) => time * (share * most).exp(),
+            By::HalfWave(last) => 1.0 / (1.0 / time + share * 0.5 / last),
+        }
+    }
+}
+
 impl Walk<'_> {
-    /// The time of a step or a warm-up is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
+    /// The time of a step, a warm-up or a wave is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
     pub(super) fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
-        const PARTS: i32 = 8;
-        const LEVELS: i32 = 5;
         let steps = self.case.causes.iter().filter_map(|own| match own {
             Cause::Changing(_, Change::Step(time)) => Some(*time),
             _ => None,
         });
         let spacing = steps.fold(f64::INFINITY, f64::min);
+        let last = self.last();
         let member = |cause: &Cause| state.set.iter().position(|own| own == cause);
         let column = |cause: &Cause| {
             let own = member(cause).and_then(|k| state.flown.jacobian.get(k));
@@ -27,9 +70,13 @@ impl Walk<'_> {
         let mut moved = false;
         for k in 0..set.len() {
             let Some(&own) = set.get(k) else { continue };
-            let (start, warm) = match own {
-                Cause::Changing(_, Change::Step(time)) | Cause::Reference(_, Some(Change::Step(time))) => (time, false),
-                Cause::Changing(_, Change::WarmUp(time)) => (time, true),
+            let (start, by) = match own {
+                Cause::Changing(_, Change::Step(time)) | Cause::Reference(_, Some(Change::Step(time))) => {
+                    (time, By::Shift(spacing))
+                }
+                Cause::Changing(_, Change::WarmUp(time)) => (time, By::Factor(3f64.ln())),
+                Cause::Changing(_, Change::Wave { period, .. })
+                | Cause::Reference(_, Some(Change::Wave { period, .. })) => (period, By::HalfWave(last)),
                 _ => continue,
             };
             let make = |time: f64| match own {
@@ -42,14 +89,15 @@ impl Walk<'_> {
             let mut fixed: Vec<Vec<f64>> =
                 set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause)).collect();
             fixed.push(laid.clone());
-            self.case.weigh(self.u, &[], &mut fixed);
+            self.case.weigh(self.u, &state.out, &mut fixed);
             let Some(mut residual) = fixed.pop() else { continue };
             let basis = orthonormal(fixed, INDEPENDENT);
             project(&mut residual, &basis);
             let square = dot(&residual, &residual);
-            let try_at = |time: f64| -> Option<(f64, f64)> {
-                let mut candidate = [self.case.columns.of(&make(time))];
-                self.case.weigh(self.u, &[], &mut candidate);
+            // a cause beside the others: what it leaves, and its size
+            let beside = |cause: &Cause| -> Option<(f64, f64)> {
+                let mut candidate = [column(cause)];
+                self.case.weigh(self.u, &state.out, &mut candidate);
                 let [mut own] = candidate;
                 let whole = dot(&own, &own);
                 project(&mut own, &basis);
@@ -57,27 +105,21 @@ impl Walk<'_> {
                 let along = dot(&own, &residual);
                 (left > INDEPENDENT * whole).then(|| (square - along * along / left, along / left))
             };
-            let Some((mut rss, mut value)) = try_at(start) else { continue };
-            let (before, mut time) = (rss, start);
-            let mut width = if warm { 3f64.ln() } else { spacing };
-            for _ in 0..LEVELS {
-                let middle = time;
-                for part in -PARTS..=PARTS {
-                    let shift = width * f64::from(part) / f64::from(PARTS);
-                    let trial = if warm { middle * shift.exp() } else { middle + shift };
-                    if !(trial > 0.0 && shift.is_finite()) || part == 0 {
-                        continue;
-                    }
-                    if let Some((own, at)) = try_at(trial).filter(|(own, _)| *own < rss) {
-                        (rss, value, time) = (own, at, trial);
-                    }
+            // the best of its kind with this time
+            let try_at = |time: f64| -> Option<(f64, (f64, Cause))> {
+                if let By::HalfWave(_) = by {
+                    let wave = self.wave(&own, time, &state.out, (&basis, &residual))?;
+                    return Some((square - wave.gain, (wave.size, wave.cause)));
                 }
-                width *= 1.5 / f64::from(PARTS);
-            }
+                let cause = make(time);
+                beside(&cause).map(|(left, size)| (left, (size, cause)))
+            };
+            let Some((before, _)) = beside(&own) else { continue };
+            let Some((rss, (value, sharper))) = by.finest(start, try_at) else { continue };
             if before - rss > 0.5
                 && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))
             {
-                (*cause, *size, moved) = (make(time), value, true);
+                (*cause, *size, moved) = (sharper, value, true);
             }
         }
         moved

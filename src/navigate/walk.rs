@@ -24,7 +24,8 @@ pub(super) struct Linear {
 }
 
 impl<'a> Walk<'a> {
-    /// The best explanation: one cause; else all biases that a unit has, together, less those that nothing needs; else a walk from nothing.
+    /// The best explanation: one cause; else all biases that a unit has, together, less those that nothing needs; else a walk from nothing; else
+    /// with a bias that goes up and down.
     pub fn run(&mut self) -> Option<State> {
         let empty = self.refine(&[], &[], &[])?;
         let far = empty.rss > FAR * FAR * self.u.len() as f64;
@@ -57,10 +58,18 @@ impl<'a> Walk<'a> {
         let complete = self.is_finished(&best.0);
         if !(complete && far && best.0.set.iter().all(is_bias)) {
             self.case = original;
-            self.part = part(0.7, 1.0);
+            self.part = part(0.7, 0.9);
             let most = if complete { best.0.set.len() } else { self.case.settings.causes };
-            let state = self.walk(first, most);
+            let state = self.walk(first.clone(), most);
             self.keep(&mut best, state);
+        }
+        // errors of the start, and some of them together, come near to a bias that goes up and down
+        let ordinary = |state: &State| state.set.iter().all(is_bias);
+        if !(self.is_finished(&best.0) && ordinary(&best.0)) {
+            self.part = part(0.9, 1.0);
+            for state in self.ordinary.clone().into_iter().chain([first]) {
+                self.go_up_and_down(&mut best, &state);
+            }
         }
         let (state, case) = best;
         self.case = case;
@@ -68,7 +77,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Keep a state, with the columns around it, if it explains more.
-    fn keep(&self, best: &mut (State, Case<'a>), state: Option<State>) {
+    pub(super) fn keep(&self, best: &mut (State, Case<'a>), state: Option<State>) {
         let Some(state) = state else { return };
         let order = |state: &State| (!self.is_complete(state), self.score(state));
         if order(&state).partial_cmp(&order(&best.0)).is_some_and(std::cmp::Ordering::is_lt) {
@@ -140,7 +149,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Is a state complete, and no further cause beyond chance?
-    fn is_finished(&self, state: &State) -> bool {
+    pub(super) fn is_finished(&self, state: &State) -> bool {
         let further = || {
             let linear = self.linear(state);
             let of = |cause: &Cause| linear.causes.iter().position(|own| own == cause);
@@ -208,7 +217,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Improve and refine in turn; a set grows to so many causes at most.
-    fn walk(&mut self, mut state: State, most: usize) -> Option<State> {
+    pub(super) fn walk(&mut self, mut state: State, most: usize) -> Option<State> {
         for round in 0..ROUNDS {
             // such a set can build any pattern: it is none that will be accepted
             if state.set.iter().filter(|cause| !cause.is_constant()).count() > 2 * self.case.settings.changing {

@@ -98,12 +98,12 @@ pub fn flown(mission: &Mission, errors: &ImuErrors, times: &[f64]) -> Vec<Channe
     signatures::predicted(mission, &mission.motion, errors, times)
 }
 
-/// A bias that follows a function of time, by steps of a minute: the response to each piece is a difference of two responses that start then.
-/// (The linear equations of the navigator, integrated with the drive of that minute; nothing of the search's own columns.)
+/// A bias that follows a function of time, by steps of 20 s: the response to each piece is a difference of two responses that start then.
+/// (The linear equations of the navigator, integrated with the drive of that time; nothing of the search's own columns.)
 pub fn changing(mission: &Mission, source: &ErrorSource, times: &[f64], f: &dyn Fn(f64) -> f64) -> Vec<Channels> {
     let j = ErrorSource::catalogue().iter().position(|own| own == source).unwrap();
     let first = ErrorSource::all().len();
-    let piece = 60.0;
+    let piece = 20.0;
     let mut mission = mission.clone();
     mission.steps_per_row = 2 * (0.5 * piece / mission.step_s) as u64;
     let piece = mission.steps_per_row as f64 * mission.step_s;
@@ -393,7 +393,8 @@ fn laws_walks_of_biases_are_named() {
                 .into_par_iter()
                 .map(|trial| {
                     let mut random = seed(800 + 7 * trial + u64::from(several) + u64::from(biased));
-                    let factor = 10f64.powf(uniform(&mut random) - 0.5);
+                    // beside a walk of the same axis that is not small, nothing shows a constant
+                    let factor = 10f64.powf(uniform(&mut random) - 0.5) * if biased { 0.2 } else { 1.0 };
                     let mut truth = vec![[0.0; 7]; times.len()];
                     let one = trial as usize % axes;
                     for (axis, letter) in ["x", "y", "z"].iter().enumerate().take(axes) {
