@@ -14,6 +14,9 @@ pub(super) struct Question<'a> {
     pub settings: &'a Settings,
     /// Of each candidate (in noise variances): decides among sets that fit alike.
     pub plausibility_penalty: &'a [f64],
+    /// Is what is doubtful an alias at most of what is plain, however much better it fits? Terms that only small tilts leave are; what a plain
+    /// effect must beat is not.
+    pub doubtful_yields: bool,
     /// What a set rests on; `None` where no position carries anything.
     pub support: Option<&'a Support<'a>>,
     /// May several of these stand in one set? Members of a family that can build any pattern may not.
@@ -36,6 +39,7 @@ impl<'a> Question<'a> {
         Question {
             settings,
             plausibility_penalty,
+            doubtful_yields: true,
             support,
             is_pattern: &|_| false,
             needs_all: &|_| false,
@@ -103,8 +107,9 @@ pub(super) fn leaves_nothing(evidence: &Evidence, set: &[usize], question: &Ques
     leaves_noise(evidence, &given, question.settings) && leaves_no_pattern(evidence, set, question)
 }
 
-/// Follows nothing of what a set leaves the angles of its high harmonics: is the other phase of each absent, and are all other harmonics of
-/// its angle together no more than noise, or than the rest where that is more?
+/// Follows nothing of what a set leaves the angles of its high harmonics: is the other phase of each absent? Where the rest is noise, all other
+/// harmonics of its angle together must be no more than that. Beside an unexplained rest, which may be of any angle, a high harmonic of both
+/// phases is a part of a pattern; one of a single phase, the other absent, is an effect.
 pub(super) fn leaves_no_pattern(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> bool {
     let settings = question.settings;
     let Some(given) = evidence.given(set) else { return false };
@@ -116,12 +121,13 @@ pub(super) fn leaves_no_pattern(evidence: &Evidence, set: &[usize], question: &Q
         let dof = if evidence.from == NoiseFrom::Stated && is_noise { f64::INFINITY } else { given.dof as f64 };
         evidence.alone(score / scale, dof) > settings.other_phase
     };
-    let phases = high().filter_map(|j| (question.other_phase)(j)).filter(|j| !set.contains(j));
-    phases.into_iter().all(absent)
-        && high().all(|j| {
-            let all = (question.harmonics_of)(j);
-            evidence.together(set, &all, is_noise).is_none_or(|p| p > settings.whole_pattern)
-        })
+    let mut phases = high().filter_map(|j| (question.other_phase)(j));
+    phases.all(|j| if set.contains(&j) { is_noise } else { absent(j) })
+        && (!is_noise
+            || high().all(|j| {
+                let all = (question.harmonics_of)(j);
+                evidence.together(set, &all, is_noise).is_none_or(|p| p > settings.whole_pattern)
+            }))
 }
 
 /// Does a set of several effects outweigh an unknown remainder? Any pattern is approximated by enough columns; each has its price.

@@ -309,6 +309,7 @@ impl<'a> Pass<'a> {
             let question = Question {
                 settings: &self.settings,
                 plausibility_penalty: &plausibility_penalty,
+                doubtful_yields: true,
                 support: Some(&support),
                 is_pattern: &is_pattern,
                 needs_all: &needs_all,

@@ -46,11 +46,15 @@ impl Plain {
         Plain { evidence: Evidence::plain(matrix, residual, tests, from, remainders), plausibility_penalty }
     }
 
+    fn question<'a>(&'a self, settings: &'a Settings) -> Question<'a> {
+        // what is doubtful is a course of time that fits better: it stands in the way of what is plain
+        Question { doubtful_yields: false, ..Question::without_families(settings, &self.plausibility_penalty, None) }
+    }
+
     /// The effects that stand one after another, each beyond doubt against the noise and what is still unexplained; `is_pattern` says which sets can
     /// build any pattern.
     pub fn one_after_another(&self, settings: &Settings, is_pattern: &dyn Fn(&[usize]) -> bool) -> Vec<usize> {
-        let question =
-            Question { is_pattern, ..Question::without_families(settings, &self.plausibility_penalty, None) };
+        let question = Question { is_pattern, ..self.question(settings) };
         stepwise::build(&self.evidence, &question)
     }
 
@@ -58,8 +62,7 @@ impl Plain {
     pub fn stands(&self, set: &[usize], place: usize, whole: bool, settings: &Settings) -> Option<Stands> {
         let (others, member) = (without(set, place), *set.get(place)?);
         let standing = self.evidence.standing(&others, member)?;
-        let question = Question::without_families(settings, &self.plausibility_penalty, None);
-        let posterior = posterior::of(&self.evidence, &others, member, whole, &question);
+        let posterior = posterior::of(&self.evidence, &others, member, whole, &self.question(settings));
         let p = self.evidence.family_wise(standing.t, standing.dof, member);
         Some(Stands { t: standing.t, p, probability: posterior.probability })
     }

@@ -61,7 +61,12 @@ pub(super) fn of(
             true => evidence.remainders.left_by(None, &directions, &residual, rss),
             false => evidence.remainders.left(&directions, &residual, rss),
         };
-        let none = nothing.deviance - leading.deviance - price(evidence, member, settings) - question.burden(&[member]);
+        // without an effect all of the gap is a pattern that has no name
+        let unnamed = if nothing.grouping.is_some() { settings.in_catalogue } else { 0.0 };
+        let none = nothing.deviance + unnamed
+            - leading.deviance
+            - price(evidence, member, settings)
+            - question.burden(&[member]);
         let size = |j: usize| given.score.get(j).map_or(0.0, |s| s.abs());
         let mut ranked: Vec<usize> =
             (0..evidence.pool.len()).filter(|j| *j != member && size(*j) > 0.0 && !others.contains(j)).collect();

@@ -29,6 +29,9 @@ pub struct Settings {
     /// Standard deviation of an effect before the readings are seen, in its own standard uncertainties. Default 30: a plain effect; the Occam
     /// factor of each further effect is its logarithm (D. MacKay, Neural Computation 4 (1992), 415).
     pub prior_size: f64,
+    /// Twice the logarithm of the odds, beforehand, that what is missing is an effect of the catalogue rather than a pattern that has no name. Default
+    /// 4, odds of 7 to 1: from the seeded campaigns of one effect beside a pattern outside, where it costs no wrong name.
+    pub in_catalogue: f64,
     /// Candidates whose columns have a smaller cosine are different explanations, never aliases, where the rest is unexplained. Default 0.5.
     pub alias_cosine: f64,
     /// Smallest |t| of each of three or more effects that explain the gap together. Default 5.5: weak ones approximate almost any pattern.
@@ -98,6 +101,7 @@ impl Default for Settings {
             above_remainder: 7.2,
             probability: 0.95,
             prior_size: 30.0,
+            in_catalogue: 4.0,
             alias_cosine: 0.5,
             each_of_many: 5.5,
             whole_pattern: 0.01,

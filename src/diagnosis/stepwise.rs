@@ -88,9 +88,13 @@ fn most_plausible(evidence: &Evidence, set: &[usize], question: &Question<'_>) -
         let square = |j: usize| given.score.get(j).map_or(0.0, |s| s * s);
         let rss = evidence.rss_of(&plain);
         let variance = scale(evidence, rss, plain.len());
-        let best = (0..evidence.pool.len()).map(square).fold(0.0, f64::max);
+        // what only small tilts leave takes the place of nothing plain
+        let is_plain = question.doubtful_yields && set.get(place).is_some_and(|own| !question.is_doubtful(&[*own]));
+        let may = |j: &usize| !is_plain || !question.is_doubtful(&[*j]);
+        let best = (0..evidence.pool.len()).filter(may).map(square).fold(0.0, f64::max);
         let near = (0..evidence.pool.len()).filter(|j| {
             !others.contains(j)
+                && may(j)
                 && square(*j) > 0.0
                 && (best - square(*j)) / variance <= question.settings.indistinguishable
         });
@@ -143,10 +147,11 @@ fn stands(evidence: &Evidence, set: &[usize], place: usize, complete: bool, ques
     let settings = question.settings;
     let others = without(set, place);
     let (Some(member), Some(given)) = (set.get(place).copied(), evidence.given(&others)) else { return false };
-    // beside an unexplained rest nothing is named that only small tilts leave, or the others absorb but for a little
+    // one after another nothing is named that only small tilts leave: several of these build any pattern, and the fit of one moves the tilts far.
+    // Nor is, beside an unexplained rest, what the others absorb but for a little
     let seen = evidence.pool.visible().at(member);
     let apart = given.left.get(member).map_or(0.0, |left| left.max(0.0).sqrt());
-    if !complete && (question.is_doubtful(&[member]) || seen * apart < settings.absorbed) {
+    if question.is_doubtful(&[member]) || (!complete && seen * apart < settings.absorbed) {
         return false;
     }
     let Some(standing) = evidence.standing(&others, member) else { return false };

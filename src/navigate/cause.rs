@@ -65,13 +65,28 @@ impl Change {
         }
     }
 
-    /// `f'(t)`, without the jump of a step.
-    pub fn slope(self, time: f64) -> f64 {
+    /// Mean of `f` between two times, `int_a^b f dt / (b - a)`.
+    ///
+    /// ```
+    /// use tumble::navigate::cause::Change;
+    /// assert_eq!(Change::Step(3.0).mean(2.0, 4.0), 0.5);
+    /// // 2/pi over half a wave
+    /// let half = Change::Wave { period: 4.0, phase: 0.0 }.mean(0.0, 2.0);
+    /// assert!((half - std::f64::consts::FRAC_2_PI).abs() < 1e-15);
+    /// ```
+    pub fn mean(self, a: f64, b: f64) -> f64 {
+        if !(b > a) {
+            return self.at(a);
+        }
         match self {
-            Change::Ramp => 1.0,
-            Change::Step(_) => 0.0,
-            Change::WarmUp(constant) => -(-time / constant).exp() / constant,
-            Change::Wave { period, phase } => TAU / period * (TAU * time / period + phase).cos(),
+            Change::Ramp => 0.5 * (a + b),
+            Change::Step(start) => ((b - start) / (b - a)).clamp(0.0, 1.0),
+            Change::WarmUp(constant) => constant * ((-a / constant).exp() - (-b / constant).exp()) / (b - a),
+            Change::Wave { period, phase } => {
+                // the difference of two cosines as a product: no digits are lost where the time between them is short
+                let half = 0.5 * TAU * (b - a) / period;
+                (0.5 * TAU * (a + b) / period + phase).sin() * half.sin() / half
+            }
         }
     }
 

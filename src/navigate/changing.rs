@@ -1,13 +1,14 @@
 //! Columns of all causes: constants from the linear error equations, errors that change in time from the same signatures, faults of the
 //! reference from themselves.
 //!
-//! A bias `x f(t)` does what the constant one does, less what it would have gone on doing had it stopped changing:
+//! A bias `x f(t)` is a constant one that starts anew at each moment:
 //!
 //! ```text
-//! c(t) = f(t) S(t) - Psi(t) int_0^t f'(s) Psi(s)^-1 S(s) ds          (a step at T: S(t) - Psi(t) Psi(T)^-1 S(T) from T on)
+//! c(t) = Psi(t) int_0^t f(s) dg(s),      g(s) = Psi(s)^-1 S(s)
 //! ```
 //!
-//! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on.
+//! with `S` the signature of the constant bias and `Psi` the signatures of the start, which carry an error on (Duhamel). `g` goes as slowly as a
+//! Schuler oscillation and is taken straight between the times of a grid, over which the mean of `f` is exact: a fast `f` costs no accuracy.
 #![allow(
     clippy::indexing_slicing,
     reason = "channels are arrays of `CHANNELS` numbers, indexed by `from_fn` over that length"
@@ -144,10 +145,7 @@ impl Columns {
                     let j = self.sources.iter().position(|own| own == source).unwrap_or(usize::MAX);
                     run.at_rows.iter().map(|own| own.signatures.at(j)).collect()
                 }
-                Cause::Changing(source, change) => {
-                    let jump = if let Change::Step(start) = change { Some(*start) } else { None };
-                    self.course(run, source, &|time| change.at(time), &|time| change.slope(time), jump)
-                }
+                Cause::Changing(source, change) => self.course(run, source, *change),
                 Cause::Reference(channel, change) => {
                     let value = |time: f64| change.map_or(1.0, |change| change.at(time));
                     let one = |time: f64| std::array::from_fn(|c| if c == *channel { value(time) } else { 0.0 });
@@ -168,79 +166,36 @@ impl Columns {
         column
     }
 
-    /// A bias that waves, of whatever phase: the columns of `cos(w t)` and of `sin(w t)`.
-    pub fn waves(&self, source: &ErrorSource, rate: f64) -> [Vec<f64>; 2] {
-        let of = |f: &dyn Fn(f64) -> f64, slope: &dyn Fn(f64) -> f64| -> Vec<f64> {
-            let mut column = Vec::new();
-            for run in &self.runs {
-                for ((_, measured), value) in run.rows.iter().zip(self.course(run, source, f, slope, None)) {
-                    column.extend(value.iter().zip(measured).filter(|(_, is)| **is).map(|(value, _)| *value));
-                }
-            }
-            column
-        };
-        [
-            of(&|t| (rate * t).cos(), &|t| -rate * (rate * t).sin()),
-            of(&|t| (rate * t).sin(), &|t| rate * (rate * t).cos()),
-        ]
-    }
-
-    /// A bias that follows `f`, with its slope and the time at which it jumps from none to all.
-    fn course(
-        &self,
-        run: &Run,
-        source: &ErrorSource,
-        f: &dyn Fn(f64) -> f64,
-        slope_of: &dyn Fn(f64) -> f64,
-        jump: Option<f64>,
-    ) -> Vec<Channels> {
+    /// A bias that changes.
+    fn course(&self, run: &Run, source: &ErrorSource, change: Change) -> Vec<Channels> {
         let Some(j) = self.sources.iter().position(|own| own == source) else { return Vec::new() };
         let place = biases(&self.sources).position(|own| own == j);
         let Some(carried) = place.and_then(|k| run.carried.get(k)) else {
             return vec![[0.0; CHANNELS]; run.rows.len()];
         };
-        // int f' Psi^-1 S by the trapezoid rule; a step adds its jump
+        // the integral up to the last time of the grid before each row, and on to the row
         let mut integral = Vector::zeros();
         let mut next = 0;
         let mut before: Option<(f64, Vector)> = None;
-        let mut jumped = jump.is_none();
         let mut values = Vec::with_capacity(run.rows.len());
         for ((time, _), own) in run.rows.iter().zip(&run.at_rows) {
-            while let (Some(at), Some(value)) = (run.grid.get(next), carried.get(next)) {
+            while let (Some(at), Some(g)) = (run.grid.get(next), carried.get(next)) {
                 if *at > *time {
                     break;
                 }
-                let slope = value * slope_of(*at);
                 if let Some((last, old)) = before {
-                    integral += (old + slope) * (0.5 * (at - last));
+                    integral += (g - old) * change.mean(last, *at);
                 }
-                before = Some((*at, slope));
+                before = Some((*at, *g));
                 next += 1;
             }
-            if let (Some(start), false) = (jump, jumped)
-                && *time >= start
-            {
-                integral += between(&run.grid, carried, start);
-                jumped = true;
-            }
-            // from the last time of the grid to the row
-            let rest = before.map_or(Vector::zeros(), |(last, slope)| slope * (time - last));
-            let signature = own.signatures.at(j);
-            let f = if jump.is_some() { f64::from(u8::from(jumped)) } else { f(*time) };
-            let gone = psi(own) * (integral + rest);
-            values.push(std::array::from_fn(|i| f * signature[i] - SIZE[i] * gone[i]));
+            let rest = before
+                .filter(|(last, _)| time > last)
+                .map_or(Vector::zeros(), |(last, old)| (self::carried(own, j) - old) * change.mean(last, *time));
+            let all = psi(own) * (integral + rest);
+            values.push(std::array::from_fn(|i| SIZE[i] * all[i]));
         }
         values
-    }
-}
-
-/// A value between two times of the grid.
-fn between(grid: &[f64], values: &[Vector], time: f64) -> Vector {
-    let after = grid.partition_point(|at| *at < time).clamp(1, grid.len().saturating_sub(1).max(1));
-    match (grid.get(after - 1).zip(values.get(after - 1)), grid.get(after).zip(values.get(after))) {
-        (Some((a, x)), Some((b, y))) if b > a => x + (y - x) * ((time - a) / (b - a)),
-        (Some((_, x)), _) => *x,
-        _ => Vector::zeros(),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::diagnosis;
 /// The defaults were calibrated by the seeded experiments of `tests/navigation`, which print their tables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Significance, its shares, probability, what is not told apart: as for a campaign.
+    /// Significance, its shares, probability, what is not told apart: as for a campaign, but for `in_catalogue`, which is 0 here.
     pub common: diagnosis::Settings,
     /// Plausibility penalty of one rank of the causes, in variances of the noise. Default 2: a nat; biases come before scale factors, these before
     /// what changes in time.
@@ -39,7 +39,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            common: diagnosis::Settings::default(),
+            common: Settings::common(diagnosis::Settings::default()),
             rank_penalty: 2.0,
             absurd_penalty: 5.0,
             unseen: 5.0,
@@ -56,6 +56,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Courses of time that have no name are common beside navigation errors: they have even odds.
+    fn common(settings: diagnosis::Settings) -> diagnosis::Settings {
+        diagnosis::Settings { in_catalogue: 0.0, ..settings }
+    }
+
     /// The defaults at another significance.
     ///
     /// ```
@@ -63,6 +68,6 @@ impl Settings {
     /// assert_eq!((settings.common.significance, settings.rank_penalty), (0.05, 2.0));
     /// ```
     pub fn at(significance: f64) -> Self {
-        Settings { common: diagnosis::Settings::at(significance), ..Settings::default() }
+        Settings { common: Settings::common(diagnosis::Settings::at(significance)), ..Settings::default() }
     }
 }

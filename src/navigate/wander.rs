@@ -11,7 +11,7 @@
 //! in each channel, without memory from row to row. A pattern that is none is not: nothing else fits the sizes of seven channels with one number.
 
 use super::case::Case;
-use super::cause::Cause;
+use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, Instrument, Kind};
 use super::measured::CHANNELS;
 use super::random_walk::{Wander, with};
@@ -22,6 +22,7 @@ use super::whiten::{Walks, whiten};
 use crate::diagnosis::NoiseFrom;
 use crate::linear::{dot, normalise};
 use crate::uncertainty::quantiles::chi_square_survival;
+use std::f64::consts::FRAC_PI_2;
 
 /// Densities that are tried first: their range, and the factor between them. White noise in rad/sqrt(s) or (m/s)/sqrt(s) alike,
 const RANGE: (f64, f64) = (1e-9, 1e-2);
@@ -106,15 +107,17 @@ impl<'a> Walk<'a> {
         let biases: Vec<ErrorSource> = ErrorSource::catalogue().into_iter().filter(is_bias).collect();
         let moved: Vec<&ErrorSource> =
             biases.iter().enumerate().filter(|(place, _)| moves(cause, *place)).map(|(_, own)| own).collect();
-        let last = self.case.measured.cells().fold(f64::MIN_POSITIVE, |last, cell| last.max(cell.time));
+        let last = self.last();
         let rows = self.case.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default(); // no run, no wave
         let price = (2.0 * moved.len() as f64 + 1.0) * (self.case.measured.count() as f64).max(1.0).ln();
         // half waves over the run: whole numbers, then finer and finer about the best
         let most = (rows / 5).min(60) as f64;
         let fit = |half: f64| -> f64 {
-            let rate = std::f64::consts::PI * half / last;
-            let mut all: Vec<Vec<f64>> =
-                moved.iter().flat_map(|own| self.case.columns.waves(own, rate)).filter(|c| dot(c, c) > 0.0).collect();
+            let waves = |own: &&ErrorSource| {
+                [0.0, FRAC_PI_2].map(|phase| Cause::Changing(**own, Change::Wave { period: 2.0 * last / half, phase }))
+            };
+            let columns_of = moved.iter().flat_map(waves).map(|wave| self.case.columns.of(&wave));
+            let mut all: Vec<Vec<f64>> = columns_of.filter(|c| dot(c, c) > 0.0).collect();
             all.extend(columns.iter().cloned());
             // dependent columns are no explanation
             self.deviance(cause, unit, 0.0, out, &all).map_or(f64::INFINITY, |(deviance, _)| deviance + price)

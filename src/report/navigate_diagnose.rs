@@ -96,7 +96,8 @@ pub struct RunReport {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct NavigationEffectReport {
-    /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
+    /// The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`,
+    /// `gyro_bias_x:wave(3600)`), a random walk
     /// (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`, `acceleration_random_walk_x`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row).
     pub regressor: String,
     /// Name in the field's words.
