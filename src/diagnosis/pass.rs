@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::estimate::Variances;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
+use std::collections::HashSet;
 
 /// Passes over a long campaign before what has no column is left alone.
 const SCREENED: usize = 4;
@@ -33,6 +34,8 @@ pub(super) struct Pass<'a> {
     finished: Option<Finished>,
     /// Candidates whose repair did not do what their column promised.
     banned: Vec<(String, Option<usize>)>,
+    /// Candidates that exist only through small tilts where the model stands as given.
+    through_tilts: Option<HashSet<(String, Option<usize>)>>,
     /// In a long campaign, the bad readings, positions and steps that have a column.
     chosen: Chosen,
     /// How many of them have none.
@@ -72,6 +75,7 @@ impl<'a> Pass<'a> {
             point,
             finished: None,
             banned: Vec::new(),
+            through_tilts: None,
             chosen: screen::chosen(campaign),
             without_column: 0,
             kept: Kept::new(),
@@ -192,7 +196,22 @@ impl<'a> Pass<'a> {
             candidate.visible = *visible;
             candidate.vanishing |= *visible < self.settings.absorbed;
         }
+        self.keep_doubts(&mut candidates);
         Ok((design, weighted, candidates, evidence))
+    }
+
+    /// What exists only through small tilts at the model as given does so still where an effect has moved the tilts far, as long as no tilt has been
+    /// found: there it would explain what it has itself brought about.
+    fn keep_doubts(&mut self, candidates: &mut [Candidate]) {
+        let key = |c: &Candidate| (c.regressor.clone(), c.sensor);
+        let Some(given) = &self.through_tilts else {
+            self.through_tilts = Some(candidates.iter().filter(|c| c.vanishing).map(key).collect());
+            return;
+        };
+        let is_tilt = |name: &str| name.starts_with("tilt:");
+        if !self.finished.iter().flat_map(|own| &own.with).any(|(name, _)| is_tilt(name)) {
+            candidates.iter_mut().for_each(|c| c.vanishing |= given.contains(&key(c)));
+        }
     }
 
     /// How many directions are tested together, and for how many tests the probability of each candidate accounts.

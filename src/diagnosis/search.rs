@@ -100,7 +100,8 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
     Found::Set { set, rivals, complete, nearest, approximate }
 }
 
-/// Of the sets of one size that fit not significantly worse than the best: the most plausible complete one.
+/// Of the sets of one size that fit not significantly worse than the best: the most plausible complete one. Two members that only small tilts leave
+/// build too much together.
 fn leading(evidence: &Evidence, sets: &[(f64, Vec<usize>)], question: &Question<'_>) -> Option<Vec<usize>> {
     let settings = question.settings;
     let (best, leader) = sets.first()?;
@@ -118,6 +119,7 @@ fn leading(evidence: &Evidence, sets: &[(f64, Vec<usize>)], question: &Question<
                     && outweighs(evidence, set, settings)))
             && (!set.iter().any(|j| (question.needs_all)(*j)) || leaves_nothing(evidence, set, question))
             && !(question.is_pattern)(set)
+            && set.iter().filter(|j| question.is_doubtful(&[**j])).count() < 2
     };
     near.into_iter().take(EXAMINED).map(|(_, set)| set).find(|set| stands(set)).cloned()
 }

@@ -22,7 +22,7 @@ pub(super) enum By {
 
 impl By {
     /// The time near `start` at which `try_at` gives least, finer and finer, with what it gives there; `None` where it gives nothing at the start.
-    pub fn finest<T>(self, start: f64, try_at: impl Fn(f64) -> Option<(f64, T)>) -> Option<(f64, T)> {
+    pub(super) fn finest<T>(self, start: f64, try_at: impl Fn(f64) -> Option<(f64, T)>) -> Option<(f64, T)> {
         let (mut best, mut time, mut width) = (try_at(start)?, start, 1.0);
         for _ in 0..LEVELS {
             let middle = time;

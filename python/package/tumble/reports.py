@@ -2183,9 +2183,10 @@ class NavigationEffectReport(Node):
     probability: float | None
     """Probability that it, or an error that cannot be told from it, is present; absent for random walks and single values."""
     regressor: str
-    """The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`), a random walk
-    (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`, `acceleration_random_walk_x`), a fault of the reference
-    (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the number of its row)."""
+    """The cause: an error source as missions are told of it, such a bias with its change in time (`gyro_bias_x:ramp`,
+    `gyro_bias_x:wave(3600)`), a random walk (`angle_random_walk`, `velocity_random_walk`; of biases `rate_random_walk`,
+    `acceleration_random_walk_x`), a fault of the reference (`reference:phi_up_arcsec:step(7200)`), or a single value (`reading:17`, the
+    number of its row)."""
     separate_by: list[SeparationReport]
     """Motions that would tell them apart, best first; as a mission file has them."""
     t: float
