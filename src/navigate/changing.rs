@@ -51,6 +51,9 @@ struct Run {
     /// Times of the grid, and for each bias `Psi^-1 S`, scaled, there.
     grid: Vec<f64>,
     carried: Vec<Vec<Vector>>,
+    /// `Psi`, scaled, at each row, and for each bias `Psi^-1 S` there.
+    psi: Vec<Matrix>,
+    carried_to_rows: Vec<Vec<Vector>>,
 }
 
 impl Run {
@@ -75,9 +78,13 @@ impl Run {
         for ((_, is_row), instant) in union.iter().zip(instants(&all)) {
             if *is_row { at_rows.push(instant) } else { on_grid.push(instant) }
         }
-        let carried = biases(sources).map(|j| on_grid.iter().map(|own| carried(own, j)).collect()).collect();
+        let of_biases = |instants: &[Instant]| -> Vec<Vec<Vector>> {
+            biases(sources).map(|j| instants.iter().map(|own| carried(own, j)).collect()).collect()
+        };
+        let (carried, carried_to_rows) = (of_biases(&on_grid), of_biases(&at_rows));
+        let psi = at_rows.iter().map(psi).collect();
         let rows = run.rows.iter().map(|row| (row.time, row.value.map(|v| v.is_some()))).collect();
-        Run { rows, at_rows, grid, carried }
+        Run { rows, at_rows, grid, carried, psi, carried_to_rows }
     }
 }
 
@@ -170,7 +177,7 @@ impl Columns {
     fn course(&self, run: &Run, source: &ErrorSource, change: Change) -> Vec<Channels> {
         let Some(j) = self.sources.iter().position(|own| own == source) else { return Vec::new() };
         let place = biases(&self.sources).position(|own| own == j);
-        let Some(carried) = place.and_then(|k| run.carried.get(k)) else {
+        let Some((carried, to_rows)) = place.and_then(|k| run.carried.get(k).zip(run.carried_to_rows.get(k))) else {
             return vec![[0.0; CHANNELS]; run.rows.len()];
         };
         // the integral up to the last time of the grid before each row, and on to the row
@@ -178,7 +185,7 @@ impl Columns {
         let mut next = 0;
         let mut before: Option<(f64, Vector)> = None;
         let mut values = Vec::with_capacity(run.rows.len());
-        for ((time, _), own) in run.rows.iter().zip(&run.at_rows) {
+        for ((time, _), (psi, to_row)) in run.rows.iter().zip(run.psi.iter().zip(to_rows)) {
             while let (Some(at), Some(g)) = (run.grid.get(next), carried.get(next)) {
                 if *at > *time {
                     break;
@@ -191,8 +198,8 @@ impl Columns {
             }
             let rest = before
                 .filter(|(last, _)| time > last)
-                .map_or(Vector::zeros(), |(last, old)| (self::carried(own, j) - old) * change.mean(last, *time));
-            let all = psi(own) * (integral + rest);
+                .map_or(Vector::zeros(), |(last, old)| (to_row - old) * change.mean(last, *time));
+            let all = psi * (integral + rest);
             values.push(std::array::from_fn(|i| SIZE[i] * all[i]));
         }
         values

@@ -22,6 +22,10 @@ const LEAST: usize = 2;
 const SEEN: usize = 4;
 /// and no more than this.
 const MOST: usize = 80;
+/// nor more than so many values in all of them: records of a million values take as long as they must.
+const WORK: usize = 3_000_000;
+/// Biases and channels whose period is made finer: those whose waves take off most.
+const FINER: usize = 6;
 /// Waves that take off the same, of which each is tried.
 const TRIED: usize = 4;
 /// Waves of one set that are looked for.
@@ -81,21 +85,25 @@ impl<'a> Walk<'a> {
         let last = self.last();
         // no run, no wave
         let rows = self.case.measured.runs.iter().map(|run| run.rows.len()).max().unwrap_or_default();
-        let most = (rows / SEEN).min(MOST);
+        let most = (rows / SEEN).min(MOST).min(WORK / residual.len().max(1)).max(LEAST);
         let at = |cause: &Cause, period: f64| {
             let own = self.wave(cause, period, &state.out, (&basis, &residual))?;
             Some((-own.gain, own))
         };
-        let of = |cause: &Cause| -> Option<WaveFit> {
+        let coarse = |cause: &Cause| {
             let periods = (LEAST..=most).map(|half_waves| 2.0 * last / half_waves as f64);
-            let coarse = periods.filter_map(|period| Some((at(cause, period)?.0, period)));
-            let (_, period) = coarse.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            By::HalfWave(last).finest(period, |period| at(cause, period)).map(|(_, own)| own)
+            let gains = periods.filter_map(|period| Some((at(cause, period)?.0, period)));
+            gains.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(gain, period)| (gain, period, *cause))
         };
         // what may grow may go up and down
         let grows =
             |own: &&Cause| matches!(own, Cause::Changing(_, Change::Ramp) | Cause::Reference(_, Some(Change::Ramp)));
-        let mut found: Vec<WaveFit> = self.case.causes.iter().filter(grows).filter_map(of).collect();
+        let mut likeliest: Vec<(f64, f64, Cause)> = self.case.causes.iter().filter(grows).filter_map(coarse).collect();
+        likeliest.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let finest = |(_, period, cause): &(f64, f64, Cause)| {
+            By::HalfWave(last).finest(*period, |period| at(cause, period)).map(|(_, own)| own)
+        };
+        let mut found: Vec<WaveFit> = likeliest.iter().take(FINER).filter_map(finest).collect();
         let settings = &self.case.settings;
         let price = |own: &WaveFit| self.penalty + settings.rank_penalty * own.cause.rank();
         found.retain(|own| own.gain > price(own) && !self.case.is_absurd(&own.cause, own.size));
