@@ -52,10 +52,15 @@ impl Plain {
     }
 
     /// The effects that stand one after another, each beyond doubt against the noise and what is still unexplained; `is_pattern` says which sets can
-    /// build any pattern.
-    pub fn one_after_another(&self, settings: &Settings, is_pattern: &dyn Fn(&[usize]) -> bool) -> Vec<usize> {
+    /// build any pattern. From `start`, where all of that stands: of five large effects none stands without the others.
+    pub fn one_after_another(
+        &self,
+        start: &[usize],
+        settings: &Settings,
+        is_pattern: &dyn Fn(&[usize]) -> bool,
+    ) -> Vec<usize> {
         let question = Question { is_pattern, ..self.question(settings) };
-        stepwise::build(&self.evidence, &question)
+        stepwise::build(&self.evidence, start, &question)
     }
 
     /// How a member of a set stands beside the others; `whole` where the rest is noise. `None` where the members are dependent.
@@ -117,10 +122,10 @@ mod tests {
         };
         let settings = Settings::default();
         let plain = question(60.0);
-        assert_eq!(plain.one_after_another(&settings, &|_| false), [0]);
+        assert_eq!(plain.one_after_another(&[], &settings, &|_| false), [0]);
         let stands = plain.stands(&[0], 0, false, &settings).expect("one column");
         // against the noise alone t would be 60 |t| = 60 (240 / 3)^(1/2) = 537
         assert!(stands.t > 10.0 && stands.t < 300.0 && stands.probability > 0.99, "{stands:?}");
-        assert_eq!(question(0.0).one_after_another(&settings, &|_| false), [0_usize; 0]);
+        assert_eq!(question(0.0).one_after_another(&[], &settings, &|_| false), [0_usize; 0]);
     }
 }

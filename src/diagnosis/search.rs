@@ -76,7 +76,7 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
         let rivals = rivals(evidence, &set, &tried, question);
         return Found::Set { set, rivals, complete: true, nearest: Vec::new(), approximate: Vec::new() };
     }
-    let set = stepwise::build(evidence, question);
+    let set = stepwise::build(evidence, &[], question);
     let further = |set: &[usize]| {
         let mut longer = set.to_vec();
         while longer.len() < set.len() + AT_ONCE {

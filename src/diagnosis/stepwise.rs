@@ -16,9 +16,12 @@ const FIRST: usize = 12;
 /// Rounds of exchange.
 const ROUNDS: usize = 4;
 
-/// The set of effects that stand.
-pub(super) fn build(evidence: &Evidence, question: &Question<'_>) -> Vec<usize> {
-    let mut set: Vec<usize> = Vec::new();
+/// The set of effects that stand; from `start`, where all of that stands together, else from nothing.
+pub(super) fn build(evidence: &Evidence, start: &[usize], question: &Question<'_>) -> Vec<usize> {
+    let mut set: Vec<usize> = start.to_vec();
+    if !set.is_empty() && !all_stand(evidence, &set, question) {
+        set.clear();
+    }
     // half of the degrees of freedom are left to the remainder
     let most = evidence.dof / 2;
     while set.len() < most {

@@ -63,7 +63,9 @@ impl Walk<'_> {
                 let changing = |j: &&usize| linear.causes.get(**j).is_none_or(Cause::is_course);
                 set.iter().filter(changing).count() > 0
             };
-            let set = plain.one_after_another(&settings, &is_pattern);
+            let start: Vec<usize> =
+                state.set.iter().filter_map(|cause| linear.causes.iter().position(|own| own == cause)).collect();
+            let set = plain.one_after_another(&start, &settings, &is_pattern);
             let causes: Vec<Cause> = set.iter().filter_map(|j| linear.causes.get(*j).copied()).collect();
             let same = causes.len() == state.set.len() && causes.iter().all(|cause| state.set.contains(cause));
             if same && !before.is_empty() {
