@@ -20,7 +20,7 @@ fn list(values: &[f64]) -> String {
 }
 
 fn rows<'a>(rows: impl Iterator<Item = &'a [f64]>) -> String {
-    format!("[{}]", rows.map(list).collect::<Vec<_>>().join("; ..."))
+    format!("[{}]", rows.map(list).collect::<Vec<_>>().join("; ...\n    "))
 }
 
 /// The function file; its function is `tumble_correct`, and so must the file be called.
