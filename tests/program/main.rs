@@ -22,4 +22,5 @@ mod mutated;
 mod schemas;
 #[path = "../support/mod.rs"]
 mod support;
+mod threads;
 mod width;
