@@ -408,8 +408,10 @@ pub fn fit_table<'py>(
         let told = |error| question.raised(py, error, source.as_ref());
         let key = by.clone().ok_or_else(|| told(nobody()))?;
         let bench = template.bench.clone();
+        let keys: Vec<String> = rows.iter().take(1).flat_map(|row| &row.0).map(|(key, _)| key.clone()).collect();
         let (layout, devices) = wire::inline_devices(&bench, rows, &key, |own| is_wanted(&file, own)).map_err(told)?;
         let empty = template.without_readings(layout.numeric(&bench)).map_err(told)?;
+        empty.refuse_unread(keys.iter().map(String::as_str)).map_err(told)?;
         let asking = Asking::new(file, empty, settings).map_err(told)?;
         return interruptible(py, move || {
             let rows = asking.fit(&devices, &layout, &mut Schedules::default());
@@ -477,8 +479,10 @@ fn fit_records(
     };
     let place = by_title.as_deref().map(|by| first.find(by)).transpose().map_err(told)?;
     let numeric = layout(&first, place).map_err(told)?.numeric(&bench);
+    let empty = template.without_readings(numeric).map_err(told)?;
+    empty.refuse_unread(first.columns().iter().map(|column| column.title.as_str())).map_err(told)?;
     drop(first);
-    let asking = Asking::new(file, template.without_readings(numeric).map_err(told)?, settings).map_err(told)?;
+    let asking = Asking::new(file, empty, settings).map_err(told)?;
     let answered = interruptible(py, move || {
         let mut known = Schedules::default();
         let mut rows = Vec::new();

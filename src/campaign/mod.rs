@@ -7,6 +7,7 @@
 mod identity;
 mod inputs;
 mod limits;
+mod missing;
 mod names;
 mod parameters;
 mod readings;
@@ -139,18 +140,11 @@ impl Campaign {
         parameters.extend(inputs);
         for (name, kind) in &names {
             if !parameters.iter().any(|p| p.id == *name) {
-                if let Some(input) = input_meant(&bench, name) {
-                    let what = format!(
-                        "'{name}' in a model line is neither known nor estimated: is the input '{input}' meant?"
-                    );
-                    let expected = format!(
-                        "{input} in the model line, or '{name}' in known or estimate where it is a coefficient"
-                    );
-                    return Err(Malformed::new(Fault::UnknownName, what).expected(expected).at_path("bench"));
-                }
+                missing::refuse_meant(&bench, &readings.columns, name)?;
                 parameters.push(Parameter::assumed_zero(&bench, &units, name, *kind));
             }
         }
+        missing::refuse_without_factor(&bench, &parameters)?;
         Ok(Campaign {
             bench,
             units,

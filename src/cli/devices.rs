@@ -153,9 +153,11 @@ impl DeviceCampaign {
             names: self.files.iter().map(|path| path.display().to_string()).collect(),
             inputs,
         };
+        let mut titles: Vec<String> = Vec::new();
         let numeric = match (self.files.first(), &self.file.readings) {
             (Some(first), _) => {
                 let record = open(first)?;
+                titles.extend(record.columns().iter().map(|column| column.title.clone()));
                 let by = self.by.as_deref().map(|by| record.find(&self.title(by))).transpose()?;
                 table.lot = match chart {
                     Some(column) => {
@@ -174,6 +176,7 @@ impl DeviceCampaign {
             }
             (None, ReadingsRef::Inline(rows)) => {
                 table.inline = rows.clone();
+                titles.extend(rows.iter().take(1).flat_map(|row| &row.0).map(|(key, _)| key.clone()));
                 let by = self.by.as_deref().unwrap_or_default();
                 let (layout, _) = wire::inline_devices(&bench, table.inline.clone(), by, |key| table.wants(key))
                     .map_err(|error| wire::locate(error.at_path("readings"), &self.source))?;
@@ -185,6 +188,8 @@ impl DeviceCampaign {
         let readings = Readings { columns: numeric, rows: Vec::new() };
         let file = CampaignFile { scatter: Vec::new(), ..self.file.clone() };
         let template = file.with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
+        let unread = template.refuse_unread(titles.iter().map(String::as_str));
+        unread.map_err(|error| wire::locate(error, &self.source))?;
         table.template = Some(template);
         Ok(table)
     }

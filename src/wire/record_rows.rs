@@ -19,6 +19,8 @@ pub struct RecordRows<'a> {
     folder: &'a mut dyn Folder,
     path: String,
     bench: Bench,
+    /// Titles of all columns of the record.
+    titles: Vec<String>,
     names: Vec<String>,
     read: Vec<Read>,
     patterns: Vec<Pattern>,
@@ -92,6 +94,7 @@ pub fn read_rows_of<'a>(
         ));
     }
     let campaign = file.clone().with(bench, sample.readings.clone()).map_err(at)?;
+    campaign.refuse_unread(rows.titles.iter().map(String::as_str)).map_err(at)?;
     Ok((campaign, rows, sample))
 }
 
@@ -114,6 +117,7 @@ impl<'a> RecordRows<'a> {
             patterns: Vec::new(),
             segments: Segments::All,
             label: None,
+            titles: titles.iter().map(|title| title.to_string()).collect(),
             rate: samples.rate_hz,
             origin: None,
             record: None,

@@ -18,6 +18,7 @@ mod kept;
 mod languages;
 #[path = "../markup/mod.rs"]
 mod markup;
+mod missing_names;
 mod mutated;
 mod schemas;
 #[path = "../support/mod.rs"]

@@ -1,0 +1,118 @@
+//! Names of model lines that no parameter and no input has, though one was meant: an input along an axis, a column under another name, a factor.
+
+use super::{Campaign, Kind, Parameter, Role};
+use crate::algebra::{Expression, Scratch, Tape};
+use crate::bench::Bench;
+use crate::elements::Elements;
+use crate::error::{Fault, Malformed, Result};
+use crate::record::title;
+use crate::units::Unit;
+
+/// Do a name of a model line and a column differ by letter case, blanks, marks and a unit at their end alone?
+fn looks_like(name: &str, column: &str) -> bool {
+    let plain =
+        |text: &str| -> String { text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect() };
+    // the whole, and what is before each unit
+    let forms = |text: &str| {
+        let whole = title(text).0.replace(' ', "_");
+        let mut forms = vec![plain(&whole)];
+        let mut rest = whole.as_str();
+        while let Some((stem, end)) = rest.rsplit_once('_')
+            && !stem.is_empty()
+            && (Unit::parse(end).is_ok() || super::units::column_unit(rest).is_some())
+        {
+            forms.push(plain(stem));
+            rest = stem;
+        }
+        forms
+    };
+    let own = forms(column);
+    forms(name).iter().any(|form| own.contains(form))
+}
+
+impl Campaign {
+    /// Refuse a table where one of these columns was meant by a name that is taken as zero: a table of which only some columns are kept.
+    pub fn refuse_unread<'a>(&self, columns: impl IntoIterator<Item = &'a str>) -> Result<()> {
+        let columns: Vec<String> = columns.into_iter().map(str::to_string).collect();
+        let zero = self.parameters.iter().filter(|p| p.role == Role::AssumedZero && p.kind != Kind::Tilt);
+        zero.map(|p| p.id.as_str()).try_for_each(|name| refuse_meant(&self.bench, &columns, name))
+    }
+}
+
+/// Refuse a coefficient that is neither known nor estimated where an input of the bench or an unused column was meant.
+pub(super) fn refuse_meant(bench: &Bench, columns: &[String], name: &str) -> Result<()> {
+    let neither = format!("'{name}' in a model line is neither known nor estimated");
+    let (what, expected) = if let Some(input) = super::input_meant(bench, name) {
+        (format!("{neither}: is the input '{input}' meant?"), format!("{input} in the model line"))
+    } else if let Some(column) = columns.iter().find(|column| is_unused(bench, column) && looks_like(name, column)) {
+        (
+            format!("{neither}, and no column has this name: is the column '{column}' meant?"),
+            format!("a column '{name}' (\"columns\": {{ \"{name}\": \"{column}\" }} names it)"),
+        )
+    } else {
+        return Ok(());
+    };
+    let expected = format!("{expected}, or '{name}' in known or estimate where it is a coefficient");
+    Err(Malformed::new(Fault::UnknownName, what).expected(expected).at_path("bench"))
+}
+
+/// Does no model line read this column, nor a joint?
+fn is_unused(bench: &Bench, column: &str) -> bool {
+    let of_joint = |joint: &str| column.strip_prefix(joint).is_some_and(|rest| rest.starts_with('_'));
+    !bench.joints().any(of_joint) && !bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column))
+}
+
+/// Refuse an estimated coefficient whose terms are all zero, since a factor beside it is taken as zero.
+pub(super) fn refuse_without_factor(bench: &Bench, parameters: &[Parameter]) -> Result<()> {
+    let is_zero =
+        |name: &str| parameters.iter().any(|p| p.id == name && p.role == Role::AssumedZero && p.kind != Kind::Tilt);
+    let lines: Vec<&Expression> = bench.sensors.iter().map(|sensor| &sensor.model).collect();
+    if !lines.iter().any(|line| line.names().iter().any(|name| is_zero(name))) {
+        return Ok(());
+    }
+    for own in parameters.iter().filter(|p| matches!(p.role, Role::Estimated { .. }) && p.kind != Kind::Tilt) {
+        let lines = || lines.iter().filter(|line| line.names().contains(&own.id.as_str()));
+        let mut factor = None;
+        for line in lines() {
+            match zero_factor(line, &own.id, &is_zero)? {
+                Some(found) => factor = Some(found),
+                None => {
+                    factor = None;
+                    break;
+                }
+            }
+        }
+        if let Some(factor) = factor {
+            let what =
+                format!("'{}' stands only beside '{factor}', which is neither a column, known nor estimated", own.id);
+            return Err(Malformed::new(Fault::UnknownName, what)
+                .expected(format!(
+                    "'{factor}' in the readings, in known or in estimate, so that '{}' can be estimated",
+                    own.id
+                ))
+                .found(format!("'{factor}' taken as zero"))
+                .at_path(format!("estimate.{}", own.id)));
+        }
+    }
+    Ok(())
+}
+
+/// The name without which a line does not depend on a coefficient: its slope is zero while the name is, and is not where the name is not.
+fn zero_factor(line: &Expression, id: &str, is_zero: &dyn Fn(&str) -> bool) -> Result<Option<String>> {
+    let names = line.names();
+    let tape = Tape::compile(line, &names)?;
+    let depends = |free: &dyn Fn(&str) -> bool| {
+        // numbers at which nothing cancels
+        let value =
+            |(k, name): (usize, &&str)| if is_zero(name) && !free(name) { 0.0 } else { 0.3 + 0.7 / (k as f64 + 1.6) };
+        let point: Vec<f64> = names.iter().enumerate().map(value).collect();
+        let mut gradient = vec![0.0; names.len()];
+        tape.gradient(&point, &mut Scratch::default(), &mut gradient);
+        names.iter().position(|name| *name == id).is_some_and(|k| gradient.at(k) != 0.0)
+    };
+    if depends(&|_| false) {
+        return Ok(None);
+    }
+    let alone = names.iter().filter(|name| is_zero(name)).find(|name| depends(&|free| free == **name));
+    Ok(alone.map(|name| name.to_string()))
+}
