@@ -15,6 +15,9 @@ use faer::Mat;
 /// Below this a coupling between scaled columns is rounding, not dependence.
 const COUPLING: f64 = 1e-8;
 
+/// An unknown has a part in a direction where its scaled entry is at least this share of the largest.
+const PARTNER: f64 = 0.1;
+
 /// A linear combination of unknowns, first coefficient 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Combination {
@@ -129,7 +132,7 @@ fn latest_dependent(null_space: &[Vec<f64>], n: usize) -> Vec<usize> {
     for j in (0..n).rev() {
         let share = |vector: &Vec<f64>| vector[j].abs() / vector.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let best = (0..open.len()).max_by(|&a, &b| share(&open[a]).total_cmp(&share(&open[b])));
-        let Some(best) = best.filter(|&row| share(&open[row]) > 0.1) else { continue };
+        let Some(best) = best.filter(|&row| share(&open[row]) > PARTNER) else { continue };
         let pivot = open.swap_remove(best);
         for vector in &mut open {
             let factor = vector[j] / pivot[j];
@@ -199,12 +202,16 @@ impl Dependence {
         self.sparse_null_space(basis, scale.len()).into_iter().map(direction).collect()
     }
 
-    /// What is not estimable, in as few unknowns as will do: along a direction `e` with its own unknown `d` and first unknown `a`, the
-    /// readings see `x_a - (e_a / e_d) x_d` at most, and never `x_a + (e_a / e_d) x_d`.
+    /// What is not estimable, in as few unknowns as will do: along a direction `e` with its own unknown `d` and another `a`, the readings see
+    /// `x_a - (e_a / e_d) x_d` at most, and never `x_a + (e_a / e_d) x_d`. The other is the first of those that have a part in it: a column that
+    /// is hardly in the direction says little of what hides in what.
     pub(super) fn not_estimable(&self, basis: &[usize], scale: &[f64]) -> Vec<Combination> {
         let combine = |(direction, d): (Combination, &usize)| {
             let own = direction.terms.iter().find(|(j, _)| j == d).map_or(1.0, |(_, e)| *e);
-            match direction.terms.iter().find(|(j, _)| j != d) {
+            let others = || direction.terms.iter().filter(|(j, _)| j != d);
+            let part = |(j, e): &(usize, f64)| (e * scale[*j]).abs();
+            let most = others().map(part).fold(0.0, f64::max);
+            match others().find(|own| part(own) >= PARTNER * most) {
                 Some((a, e)) => first_is_one(vec![(*a, 1.0), (*d, e / own)]),
                 None => Combination { terms: vec![(*d, 1.0)] },
             }

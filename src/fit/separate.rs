@@ -1,7 +1,7 @@
 //! What is not estimable, by name, and which further position would separate it.
 
 use super::names::{NamedCombination, describe};
-use crate::campaign::{Campaign, JointState, Readings, Role};
+use crate::campaign::{Campaign, JointState, Reading, Readings, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::elements::{Elements, Parts};
 use crate::estimate::{self, Estimate, Group, ScaleHints, System};
@@ -19,6 +19,10 @@ pub struct RankDefect {
     pub estimable: Vec<NamedCombination>,
     /// The further position that would separate it best, as joint states in chain order; `None` if none of this bench would.
     pub separate_by: Option<Vec<JointState>>,
+    /// The columns that model lines read, and their values at that position.
+    pub columns: Vec<(String, f64)>,
+    /// The sensor to be read there, where it is one that is not read now.
+    pub sensor: Option<usize>,
     /// Do readings respond to it, but only in the second order and within the uncertainty of what it is multiplied by, or only away from the
     /// point that was reached, and is no position known that would separate it? Then nothing is said of other positions.
     pub is_weak: bool,
@@ -60,7 +64,10 @@ pub(crate) fn separations(
         .map(|(combination, free)| {
             let involved: Vec<usize> = free.terms.iter().map(|(k, _)| *k).collect();
             let is_weak = involved.iter().any(|k| weak.contains(k));
-            let separate_by = search.best(&free.terms);
+            let (separate_by, columns, sensor) = match search.best(&free.terms) {
+                Some(found) => (Some(found.joints), found.columns, found.sensor),
+                None => (None, Vec::new(), None),
+            };
             RankDefect {
                 free: describe(campaign, combination),
                 direction: describe(campaign, free),
@@ -73,9 +80,18 @@ pub(crate) fn separations(
                     .collect(),
                 is_weak: is_weak && separate_by.is_none(),
                 separate_by,
+                columns,
+                sensor,
             }
         })
         .collect()
+}
+
+/// A further reading.
+struct Further {
+    joints: Vec<JointState>,
+    columns: Vec<(String, f64)>,
+    sensor: Option<usize>,
 }
 
 /// Candidate positions, and the readings that they would be added to.
@@ -95,16 +111,16 @@ impl<'a> Search<'a> {
     }
 
     /// The simplest position whose row along the direction is long, and which raises the rank.
-    fn best(&self, direction: &[(usize, f64)]) -> Option<Vec<JointState>> {
+    fn best(&self, direction: &[(usize, f64)]) -> Option<Further> {
         let unknowns = self.campaign.unknowns();
         let mut work = self.model.workspace();
         let mut row = vec![0.0; self.campaign.parameters.len()];
-        let mut found: Vec<(f64, usize, Vec<f64>)> = Vec::new();
+        let mut found: Vec<(f64, usize, usize, Vec<f64>)> = Vec::new();
         let mut moved = 0;
         let mut is_well = false;
         for (reading, state) in self.schedule.readings.rows.iter().enumerate() {
-            // positions come with the fewest joints moved first; more are tried only while none separates well
-            let moves = joints_moved(&state.joints, self.campaign);
+            // positions come with the fewest joints and columns moved first; more are tried only while none separates well
+            let moves = moved_from_first(state, self.campaign);
             if moves > moved && is_well {
                 break;
             }
@@ -118,15 +134,23 @@ impl<'a> Search<'a> {
                 let (along, size) = (terms().sum::<f64>().abs(), terms().map(f64::abs).sum::<f64>());
                 if along > SEPARATES * size && along.is_finite() {
                     is_well |= along > SEPARATES_WELL * size;
-                    found.push((along, reading, row.part(..unknowns).to_vec()));
+                    found.push((along, reading, sensor, row.part(..unknowns).to_vec()));
                 }
             }
         }
         // of those that are equal in single precision the first: fewest joints moved
         found.sort_by(|a, b| number::single(b.0).total_cmp(&number::single(a.0)).then(a.1.cmp(&b.1)));
         let raises = |row: &[f64]| rank_with(self.campaign, self.design, row) > self.rank;
-        let best = found.iter().take(VERIFIED).find(|(_, _, row)| raises(row))?;
-        self.schedule.readings.rows.get(best.1).map(|reading| reading.joints.clone())
+        let (_, reading, sensor, _) = found.iter().take(VERIFIED).find(|(.., row)| raises(row))?;
+        let reading = self.schedule.readings.rows.get(*reading)?;
+        let value =
+            |k: usize| Some((self.schedule.readings.columns.get(k)?.clone(), *reading.columns.get(k)?.as_ref()?));
+        let is_read = self.design.rows.iter().any(|origin| origin.sensor == *sensor);
+        Some(Further {
+            joints: reading.joints.clone(),
+            columns: columns_read(self.campaign).into_iter().filter_map(value).collect(),
+            sensor: (!is_read).then_some(*sensor),
+        })
     }
 }
 
@@ -150,7 +174,9 @@ fn rank_with(campaign: &Campaign, design: &DesignMatrix, row: &[f64]) -> Option<
 }
 
 /// Positions that this bench could take: every joint that the schedule holds still, in steps of 45 degrees; every joint that it turns, with
-/// the states that the schedule has, and those with the sense of the rate reversed. Columns are those of the first reading. Simplest first: fewer joints away from the first reading's state.
+/// the states that the schedule has, and those with the sense of the rate reversed. Columns are those of the first reading; each that a model line
+/// reads, and all of them together, also with other values, at the first reading's joints. Simplest first: fewer joints and columns away from the
+/// first reading's.
 pub fn candidates(campaign: &Campaign) -> Readings {
     let Some(first) = campaign.readings.rows.first() else { return Readings::default() };
     let rows = &campaign.readings.rows;
@@ -193,14 +219,56 @@ pub fn candidates(campaign: &Campaign) -> Readings {
             .take(MOST_POSITIONS)
             .collect();
     }
-    combinations.sort_by_key(|joints| joints_moved(joints, campaign));
     let names: Vec<&str> = campaign.bench.joints().collect();
-    let rows = combinations.into_iter().map(|joints| campaign.readings.position(&names, first, joints)).collect();
+    let at = |joints| campaign.readings.position(&names, first, joints);
+    let mut rows: Vec<Reading> = combinations.into_iter().map(at).collect();
+    let read = columns_read(campaign);
+    let with = |k: usize, value: f64, mut reading: Reading| {
+        reading.columns.get_mut(k).into_iter().for_each(|slot| *slot = Some(value));
+        reading
+    };
+    let mut together = at(first.joints.clone());
+    for k in &read {
+        let mut values = other_values(campaign, *k);
+        rows.extend(values.iter().map(|value| with(*k, *value, at(first.joints.clone()))));
+        together = with(*k, values.pop().unwrap_or(1.0), together);
+    }
+    rows.extend((read.len() > 1).then_some(together));
+    rows.sort_by_key(|reading| moved_from_first(reading, campaign));
     Readings { columns: campaign.readings.columns.clone(), rows }
 }
 
-/// How many joints stand or turn otherwise than in the first reading.
-fn joints_moved(joints: &[JointState], campaign: &Campaign) -> usize {
-    let first = campaign.readings.rows.first().map_or(&[][..], |reading| &reading.joints);
-    joints.iter().zip(first).filter(|(own, first)| own != first).count()
+/// Columns that model lines read, but for those of joints.
+fn columns_read(campaign: &Campaign) -> Vec<usize> {
+    let of_joint = |column: &str| {
+        let mut joints = campaign.bench.joints();
+        joints.any(|joint| matches!(column.strip_prefix(joint), Some("_deg" | "_deg_s" | "_turns")))
+    };
+    let read = |column: &str| campaign.bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column));
+    let columns = campaign.readings.columns.iter().enumerate();
+    columns.filter(|(_, column)| read(column) && !of_joint(column)).map(|(k, _)| k).collect()
+}
+
+/// Other values of a column than the first reading's: those of other readings, zero, the opposite, and twice it (one for zero).
+fn other_values(campaign: &Campaign, k: usize) -> Vec<f64> {
+    let mut seen = campaign.readings.rows.iter().filter_map(|reading| reading.columns.get(k).copied().flatten());
+    let Some(first) = seen.next() else { return vec![0.0, 1.0] };
+    let mut values: Vec<f64> = Vec::new();
+    let more = if first == 0.0 { vec![-1.0, 1.0] } else { vec![0.0, -first, 2.0 * first] };
+    for value in seen.take(MOST_POSITIONS).chain(more) {
+        if value != first && !values.contains(&value) {
+            values.push(value);
+        }
+    }
+    // the last ones are not of the readings
+    let spare = values.len().saturating_sub(16);
+    values.drain(..spare);
+    values
+}
+
+/// How many joints stand or turn otherwise than in the first reading, and how many columns that no joint has are others.
+fn moved_from_first(reading: &Reading, campaign: &Campaign) -> usize {
+    let Some(first) = campaign.readings.rows.first() else { return 0 };
+    let joints = reading.joints.iter().zip(&first.joints).filter(|(own, first)| own != first).count();
+    joints + columns_read(campaign).into_iter().filter(|k| reading.columns.get(*k) != first.columns.get(*k)).count()
 }

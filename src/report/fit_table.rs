@@ -361,16 +361,8 @@ fn defects(report: &FitReport, lang: Language) -> String {
             _ => say!(lang, "only-estimable-here", only = only.join(say!(lang, "joined-by-and")), n = only.len()),
         });
         text.push_str(&clauses.join(lang.semicolon()));
-        match &defect.separate_by {
-            Some(position) => {
-                let keys: Vec<String> = position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-                text.push_str(&format!(
-                    "\n  {}\n",
-                    say!(lang, "a-reading-at-would-separate-it", keys = keys.join(lang.comma()))
-                ));
-            }
-            None => text.push_str(&format!("\n  {}\n", defect.nowhere().say(lang))),
-        }
+        let where_to = defect.further(lang).unwrap_or_else(|| defect.nowhere().say(lang).to_string());
+        text.push_str(&format!("\n  {where_to}\n"));
     }
     text
 }

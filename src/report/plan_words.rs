@@ -117,6 +117,7 @@ pub(super) fn defects(
             clauses.push(say!(lang, "determined-instead-2", instead = instead.join(", ")));
         }
         clauses.push(match &defect.separate_by {
+            Some(_) if defect.separate_sensor.is_some() => defect.further(lang).unwrap_or_default(),
             Some(position) => say!(lang, "separated-by", position = keys(position)),
             None => nowhere.to_string(),
         });

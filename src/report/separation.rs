@@ -2,7 +2,7 @@
 
 use crate::campaign::{Campaign, JointState};
 use crate::fit::{NamedCombination, RankDefect};
-use crate::language::{Sentence, sentence};
+use crate::language::{Language, Sentence, say, sentence};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -23,6 +23,9 @@ pub struct NotEstimableReport {
     pub estimable: Vec<CombinationReport>,
     /// The further position that would separate it, as reading keys; null if no position of this bench would.
     pub separate_by: Option<PositionReport>,
+    /// The sensor to be read there, where it is one that no reading has now.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separate_sensor: Option<String>,
     /// Do readings respond to it, but only in the second order, or through a factor that they do not tell from zero? Then nothing is known of
     /// other positions.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -30,6 +33,19 @@ pub struct NotEstimableReport {
 }
 
 impl NotEstimableReport {
+    /// The further reading that would separate it, in a sentence.
+    pub(super) fn further(&self, lang: Language) -> Option<String> {
+        let keys = |position: &PositionReport| position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        let keys: Vec<String> = self.separate_by.as_ref().map(keys)?;
+        let is_here = keys.is_empty();
+        let keys = keys.join(lang.comma());
+        Some(match &self.separate_sensor {
+            None => say!(lang, "a-reading-at-would-separate-it", keys),
+            Some(sensor) if is_here => say!(lang, "a-reading-of-would-separate-it", sensor),
+            Some(sensor) => say!(lang, "a-reading-of-at-would-separate-it", sensor, keys),
+        })
+    }
+
     /// What is said where no position is named that would separate it.
     pub(super) fn nowhere(&self) -> Sentence {
         if self.weak {
@@ -69,7 +85,12 @@ pub(super) fn not_estimable(campaign: &Campaign, separation: &RankDefect) -> Not
         direction: direction.iter().cloned().collect(),
         hides,
         estimable: separation.estimable.iter().map(combination).collect(),
-        separate_by: separation.separate_by.as_ref().map(|joints| position_keys(campaign, joints)),
+        separate_by: separation.separate_by.as_ref().map(|joints| {
+            let mut keys = position_keys(campaign, joints);
+            keys.extend(separation.columns.iter().cloned());
+            keys
+        }),
+        separate_sensor: separation.sensor.map(|k| campaign.sensor_id(k).to_string()),
         weak: separation.is_weak,
     }
 }

@@ -3,6 +3,8 @@
 use crate::support::*;
 use tumble::campaign::JointState;
 use tumble::fit::State;
+use tumble::language::Language;
+use tumble::report;
 
 /// The plumb plane alone: a shift of dtheta_y0 by 1 is one of V0 by -kI, at whatever angle.
 #[test]
@@ -87,4 +89,56 @@ fn a_prior_makes_it_estimable() {
     assert_within(uncertainty(&fit, "dtheta_y0"), ARCSEC, 1e-3 * ARCSEC, "its uncertainty");
     // and their scatter is that rounding, not the 1 V that the u of the prior once suggested
     assert!(uncertainty(&fit, "dtheta_y2") < 1e-9 * ARCSEC);
+}
+
+/// A line read at one x: another x separates, and it is named.
+#[test]
+fn another_value_of_a_column_separates() {
+    let text = |extra: &str| {
+        format!(
+            r#"{{ "bench": {{ "id": "line", "sensors": {{ "Y": {{ "unit": "V", "model": "a + s*x" }} }} }}, "estimate": {{ "a": {{}}, "s": {{}} }},
+                "readings": [ {{"x": 2.0, "Y": 1.5, "Y_u": 0.1}}, {{"x": 2.0, "Y": 1.51, "Y_u": 0.1}}{extra} ] }}"#
+        )
+    };
+    let fit = fitted(&parse(&text("")));
+    let [defect] = &fit.not_estimable[..] else { panic!("{:?}", fit.not_estimable) };
+    let [(column, x)] = &defect.columns[..] else { panic!("{:?}", defect.columns) };
+    assert!(column == "x" && *x != 2.0, "{x}");
+    let table = report::table::fit(&report::fit_report(&fit), false, Language::English);
+    assert!(table.contains(&format!("a reading at x = {x} would separate it")), "{table}");
+    let fit = fitted(&parse(&text(&format!(r#", {{"x": {x}, "Y": 1.2, "Y_u": 0.1}}"#))));
+    assert!(fit.not_estimable.is_empty());
+}
+
+/// The sum of two unknowns by one sensor; their difference is what the other would read.
+#[test]
+fn a_sensor_that_is_not_read_separates() {
+    let text = |extra: &str| {
+        format!(
+            r#"{{ "bench": {{ "id": "pair", "sensors": {{ "Y": {{ "unit": "V", "model": "a + b" }}, "Z": {{ "unit": "V", "model": "a - b" }} }} }},
+                "estimate": {{ "a": {{}}, "b": {{}} }}, "readings": [ {{"Y": 1.5, "Y_u": 0.1}}, {{"Y": 1.51, "Y_u": 0.1}}{extra} ] }}"#
+        )
+    };
+    let fit = fitted(&parse(&text("")));
+    let [defect] = &fit.not_estimable[..] else { panic!("{:?}", fit.not_estimable) };
+    assert_eq!((defect.separate_by.as_deref(), defect.sensor), (Some(&[][..]), Some(1)));
+    let table = report::table::fit(&report::fit_report(&fit), false, Language::English);
+    assert!(table.contains("a reading of Z would separate it"), "{table}");
+    assert!(fitted(&parse(&text(r#", {"Z": 0.2, "Z_u": 0.1}"#))).not_estimable.is_empty());
+}
+
+/// On a dividing head a turn of its zero by e is one of the pendulous axis: KP by -K1 e. That K1 changes by KP e, a thousandth of that, names
+/// no partner.
+#[test]
+fn the_partner_is_the_one_that_has_a_part() {
+    let fit = exact(&parse(
+        r#"{ "bench": "accelerometer-dividing-head", "estimate": { "K0": {}, "K1": {}, "KP": {}, "head_zero": {} },
+             "readings": [ { "theta_deg": 0, "A": 0.0004187903789 }, { "theta_deg": 90, "A": 1.300451421 },
+                           { "theta_deg": 180, "A": 0.002052376818 }, { "theta_deg": 270, "A": -1.297895109 } ] }"#,
+    ));
+    let [defect] = &fit.not_estimable[..] else { panic!("{:?}", fit.not_estimable) };
+    let names: Vec<&str> = defect.free.terms.iter().map(|(id, _)| id.as_str()).collect();
+    assert_eq!(names, ["KP", "head_zero"]);
+    // half the difference of the readings at 90 and 270 degrees
+    assert_within(defect.free.terms[1].1, -(1.300451421 + 1.297895109) / 2.0, 1e-5, "K1");
 }

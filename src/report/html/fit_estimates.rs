@@ -124,6 +124,9 @@ pub(super) fn not_estimable(report: &FitReport, lang: Language) -> Section {
         };
         section = section.prose(say!(lang, "the-parameters-can-move-along-and-no", text = defect.text, instead));
         section = match &defect.separate_by {
+            Some(_) if defect.separate_sensor.is_some() => {
+                section.prose(lang.sentence(&defect.further(lang).unwrap_or_default()))
+            }
             Some(position) => {
                 let keys: Vec<String> = position.iter().map(|(key, value)| format!("{key} = {value}")).collect();
                 section.prose(say!(lang, "what-would-separate-it-a-further-reading", keys = cells::names(&keys, lang)))

@@ -149,6 +149,7 @@ fn answer(improved: &ImprovedReport, lang: Language) -> Section {
 
 fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere: &str, lang: Language) -> Vec<String> {
     let separated = |d: &NotEstimableReport| match &d.separate_by {
+        Some(_) if d.separate_sensor.is_some() => d.further(lang).unwrap_or_default(),
         Some(position) => say!(lang, "separated-by", position = keys(position)),
         None => nowhere.to_string(),
     };
