@@ -7,6 +7,7 @@ use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Limited};
 use crate::elements::{Elements, Parts};
 use crate::fit::{self, Settings, resolution};
+use crate::quality;
 use crate::uncertainty::{Combined, effective_dof, quantiles};
 use faer::Mat;
 
@@ -40,6 +41,8 @@ pub(super) struct Answer<'a> {
     /// `sum (v/u)^2`.
     pub squares: f64,
     pub readings: usize,
+    /// The largest reading in units of its uncertainty.
+    pub largest: f64,
     pub lack_of_fit_p: Option<f64>,
     pub runs_p: f64,
     pub normality_p: f64,
@@ -127,7 +130,10 @@ impl Question<'_> {
         if let Some(p) = chi_square_p.filter(|_| rejected) {
             why.push(chi_square_words(p));
         }
-        remarks(&mut why, &found.suspects, found.lack_of_fit_p.filter(|p| *p < 1.0 - level), &limits);
+        // rounding says nothing of the model
+        let heard = |p: f64| if quality::is_rounding(squares, found.readings, found.largest) { f64::NAN } else { p };
+        let lack_of_fit_p = found.lack_of_fit_p.map(heard);
+        remarks(&mut why, &found.suspects, lack_of_fit_p.filter(|p| *p < 1.0 - level), &limits);
         Row {
             label: found.label.into(),
             lot: String::new(),
@@ -139,9 +145,9 @@ impl Question<'_> {
             dof,
             residual_sd: if dof > 0 { (squares / dof as f64).sqrt() } else { f64::NAN },
             chi_square_p: chi_square_p.unwrap_or(f64::NAN),
-            lack_of_fit_p: found.lack_of_fit_p.unwrap_or(f64::NAN),
-            runs_p: found.runs_p,
-            normality_p: found.normality_p,
+            lack_of_fit_p: lack_of_fit_p.unwrap_or(f64::NAN),
+            runs_p: heard(found.runs_p),
+            normality_p: heard(found.normality_p),
             suspects: found.suspects,
             solved: found.solved,
             value,

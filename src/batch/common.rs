@@ -165,6 +165,7 @@ impl Common {
             estimate.factor.thin_q(),
             estimate.factor.weight(),
             &estimate.residuals,
+            0.0,
             estimate.dof,
             stated,
         );

@@ -58,6 +58,7 @@ impl Common {
             variance: question.variance(squares, least),
             squares,
             readings: self.places.len(),
+            largest: found.sizes.weighed,
             lack_of_fit_p: self.cells.lack_of_fit(v, &mut work.cell_sums),
             runs_p: match found.runs {
                 Some((positive, runs)) => runs_of(positive, self.gain.len() - positive, runs),
@@ -77,7 +78,14 @@ impl Common {
             return Vec::new();
         }
         let factor = &self.estimate.factor;
-        let whitened = Whitened::independent(factor.thin_q(), factor.weight(), v, self.estimate.dof, !self.scaled);
+        let whitened = Whitened::independent(
+            factor.thin_q(),
+            factor.weight(),
+            v,
+            found.sizes.weighed,
+            self.estimate.dof,
+            !self.scaled,
+        );
         let found = quality::snoop(&whitened, self.places.len(), self.settings.level);
         let reading = |row: usize| {
             let (row, _) = self.places.get(row)?;

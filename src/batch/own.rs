@@ -131,7 +131,7 @@ impl Own {
         let suspicious = tests
             .threshold
             .is_some_and(|threshold| may_be_suspicious((squares, sums.gain[l]), dof, form.scaled, threshold));
-        let suspects = if suspicious { self.suspects(form, device, l, eight) } else { Vec::new() };
+        let suspects = if suspicious { self.suspects(form, device, (l, sizes.weighed), eight) } else { Vec::new() };
         let answer = Answer {
             label: &device.label,
             dx,
@@ -140,6 +140,7 @@ impl Own {
             variance: question.variance(squares, least),
             squares,
             readings: m,
+            largest: sizes.weighed,
             lack_of_fit_p,
             runs_p,
             normality_p: match (&judged.normality, &tests.scores) {
@@ -157,7 +158,7 @@ impl Own {
     }
 
     /// Suspicious readings, counted from 1 among the device's rows.
-    fn suspects(&self, form: &Form, device: &Device, l: usize, eight: &Eight) -> Vec<usize> {
+    fn suspects(&self, form: &Form, device: &Device, (l, largest): (usize, f64), eight: &Eight) -> Vec<usize> {
         let (m, n) = (form.readings(), self.campaign.unknowns());
         // in the order of the readings, in which the device's own fit would look for them
         let order = self.order(device);
@@ -166,7 +167,7 @@ impl Own {
         let q = Mat::from_fn(m, n, |i, j| eight.orthonormal(row(i), j, l));
         let weight: Vec<f64> = (0..m).map(|i| at(&eight.weight, i)).collect();
         let v: Vec<f64> = (0..m).map(|i| at(&eight.residuals, i)).collect();
-        let whitened = Whitened::independent(q.as_ref(), &weight, &v, m - n, !form.scaled);
+        let whitened = Whitened::independent(q.as_ref(), &weight, &v, largest, m - n, !form.scaled);
         let found = quality::snoop(&whitened, m, self.settings.level);
         let rows = found.iter().flat_map(|found| &found.suspects);
         rows.filter_map(|suspect| order.get(suspect.row).map(|(reading, _)| reading + 1)).collect()

@@ -39,12 +39,16 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     };
     let u: Vec<f64> = system.u.iter().enumerate().map(|(i, u)| u * scale(i)).collect();
     let mut checks = Checks::default();
-    if step.robust.is_none() && step.scattered.is_none() {
+    let value = |i: usize| design.predicted.get(i).zip(system.observed.get(i)).map_or(0.0, |(f, y)| (f + y).abs());
+    let largest = (0..readings).map(|i| value(i) / u.at(i)).fold(0.0, f64::max);
+    let squares = estimate.residuals.iter().zip(&u).map(|(v, u)| (v / u).powi(2)).sum();
+    let silent = quality::is_rounding(squares, readings, largest);
+    if step.robust.is_none() && !silent && step.scattered.is_none() {
         let cells = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, level);
     }
     // readings that share a deviation lie on one side of the fit together: their order says nothing of drift
-    let independent = 0..if step.scattered.is_none() { campaign.bench.sensors.len() } else { 0 };
+    let independent = 0..if step.scattered.is_none() && !silent { campaign.bench.sensors.len() } else { 0 };
     for s in independent {
         let own: Vec<f64> = design
             .rows
@@ -65,16 +69,20 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
             (*r > 1e-6).then(|| v / r.sqrt())
         })
         .collect();
-    checks.normality = quality::normality(&studentized);
+    checks.normality = quality::normality(&studentized).filter(|_| !silent);
     if step.robust.is_some() || step.change != estimate.unknowns.solution {
         // residuals are not those of least squares here
         return checks;
     }
+    // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
+    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
+    let common = if alone { scale(0) } else { 1.0 };
     let whitened = match &step.scattered {
         Some(found) => Whitened {
             sd: found.whitening.sd().to_vec(),
             redundancy: found.redundancy.clone(),
             residuals: found.standardized.clone(),
+            largest,
             remainder: Box::new(|row| found.whitening.remainder(row, found.estimate.factor.thin_q())),
             dof: estimate.dof,
             variance_known: true,
@@ -83,13 +91,11 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
             estimate.factor.thin_q(),
             estimate.factor.weight(),
             &estimate.residuals,
+            largest * common,
             estimate.dof,
             system.group.iter().all(|g| *g == Group::Known),
         ),
     };
-    // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
-    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
-    let common = if alone { scale(0) } else { 1.0 };
     checks.snooping = quality::snoop(&whitened, readings, level);
     if !step.noise.determined {
         return checks;

@@ -20,4 +20,5 @@ pub use lack_of_fit::{LackOfFit, lack_of_fit};
 pub use residual_tests::{NormalScores, NormalityTest, RunsTest, normality, runs, runs_of};
 pub(crate) use rows::UNCHECKED;
 pub use rows::{GlobalTest, RowQuality, baarda_delta, global_test, rows};
+pub(crate) use snooping::is_rounding;
 pub use snooping::{Snooping, Suspect, Whitened, snoop};

@@ -21,6 +21,8 @@ pub struct Whitened<'a> {
     pub remainder: Box<dyn Fn(usize) -> Vec<f64> + 'a>,
     /// Degrees of freedom.
     pub dof: usize,
+    /// The largest reading over its standard deviation: residuals of some epsilons of it are rounding.
+    pub largest: f64,
     /// Is the common variance known to be 1? Otherwise it is estimated from these residuals.
     pub variance_known: bool,
 }
@@ -53,8 +55,15 @@ pub struct Snooping {
 
 /// A reading counts as untestable below this redundancy.
 const UNCHECKED: f64 = 1e-9;
+/// Residuals of at most so much of the largest reading are rounding: of itself, and of the products that it is compared with.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Most suspects.
 const MOST: usize = 50;
+
+/// Are standardised residuals with this sum of squares no more than the rounding of so many readings? Then they say nothing of the model.
+pub(crate) fn is_rounding(squares: f64, readings: usize, largest: f64) -> bool {
+    squares <= readings as f64 * (ROUNDING * largest).powi(2)
+}
 
 impl<'a> Whitened<'a> {
     /// Readings that are independent of each other, from the orthonormal basis `q` of the weighted rows.
@@ -62,6 +71,7 @@ impl<'a> Whitened<'a> {
         q: MatRef<'a, f64>,
         weight: &[f64],
         residuals: &[f64],
+        largest: f64,
         dof: usize,
         variance_known: bool,
     ) -> Self {
@@ -85,6 +95,7 @@ impl<'a> Whitened<'a> {
             residuals: residuals.iter().zip(weight).map(|(v, w)| v * w).collect(),
             remainder: Box::new(remainder),
             dof,
+            largest,
             variance_known,
         }
     }
@@ -139,7 +150,8 @@ pub fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Option<Snoop
             let left = redundancies.at(row);
             let redundancy = if left > UNCHECKED { left } else { 0.0 };
             let along = residuals.at(row);
-            if redundancy > 0.0 && best.is_none_or(|(_, gain)| along * along / redundancy > gain) {
+            let heard = redundancy > 0.0 && along.abs() > ROUNDING * system.largest;
+            if heard && best.is_none_or(|(_, gain)| along * along / redundancy > gain) {
                 best = Some((row, along * along / redundancy));
             }
         }

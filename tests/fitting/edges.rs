@@ -169,3 +169,18 @@ fn a_line_without_its_inputs_is_refused() {
     let said = design::Model::new(&without).expect_err("no parameter b1").to_string();
     assert!(said.contains("'b1' is no input, column or parameter here"), "{said}");
 }
+
+/// Readings without noise: their residuals are rounding, and nothing of them is tested.
+#[test]
+fn residuals_of_rounding_are_not_tested() {
+    let path = data("noise_free/pressure.campaign.json");
+    let fit = fitted(&tumble::Campaign::from_path(path).unwrap());
+    assert!(fit.checks.snooping.iter().all(|found| found.suspects.is_empty()), "{:?}", fit.checks.snooping);
+    assert!(fit.checks.normality.is_none() && fit.checks.runs.is_empty() && fit.checks.lack_of_fit.is_none());
+    // one wrong reading among them is seen, and nothing else
+    let mut wrong = fit.campaign.clone();
+    wrong.readings.rows[4].observations[0].value += 0.25;
+    let found = fitted(&wrong).checks.snooping.unwrap();
+    let rows: Vec<usize> = found.suspects.iter().map(|own| own.row).collect();
+    assert_eq!(rows, [4]);
+}
