@@ -128,7 +128,7 @@ pub(super) fn fit(
         }
         super::show(&report::batch_table(&found, lang))?;
     }
-    let failed = found.conformity.as_ref().is_some_and(|own| own.fail > 0);
+    let failed = found.conformity.as_ref().is_some_and(|own| own.fail + own.undecided > 0);
     let rejected = found.devices.rejected + found.devices.malformed > 0;
     Ok(if failed || rejected { Outcome::Rejected } else { Outcome::Done })
 }

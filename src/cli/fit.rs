@@ -181,6 +181,6 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             super::show(&report::fit_checks_table::budget(&report, lang))?;
         }
     }
-    let fails = report.conformity.as_ref().is_some_and(|conformity| conformity.outcome == crate::fit::Conformity::Fail);
-    Ok(if fails || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
+    let conforms = report.conformity.as_ref().is_none_or(|own| own.outcome == crate::fit::Conformity::Pass);
+    Ok(if !conforms || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })
 }

@@ -31,8 +31,8 @@ pub(super) const FIT: &str = "Examples:
   tumble fit gyro.campaign.json --readings today.csv
   tumble fit gyro.campaign.json --by serial --readings 'runs/*.parquet' --to devices.parquet --html line.html
 
-Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable, the global test failed, or with many devices
-some of them is rejected, malformed or outside its limits.";
+Exit codes: 0 done; 1 the question is malformed; 2 an unknown is not estimable or its uncertainty cannot be known, the
+global test failed, a limit is not kept or that is undecided; with many devices, that some of them is malformed or ends so.";
 
 /// `compare`.
 pub(super) const COMPARE: &str = "Examples:

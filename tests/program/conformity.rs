@@ -9,6 +9,27 @@ fn run(folder: &std::path::Path, arguments: &[&str]) -> (i32, String) {
     (output.status.code().expect("no signal"), String::from_utf8(output.stdout).expect("UTF-8"))
 }
 
+/// Limits that the uncertainty leaves open are no pass, for one device and for many.
+#[test]
+fn an_undecided_limit_is_exit_code_2() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = |limit: &str, by: &str, serial: &str| {
+        format!(
+            r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "unit": "mm", "model": "a + b*time_s" }} }} }},
+                "estimate": {{ "a": {{}}, "b": {{}} }}, "limits": {{ "b": {limit} }}, "decision": "guard-u"{by},
+                "readings": [ {{{serial}"time_s": 0, "y": 1.02}}, {{{serial}"time_s": 1, "y": 2.99}}, {{{serial}"time_s": 2, "y": 5.01}} ] }}"#
+        )
+    };
+    // b = 1.995 with U = 0.22
+    for (limit, code) in [("[1, 3]", 0), ("[1.98, 2.01]", 2), ("[3, 4]", 2)] {
+        for (by, serial) in [("", ""), (r#", "by": "serial""#, r#""serial": "A", "#)] {
+            std::fs::write(folder.path().join("c.json"), text(limit, by, serial)).expect("a file");
+            let (found, table) = run(folder.path(), &["fit", "c.json"]);
+            assert_eq!(found, code, "{limit}{by}: {table}");
+        }
+    }
+}
+
 #[test]
 fn a_failed_limit_is_exit_code_2_and_everything_says_which_unit() {
     let folder = tempfile::tempdir().expect("a folder");
