@@ -7,6 +7,7 @@
 //! side).
 
 use crate::elements::Parts;
+use faer::Mat;
 
 /// Scalar product, in eight sums side by side (in order below eight elements); of columns of two lengths, the shorter counts.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -164,6 +165,13 @@ impl Triangle {
     pub fn log_determinant(&self) -> f64 {
         self.rows.iter().filter_map(|row| row.last()).map(|pivot| 2.0 * pivot.ln()).sum()
     }
+}
+
+/// `c' M c`.
+pub(crate) fn form(matrix: &Mat<f64>, along: &[f64]) -> f64 {
+    let n = matrix.nrows();
+    let own: Vec<(usize, f64)> = along.iter().copied().enumerate().filter(|(j, c)| *c != 0.0 && *j < n).collect();
+    own.iter().map(|(i, a)| own.iter().map(|(j, b)| a * b * matrix[(*i, *j)]).sum::<f64>()).sum()
 }
 
 #[cfg(test)]

@@ -111,6 +111,8 @@ only-estimable-here = only { $only } { $n ->
     [one] is
    *[other] are
 } estimable here
+a-reading-of-would-separate-it = a reading of { $sensor } would separate it
+a-reading-of-at-would-separate-it = a reading of { $sensor } at { $keys } would separate it
 a-reading-at-would-separate-it = a reading at { $keys } would separate it
 reading = reading
 position = position
@@ -398,6 +400,29 @@ the-readings-scatter-no-more-than-without = the readings scatter no more than wi
 the-readings-scatter-no-more-than-without-2 = the readings scatter no more than without it: estimated as zero
 no-reading-feels-it-here = no reading feels it here
 these-readings-cannot-tell-it-from-their = these readings cannot tell it from { $others }: their sum is used; repeated readings at one level would separate them
+the-unknowns-take-up-its-deviations = the estimated parameters take up its { $count ->
+    [one] one deviation, so that nothing shows how large it is
+   *[other] { $count } deviations, so that nothing shows how large they are
+}, and u of { $names } cannot be known: { $levels }
+more-readings = at least { $more ->
+    [one] one more reading
+   *[other] { $more } more readings
+} at the inputs of others { $more ->
+    [one] is
+   *[other] are
+} needed
+more-mountings = at least { $more ->
+    [one] one new mounting (a position measured again) is
+   *[other] { $more } new mountings (positions measured again) are
+} needed
+more-campaigns = readings of at least { $more ->
+    [one] one more campaign
+   *[other] { $more } more campaigns
+} are needed, with a column that numbers the campaigns
+more-values = readings with { $more ->
+    [one] at least one more value
+   *[other] at least { $more } more values
+} of { $column } are needed
 no-degrees-of-freedom-are-left-to = no degrees of freedom are left to estimate it
 in-each-reading-as-stated = in each reading as stated
 

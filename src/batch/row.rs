@@ -168,7 +168,7 @@ impl Row {
             u: of(&|_, own| own.map(|c| c.u)),
             expanded: of(&|_, own| own.map(|c| c.expanded)),
             type_a: of(&|_, own| own.map(|c| c.type_a)),
-            residual_sd: fit.estimate.residual_sd().unwrap_or(f64::NAN),
+            residual_sd: fit.residual_sd().unwrap_or(f64::NAN),
             chi_square_p: fit.global_test.map_or(f64::NAN, |test| test.p),
             lack_of_fit_p,
             runs_p: fit.checks.runs.iter().map(|(_, test)| test.p).fold(f64::NAN, f64::min),

@@ -62,13 +62,19 @@ impl Calibration {
             inputs: Vec::new(),
             parameters: used.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
             values: used.iter().map(|k| fit.point.at(*k)).collect(),
-            covariance: if fit.noise.determined { covariance(fit, &used) } else { Vec::new() },
+            covariance: if is_known(fit, &used) { covariance(fit, &used) } else { Vec::new() },
             mounting: mounting(fit),
             span: span(campaign),
         };
         choose(&mut calibration, campaign);
         calibration
     }
+}
+
+/// Is the covariance of the estimated ones of these parameters known?
+fn is_known(fit: &Fit, used: &[usize]) -> bool {
+    let without = |k: &usize| fit.parameters.get(*k).is_some_and(|p| p.uncertainty.is_none());
+    fit.noise.determined && (fit.noise.absorbed.is_empty() || !used.iter().any(without))
 }
 
 /// Covariance of the parameters with these indices: estimated ones, known ones with their uncertainty, and both together.

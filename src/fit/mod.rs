@@ -176,15 +176,42 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Is the answer "rejected": a rank defect, a failed global test, or no convergence?
+    /// Is the answer "rejected": a rank defect, uncertainties that cannot be known, a failed global test, or no convergence?
     pub fn is_rejected(&self) -> bool {
         !self.not_estimable.is_empty()
             || self.global_test.is_some_and(|test| test.rejected)
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
             || self.bounds_are_rejected() == Some(true)
             || !self.settled
+            || !self.noise.absorbed.is_empty()
             || !self.inconsistent_circles().is_empty()
             || self.convergence.as_ref().is_some_and(|convergence| !convergence.converged)
+    }
+
+    /// Estimated parameters whose uncertainty cannot be known, since they follow deviations of this line of the campaign's scatter, and nothing
+    /// else shows these.
+    pub fn without_u_for(&self, line: usize) -> Vec<&str> {
+        let Some((_, own)) = self.noise.absorbed.iter().find(|(k, _)| *k == line) else { return Vec::new() };
+        let touched = |k: usize| {
+            let along: Vec<f64> = (0..=k).map(|j| f64::from(u8::from(j == k))).collect();
+            self.estimate.unknowns.is_estimable(k) && own.touches(&along)
+        };
+        self.parameters.iter().enumerate().filter(|(k, _)| touched(*k)).map(|(_, own)| own.id.as_str()).collect()
+    }
+
+    /// Sum of squared residuals in units of their weights. Where all readings are of one scale that is estimated, it is in the square of the sensor's
+    /// unit, whatever else scatters.
+    pub fn sum_of_squares(&self) -> f64 {
+        let alone = self.system.group.iter().all(|group| *group == Group::Estimated(0));
+        if self.campaign.scatter.is_empty() || !alone || self.streamed.is_some() {
+            return self.estimate.sum_of_squares;
+        }
+        self.estimate.residuals.iter().zip(&self.system.u).map(|(v, u)| (v / u).powi(2)).sum()
+    }
+
+    /// Residual standard deviation, `sqrt(sum_of_squares / dof)`; `None` without degrees of freedom.
+    pub fn residual_sd(&self) -> Option<f64> {
+        (self.estimate.dof > 0).then(|| (self.sum_of_squares() / self.estimate.dof as f64).sqrt())
     }
 
     /// Do the readings contradict the bounds that are active, at the level? `None` where none is active.

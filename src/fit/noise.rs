@@ -3,7 +3,8 @@
 use crate::campaign::{Campaign, Deviating, Scatter, Size};
 use crate::design::DesignMatrix;
 use crate::elements::Elements;
-use crate::estimate::{Estimate, Group, LineState, ScaleUncertainty, Scattered, System};
+use crate::estimate::{Absorbed, Estimate, Group, LineState, ScaleUncertainty, Scattered, System};
+use crate::linear::form;
 use crate::uncertainty::monte_carlo;
 use crate::uncertainty::{Contribution, Evaluation, Shape};
 use crate::vocabulary::vocabulary;
@@ -65,8 +66,10 @@ pub struct ScatterSources {
     correction: Option<Mat<f64>>,
     /// Correlation times that were estimated: where they stand in `spread`, and the derivative of the covariance by their logarithms.
     leans: Vec<(usize, Mat<f64>)>,
-    /// Is every variance determined?
+    /// Is the variance of every group of rows determined?
     pub determined: bool,
+    /// Lines of the campaign's scatter whose variance the readings do not tell, and what follows it.
+    pub absorbed: Vec<(usize, Absorbed)>,
 }
 
 /// A source as a record that was streamed tells it.
@@ -152,6 +155,7 @@ impl ScatterSources {
             correction: None,
             leans: Vec::new(),
             determined: estimate.group_scale.iter().all(Option::is_some),
+            absorbed: Vec::new(),
             sources,
         };
         let several = estimate.scale_uncertainty(system).filter(|_| noise.determined);
@@ -191,6 +195,7 @@ impl ScatterSources {
             correction: None,
             leans: Vec::new(),
             determined,
+            absorbed: Vec::new(),
         }
     }
 
@@ -260,6 +265,7 @@ impl ScatterSources {
             correction: estimated.then(|| found.correction.clone()),
             leans,
             determined: found.group_variance.iter().all(Option::is_some),
+            absorbed: found.absorbed.iter().enumerate().filter_map(|(k, own)| Some((k, own.clone()?))).collect(),
             sources,
         }
     }
@@ -299,7 +305,13 @@ impl ScatterSources {
             correction: None,
             leans,
             determined,
+            absorbed: Vec::new(),
         }
+    }
+
+    /// Is the variance of `along . x` known?
+    pub(crate) fn tells(&self, along: &[f64]) -> bool {
+        self.determined && !self.absorbed.iter().any(|(_, own)| own.touches(along))
     }
 
     /// Every source's covariance of the unknowns, factored, with its degrees of freedom.
@@ -413,13 +425,6 @@ impl VarianceSource {
     pub fn u_is_below(&self) -> bool {
         self.is_below_zero()
     }
-}
-
-/// `c' M c`.
-fn form(matrix: &Mat<f64>, along: &[f64]) -> f64 {
-    let n = matrix.nrows();
-    let own: Vec<(usize, f64)> = along.iter().copied().enumerate().filter(|(j, c)| *c != 0.0 && *j < n).collect();
-    own.iter().map(|(i, a)| own.iter().map(|(j, b)| a * b * matrix[(*i, *j)]).sum::<f64>()).sum()
 }
 
 /// A Type A contribution of many readings.

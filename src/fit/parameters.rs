@@ -187,6 +187,10 @@ impl<'a> BudgetInputs<'a> {
         if !self.noise.determined && from_readings > 0 {
             return (budget, None);
         }
+        if !self.noise.tells(along) {
+            // shares of an unknown whole
+            return (Vec::new(), None);
+        }
         let combined = match type_a_dof {
             None => combine(&budget, self.level),
             Some(dof) => combine_together(&budget, dof, self.level),

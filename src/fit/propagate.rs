@@ -1,6 +1,6 @@
 //! A fit's distributions, drawn: Monte Carlo beside the first order.
 
-use super::{Fit, State};
+use super::Fit;
 use crate::algebra::Tape;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -66,7 +66,7 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
         .map(|(parameter, known, c)| KnownInput { parameter: *parameter, known: *known, sensitivity: c.clone() })
         .collect();
     let (mut names, mut outputs, mut first_order, mut spread) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (k, result) in fit.parameters.iter().enumerate().filter(|(_, p)| p.state != State::NotEstimable) {
+    for (k, result) in fit.parameters.iter().enumerate().filter(|(_, p)| p.uncertainty.is_some()) {
         names.push(result.id.clone());
         outputs.push(Output::Parameter(k));
         let centre = point.at(k);
@@ -76,7 +76,7 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
     let parameters = names.len();
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
     for (quantity, result) in campaign.derived.iter().zip(&fit.derived) {
-        let Some(value) = result.value else { continue };
+        let (Some(value), Some(_)) = (result.value, result.uncertainty) else { continue };
         names.push(result.id.clone());
         outputs.push(Output::Line(Tape::compile(&quantity.line, &ids)?));
         first_order.push(result.uncertainty.map(|c| (value - c.expanded, value + c.expanded)));

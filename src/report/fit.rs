@@ -330,7 +330,7 @@ pub struct FitSummary {
     pub inconsistent_circles: Vec<CircleReport>,
     /// Largest difference between exact and linear model at the solution, in units of the readings' standard uncertainty.
     pub linearisation_error: Option<f64>,
-    /// Is the answer "rejected" (rank defect, failed global test, no convergence)?
+    /// Is the answer "rejected" (rank defect, uncertainties that cannot be known, failed global test, no convergence)?
     pub rejected: bool,
 }
 

@@ -26,7 +26,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
     let campaign = &fit.campaign;
     let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
     let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
-    let estimable = |k: usize| scales_known && fit.estimate.unknowns.is_estimable(k);
+    let estimable = |k: usize| scales_known && fit.parameters.get(k).is_some_and(|p| p.uncertainty.is_some());
     let matrix: Vec<Vec<Option<f64>>> = (0..order.len())
         .map(|i| (0..order.len()).map(|j| (estimable(i) && estimable(j)).then(|| fit.covariance[(i, j)])).collect())
         .collect();
@@ -282,8 +282,8 @@ fn summary(fit: &Fit) -> FitSummary {
         rank: estimate.unknowns.rank,
         rank_tolerance: estimate.factor.tolerance(),
         dof: estimate.dof,
-        residual_sd: estimate.residual_sd(),
-        sum_of_squares: estimate.sum_of_squares,
+        residual_sd: fit.residual_sd(),
+        sum_of_squares: fit.sum_of_squares(),
         chi_square: fit.global_test.map(|test| test.chi_square),
         p: fit.global_test.map(|test| test.p),
         global_test_rejected: fit.global_test.map(|test| test.rejected),

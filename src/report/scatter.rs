@@ -2,7 +2,7 @@
 
 use super::finite;
 use super::table::{percent, plain, significant};
-use crate::campaign::{Known, Size};
+use crate::campaign::{Known, Per, Size};
 use crate::estimate::LineState;
 use crate::fit::{Fit, VarianceFrom, VarianceSource};
 use crate::language::{Language, Sentence, say, sentence};
@@ -42,6 +42,9 @@ pub struct ScatterReport {
     /// Standard uncertainty of an estimated correlation time, in the same unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_tau: Option<f64>,
+    /// Estimated parameters without u, since they follow its deviations, and no residual shows how large these are.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without_u: Vec<String>,
     /// What a person must know of it, in a sentence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<Sentence>,
@@ -74,6 +77,7 @@ fn once(fit: &Fit, id: &str, unit: &str, known: &Known) -> ScatterReport {
         at_zero: false,
         tau: None,
         u_tau: None,
+        without_u: Vec::new(),
         note: None,
         share: shares(fit, id),
     }
@@ -99,7 +103,7 @@ fn one(fit: &Fit, source: &VarianceSource) -> ScatterReport {
     };
     let shown = line.map_or(1.0, |line| line.shown);
     let told = match source.state {
-        LineState::Inseparable | LineState::NotFelt => false,
+        LineState::Inseparable | LineState::Absorbed | LineState::NotFelt => false,
         _ => line.is_some() || fit.noise.determined || !source.estimated,
     };
     let each = line.is_some_and(|line| matches!(line.size, Size::Column(_)));
@@ -124,6 +128,7 @@ fn one(fit: &Fit, source: &VarianceSource) -> ScatterReport {
         at_zero: source.state == LineState::AtZero,
         tau: source.tau.map(|(tau, _)| tau),
         u_tau: source.tau.and_then(|(_, u)| u),
+        without_u: source.line.map_or(Vec::new(), |k| fit.without_u_for(k).into_iter().map(str::to_string).collect()),
         note: note(fit, source, each),
         share: shares(fit, &source.name),
     }
@@ -154,6 +159,7 @@ fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
                 }
             }
         }
+        LineState::Absorbed => absorbed(fit, source)?,
         _ if source.line.is_none() && source.estimated && !fit.noise.determined => {
             sentence!("no-degrees-of-freedom-are-left-to")
         }
@@ -161,6 +167,25 @@ fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
         _ => return None,
     };
     Some(text)
+}
+
+/// The unknowns take up its deviations: what is not known for that, and how much more is to be measured.
+fn absorbed(fit: &Fit, source: &VarianceSource) -> Option<Sentence> {
+    let line = source.line?;
+    let per = |k: usize| fit.campaign.scatter.get(k).map(|own| &own.per);
+    // a level that repeats an earlier one leaves one residual; each variance needs its own
+    let more = fit.noise.absorbed.iter().filter(|(k, _)| per(*k) == per(line)).count();
+    let levels = match per(line)? {
+        Per::Reading => sentence!("more-readings", more),
+        Per::Position => sentence!("more-mountings", more),
+        Per::Campaign => sentence!("more-campaigns", more),
+        Per::Column(column) => sentence!("more-values", more, column),
+    };
+    let names = fit.without_u_for(line);
+    // of many the first few
+    let listed = names.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+    let names = if names.len() > 6 { listed + ", ..." } else { listed };
+    Some(sentence!("the-unknowns-take-up-its-deviations", count = source.levels, names, levels))
 }
 
 /// Is there more to say than the readings' own noise?

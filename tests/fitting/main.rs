@@ -1,5 +1,6 @@
 //! A campaign fitted: published tables, simulated truths, constraints, robust estimates, coverage.
 
+mod absorbed;
 mod azimuth;
 mod batch;
 mod bilinear;

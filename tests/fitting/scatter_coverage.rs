@@ -4,11 +4,11 @@
 //! A few hundred campaigns a schedule by default; the full count of 20,000 is `TUMBLE_LONG=1 cargo test --release --test fitting
 //! scatter_coverage -- --nocapture` (TUMBLE_CAMPAIGNS is any other count), which prints the table.
 
-use crate::draws::draws;
+use crate::draws::{draws, long};
 use crate::support::parse;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::SeedableRng;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use tumble::campaign::{Campaign, JointState};
 use tumble::design::Model;
@@ -283,4 +283,134 @@ fn scatter_coverage_samples_with_a_memory() {
         let count = if stated_tau == "8" { asked(40, 10_000) } else { asked(8, 2_000) };
         check(name, &coverage(name, &campaign, &point, count, draw), count);
     }
+}
+
+/// A schedule drawn at random, with what is true of it: each level of the factor, and the parameter that deviates (none: the sensor).
+struct Drawn {
+    campaign: Campaign,
+    point: Vec<f64>,
+    deviates: Option<usize>,
+    /// Deviations in units of the noise are turned into those of what deviates.
+    scale: f64,
+    noise: f64,
+}
+
+/// A schedule of a bench with so many mountings (or days).
+fn drawn(bench: &str, mountings: usize, random: &mut Pcg64Mcg) -> Drawn {
+    let mut up_to = |n: u32| (random.next_u32() % n) as f64;
+    let mut readings = Vec::new();
+    for k in 0..mountings {
+        match bench {
+            "line, per position" => {
+                let x = up_to(5);
+                readings.extend((0..4).map(|_| format!(r#"{{"position": "{k}", "x": {x}, "V": 0}}"#)));
+            }
+            "gyro table, per position" => {
+                let (alpha, beta) = (90.0 * up_to(4), 90.0 * up_to(4));
+                readings.extend([20, -20, 30, -30].map(|rate| {
+                    format!(r#"{{"position": "{k}", "alpha_deg": {alpha}, "beta_deg": {beta}, "gamma_deg_s": {rate}, "V": 0}}"#)
+                }));
+            }
+            "dividing head, per position" => {
+                let angle = 30.0 * up_to(12);
+                readings.extend((0..5).map(|_| format!(r#"{{"position": "{k}", "head_deg": {angle}, "V": 0}}"#)));
+            }
+            _ => {
+                readings.extend((0..4).map(|_| format!(r#"{{"day": {k}, "head_deg": {}, "V": 0}}"#, 30.0 * up_to(12))));
+            }
+        }
+    }
+    let (question, values, deviates): (&str, &[f64], Option<&str>) = match bench {
+        "line, per position" => (
+            r#""bench": {"id": "line", "sensors": {"V": {"unit": "V", "model": "a + s*x"}}},
+                "estimate": {"a": {}, "s": {}}, "scatter": [{"of": "V", "per": "position", "u": "estimate"}]"#,
+            &[0.5, 1.8],
+            None,
+        ),
+        "gyro table, per position" => (
+            r#""bench": "gyro-turntable", "known": {"kI": {"value": -2.9222}},
+                "estimate": {"V0": {}, "dtheta_y2": {}, "dtheta_y0": {}},
+                "scatter": [{"of": "dtheta_y2", "per": "position", "u": "estimate", "unit": "arcsec"}]"#,
+            &[1.5e-3, -7.9e-4, -3.6e-5],
+            Some("dtheta_y2"),
+        ),
+        _ => (
+            r#""bench": {"id": "head", "chain": [{"joint": "head", "about": "x"}],
+                    "sensors": {"V": {"unit": "V", "axes": {"I": "z", "P": "y"}, "model": "b0 + kI*a_I + kP*a_P"}}},
+                "estimate": {"b0": {}, "kI": {}, "kP": {}}, "scatter": [{"of": "V", "per": "FACTOR", "u": "estimate"}]"#,
+            &[2e-3, 1.3, 4e-4],
+            None,
+        ),
+    };
+    let factor = if bench.ends_with("day") { "day" } else { "position" };
+    let text = format!(r#"{{{}, "readings": [{}]}}"#, question.replace("FACTOR", factor), readings.join(","));
+    let campaign = parse(&text);
+    let mut point = campaign.reference_point();
+    point[..values.len()].copy_from_slice(values);
+    let deviates = deviates.and_then(|id| campaign.parameter_index(id));
+    // 2e-4 V at 20 deg/s and 2.9 V/(deg/s): an angle of 3.4e-6
+    let (noise, scale) = if deviates.is_some() { (2e-4, 3.4e-6) } else { (0.1, 0.1) };
+    Drawn { campaign, point, deviates, scale, noise }
+}
+
+/// Whatever the schedule, a parameter that has a u has one that holds: 2 to 15 mountings drawn at random, so that the unknowns often take up all of
+/// the deviations, or leave one degree of freedom.
+#[test]
+fn scatter_coverage_of_schedules_drawn_at_random() {
+    let benches =
+        ["line, per position", "gyro table, per position", "dividing head, per position", "dividing head, per day"];
+    let count = asked(8, 500);
+    println!(
+        "{:<30} {:>8} {:>9} {:>10} {:>10} {:>8}",
+        "schedules of 2 to 15 mountings", "scatter", "campaigns", "without u", "intervals", "held"
+    );
+    let mut all_without = 0;
+    for (row, bench) in benches.iter().enumerate() {
+        for (column, size) in [0.3, 1.0, 5.0].into_iter().enumerate() {
+            let of = |k: usize| {
+                let seed = ((row * 3 + column) * 1_000_000 + k) as u64;
+                let mut random = Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x5851_f42d_4c95_7f2d));
+                let own = drawn(bench, 2 + k % 14, &mut random);
+                let Drawn { mut campaign, point, deviates, scale, noise } = own;
+                let (levels, levels_of_all) = campaign.scatter[0].per.levels(&campaign);
+                let shifts: Vec<f64> = (0..levels_of_all).map(|_| size * scale * normal(&mut random)).collect();
+                let mut all = values(&campaign, &point);
+                for (level, shift) in shifts.iter().enumerate() {
+                    let mut moved = point.clone();
+                    if let Some(k) = deviates {
+                        moved[k] += shift;
+                    }
+                    let there = values(&campaign, &moved);
+                    for i in (0..all.len()).filter(|i| levels[*i] == Some(level)) {
+                        all[i][0] = there[i][0] + if deviates.is_none() { *shift } else { 0.0 };
+                    }
+                }
+                read(&mut campaign, &all, noise, &mut random);
+                let fit = fit::fit(&campaign, &Settings::default()).unwrap();
+                let estimable = fit.parameters.iter().zip(&point).filter(|(own, _)| own.value.is_some());
+                let (mut intervals, mut held, mut without) = (0, 0, 0);
+                for (own, truth) in estimable {
+                    match own.interval {
+                        Some((low, high)) => {
+                            intervals += 1;
+                            held += usize::from(low <= *truth && *truth <= high);
+                        }
+                        None => without += 1,
+                    }
+                }
+                (intervals, held, without)
+            };
+            let campaigns = 14 * count;
+            let found: Vec<(usize, usize, usize)> = (0..campaigns).into_par_iter().map(of).collect();
+            let sum = |of: &dyn Fn(&(usize, usize, usize)) -> usize| found.iter().map(of).sum::<usize>();
+            let (intervals, held, without) = (sum(&|f| f.0), sum(&|f| f.1), sum(&|f| f.2));
+            let rate = 100.0 * held as f64 / intervals as f64;
+            println!("{bench:<30} {size:>8} {campaigns:>9} {without:>10} {intervals:>10} {rate:>8.2}");
+            // the parameters of a campaign hold or miss together
+            let chance = 4.0 * (95.0 * 5.0 / campaigns as f64).sqrt() * f64::from(u8::from(!long()));
+            assert!((rate - 95.0).abs() <= 1.0 + chance, "{bench}, {size}: {rate}");
+            all_without += without;
+        }
+    }
+    assert!(all_without > 0, "no schedule was saturated");
 }

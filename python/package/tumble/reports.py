@@ -970,8 +970,10 @@ class ScatterReport(Node):
     """Standard uncertainty of an estimated correlation time, in the same unit."""
     unit: str
     """Unit of the standard deviation."""
+    without_u: list[str] | None
+    """Estimated parameters without u, since they follow its deviations, and no residual shows how large these are."""
 
-    _keys = frozenset(["at_zero", "dof", "estimated", "from", "levels", "note", "of", "per", "sd", "share", "source", "tau", "u_sd", "u_tau", "unit"])
+    _keys = frozenset(["at_zero", "dof", "estimated", "from", "levels", "note", "of", "per", "sd", "share", "source", "tau", "u_sd", "u_tau", "unit", "without_u"])
 
 
 class SensorGapReport(Node):
@@ -1524,7 +1526,7 @@ class FitSummary(Node):
     readings: int
     """Values read (rows), without priors."""
     rejected: bool
-    """Is the answer "rejected" (rank defect, failed global test, no convergence)?"""
+    """Is the answer "rejected" (rank defect, uncertainties that cannot be known, failed global test, no convergence)?"""
     remarks: list[str] | None
     """What a person should look at: angles that may be radians, an absurd condition number."""
     residual_sd: float | None
@@ -1756,13 +1758,15 @@ class NotEstimableReport(Node):
     """Which parameter hides in which others, where they are more than one."""
     separate_by: dict[str, float] | None
     """The further position that would separate it, as reading keys; null if no position of this bench would."""
+    separate_sensor: str | None
+    """The sensor to be read there, where it is one that no reading has now."""
     text: str
     """The same as a line of text."""
     weak: bool | None
     """Do readings respond to it, but only in the second order, or through a factor that they do not tell from zero? Then nothing is known of
     other positions."""
 
-    _keys = frozenset(["combination", "direction", "estimable", "hides", "separate_by", "text", "weak"])
+    _keys = frozenset(["combination", "direction", "estimable", "hides", "separate_by", "separate_sensor", "text", "weak"])
 
 
 class ParameterReport(Node):

@@ -8,7 +8,7 @@ use super::condense::Condensed;
 use super::memory;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
-use super::{ScatterLine, Scattered, Stepped, Whitening, cost};
+use super::{LineState, ScatterLine, Scattered, Stepped, Whitening, cost};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
 use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
@@ -28,7 +28,7 @@ pub fn adjust_scattered(
     let timed = memory::with_times(system, lines, elimination, least, settings, &[])?;
     let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;
     let ended = problem.solve_all(&timed.start, FULL)?;
-    let mut found = conclude(problem, ended, &timed);
+    let mut found = conclude(problem, ended, &timed)?;
     for (k, tau, u) in timed.found {
         found.tau[k] = Some((tau, u));
     }
@@ -82,8 +82,12 @@ impl Problem<'_> {
     }
 }
 
-fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -> Scattered {
+fn conclude(mut problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -> Result<Scattered> {
     let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, iterations, converged } = ended;
+    let absorbed = problem.absorbed(&kept)?;
+    for (state, _) in problem.state.iter_mut().zip(&absorbed).filter(|(_, own)| own.is_some()) {
+        *state = LineState::Absorbed;
+    }
     let reported = restricted.as_ref().unwrap_or(&theta);
     let groups = problem.groups;
     let undetermined = |g: usize| !kept.contains(&g);
@@ -139,7 +143,7 @@ fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -> Sc
     }
     let component = &problem.component;
     let leans = leaning.iter().map(|own| own.map(|c: usize| (c, around(&inference.gamma[c])))).collect();
-    Scattered {
+    Ok(Scattered {
         group_variance: (0..groups).map(|g| (!undetermined(g)).then(|| reported[g])).collect(),
         weighed_with: theta[..groups].to_vec(),
         weighed_lines: problem.variances(&theta),
@@ -148,6 +152,7 @@ fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -> Sc
         tau: problem.lines.iter().map(|line| Some((line.memory.as_ref()?.tau?, None))).collect(),
         component: component.iter().map(|own| own.filter(|c| free.contains(c))).collect(),
         leans,
+        absorbed,
         spread,
         correction,
         shares,
@@ -160,5 +165,5 @@ fn conclude(problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -> Sc
         iterations,
         converged,
         state: problem.state,
-    }
+    })
 }

@@ -27,9 +27,11 @@
 //! | `left_out.rs` | rows that others stand for |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `memory.rs` | the search for correlation times |
+//! | `absorbed.rs` | variances that no residual shows, though unknowns follow them |
 //! | `conclude.rs` | the adjustment with what was found |
 //! | `cost.rs` | spread of the variances, Kenward and Roger's correction |
 
+mod absorbed;
 mod by_row;
 mod conclude;
 mod condense;
@@ -43,6 +45,7 @@ mod pattern;
 mod problem;
 mod reml;
 
+pub use absorbed::Absorbed;
 pub use conclude::{adjust_scattered, step_scattered};
 pub(super) use cost::{correction, spread};
 pub use elimination::Whitening;
@@ -105,6 +108,8 @@ pub enum LineState {
     NotFelt,
     /// The rows do not separate it from the rows' own noise or from lines before it, which hold the sum.
     Inseparable,
+    /// The unknowns take up its deviations: the rows do not tell its variance, and some unknowns follow it.
+    Absorbed,
 }
 
 /// A system adjusted with what scatters.
@@ -138,6 +143,8 @@ pub struct Scattered {
     /// For each line whose correlation time was estimated, where that stands in `spread`, and the derivative of the covariance of the unknowns
     /// by its logarithm.
     pub leans: Vec<Option<(usize, Mat<f64>)>>,
+    /// For each line, what is not known of the covariance of the unknowns for want of its variance.
+    pub absorbed: Vec<Option<Absorbed>>,
     /// What the small-sample correction adds to the covariance of the unknowns, `n x n`.
     pub correction: Mat<f64>,
     /// Each line's part of the covariance of the unknowns, `n x n`.

@@ -16,7 +16,7 @@ use faer::linalg::solvers::Solve;
 /// A variance this small beside the noise of what feels it cannot be seen.
 pub(super) const UNSEEN: f64 = 1e-9;
 /// A component is separated from others where at least this much of its information is its own.
-const SEPARATED: f64 = 1e-8;
+pub(super) const SEPARATED: f64 = 1e-8;
 /// Steps that change no variance by more than this are Newton's.
 const NEAR: f64 = 0.3;
 /// More rows than this are adjusted without what belongs to each.

@@ -14,6 +14,11 @@ pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
     for defect in &report.not_estimable {
         section = section.verdict(Tone::Bad, say!(lang, "not-everything-is-estimable-is-free-see", text = defect.text));
     }
+    for source in report.scatter.iter().filter(|source| !source.without_u.is_empty()) {
+        let note = source.note.as_ref().map_or(String::new(), |note| note.say(lang).to_string());
+        let source = crate::report::scatter::source_name(&source.source, lang);
+        section = section.verdict(Tone::Bad, say!(lang, "source-note-sentence", source, note));
+    }
     section = match (fit.chi_square, fit.p) {
         (Some(chi_square), Some(p)) => {
             let rejected = fit.global_test_rejected == Some(true);
