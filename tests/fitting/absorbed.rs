@@ -79,6 +79,18 @@ fn one_more_mounting_is_enough() {
     assert_within(dof, 1.0, 1e-6, "dof of a");
 }
 
+/// Five positions and four unknowns: the positions agree better than their readings scatter, so the variance is zero, and what follows the
+/// means of positions has their one degree of freedom.
+#[test]
+fn a_variance_at_its_floor_settles() {
+    let fit = fitted(&campaign("absorbed/pos_few_none.campaign.json"));
+    assert!(fit.settled && !fit.is_rejected());
+    assert_eq!(fit.noise.sources[1].state, LineState::AtZero);
+    for own in &fit.parameters {
+        assert_within(own.uncertainty.unwrap().dof, 1.0, 1e-6, &own.id);
+    }
+}
+
 /// The residual standard deviation is that of the residuals, in the unit of the readings, also where lines scatter.
 #[test]
 fn residual_sd_is_that_of_the_residuals() {

@@ -254,22 +254,44 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Relative changes of the free variances: Newton's where they are small, else Fisher's, else each by itself.
-pub(super) fn step(inference: &Inference, free: &[usize]) -> Vec<f64> {
-    let rest = |g: usize| inference.squares[g] - inference.redundancy[g];
-    let right = Mat::from_fn(free.len(), 1, |a, _| rest(free[a]));
+/// Relative changes of the free variances: Newton's where they are small, else Fisher's, else each by itself. What would leave `1 / leap` to `leap`
+/// goes as far, and the others go with that: a variance that falls to nothing has an information that is lost in rounding.
+pub(super) fn step(inference: &Inference, free: &[usize], leap: f64) -> Vec<f64> {
+    let mut held: Vec<(usize, f64)> = Vec::new();
+    loop {
+        let is_held = |g: &usize| held.iter().any(|(own, _)| own == g);
+        let open: Vec<usize> = free.iter().copied().filter(|g| !is_held(g)).collect();
+        let change = together(inference, &open, &held);
+        let bounded = |c: f64| (1.0 + c).clamp(1.0 / leap, leap) - 1.0;
+        let beyond = |(g, c): (&usize, &f64)| ((1.0 + c) < 1.0 / leap || 1.0 + c > leap).then(|| (*g, bounded(*c)));
+        let out: Vec<(usize, f64)> = open.iter().zip(&change).filter_map(beyond).collect();
+        if out.is_empty() {
+            held.extend(open.into_iter().zip(change));
+            let of = |g: &usize| held.iter().find(|(own, _)| own == g).map_or(0.0, |(_, c)| *c);
+            return free.iter().map(of).collect();
+        }
+        held.extend(out);
+    }
+}
+
+/// Changes of some variances beside those that others are given.
+fn together(inference: &Inference, open: &[usize], held: &[(usize, f64)]) -> Vec<f64> {
     let solve = |of: &dyn Fn(usize, usize) -> f64| -> Option<Vec<f64>> {
-        let size: Vec<f64> = free.iter().map(|g| of(*g, *g).max(0.0).sqrt()).collect();
+        let size: Vec<f64> = open.iter().map(|g| of(*g, *g).max(0.0).sqrt()).collect();
         if size.iter().any(|s| !(*s > 0.0)) {
             return None;
         }
-        let matrix = Mat::from_fn(free.len(), free.len(), |a, b| of(free[a], free[b]) / (size[a] * size[b]));
-        let right = Mat::from_fn(free.len(), 1, |a, _| right[(a, 0)] / size[a]);
+        let given = |g: usize| held.iter().map(|(h, c)| of(g, *h) * c).sum::<f64>();
+        let matrix = Mat::from_fn(open.len(), open.len(), |a, b| of(open[a], open[b]) / (size[a] * size[b]));
+        let right = Mat::from_fn(open.len(), 1, |a, _| {
+            let g = open[a];
+            (inference.squares[g] - inference.redundancy[g] - given(g)) / size[a]
+        });
         let found = matrix.llt(faer::Side::Lower).ok()?.solve(&right);
-        let change: Vec<f64> = (0..free.len()).map(|a| found[(a, 0)] / size[a]).collect();
+        let change: Vec<f64> = (0..open.len()).map(|a| found[(a, 0)] / size[a]).collect();
         change.iter().all(|c| c.is_finite()).then_some(change)
     };
-    let near = |change: &[f64]| change.iter().all(|c| c.abs() < NEAR);
+    let near = |change: &[f64]| held.is_empty() && change.iter().all(|c| c.abs() < NEAR);
     let fisher = solve(&|g, h| inference.s[(g, h)]);
     match fisher {
         Some(fisher) if near(&fisher) => {
@@ -277,6 +299,6 @@ pub(super) fn step(inference: &Inference, free: &[usize]) -> Vec<f64> {
             newton.filter(|change| near(change)).unwrap_or(fisher)
         }
         Some(fisher) => fisher,
-        None => free.iter().map(|g| inference.squares[*g] / inference.redundancy[*g].max(1e-12) - 1.0).collect(),
+        None => open.iter().map(|g| inference.squares[*g] / inference.redundancy[*g].max(1e-12) - 1.0).collect(),
     }
 }

@@ -124,7 +124,7 @@ impl Problem<'_> {
                     theta[*g].abs() <= floor[*g] * (1.0 + 1e-9) && inference.squares[*g] <= inference.redundancy[*g];
             }
             let free: Vec<usize> = kept.iter().copied().filter(|g| !at_floor[*g]).collect();
-            let change = step(inference, &free);
+            let change = step(inference, &free, LEAP);
             let largest = change.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
             let rounding = largest < ROUNDING && largest > 0.5 * before;
             before = largest;
@@ -133,7 +133,7 @@ impl Problem<'_> {
                 break;
             }
             // shares of a step on the scale of logarithms
-            let factor: Vec<f64> = change.iter().map(|c| (1.0 + c).clamp(1.0 / LEAP, LEAP)).collect();
+            let factor: Vec<f64> = change.iter().map(|c| 1.0 + c).collect();
             let mut share = 1.0;
             loop {
                 let mut trial = theta.clone();
