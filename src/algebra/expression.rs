@@ -235,6 +235,41 @@ impl Expression {
         Some((factor, part(y)?, part(x)?))
     }
 
+    /// Is it the length of a vector, `sqrt(x^2 + y^2 + ...)`? Then its components.
+    ///
+    /// ```
+    /// use tumble::algebra::Expression;
+    /// let norm = Expression::parse("sqrt((a - b)^2 + c^2)")?.as_norm().unwrap();
+    /// assert_eq!(norm.iter().map(|own| own.to_string()).collect::<Vec<_>>(), ["a - b", "c"]);
+    /// assert!(Expression::parse("sqrt(a^2 + b)")?.as_norm().is_none());
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    pub fn as_norm(&self) -> Option<Vec<Expression>> {
+        let (Item::Call(Function::Sqrt), inner) = self.postfix.split_last()? else { return None };
+        // where each operand begins, and its components where it is a sum of squares
+        let mut stack: Vec<(usize, Option<Vec<Expression>>)> = Vec::new();
+        for (end, item) in inner.iter().enumerate() {
+            let entry = match item {
+                Item::Number(_) | Item::Pi | Item::Name(_) => (end, None),
+                Item::Negate | Item::Call(_) => (stack.pop()?.0, None),
+                Item::Binary(operator) => {
+                    let (middle, right) = stack.pop()?;
+                    let (begin, left) = stack.pop()?;
+                    let components = match (operator, inner.get(middle..end)?) {
+                        (Operator::Power, [Item::Number(2.0)]) => {
+                            Some(vec![Expression::of(inner.get(begin..middle)?.to_vec())])
+                        }
+                        (Operator::Add, _) => left.zip(right).map(|(left, right)| [left, right].concat()),
+                        _ => None,
+                    };
+                    (begin, components)
+                }
+            };
+            stack.push(entry);
+        }
+        stack.pop()?.1
+    }
+
     fn with(&self, other: &Expression, operator: Operator) -> Expression {
         let mut postfix = self.postfix.clone();
         postfix.extend_from_slice(&other.postfix);

@@ -48,6 +48,9 @@ pub struct Bench {
     pub rate_u: Vec<(String, f64)>,
     /// Quantities in the field's words that every campaign derives where it estimates what they need.
     pub derived: Vec<DerivedQuantity>,
+    /// What columns of the readings are when the unit is in use, as lines of algebra in `w_*` and `a_*`: rates and specific forces that no
+    /// chain gives.
+    pub in_use: Vec<(String, Expression)>,
 }
 
 /// A quantity that a bench derives from its parameters, for example a bias in deg/h from a voltage and a scale factor.

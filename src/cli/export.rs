@@ -3,7 +3,7 @@
 use super::outputs::Outputs;
 use super::{Outcome, calibrations, files};
 use crate::correction::export::{self, Origin, Target};
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::report::VERSION;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -19,17 +19,23 @@ pub(super) struct Arguments {
     /// Write to a file; without it, to stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// What the names of C and the function of MATLAB begin with ('tumble' unless said), so that several units fit into one program.
+    #[arg(long, value_name = "NAME")]
+    prefix: Option<String>,
+    /// For kalibr: the noise of the unit's samples, a report of `tumble noise LOG --json FILE`.
+    #[arg(long, value_name = "FILE")]
+    noise: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// C99 source, double or float, with a self-test.
+    /// C99 source, double or float, with a self-test; where --out ends in .c, also its header (.h).
     C,
     /// Python module without packages, with a self-test.
     Python,
-    /// MATLAB or Octave function `tumble_correct.m`, with a self-test.
+    /// MATLAB or Octave function (keep it as `tumble_correct.m`), with a self-test.
     Matlab,
-    /// kalibr's scale-misalignment intrinsics (YAML, inputs in SI units).
+    /// kalibr's IMU file (YAML, inputs in SI units).
     Kalibr,
     /// Parameters of the ROS package imu_calib (YAML).
     Ros,
@@ -39,7 +45,20 @@ enum Format {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let stored = calibrations::read(&arguments.calibration)?;
-    let outputs = Outputs::plan([arguments.out.as_deref()])?;
+    for (asked, option, targets) in [
+        (arguments.prefix.is_some(), "--prefix", &[Format::C, Format::Matlab][..]),
+        (arguments.noise.is_some(), "--noise", &[Format::Kalibr]),
+    ] {
+        if asked && !targets.contains(&arguments.to) {
+            return Err(Malformed::new(Fault::Value, format!("{option} has no meaning for this format"))
+                .expected(if option == "--prefix" { "--to c or --to matlab" } else { "--to kalibr" }));
+        }
+    }
+    let header = (arguments.to == Format::C)
+        .then(|| arguments.out.as_ref().filter(|out| out.extension().is_some_and(|end| end == "c")))
+        .flatten()
+        .map(|out| out.with_extension("h"));
+    let mut outputs = Outputs::plan([arguments.out.as_deref(), header.as_deref()])?;
     let target = match arguments.to {
         Format::C => Target::C,
         Format::Python => Target::Python,
@@ -51,19 +70,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             return finish(outputs, arguments, text);
         }
     };
+    let noise = arguments.noise.as_ref().map(|path| crate::wire::parse(&files::read(path)?));
     let origin = Origin {
         program: format!("tumble {VERSION}"),
         report: arguments.calibration.display().to_string(),
         unit: stored.identity(),
+        prefix: arguments.prefix.clone(),
+        noise: noise.transpose()?.map(|report| crate::report::kalibr(&report)).transpose()?,
     };
-    let text = export::export(&stored.calibration()?, target, &origin)?;
-    finish(outputs, arguments, text)
+    let calibration = stored.calibration()?;
+    if let Some(path) = header {
+        outputs.add(&path, export::export(&calibration, Target::CHeader, &origin)?);
+    }
+    finish(outputs, arguments, export::export(&calibration, target, &origin)?)
 }
 
-fn finish(outputs: Outputs, arguments: &Arguments, text: String) -> Result<Outcome> {
+fn finish(mut outputs: Outputs, arguments: &Arguments, text: String) -> Result<Outcome> {
     match &arguments.out {
         Some(path) => {
-            let mut outputs = outputs;
             outputs.add(path, text);
             outputs.write()?;
         }

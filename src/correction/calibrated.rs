@@ -1,13 +1,18 @@
 //! What a fit says for correcting readings.
 
+use super::bound::direction_of;
 use super::calibration::{CalibratedLine, Calibration, Mounting, Span};
 use super::choose::choose;
-use crate::bench::Link;
+use super::inputs::{InputRole, Quantity};
+use super::solve::Corrector;
+use super::triad::Triad;
+use crate::algebra::Expression;
+use crate::bench::{Bench, Link, Sensor};
 use crate::campaign::{Campaign, Role};
 use crate::elements::{Elements, Parts};
 use crate::fit::{Fit, State};
 use crate::language::sentence;
-use nalgebra::{Rotation3, Unit};
+use nalgebra::{DMatrix, Rotation3, Unit};
 
 impl Calibration {
     /// What a fit says for correcting readings.
@@ -28,35 +33,41 @@ impl Calibration {
     /// ```
     pub fn of(fit: &Fit) -> Self {
         let campaign = &fit.campaign;
+        let bench = &campaign.bench;
         let (mut lines, mut left_out) = (Vec::new(), Vec::new());
-        for sensor in &campaign.bench.sensors {
+        let (mut norms, mut kept) = (Vec::new(), Vec::new());
+        for sensor in &bench.sensors {
             let not_estimable: Vec<&str> = sensor
                 .model
                 .names()
                 .into_iter()
                 .filter(|name| fit.parameters.iter().any(|p| p.id == *name && p.state == State::NotEstimable))
                 .collect();
-            if not_estimable.is_empty() {
-                lines.push(CalibratedLine {
-                    sensor: sensor.id.clone(),
-                    unit: sensor.unit.clone(),
-                    axes: sensor.axes.clone(),
-                    model: sensor.model.clone(),
-                });
-            } else {
+            if !not_estimable.is_empty() {
                 left_out
                     .push((sensor.id.clone(), sentence!("left-out-not-estimable", names = not_estimable.join(", "))));
+                continue;
+            }
+            kept.extend(sensor.model.names());
+            let in_use = |model: Expression, (column, line): &(String, Expression)| model.substitute(column, line);
+            let line = CalibratedLine {
+                sensor: sensor.id.clone(),
+                unit: sensor.unit.clone(),
+                axes: sensor.axes.clone(),
+                model: bench.in_use.iter().fold(sensor.model.clone(), in_use),
+            };
+            let follows = line.model.names().iter().any(|name| direction_of(&line, name).is_some());
+            match line.model.as_norm() {
+                Some(_) if !follows => norms.push(sensor),
+                _ => lines.push(line),
             }
         }
         let used: Vec<usize> = (0..campaign.parameters.len())
-            .filter(|k| {
-                let id = campaign.parameters.get(*k).map_or("", |p| p.id.as_str());
-                lines.iter().any(|line| line.model.names().contains(&id))
-            })
+            .filter(|k| campaign.parameters.get(*k).is_some_and(|p| kept.contains(&p.id.as_str())))
             .collect();
         let mut calibration = Calibration {
-            rate_unit: campaign.bench.units.rate,
-            force_unit: campaign.bench.units.force,
+            rate_unit: bench.units.rate,
+            force_unit: bench.units.force,
             lines,
             left_out,
             inputs: Vec::new(),
@@ -66,7 +77,12 @@ impl Calibration {
             mounting: mounting(fit),
             span: span(campaign),
         };
+        let measured = !norms.is_empty() || !bench.in_use.is_empty();
+        of_norms(&mut calibration, bench, &norms);
         choose(&mut calibration, campaign);
+        if measured {
+            calibration.span = covered(&calibration, campaign).unwrap_or(calibration.span);
+        }
         calibration
     }
 }
@@ -75,6 +91,69 @@ impl Calibration {
 fn is_known(fit: &Fit, used: &[usize]) -> bool {
     let without = |k: &usize| fit.parameters.get(*k).is_some_and(|p| p.uncertainty.is_none());
     fit.noise.determined && (fit.noise.absorbed.is_empty() || !used.iter().any(without))
+}
+
+/// Triads that are known by their norms: lines of their readings, and the parameters of these in the place of the norm's.
+fn of_norms(calibration: &mut Calibration, bench: &Bench, norms: &[&Sensor]) {
+    if norms.is_empty() {
+        return;
+    }
+    let (parameters, values) = (calibration.parameters.clone(), calibration.values.clone());
+    let lines = calibration.lines.clone();
+    let stay: Vec<usize> = (0..parameters.len())
+        .filter(|k| {
+            parameters.get(*k).is_some_and(|p| lines.iter().any(|line| line.model.names().contains(&p.as_str())))
+        })
+        .collect();
+    let mut slopes: Vec<Vec<f64>> =
+        stay.iter().map(|k| (0..parameters.len()).map(|j| if j == *k { 1.0 } else { 0.0 }).collect()).collect();
+    calibration.parameters = stay.iter().filter_map(|k| parameters.get(*k).cloned()).collect();
+    calibration.values = stay.iter().map(|k| values.at(*k)).collect();
+    for sensor in norms {
+        let Some(triad) = Triad::of(sensor, bench, &parameters, &values) else {
+            calibration.left_out.push((sensor.id.clone(), sentence!("its-norm-is-of-no-triad")));
+            continue;
+        };
+        calibration.lines.extend(triad.lines);
+        calibration.parameters.extend(triad.names);
+        calibration.values.extend(triad.values);
+        slopes.extend(triad.slopes.row_iter().map(|row| row.iter().copied().collect()));
+    }
+    if !calibration.covariance.is_empty() {
+        let n = parameters.len();
+        let slopes = DMatrix::from_fn(slopes.len(), n, |i, j| slopes.at(i).at(j));
+        let covariance = DMatrix::from_fn(n, n, |i, j| calibration.covariance.as_slice().at(i).at(j));
+        let covariance = &slopes * covariance * slopes.transpose();
+        calibration.covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+    }
+}
+
+/// The largest rate and force among the calibration's own readings, corrected; `None` where nothing is corrected.
+fn covered(calibration: &Calibration, campaign: &Campaign) -> Option<Span> {
+    let corrector = Corrector::new(calibration).ok()?;
+    let mut span = Span { rate: 0.0, force: 0.0 };
+    for row in &campaign.readings.rows {
+        let column = |name: &str| {
+            let k = campaign.readings.columns.iter().position(|own| own == name)?;
+            row.columns.get(k).copied().flatten()
+        };
+        let reading = |line: &CalibratedLine| {
+            let sensor = campaign.bench.sensors.iter().position(|sensor| sensor.id == line.sensor);
+            let read = sensor.and_then(|k| row.observations.iter().find(|own| own.sensor == k).map(|own| own.value));
+            read.or_else(|| column(&line.sensor)).unwrap_or(f64::NAN)
+        };
+        let readings: Vec<f64> = calibration.lines.iter().map(reading).collect();
+        let given = calibration.inputs.iter().filter(|input| input.role == InputRole::Given);
+        let given: Vec<f64> = given.map(|input| column(&input.name).unwrap_or(input.fallback)).collect();
+        let found = corrector.correct(&readings, &given).inputs;
+        let size = |quantity: Quantity| {
+            let own = calibration.solved().zip(&found).filter(|(input, _)| input.quantity == quantity);
+            own.map(|(_, value)| value * value).sum::<f64>().sqrt()
+        };
+        // rows that cannot be corrected do not count: a maximum with not-a-number is the other one
+        span = Span { rate: span.rate.max(size(Quantity::Rate)), force: span.force.max(size(Quantity::Force)) };
+    }
+    Some(span)
 }
 
 /// Covariance of the parameters with these indices: estimated ones, known ones with their uncertainty, and both together.

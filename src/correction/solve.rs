@@ -39,9 +39,9 @@ pub struct Corrector {
     parts: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
-/// Rounds of `q <- q + M (s - f(q))`, and of Newton's after them.
-const ROUNDS: usize = 60;
-const NEWTON_ROUNDS: usize = 100;
+/// Rounds in all, and of `q <- q + M (s - f(q))` among them; exported sources have the same.
+pub(super) const ROUNDS: usize = 160;
+pub(super) const CONTRACTING: usize = 60;
 /// A change of an input below this share of the input (or of what one unit of the last place of the readings moves) is none.
 const SETTLED: f64 = 4.0 * f64::EPSILON;
 
@@ -128,7 +128,8 @@ impl Corrector {
 
     /// Correct one sample: readings in [`Calibration::lines`] order, given inputs in their order (short or empty: their fallbacks).
     ///
-    /// The first order is the start; then `q <- q + M (s - f(q))` while it contracts, and Newton's steps with the slopes at q where it does not.
+    /// The first order is the start; then `q <- q + M (s - f(q))` while it contracts, and where it does not Newton's steps
+    /// `q <- q + (M df/dq)^-1 M (s - f(q))`, whose solution is the same.
     pub fn correct(&self, readings: &[f64], given: &[f64]) -> Corrected {
         let mut filled = self.fallbacks();
         filled.iter_mut().zip(given).for_each(|(own, value)| *own = *value);
@@ -136,43 +137,33 @@ impl Corrector {
         let size: Vec<f64> = (0..q.len())
             .map(|i| (0..self.bound.len()).map(|j| (self.matrix[(i, j)] * readings.or_nan(j)).abs()).sum())
             .collect();
-        let settled = |q: &[f64], step: &DVector<f64>| {
-            q.iter().zip(step.iter()).zip(&size).all(|((q, dq), size)| dq.abs() <= SETTLED * q.abs().max(*size))
-        };
-        let rest = |q: &[f64]| {
-            let at = self.values_at(q, &filled);
-            DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - at.at(i))
-        };
-        let mut last = f64::INFINITY;
+        let (mut newton, mut last) = (false, f64::INFINITY);
         for round in 0..ROUNDS {
-            let step = &self.matrix * rest(&q);
-            let length = step.norm();
-            if !length.is_finite() {
-                return Corrected { inputs: vec![f64::NAN; q.len()], converged: false };
+            let at = self.values_at(&q, &filled);
+            let rest = DVector::from_fn(self.bound.len(), |i, _| readings.or_nan(i) - at.at(i));
+            let mut step = Some(&self.matrix * rest);
+            if newton {
+                let slopes = &self.matrix * self.lines_at(&q, &filled).1;
+                step = step.and_then(|step| slopes.lu().solve(&step));
             }
-            if round > 0 && length >= last && !settled(&q, &step) {
-                break;
-            }
-            q.iter_mut().zip(step.iter()).for_each(|(q, dq)| *q += dq);
-            if settled(&q, &step) {
-                return Corrected { inputs: q, converged: true };
-            }
-            last = length;
-        }
-        for _ in 0..NEWTON_ROUNDS {
-            let (at, slopes) = self.lines_at(&q, &filled);
-            let difference = DVector::from_fn(at.len(), |i, _| readings.or_nan(i) - at[i]);
-            let Some(step) =
-                inverse(&slopes).map(|inverse| inverse * difference).filter(|step| step.norm().is_finite())
-            else {
-                break;
+            let Some(step) = step.filter(|step| step.iter().all(|dq| dq.is_finite())) else { break };
+            let share = |((q, dq), size): ((&f64, &f64), &f64)| match *dq {
+                0.0 => 0.0,
+                dq => dq.abs() / (q + dq).abs().max(*size),
             };
+            let change = q.iter().zip(step.iter()).zip(&size).map(share).fold(0.0, f64::max);
+            if !newton && change > SETTLED && (change >= last || round >= CONTRACTING) {
+                newton = true;
+                continue;
+            }
             q.iter_mut().zip(step.iter()).for_each(|(q, dq)| *q += dq);
-            if settled(&q, &(&step * 0.25)) {
+            // rounding of the slopes comes on top in Newton's steps
+            if change <= if newton { 4.0 * SETTLED } else { SETTLED } {
                 return Corrected { inputs: q, converged: true };
             }
+            last = change;
         }
-        Corrected { inputs: q, converged: false }
+        Corrected { inputs: vec![f64::NAN; q.len()], converged: false }
     }
 
     /// Covariance of the corrected inputs from the calibration alone (not the noise of the sample), solved x solved; `None` where no

@@ -41,6 +41,10 @@ pub struct BenchFile {
     /// the place of the bench's.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub derived: Named<DerivedFile>,
+    /// For sensors without a chain: what columns of the readings are when the unit is in use, each a line of algebra in the rates `w_x`,
+    /// `w_y`, `w_z` and specific forces `a_x`, `a_y`, `a_z`, in `units`; for example `"f_x": "a_x"`. By it readings can be corrected.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub in_use: Named<String>,
 }
 
 /// Units of the inputs.
@@ -185,8 +189,13 @@ impl BenchFile {
         };
         let rate_u = self.rate_u_ppm.0.into_iter().map(|(joint, ppm)| (joint, ppm * 1e-6)).collect();
         let derived = self.derived.0.into_iter().map(|(id, own)| derived_quantity(id, own)).collect::<Result<_>>()?;
+        let in_use = self.in_use.0.into_iter().map(|(column, line)| {
+            let line = Expression::parse(&line).map_err(|e| e.at_path(format!("in_use.{column}")))?;
+            Ok((column, line))
+        });
+        let in_use = in_use.collect::<Result<_>>()?;
         let (id, title, source, notes) = (self.id, self.title, self.source, self.notes);
-        Bench { derived, rate_u, id, title, source, notes, site, units, chain, sensors }.checked()
+        Bench { in_use, derived, rate_u, id, title, source, notes, site, units, chain, sensors }.checked()
     }
 }
 

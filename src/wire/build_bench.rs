@@ -45,6 +45,7 @@ impl Bench {
                 sensors: Named::default(),
                 rate_u_ppm: Named::default(),
                 derived: Named::default(),
+                in_use: Named::default(),
             },
         }
     }
@@ -105,6 +106,12 @@ impl BenchBuilder {
     /// A quantity that every campaign derives where it can: a line of algebra in the parameters.
     pub fn derived(mut self, id: impl Into<String>, line: impl Into<String>) -> Self {
         self.file.derived.0.push((id.into(), DerivedFile::Line(line.into())));
+        self
+    }
+
+    /// What a column of the readings is when the unit is in use, as a line of algebra in `w_*` and `a_*`.
+    pub fn in_use(mut self, column: impl Into<String>, line: impl Into<String>) -> Self {
+        self.file.in_use.0.push((column.into(), line.into()));
         self
     }
 

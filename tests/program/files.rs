@@ -258,6 +258,40 @@ fn files_of_others_stay_as_they_are() {
     }
 }
 
+/// What a command says when a text is piped into it.
+fn piped(folder: &Path, arguments: &[&str], text: &str) -> Output {
+    let mut child = tumble(folder, arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("a run");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    std::io::Write::write_all(&mut stdin, text.as_bytes()).expect("written");
+    drop(stdin);
+    child.wait_with_output().expect("an end")
+}
+
+/// A column that is given and kept is read once, in every dialect: V = V0 + 2*a_I + 0.1*(temperature_c - 20), V0 = 0.5.
+#[test]
+fn a_given_column_is_read_in_every_dialect() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = r#"{ "bench": { "id": "head", "chain": [ { "joint": "theta", "about": "y" } ], "sensors": { "V": { "axes": { "I": "x" },
+        "model": "V0 + 2*a_I + 0.1*(temperature_c - 20)" } } }, "estimate": { "V0": {} }, "readings": [ { "theta_deg": 0, "temperature_c": 20, "V": 0.5 } ] }"#;
+    std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("written");
+    assert_ne!(run(folder.path(), &["fit", "c.campaign.json", "--json", "c.fit.json"]).0, Some(1));
+    for log in [
+        "n,V,temperature_c\nq,3.5,30\nr,0.5,20\n",
+        "n;V;temperature_c\nq;3.5;30\nr;0.5;20\n",
+        "n;V;temperature_c\nq;3,5;30\nr;0,5;20\n",
+    ] {
+        std::fs::write(folder.path().join("log.csv"), log).expect("written");
+        let output = tumble(folder.path(), &["apply", "c.fit.json", "log.csv"]).output().expect("a run");
+        assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
+        assert_eq!(String::from_utf8_lossy(&output.stdout), "n,temperature_c,a_I\nq,30,1\nr,20,0\n", "{log}");
+    }
+}
+
 /// `apply` reads the tables that `fit` reads, in their units.
 #[test]
 fn apply_reads_dialects_and_units() {
@@ -286,4 +320,26 @@ fn apply_reads_dialects_and_units() {
     same(apply("time_s,A (mV)\n0,500\n1,2500\n", &[]));
     same(apply("time_s;Spannung [mV]\n0;500,0\n1;2500,0\n", &["--column", "A=Spannung [mV]"]));
     same(apply("time_s;A\n0;0,5\n1;2,5\n", &[]));
+    // through a pipe, in every dialect
+    for log in ["time_s,A\n0,0.5\n1,2.5\n", "time_s;A\n0;0,5\n1;2,5\n", "\u{feff}A\ttime_s\n0.5\t0\n2.5\t1\n"] {
+        let output = piped(folder.path(), &["apply", "c.fit.json", "-"], log);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("UTF-8");
+        same(
+            text.lines()
+                .skip(1)
+                .map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number"))
+                .collect(),
+        );
+    }
+    // a fault in the first row finds nothing printed; one in a later row says how many rows stand before it
+    for (log, printed, rows) in [
+        ("time_s,A\n0,x\n", "", None),
+        ("time_s,A\n0,0.5\n1,2.5\n2,x\n", "time_s,a_I\n0,0\n1,1\n", Some("the 2 rows before")),
+    ] {
+        let output = piped(folder.path(), &["apply", "c.fit.json", "-"], log);
+        let (code, error) = told(&output);
+        assert!(code == Some(1) && rows.is_none_or(|rows| error.contains(rows)), "{error}");
+        assert_eq!(String::from_utf8_lossy(&output.stdout), printed);
+    }
 }

@@ -9,7 +9,7 @@ use tumble::correction::{Calibration, Corrector, InputRole, Quantity};
 use tumble::design::{Instant, Kinematics, Model, kinematics};
 use tumble::wire;
 
-fn example(name: &str) -> Campaign {
+pub fn example(name: &str) -> Campaign {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
     let folder = path.parent().unwrap().to_path_buf();
     let source = wire::Source { name: name.into(), text: std::fs::read_to_string(&path).unwrap() };

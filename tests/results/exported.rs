@@ -1,6 +1,6 @@
 //! Exported source, compiled and run: C in double and float, Python, and Octave where it is installed; all agree with the program.
 
-use std::io::Write;
+use crate::programs::run;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -20,20 +20,6 @@ fn calibration(folder: &Path, example: &str) -> PathBuf {
 fn export(calibration: &Path, to: &str, out: &Path) {
     let output = tumble(&["export", calibration.to_str().unwrap(), "--to", to, "--out", out.to_str().unwrap()]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
-
-/// What a command prints, or nothing where it is not installed; that is said past the harness, which keeps what a test prints to itself.
-fn run(program: &str, arguments: &[&str], folder: &Path) -> Option<String> {
-    let output = match Command::new(program).args(arguments).current_dir(folder).output() {
-        Ok(output) => output,
-        Err(_) => {
-            writeln!(std::io::stderr(), "left out: {program} is not installed; what it would run was written, not run")
-                .unwrap();
-            return None;
-        }
-    };
-    assert!(output.status.success(), "{program}: {}", String::from_utf8_lossy(&output.stderr));
-    Some(String::from_utf8(output.stdout).unwrap())
 }
 
 /// The inputs of the self-test samples as the program computes them, twelve digits.
@@ -152,12 +138,76 @@ fn other_programs_get_their_files() {
     );
     let ros = text("ros");
     assert!(ros.contains("SM: [") && ros.contains("bias: ["));
+    assert!(ros.contains("Quadratic and higher terms are left out: a_x"), "{ros}");
     assert!(serde_json::from_str::<tumble::wire::CorrectionFile>(&text("json")).is_ok());
+    // what kalibr reads, from a record's noise: N of white noise of sd 1 at 100 Hz is 0.1
+    assert!(
+        kalibr.contains("rostopic: /imu0") && kalibr.contains("# update_rate, accelerometer_noise_density"),
+        "{kalibr}"
+    );
+    assert!(kalibr.contains("for reference"));
+    let mut state = 1_u64;
+    let mut white = || {
+        // twelve uniform numbers: variance 1
+        (0..12)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            })
+            .sum::<f64>()
+    };
+    let rows: String = (0..20_000).map(|k| format!("{},{},{}\n", f64::from(k) * 0.01, white(), white())).collect();
+    std::fs::write(folder.path().join("still.csv"), format!("time_s,gx (rad/s),ax (m/s^2)\n{rows}")).unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let noise = tumble(&["noise", &at("still.csv"), "--json", &at("noise.json")]);
+    assert!(noise.status.success(), "{}", String::from_utf8_lossy(&noise.stderr));
+    let output = tumble(&["export", imu.to_str().unwrap(), "--to", "kalibr", "--noise", &at("noise.json")]);
+    let kalibr = String::from_utf8(output.stdout).unwrap();
+    let value = |key: &str| -> f64 {
+        let line = kalibr.lines().find(|line| line.starts_with(key)).unwrap_or_else(|| panic!("{key} in {kalibr}"));
+        line.split([':', '#']).nth(1).unwrap().trim().parse().unwrap()
+    };
+    for key in ["accelerometer_noise_density", "gyroscope_noise_density"] {
+        // 20,000 samples give N within some percent
+        assert!((value(key) - 0.1).abs() < 0.01, "{key}: {}", value(key));
+    }
+    assert!((value("update_rate") - 100.0).abs() < 1e-6);
     // one gyro is no triad
     let gyro = calibration(folder.path(), "01-gyro-table/table1.campaign.json");
     let refused = tumble(&["export", gyro.to_str().unwrap(), "--to", "kalibr"]);
     assert_eq!(refused.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("three gyros or three accelerometers"));
+}
+
+/// Sensors declared as z, y, x: both files go by axis. The readings of `exact` are bias + slope*a, with slopes 1, 2, 4 for x, y, z.
+#[test]
+fn files_of_others_go_by_axis() {
+    let campaign = r#"{"bench": {"id": "zyx", "units": {"force": "m/s^2"}, "chain": [{"joint": "t", "about": "x"}], "sensors": {
+        "az": {"model": "bz + 4*a_z + 0.25*a_x"}, "ay": {"model": "20 + 2*a_y"}, "ax": {"model": "10 + a_x"}}},
+        "estimate": {"bz": {}}, "readings": [{"t_deg": 90, "az": 30}]}"#;
+    let folder = tempfile::tempdir().unwrap();
+    let (path, fit) = (folder.path().join("zyx.campaign.json"), folder.path().join("zyx.fit.json"));
+    std::fs::write(&path, campaign).unwrap();
+    assert_ne!(tumble(&["fit", path.to_str().unwrap(), "--json", fit.to_str().unwrap()]).status.code(), Some(1));
+    let text = |to: &str| String::from_utf8(tumble(&["export", fit.to_str().unwrap(), "--to", to]).stdout).unwrap();
+    let numbers = |line: &str| -> Vec<f64> {
+        let inner = line.split(['[', ']']).nth(1).unwrap();
+        inner.split(',').map(|number| number.trim().parse().unwrap()).collect()
+    };
+    let ros = text("ros");
+    let line = |text: &str, key: &str| numbers(text.lines().find(|line| line.trim_start().starts_with(key)).unwrap());
+    // the inverse of [[1, 0, 0], [0, 2, 0], [0.25, 0, 4]]
+    let close = |found: &[f64], expected: &[f64]| {
+        assert_eq!(found.len(), expected.len());
+        found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{found:?} for {expected:?}"));
+    };
+    close(&line(&ros, "SM"), &[1.0, 0.0, 0.0, 0.0, 0.5, 0.0, -0.0625, 0.0, 0.25]);
+    close(&line(&ros, "bias"), &[10.0, 10.0, (30.0 - 2.5) / 4.0]);
+    assert!(ros.contains("# x, y, z: ax, ay, az"), "{ros}");
+    let kalibr = text("kalibr");
+    let rows: Vec<f64> = kalibr.lines().filter(|line| line.starts_with("  - [")).flat_map(numbers).collect();
+    close(&rows, &[1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.25, 0.0, 4.0]);
+    close(&line(&kalibr, "bias"), &[10.0, 20.0, 30.0]);
 }
 
 #[test]

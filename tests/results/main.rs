@@ -2,7 +2,12 @@
 
 mod agreement;
 mod correction;
+#[path = "../draws/mod.rs"]
+mod draws;
 mod exported;
+mod hand_held;
+mod programs;
 mod records;
+mod round_trips;
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,10 +1,9 @@
 //! A record in blocks of columns, from or to Parquet: numbers that stay are doubles (times in seconds), texts are texts.
 
-use super::text::{cell, unwritten};
+use super::text::{Table, cell, unwritten};
 use super::{Correction, Counts, Plan, Stream, plan, titles};
-use crate::cli::log;
-use crate::elements::{Elements, Parts};
-use crate::error::{Fault, Malformed, Result};
+use crate::elements::Elements;
+use crate::error::Result;
 use crate::number;
 use crate::record::{As, Block, Record, UNREADABLE};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
@@ -14,7 +13,6 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use std::io::Write;
-use std::path::Path;
 use std::sync::Arc;
 
 /// An open record and how its columns feed the correction.
@@ -24,27 +22,32 @@ struct Source {
     plan: Plan,
     /// Is each column that stays a text?
     texts: Vec<bool>,
+    /// The columns that are read, each once.
+    read: Vec<usize>,
 }
 
 impl Source {
-    fn open(correction: &Correction<'_>) -> Result<Self> {
-        let path = &correction.arguments.log;
-        if path == Path::new("-") {
-            return Err(Malformed::new(Fault::Value, "a stream of text cannot be written as Parquet")
-                .expected("a record in a file, or --out with a name that ends in .csv"));
-        }
-        let mut record = log::open(path)?;
+    fn open(correction: &Correction<'_>, open: &dyn Fn() -> Result<Record>) -> Result<Self> {
+        let mut record = open()?;
         let titles: Vec<String> = record.columns().iter().map(|column| column.title.clone()).collect();
         let columns = record.columns().to_vec();
         let plan = plan(correction.arguments, correction.calibration, &columns)
             .map_err(|error| error.at_line(1, 1).in_file(record.name()))?;
-        let texts = texts(path, &plan.kept)?;
-        let given = plan.given.iter().flatten().map(|(column, _)| (*column, As::Number));
-        let mut wanted: Vec<(usize, As)> =
-            plan.sensors.iter().map(|column| (*column, As::Number)).chain(given).collect();
-        wanted.extend(plan.kept.iter().zip(&texts).map(|(k, text)| (*k, if *text { As::Label } else { As::Number })));
+        let numbers = plan.sensors.iter().copied().chain(plan.given.iter().flatten().map(|(column, _)| *column));
+        let mut wanted: Vec<(usize, As)> = Vec::new();
+        for column in numbers {
+            if !wanted.iter().any(|(own, _)| *own == column) {
+                wanted.push((column, As::Number));
+            }
+        }
+        let others: Vec<usize> =
+            plan.kept.iter().copied().filter(|k| !wanted.iter().any(|(own, _)| own == k)).collect();
+        let of_others = texts(open, &others)?;
+        wanted.extend(others.iter().zip(&of_others).map(|(k, text)| (*k, if *text { As::Label } else { As::Number })));
+        let is_text = |k: &usize| others.iter().zip(&of_others).any(|(own, text)| own == k && *text);
+        let texts = plan.kept.iter().map(is_text).collect();
         record.select(&wanted);
-        Ok(Source { record, titles, plan, texts })
+        Ok(Source { record, titles, plan, texts, read: wanted.into_iter().map(|(column, _)| column).collect() })
     }
 
     /// Titles of all columns that are written.
@@ -58,48 +61,47 @@ impl Source {
     fn each(
         &mut self,
         correction: &Correction<'_>,
-        mut take: impl FnMut(&[Vec<f64>], &[Vec<f64>], &[String]) -> Result<()>,
-    ) -> Result<Counts> {
+        counts: &mut Counts,
+        mut take: impl FnMut(&[&[f64]], &[Vec<f64>], &[String]) -> Result<()>,
+    ) -> Result<()> {
         let plan = &self.plan;
-        let mut counts = Counts { rows: 0, failed: 0, given: plan.given.iter().map(Option::is_some).collect() };
+        counts.given = plan.given.iter().map(Option::is_some).collect();
         let (mut readings, mut given) = (vec![0.0; plan.sensors.len()], correction.corrector.fallbacks());
         let mut corrected: Vec<Vec<f64>> = titles(correction).iter().map(|_| Vec::new()).collect();
         let mut block = Block::default();
         while self.record.next(&mut block)? {
             corrected.iter_mut().for_each(Vec::clear);
-            let sensors = block.columns.part(..readings.len());
-            let rest = block.columns.part(readings.len()..);
-            // the record was opened with these columns: none is missing
-            let (inputs, kept) = rest.split_at_checked(plan.given.iter().flatten().count()).unwrap_or((rest, &[]));
+            // every column of the plan is among those read
+            let column = |k: usize| block.columns.at(self.read.iter().position(|own| *own == k).unwrap_or(usize::MAX));
+            let sensors: Vec<&[f64]> = plan.sensors.iter().map(|k| column(*k)).collect();
+            let inputs: Vec<Option<(&[f64], f64)>> =
+                plan.given.iter().map(|from| from.map(|(k, factor)| (column(k), factor))).collect();
+            let kept: Vec<&[f64]> = plan.kept.iter().map(|k| column(*k)).collect();
             for row in 0..block.rows() {
-                let at = |column: &Vec<f64>| column.at(row);
-                for ((to, column), conversion) in readings.iter_mut().zip(sensors).zip(&self.plan.conversions) {
-                    *to = conversion.map_or(at(column), |conversion| conversion.apply(at(column)));
+                for ((to, column), conversion) in readings.iter_mut().zip(&sensors).zip(&plan.conversions) {
+                    *to = conversion.map_or(column.at(row), |conversion| conversion.apply(column.at(row)));
                 }
-                let mut columns = inputs.iter();
-                for (value, (_, factor)) in
-                    given.iter_mut().zip(&plan.given).filter_map(|(v, from)| Some((v, from.as_ref()?)))
-                {
-                    *value = columns.next().map_or(f64::NAN, at) * factor;
+                for (value, from) in given.iter_mut().zip(&inputs) {
+                    *value = from.map_or(*value, |(column, factor)| column.at(row) * factor);
                 }
                 let (values, converged) = correction.row(&readings, &given);
                 counts.rows += 1;
                 counts.failed += u64::from(!converged);
                 corrected.iter_mut().zip(&values).for_each(|(to, value)| to.push(*value));
             }
-            take(kept, &corrected, self.record.labels())?;
+            take(&kept, &corrected, self.record.labels())?;
         }
-        Ok(counts)
+        Ok(())
     }
 }
 
 /// Which of these columns hold texts, by their first rows.
-fn texts(path: &Path, kept: &[usize]) -> Result<Vec<bool>> {
+fn texts(open: &dyn Fn() -> Result<Record>, kept: &[usize]) -> Result<Vec<bool>> {
     if kept.is_empty() {
         return Ok(Vec::new());
     }
     let mut texts = Vec::with_capacity(kept.len());
-    match log::open(path)? {
+    match open()? {
         Record::Columnar(table) => {
             texts.extend(kept.iter().map(|k| table.is_text(*k)));
         }
@@ -125,36 +127,37 @@ fn label(labels: &[String], number: f64) -> &str {
 }
 
 /// A record as CSV.
-pub(super) fn to_text(correction: &Correction<'_>, output: impl Write) -> Result<Counts> {
-    let mut source = Source::open(correction)?;
+pub(super) fn to_text(
+    correction: &Correction<'_>,
+    open: &dyn Fn() -> Result<Record>,
+    counts: &mut Counts,
+    output: impl Write,
+) -> Result<()> {
+    let mut source = Source::open(correction, open)?;
     let texts = source.texts.clone();
-    let mut writer = csv::Writer::from_writer(std::io::BufWriter::with_capacity(1 << 16, output));
-    writer.write_record(source.header(correction).iter().map(|(title, _)| title)).map_err(|e| unwritten(&e))?;
-    let counts = source.each(correction, |kept, corrected, labels| {
+    let titles: Vec<String> = source.header(correction).into_iter().map(|(title, _)| title).collect();
+    let mut writer = Table::new(titles, output);
+    source.each(correction, counts, |kept, corrected, labels| {
         for row in 0..corrected.first().map_or(0, Vec::len) {
-            let at = |column: &Vec<f64>| column.at(row);
-            for (column, text) in kept.iter().zip(&texts) {
-                let own = at(column);
-                match text {
-                    true => writer.write_field(label(labels, own)),
-                    false => writer.write_field(cell(own)),
-                }
-                .map_err(|e| unwritten(&e))?;
-            }
-            for column in corrected {
-                writer.write_field(cell(at(column))).map_err(|e| unwritten(&e))?;
-            }
-            writer.write_record(None::<&[u8]>).map_err(|e| unwritten(&e))?;
+            let kept = kept.iter().zip(&texts).map(|(column, text)| match text {
+                true => label(labels, column.at(row)).to_string(),
+                false => cell(column.at(row)),
+            });
+            writer.row(kept.chain(corrected.iter().map(|column| cell(column.at(row)))))?;
         }
         Ok(())
     })?;
-    writer.flush().map_err(|e| unwritten(&e))?;
-    Ok(counts)
+    writer.finish()
 }
 
 /// A record as Parquet, a row group for each block.
-pub(super) fn to_columns(correction: &Correction<'_>, stream: Stream) -> Result<(Counts, Stream)> {
-    let mut source = Source::open(correction)?;
+pub(super) fn to_columns(
+    correction: &Correction<'_>,
+    open: &dyn Fn() -> Result<Record>,
+    counts: &mut Counts,
+    stream: Stream,
+) -> Result<Stream> {
+    let mut source = Source::open(correction, open)?;
     let header = source.header(correction);
     let failed = |error: ParquetError| unwritten(&error);
     let fields = header
@@ -171,21 +174,21 @@ pub(super) fn to_columns(correction: &Correction<'_>, stream: Stream) -> Result<
     let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
     let mut writer = SerializedFileWriter::new(stream, Arc::new(schema), Arc::new(properties)).map_err(failed)?;
     let texts = source.texts.clone();
-    let counts = source.each(correction, |kept, corrected, labels| {
+    source.each(correction, counts, |kept, corrected, labels| {
         group(&mut writer, &texts, kept, corrected, labels).map_err(failed)
     })?;
-    Ok((counts, writer.into_inner().map_err(failed)?))
+    writer.into_inner().map_err(failed)
 }
 
 fn group(
     writer: &mut SerializedFileWriter<Stream>,
     texts: &[bool],
-    kept: &[Vec<f64>],
+    kept: &[&[f64]],
     corrected: &[Vec<f64>],
     labels: &[String],
 ) -> std::result::Result<(), ParquetError> {
     let mut group = writer.next_row_group()?;
-    for (k, column) in kept.iter().chain(corrected).enumerate() {
+    for (k, column) in kept.iter().copied().chain(corrected.iter().map(Vec::as_slice)).enumerate() {
         let Some(mut to) = group.next_column()? else { break };
         let levels: Vec<i16> = column.iter().map(|v| i16::from(!v.is_nan())).collect();
         let values = column.iter().filter(|v| !v.is_nan());

@@ -10,19 +10,20 @@ use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
 use crate::correction::{Calibration, Corrector, InputRole, Quantity};
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{Column, Record};
+use crate::record::{Column, Delimited, Record};
 use crate::units::Conversion;
 use crate::wire;
 use clap::{Args, ValueEnum};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What to correct, and where to write it.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The calibration: a fit report (`tumble fit CAMPAIGN --json CALIBRATION`).
     calibration: PathBuf,
-    /// The record, CSV with a header, Parquet, a workbook, MATLAB, HDF5 or MCAP: one column for each sensor, under its name; FILE#NAME is one of its tables. '-' reads CSV from stdin.
+    /// The record, CSV with a header, Parquet, a workbook, MATLAB, HDF5 or MCAP: one column for each sensor, under its name; FILE#NAME is one of its tables. '-' reads text from stdin.
     log: PathBuf,
     /// Write to a file, Parquet if its name ends in .parquet; without it, CSV to stdout.
     #[arg(long, value_name = "FILE")]
@@ -68,7 +69,8 @@ struct Correction<'a> {
     rotation: Option<nalgebra::Matrix3<f64>>,
 }
 
-/// What came of it.
+/// What came of it, up to a fault.
+#[derive(Default)]
 struct Counts {
     rows: u64,
     failed: u64,
@@ -87,19 +89,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::plan([arguments.out.as_deref()])?;
     let stream = arguments.out.as_deref().map(|path| outputs.open(path)).transpose()?;
     let to_columns = arguments.out.as_deref().is_some_and(is_parquet);
-    let counts = match stream {
+    let mut counts = Counts::default();
+    match stream {
         Some(stream) if to_columns => {
-            let (counts, stream) = columns::to_columns(&correction, stream)?;
-            outputs.finish(stream);
-            counts
+            if arguments.log == Path::new("-") {
+                return Err(Malformed::new(Fault::Value, "a stream of text cannot be written as Parquet")
+                    .expected("a record in a file, or --out with a name that ends in .csv"));
+            }
+            let open = || super::log::open(&arguments.log);
+            outputs.finish(columns::to_columns(&correction, &open, &mut counts, stream)?);
         }
         Some(mut stream) => {
-            let counts = rows(&correction, &mut stream)?;
+            rows(&correction, &mut counts, &mut stream)?;
             outputs.finish(stream);
-            counts
         }
-        None => rows(&correction, super::embedded::Stdout)?,
-    };
+        None => rows(&correction, &mut counts, super::embedded::Stdout).inspect_err(|error| {
+            if counts.rows > 0 && error.fault() != Fault::File {
+                super::note(&format!("note: the {} rows before the fault are corrected and printed", counts.rows));
+            }
+        })?,
+    }
     outputs.write()?;
     let notes = notes(&calibration, &counts);
     notes.iter().for_each(|note| super::note(&format!("note: {note}")));
@@ -107,22 +116,64 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 /// CSV, from text or from columns.
-fn rows(correction: &Correction<'_>, output: impl Write) -> Result<Counts> {
+fn rows(correction: &Correction<'_>, counts: &mut Counts, output: impl Write) -> Result<()> {
     let log = &correction.arguments.log;
-    let name = log.display();
-    if log == Path::new("-") {
-        return text::correct(correction, std::io::stdin().lock(), output);
+    let beginning = Beginning::of(log)?;
+    match beginning {
+        // cells of plain CSV are copied as they stand; other dialects are read as every record is
+        Beginning::Plain(input) => text::correct(correction, input, counts, output),
+        other => columns::to_text(correction, &|| other.record(log), counts, output),
     }
-    // cells of plain CSV are copied as they stand; other dialects are read as every record is
-    if !Record::is_text(log) || !text::is_plain(log) {
-        return columns::to_text(correction, output);
+}
+
+/// How a record begins.
+enum Beginning {
+    /// Plain CSV, from its first byte.
+    Plain(Box<dyn Read>),
+    /// All of what came through a pipe, in another dialect.
+    Held(Arc<[u8]>),
+    /// A file to be opened.
+    File,
+}
+
+impl Beginning {
+    /// Errors: a record that cannot be read.
+    fn of(log: &Path) -> Result<Self> {
+        let unreadable = |error: std::io::Error| {
+            Malformed::new(Fault::File, format!("cannot read '{}': {error}", log.display()))
+                .expected("a readable record (CSV, Parquet, a workbook, MATLAB, HDF5 or MCAP)")
+        };
+        let stdin = log == Path::new("-");
+        if !stdin && !Record::is_text(log) {
+            return Ok(Beginning::File);
+        }
+        let mut input: Box<dyn Read> = match stdin {
+            true => Box::new(std::io::stdin().lock()),
+            false => Box::new(std::fs::File::open(log).map_err(unreadable)?),
+        };
+        let mut first = Vec::new();
+        input.by_ref().take(1 << 16).read_to_end(&mut first).map_err(unreadable)?;
+        if text::is_plain(&first) {
+            super::session::reads(log);
+            return Ok(Beginning::Plain(Box::new(std::io::Cursor::new(first).chain(input))));
+        }
+        if log.is_file() {
+            return Ok(Beginning::File);
+        }
+        input.read_to_end(&mut first).map_err(unreadable)?;
+        Ok(Beginning::Held(first.into()))
     }
-    super::session::reads(log);
-    let file = std::fs::File::open(log).map_err(|error| {
-        Malformed::new(Fault::File, format!("cannot read '{name}': {error}"))
-            .expected("a readable record (CSV, Parquet, a workbook, MATLAB, HDF5 or MCAP)")
-    })?;
-    text::correct(correction, file, output)
+
+    /// The record, from its beginning, as often as it is asked for.
+    fn record(&self, log: &Path) -> Result<Record> {
+        match self {
+            Beginning::Held(bytes) => {
+                let name = log.display().to_string();
+                Delimited::open(&name, std::io::Cursor::new(bytes.clone())).map(Record::Delimited)
+            }
+            Beginning::Plain(_) | Beginning::File => super::log::open(log),
+        }
+    }
 }
 
 fn is_parquet(path: &Path) -> bool {

@@ -4,26 +4,53 @@ use super::{Correction, Counts, plan, titles};
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 use crate::record::Column;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::path::Path;
+use std::borrow::Cow;
+use std::io::{Read, Write};
 
-/// Is a file CSV with commas between its cells and UTF-8 in its first line, as far as that shows?
-pub(super) fn is_plain(path: &Path) -> bool {
-    let mut first = Vec::new();
-    let Ok(file) = std::fs::File::open(path) else { return true };
-    let mut lines = BufReader::new(file).take(1 << 20);
-    while lines.read_until(b'\n', &mut first).is_ok_and(|read| read > 0) {
-        // remarks and blank lines stand before the titles
-        if !first.trim_ascii_start().is_empty() && !first.trim_ascii_start().starts_with(b"#") {
-            break;
-        }
-        first.clear();
-    }
-    let text = std::str::from_utf8(&first);
-    text.is_ok_and(|text| !text.contains([';', '\t', '\u{feff}']) && !first.contains(&0))
+/// Is this the beginning of CSV with commas between its cells and UTF-8 in its first line, as far as that shows?
+pub(super) fn is_plain(beginning: &[u8]) -> bool {
+    // remarks and blank lines stand before the titles
+    let first = beginning.split(|b| *b == b'\n').find(|line| {
+        let line = line.trim_ascii_start();
+        !line.is_empty() && !line.starts_with(b"#")
+    });
+    let text = std::str::from_utf8(first.unwrap_or_default());
+    text.is_ok_and(|text| !text.contains([';', '\t', '\u{feff}', '\0'])) && !beginning.starts_with(&[0x1f, 0x8b])
 }
 
-pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: impl Write) -> Result<Counts> {
+/// Rows on their way out; the titles go before the first of them, or before the end, so that a fault in the first row finds nothing written.
+pub(super) struct Table<W: Write> {
+    titles: Option<Vec<String>>,
+    writer: csv::Writer<std::io::BufWriter<W>>,
+}
+
+impl<W: Write> Table<W> {
+    pub(super) fn new(titles: Vec<String>, output: W) -> Self {
+        let writer = csv::Writer::from_writer(std::io::BufWriter::with_capacity(1 << 16, output));
+        Table { titles: Some(titles), writer }
+    }
+
+    pub(super) fn row(&mut self, cells: impl Iterator<Item = impl AsRef<[u8]>>) -> Result<()> {
+        self.begin()?;
+        self.writer.write_record(cells).map_err(|e| unwritten(&e))
+    }
+
+    pub(super) fn finish(mut self) -> Result<()> {
+        self.begin()?;
+        self.writer.flush().map_err(|e| unwritten(&e))
+    }
+
+    fn begin(&mut self) -> Result<()> {
+        self.titles.take().map_or(Ok(()), |titles| self.writer.write_record(&titles).map_err(|e| unwritten(&e)))
+    }
+}
+
+pub(super) fn correct(
+    correction: &Correction<'_>,
+    input: impl Read,
+    counts: &mut Counts,
+    output: impl Write,
+) -> Result<()> {
     let name = correction.arguments.log.display().to_string();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(input);
     let fault = |error: csv::Error| {
@@ -37,15 +64,13 @@ pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: imp
     let titled: Vec<Column> = header.iter().map(|text| Column::titled(text)).collect();
     let plan = plan(correction.arguments, correction.calibration, &titled)
         .map_err(|error| error.at_line(1, 1).in_file(&name))?;
-    let mut writer = csv::Writer::from_writer(std::io::BufWriter::with_capacity(1 << 16, output));
     let mut header_out: Vec<String> = plan.kept.iter().filter_map(|k| header.get(*k).cloned()).collect();
     header_out.extend(titles(correction));
-    writer.write_record(&header_out).map_err(|e| unwritten(&e))?;
+    let mut writer = Table::new(header_out, output);
     let mut row = csv::StringRecord::new();
     let (mut readings, mut given) = (vec![0.0; plan.sensors.len()], correction.corrector.fallbacks());
-    let mut counts = Counts { rows: 0, failed: 0, given: plan.given.iter().map(Option::is_some).collect() };
+    counts.given = plan.given.iter().map(Option::is_some).collect();
     while reader.read_record(&mut row).map_err(fault)? {
-        counts.rows += 1;
         let number = |column: usize| -> Result<f64> {
             // a short row ends in empty cells
             let cell = row.get(column).unwrap_or_default();
@@ -72,18 +97,13 @@ pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: imp
                 *value = number(*column)? * factor;
             }
         }
-        for k in &plan.kept {
-            writer.write_field(row.get(*k).unwrap_or_default()).map_err(|e| unwritten(&e))?;
-        }
         let (values, converged) = correction.row(&readings, &given);
+        counts.rows += 1;
         counts.failed += u64::from(!converged);
-        for value in &values {
-            writer.write_field(cell(*value)).map_err(|e| unwritten(&e))?;
-        }
-        writer.write_record(None::<&[u8]>).map_err(|e| unwritten(&e))?;
+        let kept = plan.kept.iter().map(|k| Cow::Borrowed(row.get(*k).unwrap_or_default().as_bytes()));
+        writer.row(kept.chain(values.iter().map(|value| Cow::Owned(cell(*value).into_bytes()))))?;
     }
-    writer.flush().map_err(|e| unwritten(&e))?;
-    Ok(counts)
+    writer.finish()
 }
 
 /// A number, or an empty cell where there is none.

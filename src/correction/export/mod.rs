@@ -1,24 +1,27 @@
 //! A calibration as source code or as another program's file.
 //!
-//! The exported code does what [`Corrector::correct`](super::Corrector::correct) does: `q = 0`, then `q <- q + M (s - f(q))` to the fixed point, with the same constants in
-//! the same order, so that the results agree to rounding; beyond a contraction it reports failure instead of Newton's steps. Each file holds
-//! test samples (readings of the exact lines at known inputs) and checks itself against them.
+//! The exported code does what [`Corrector::correct`](super::Corrector::correct) does, step for step with the same constants, so that the results agree to
+//! rounding. Each file holds test samples (readings of the exact lines at known inputs) and checks itself against them. One description of
+//! the unit serves all languages ([`source`]); a language is how it writes numbers and lists (`languages.rs`) and a template
+//! (`data/templates/export`).
 
-mod c;
-mod matlab;
-mod python;
+mod languages;
 mod yaml;
 
-use super::{Calibration, Corrector, InputRole};
-use crate::algebra::{Function, Language};
+use super::bound::direction_of;
+use super::solve::{CONTRACTING, ROUNDS};
+use super::{CalibratedLine, Calibration, Corrector, InputRole, Quantity};
 use crate::error::{Fault, Malformed, Result};
-use nalgebra::Vector3;
+use languages::{HEADER, Language, number};
+use nalgebra::{DMatrix, Vector3};
 
 /// What a calibration can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// C99, double or (with `TUMBLE_FLOAT` defined) float.
+    /// C99, double or (with `TUMBLE_FLOAT` defined) float; it needs no header of its own.
     C,
+    /// What other C or C++ files include.
+    CHeader,
     /// Python 3 without packages.
     Python,
     /// MATLAB or GNU Octave.
@@ -38,11 +41,16 @@ pub struct Origin {
     pub report: String,
     /// Lines about the unit (serial number, date), as they stand.
     pub unit: Vec<String>,
+    /// What the names of C and the function of MATLAB begin with; `tumble` where it is not said.
+    pub prefix: Option<String>,
+    /// For kalibr: the noise keys of its IMU file, as `tumble noise --kalibr` writes them.
+    pub noise: Option<String>,
 }
 
 /// The calibration as text of a file.
 ///
-/// Errors: `Missing` where it corrects nothing, or where the target needs a whole vector of rates or forces that this unit does not measure.
+/// Errors: `Missing` where it corrects nothing, or where the target needs a whole vector of rates or forces that this unit does not measure;
+/// `Value` for a prefix that begins no name.
 ///
 /// ```
 /// use tumble::{correction::{Calibration, export}, fit, wire};
@@ -58,73 +66,208 @@ pub struct Origin {
 /// ```
 pub fn export(calibration: &Calibration, target: Target, origin: &Origin) -> Result<String> {
     let corrector = Corrector::new(calibration)?;
-    match target {
-        Target::C => Ok(c::write(&Parts::new(calibration, &corrector, origin))),
-        Target::Python => Ok(python::write(&Parts::new(calibration, &corrector, origin))),
-        Target::Matlab => Ok(matlab::write(&Parts::new(calibration, &corrector, origin))),
-        Target::Kalibr => yaml::kalibr(calibration, &corrector, origin),
-        Target::Ros => yaml::ros(calibration, &corrector, origin),
+    match (target, Language::of(target)) {
+        (Target::Ros, _) => yaml::ros(calibration, &corrector, origin),
+        (_, Some(language)) => source(calibration, &corrector, target, language, origin),
+        (_, None) => yaml::kalibr(calibration, &corrector, origin),
     }
 }
 
-/// A test sample: inputs, what is given, and the readings of the exact lines there.
-pub(super) struct Sample {
-    pub(super) inputs: Vec<f64>,
-    pub(super) given: Vec<f64>,
-    pub(super) readings: Vec<f64>,
-}
-
-/// What every language writes.
-pub(super) struct Parts<'a> {
-    pub(super) calibration: &'a Calibration,
-    pub(super) corrector: &'a Corrector,
-    pub(super) comment: Vec<String>,
-    pub(super) samples: Vec<Sample>,
-    /// Rate and force vectors of one unit of each input, solved ones first.
-    pub(super) vectors: Vec<(Vector3<f64>, Vector3<f64>)>,
-}
-
-impl<'a> Parts<'a> {
-    fn new(calibration: &'a Calibration, corrector: &'a Corrector, origin: &Origin) -> Self {
-        let solved: Vec<String> =
-            calibration.solved().map(|i| format!("{} ({})", i.name, calibration.unit_of(i))).collect();
-        let given: Vec<String> = calibration
-            .inputs
-            .iter()
-            .filter(|i| i.role == InputRole::Given)
-            .map(|i| format!("{} ({}; otherwise {})", i.name, calibration.unit_of(i), i.fallback))
-            .collect();
-        let readings: Vec<String> = calibration.lines.iter().map(|l| format!("{} ({})", l.sensor, l.unit)).collect();
-        let mut comment = vec![
-            "Correction of a calibrated unit: readings to rates and specific forces along the sensors' own axes."
-                .to_string(),
-            format!("Written by {} from {}.", origin.program, origin.report),
-        ];
-        comment.extend(origin.unit.iter().cloned());
-        comment.push(format!("Readings, in this order: {}.", readings.join(", ")));
-        comment.push(format!("Inputs, in this order: {}.", solved.join(", ")));
-        if !given.is_empty() {
-            comment.push(format!("Given with each sample, in this order: {}.", given.join(", ")));
-        }
-        for line in &calibration.lines {
-            comment.push(format!("  {} = {}", line.sensor, line.model));
-        }
-        Parts {
-            calibration,
-            corrector,
-            comment,
-            samples: samples(calibration, corrector),
-            vectors: corrector.parts().to_vec(),
+/// The unit in a language: its lines and their slopes over components `x` along distinct axes, each a sum of inputs.
+fn source(
+    calibration: &Calibration,
+    corrector: &Corrector,
+    target: Target,
+    language: &Language,
+    origin: &Origin,
+) -> Result<String> {
+    let prefix = prefix(origin)?;
+    // how a language calls each input: the solved ones are elements of q, the others of given
+    let mut counts = [0, 0];
+    let inputs: Vec<String> = calibration
+        .inputs
+        .iter()
+        .map(|input| {
+            let [solved, given] = &mut counts;
+            let (list, count) = if input.role == InputRole::Solved { ("q", solved) } else { ("given", given) };
+            *count += 1;
+            (language.element)(list, *count - 1)
+        })
+        .collect();
+    let mut axes: Vec<(Quantity, Vector3<f64>)> = Vec::new();
+    for axis in calibration.lines.iter().flat_map(|line| axes_of(line, calibration)).map(|(_, axis)| axis) {
+        if !axes.contains(&axis) {
+            axes.push(axis);
         }
     }
-
-    pub(super) fn given(&self) -> usize {
-        self.calibration.inputs.len() - self.corrector.solved()
+    // what one unit of input k adds along an axis
+    let share = |axis: &(Quantity, Vector3<f64>), k: usize| {
+        let part = corrector.parts().get(k);
+        part.map_or(0.0, |(rate, force)| axis.1.dot(if axis.0 == Quantity::Rate { rate } else { force }))
+    };
+    let term = |factor: f64, what: &str| match factor {
+        1.0 => what.to_string(),
+        factor => format!("({} * {what})", signed(language, factor)),
+    };
+    let sum = |terms: Vec<String>| match terms.as_slice() {
+        [] => (language.algebra.number)(0.0),
+        terms => terms.join(" + "),
+    };
+    let name_in = |line: &CalibratedLine, name: &str| {
+        if calibration.parameters.iter().any(|p| p == name) {
+            return (language.parameter)(name);
+        }
+        let axis = direction_of(line, name).and_then(|axis| axes.iter().position(|own| *own == axis));
+        // `Corrector::new` has refused every name that is no input either
+        let given = || calibration.inputs.iter().position(|i| i.name == name).and_then(|k| inputs.get(k).cloned());
+        axis.map_or_else(|| given().unwrap_or_default(), |k| (language.element)("x", k))
+    };
+    let (mut components, mut lines, mut slopes) = (String::new(), String::new(), String::new());
+    for (k, axis) in axes.iter().enumerate() {
+        let terms = inputs.iter().enumerate().filter(|(input, _)| share(axis, *input) != 0.0);
+        let terms = terms.map(|(input, name)| term(share(axis, input), name)).collect();
+        components += &(language.assignment)(&(language.element)("x", k), &sum(terms));
     }
+    let solved: Vec<usize> =
+        (0..inputs.len()).filter(|k| calibration.inputs.get(*k).is_some_and(|i| i.role == InputRole::Solved)).collect();
+    for (i, line) in calibration.lines.iter().enumerate() {
+        let name = |name: &str| name_in(line, name);
+        let value = line.model.in_language(&language.algebra, &name);
+        lines += &(language.assignment)(&(language.element)("s", i), &value);
+        for (j, input) in solved.iter().enumerate() {
+            let along = axes_of(line, calibration).filter(|(_, axis)| share(axis, *input) != 0.0);
+            let terms: Vec<String> = along
+                .filter_map(|(by, axis)| {
+                    Some(term(share(&axis, *input), &line.model.slope_in_language(&language.algebra, &name, by)?))
+                })
+                .collect();
+            if !terms.is_empty() {
+                slopes += &(language.assignment)(&(language.element_of_rows)("d", i, j), &sum(terms));
+            }
+        }
+    }
+    let used = |name: &str| calibration.lines.iter().any(|line| line.model.names().contains(&name));
+    let parameters = calibration.parameters.iter().zip(&calibration.values).filter(|(name, _)| used(name));
+    let parameters: String =
+        parameters.map(|(p, value)| (language.constant)(&(language.parameter)(p), &signed(language, *value))).collect();
+    let samples = samples(calibration, corrector);
+    let given = corrector.fallbacks();
+    let all_given: Vec<Vec<f64>> = samples.iter().map(|_| given.clone()).collect();
+    let (tested, readings): (Vec<_>, Vec<_>) = samples.into_iter().unzip();
+    let template = if target == Target::CHeader { HEADER } else { language.template };
+    let code = filled(
+        &template.replace("@header@", HEADER),
+        &[
+            ("sensors", &calibration.lines.len().to_string()),
+            ("inputs", &solved.len().to_string()),
+            ("given", &given.len().to_string()),
+            ("count", &axes.len().to_string()),
+            ("rounds", &ROUNDS.to_string()),
+            ("contracting", &CONTRACTING.to_string()),
+            ("samples", &tested.len().to_string()),
+            ("parameters", &parameters),
+            ("bias", &(language.list)(corrector.bias())),
+            ("matrix", &(language.rows)(&rows(corrector.matrix()))),
+            ("otherwise", &(language.list)(&given)),
+            ("axes", &components),
+            ("lines", &lines),
+            ("slopes", &slopes),
+            ("test_readings", &(language.rows)(&readings)),
+            ("test_given", &(language.rows)(&all_given)),
+            ("test_inputs", &(language.rows)(&tested)),
+        ],
+    );
+    let comment: String = comment(calibration, origin)
+        .iter()
+        .map(|line| format!("{}{}\n", language.comment, line.replace("*/", "* /").replace("/*", "/ *")))
+        .collect();
+    // last: what users wrote is not looked into
+    Ok(filled(&code, &[("prefix", &prefix), ("PREFIX", &prefix.to_ascii_uppercase()), ("comment", &comment)]))
 }
 
-/// Inputs spread over half of the calibration's range, in a fixed pattern.
-fn samples(calibration: &Calibration, corrector: &Corrector) -> Vec<Sample> {
+/// Names of a line that are rates or forces, with their axes.
+fn axes_of<'a>(
+    line: &'a CalibratedLine,
+    calibration: &'a Calibration,
+) -> impl Iterator<Item = (&'a str, (Quantity, Vector3<f64>))> {
+    let names = line.model.names().into_iter().filter(|name| !calibration.parameters.iter().any(|p| p == name));
+    names.filter_map(|name| Some((name, direction_of(line, name)?)))
+}
+
+/// A template with each `@key@` replaced; what is put in is not looked into again.
+fn filled(template: &str, values: &[(&str, &str)]) -> String {
+    let mut pieces = template.split('@');
+    let mut text = pieces.next().unwrap_or_default().to_string();
+    let mut open = true; // could the next piece be a key?
+    for piece in pieces {
+        match values.iter().find(|(key, _)| open && *key == piece) {
+            Some((_, value)) => {
+                text.push_str(value);
+                open = false;
+            }
+            None => {
+                if open {
+                    text.push('@');
+                }
+                text.push_str(piece);
+                open = true;
+            }
+        }
+    }
+    text
+}
+
+fn prefix(origin: &Origin) -> Result<String> {
+    let prefix = origin.prefix.clone().unwrap_or_else(|| "tumble".into());
+    let sound = prefix.starts_with(|c: char| c.is_ascii_alphabetic())
+        && prefix.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if sound {
+        return Ok(prefix);
+    }
+    Err(Malformed::new(Fault::Value, "the prefix begins no name in C or MATLAB")
+        .expected("a letter, then letters, digits and underscores")
+        .found(format!("'{prefix}'")))
+}
+
+/// What stands at the top: where the file comes from, the order of readings and inputs, the lines.
+fn comment(calibration: &Calibration, origin: &Origin) -> Vec<String> {
+    let inputs = |role: InputRole| {
+        let own = calibration.inputs.iter().filter(|input| input.role == role);
+        own.map(|i| match role {
+            InputRole::Solved => format!("{} ({})", i.name, calibration.unit_of(i)),
+            InputRole::Given => format!("{} ({}; otherwise {})", i.name, calibration.unit_of(i), i.fallback),
+        })
+        .collect::<Vec<_>>()
+        .join(", ")
+    };
+    let readings: Vec<String> = calibration.lines.iter().map(|l| format!("{} ({})", l.sensor, l.unit)).collect();
+    let mut comment = vec![
+        "Correction of a calibrated unit: readings to rates and specific forces along the sensors' own axes.".into(),
+    ];
+    comment.extend(origin_lines(origin));
+    comment.push(format!("Readings, in this order: {}.", readings.join(", ")));
+    comment.push(format!("Inputs, in this order: {}.", inputs(InputRole::Solved)));
+    if calibration.inputs.iter().any(|input| input.role == InputRole::Given) {
+        comment.push(format!("Given with each sample, in this order: {}.", inputs(InputRole::Given)));
+    }
+    comment.extend(calibration.lines.iter().map(|line| format!("  {} = {}", line.sensor, line.model)));
+    comment.iter().map(|line| one_line(line)).collect()
+}
+
+fn origin_lines(origin: &Origin) -> Vec<String> {
+    let mut lines = vec![format!("Written by {} from {}.", origin.program, origin.report)];
+    lines.extend(origin.unit.iter().cloned());
+    lines
+}
+
+/// A text without what ends a line or turns its direction: a comment stays one.
+fn one_line(text: &str) -> String {
+    let turns = |c: char| matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    text.chars().map(|c| if c.is_control() || turns(c) { ' ' } else { c }).collect()
+}
+
+/// Inputs spread over half of the calibration's range, in a fixed pattern, and the readings of the exact lines there.
+fn samples(calibration: &Calibration, corrector: &Corrector) -> Vec<(Vec<f64>, Vec<f64>)> {
     let given = corrector.fallbacks();
     (0..4)
         .map(|k| {
@@ -139,76 +282,19 @@ fn samples(calibration: &Calibration, corrector: &Corrector) -> Vec<Sample> {
                 })
                 .collect();
             let readings = corrector.readings(&inputs, &given);
-            Sample { inputs, given: given.clone(), readings }
+            (inputs, readings)
         })
         .collect()
 }
 
-/// The shortest text that reads back as the same number, with an exponent or a point.
-pub(super) fn number(value: f64) -> String {
-    format!("{value:?}")
-}
-
-/// The function's name in C, Python's `math` and MATLAB where all three agree.
-pub(super) fn shared_name(function: Function) -> Option<&'static str> {
-    match function {
-        Function::Sin
-        | Function::Cos
-        | Function::Tan
-        | Function::Asin
-        | Function::Acos
-        | Function::Atan
-        | Function::Sqrt
-        | Function::Exp => Some(function.name()),
-        _ => None,
-    }
-}
-
-/// The line of every sensor in a language.
-pub(super) fn lines_in(parts: &Parts<'_>, language: &Language, input: &dyn Fn(Slot<'_>) -> String) -> Vec<String> {
-    let calibration = parts.calibration;
-    calibration
-        .lines
-        .iter()
-        .map(|line| {
-            line.model.in_language(language, &|name| {
-                if calibration.parameters.iter().any(|p| p == name) {
-                    return input(Slot::Parameter(name));
-                }
-                if let Some((quantity, direction)) = super::bound::direction_of(line, name) {
-                    return input(Slot::Axis(quantity, direction));
-                }
-                let given =
-                    calibration.inputs.iter().filter(|i| i.role == InputRole::Given).position(|i| i.name == name);
-                // `Corrector::new` has refused every other name
-                input(Slot::Given(given.unwrap_or_default()))
-            })
-        })
-        .collect()
-}
-
-/// What a name of a line is.
-pub(super) enum Slot<'a> {
-    Parameter(&'a str),
-    Axis(super::Quantity, Vector3<f64>),
-    Given(usize),
-}
-
-/// A component along a direction as a sum over `vector[0..3]`, terms of zero left out.
-pub(super) fn component(vector: &str, direction: &Vector3<f64>, index: &dyn Fn(usize) -> String) -> String {
-    let terms: Vec<String> = (0..3)
-        .filter(|k| direction[*k] != 0.0)
-        .map(|k| {
-            let element = format!("{vector}{}", index(k));
-            if direction[k] == 1.0 { element } else { format!("({} * {element})", signed(direction[k])) }
-        })
-        .collect();
-    if terms.is_empty() { "0.0".into() } else { format!("({})", terms.join(" + ")) }
+fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 /// A number in parentheses where it is negative.
-pub(super) fn signed(value: f64) -> String {
-    if value < 0.0 { format!("({})", number(value)) } else { number(value) }
+fn signed(language: &Language, value: f64) -> String {
+    let size = (language.algebra.number)(value.abs());
+    if value < 0.0 { format!("(-{size})") } else { size }
 }
 
 fn needs(target: &str, what: &str) -> Malformed {

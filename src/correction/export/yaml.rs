@@ -1,12 +1,12 @@
-//! Files of other programs: kalibr's intrinsics and the ROS package imu_calib, both in SI units of the inputs.
+//! Files of other programs: kalibr's IMU file and the ROS package imu_calib, both in SI units of the inputs, both by axis.
 
-use super::{Origin, needs, number};
+use super::{Origin, needs, number, one_line, origin_lines};
 use crate::bench::STANDARD_GRAVITY_M_S2;
-use crate::correction::{Calibration, Corrector, Quantity};
+use crate::correction::{Calibration, Corrector, InputRole, Quantity, linearity};
 use crate::elements::Elements;
 use crate::error::Result;
 
-/// Rows (sensors) that measure a quantity, and its three columns; `None` where the unit does not measure all of it.
+/// The sensors that measure x, y and z of a quantity, and the columns of these; `None` where the unit does not measure all of it.
 fn block(calibration: &Calibration, corrector: &Corrector, quantity: Quantity) -> Option<([usize; 3], [usize; 3])> {
     let prefix = if quantity == Quantity::Rate { "w_" } else { "a_" };
     let column = |axis: &str| calibration.solved().position(|i| i.name == format!("{prefix}{axis}"));
@@ -20,7 +20,16 @@ fn block(calibration: &Calibration, corrector: &Corrector, quantity: Quantity) -
             own && (quantity == Quantity::Rate || others.iter().all(|j| sensitivity[(*i, *j)] == 0.0))
         })
         .collect();
-    Some((<[usize; 3]>::try_from(rows).ok()?, columns))
+    let [a, b, c] = <[usize; 3]>::try_from(rows).ok()?;
+    // each sensor to the axis that it follows: the order in which they follow their axes most, together
+    let share = |row: usize, column: usize| {
+        let size = columns.iter().map(|j| sensitivity[(row, *j)].powi(2)).sum::<f64>().sqrt();
+        sensitivity[(row, column)].abs() / size
+    };
+    let follows = |rows: &[usize; 3]| rows.iter().zip(columns).map(|(row, column)| share(*row, column)).sum::<f64>();
+    let orders = [[a, b, c], [a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]];
+    let rows = orders.into_iter().max_by(|one, other| follows(one).total_cmp(&follows(other)))?;
+    Some((rows, columns))
 }
 
 fn si(calibration: &Calibration, quantity: Quantity) -> f64 {
@@ -39,34 +48,64 @@ fn sub(matrix: &nalgebra::DMatrix<f64>, rows: &[usize], columns: &[usize], facto
     rows.iter().map(row).collect::<Vec<_>>().join("\n")
 }
 
-fn head(calibration: &Calibration, origin: &Origin, what: &str) -> String {
-    let mut text = format!("# {what}\n# Written by {} from {}.\n", origin.program, origin.report);
-    origin.unit.iter().for_each(|line| text.push_str(&format!("# {line}\n")));
-    for line in &calibration.lines {
-        text.push_str(&format!("# {} ({}) = {}\n", line.sensor, line.unit, line.model));
+/// What stands at the top, as comments: where it comes from, the lines, what of them these files cannot hold.
+fn head(calibration: &Calibration, corrector: &Corrector, origin: &Origin, what: &[&str]) -> String {
+    let mut lines: Vec<String> = what.iter().map(|line| (*line).to_string()).collect();
+    lines.extend(origin_lines(origin));
+    lines.extend(calibration.lines.iter().map(|line| format!("{} ({}) = {}", line.sensor, line.unit, line.model)));
+    let linearity = linearity(calibration, corrector);
+    for ((input, error), range) in calibration.solved().zip(&linearity.error).zip(&linearity.range) {
+        if *error > 1e-12 * range {
+            let unit = calibration.unit_of(input);
+            lines.push(format!(
+                "Quadratic and higher terms are left out: {} is wrong by up to {error:.2e} {unit} within {range} {unit}.",
+                input.name
+            ));
+        }
     }
-    text
+    let given = calibration.inputs.iter().filter(|input| input.role == InputRole::Given);
+    lines.extend(given.map(|input| format!("At {} = {} {}.", input.name, input.fallback, calibration.unit_of(input))));
+    lines.iter().map(|line| format!("# {}\n", one_line(line).trim_end())).collect()
 }
 
-/// kalibr's `scale-misalignment` intrinsics: readings = M w + A a + b and M a + b, inputs in rad/s and m/s^2.
+/// The sensors of a block, by axis.
+fn sensors(calibration: &Calibration, rows: &[usize; 3]) -> String {
+    let names = rows.map(|row| calibration.lines.get(row).map_or("", |line| line.sensor.as_str()));
+    one_line(&format!("# x, y, z: {}\n", names.join(", "))).trim_end().to_string() + "\n"
+}
+
+/// kalibr's IMU file: what it reads (topic, rate, noise), then its `scale-misalignment` intrinsics, readings = M w + A a + b and M a + b,
+/// inputs in rad/s and m/s^2.
 pub(super) fn kalibr(calibration: &Calibration, corrector: &Corrector, origin: &Origin) -> Result<String> {
     let gyros = block(calibration, corrector, Quantity::Rate);
     let accelerometers = block(calibration, corrector, Quantity::Force);
     if gyros.is_none() && accelerometers.is_none() {
         return Err(needs("kalibr", "three gyros or three accelerometers"));
     }
-    let what = "Intrinsics of an IMU for kalibr, model scale-misalignment, at zero input.";
-    let mut text = head(calibration, origin, what);
-    text.push_str("# M, A: readings per rad/s and per m/s^2; kalibr takes readings in rad/s and m/s^2 (M near 1). bias: reading at zero input, which kalibr estimates itself.\n");
-    text.push_str("model: scale-misalignment\n");
+    let what = [
+        "IMU file of kalibr. kalibr reads the topic, the update rate and the noise; it estimates intrinsics itself",
+        "(--imu-models scale-misalignment): M, A and bias below are for reference, at zero input.",
+        "M, A: readings per rad/s and per m/s^2; kalibr takes readings in rad/s and m/s^2 (M near 1). bias: reading at zero input.",
+    ];
+    let mut text = head(calibration, corrector, origin, &what);
+    match &origin.noise {
+        Some(noise) => text.push_str(noise.trim_end()),
+        None => text.push_str(
+            "rostopic: /imu0\n# update_rate, accelerometer_noise_density, accelerometer_random_walk, gyroscope_noise_density and gyroscope_random_walk are\n\
+             # not known here: tumble noise LOG --json noise.json, then --noise noise.json",
+        ),
+    }
+    text.push_str("\n\nmodel: scale-misalignment\n");
     let m = corrector.sensitivity();
     let bias = |rows: &[usize]| rows.iter().map(|i| corrector.bias().at(*i)).map(number).collect::<Vec<_>>().join(", ");
     if let Some((rows, columns)) = &accelerometers {
         let factor = si(calibration, Quantity::Force);
+        text.push_str(&sensors(calibration, rows));
         text.push_str(&format!("accelerometers:\n  M:\n{}\n  bias: [{}]\n", sub(m, rows, columns, factor), bias(rows)));
     }
     if let Some((rows, columns)) = &gyros {
         let factor = si(calibration, Quantity::Rate);
+        text.push_str(&sensors(calibration, rows));
         text.push_str(&format!("gyroscopes:\n  M:\n{}\n", sub(m, rows, columns, factor)));
         match &accelerometers {
             Some((_, force)) => {
@@ -86,19 +125,16 @@ pub(super) fn ros(calibration: &Calibration, corrector: &Corrector, origin: &Ori
         return Err(needs("imu_calib", "three accelerometers"));
     };
     let factor = si(calibration, Quantity::Force);
-    let sensitivity = nalgebra::Matrix3::from_iterator(
-        columns
-            .iter()
-            .flat_map(|j| rows.map(|i| corrector.sensitivity().get((i, *j)).map_or(f64::NAN, |s| s * factor))),
-    );
+    let sensitivity = nalgebra::Matrix3::from_fn(|i, j| match (rows.get(i), columns.get(j)) {
+        (Some(i), Some(j)) => corrector.sensitivity()[(*i, *j)] * factor,
+        _ => f64::NAN,
+    });
     let Some(inverse) = sensitivity.try_inverse() else { return Err(needs("imu_calib", "three accelerometers")) };
     let bias = nalgebra::Vector3::from_iterator(rows.iter().map(|i| corrector.bias().at(*i)));
     let offset = inverse * bias;
-    let mut text = head(
-        calibration,
-        origin,
-        "Accelerometer calibration for the ROS package imu_calib: corrected = SM*raw - bias, m/s^2.",
-    );
+    let what = ["Accelerometer calibration for the ROS package imu_calib: corrected = SM*raw - bias, m/s^2."];
+    let mut text = head(calibration, corrector, origin, &what);
+    text.push_str(&sensors(calibration, &rows));
     let cells: Vec<String> = inverse.transpose().iter().map(|cell| number(*cell)).collect();
     text.push_str(&format!(
         "SM: [{}]\nbias: [{}, {}, {}]\n",
