@@ -290,3 +290,27 @@ fn where_devices_are_not_told_apart_that_is_said() {
     let told = planned.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("all positions are taken as those of one device"), "{told}");
 }
+
+/// Every device whose conformity is undecided is named.
+#[test]
+fn undecided_devices_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let readings: Vec<String> = [("A", 0.0), ("B", 1.9), ("C", -1.9), ("D", 1.95)]
+        .iter()
+        .flat_map(|(serial, y)| (0..2).map(move |_| format!(r#"{{"serial": "{serial}", "y": {y}, "y_u": 0.3}}"#)))
+        .collect();
+    let text = format!(
+        r#"{{"bench": {{"id": "mean", "sensors": {{"y": {{"model": "a"}}}}}}, "estimate": {{"a": {{}}}}, "by": "serial", "decision": "guard-u",
+            "limits": {{"a": [-2, 2]}}, "readings": [{}]}}"#,
+        readings.join(",")
+    );
+    std::fs::write(folder.path().join("all.campaign.json"), text).expect("a file");
+    let found = run(folder.path(), &["fit", "all.campaign.json", "--json", "all.json"]);
+    assert!(found.code != 1, "{}", found.stderr);
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("all.json")).expect("a file")).expect("JSON");
+    assert_eq!(report["conformity"]["undecided"], 3);
+    let named: Vec<&str> =
+        report["not_in_order"].as_array().expect("a list").iter().filter_map(|own| own["device"].as_str()).collect();
+    assert_eq!(named, ["B", "C", "D"]);
+}
