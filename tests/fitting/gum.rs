@@ -102,7 +102,7 @@ fn resistance_and_reactance_by_equation_13() {
     // trials about the first order: a standard deviation of 20,000 is known to 0.5 %, and nothing here is bent by that much
     let drawn = tumble::fit::draw(&fit, 20_000, 1, &|_| {}).unwrap().unwrap();
     for (k, id) in ["R", "X", "Z"].iter().enumerate() {
-        let u = drawn.trials.outputs[k + 1].u;
+        let u = drawn.trials.outputs[k + 1].sd;
         assert!((u / expected["expected"][id]["u"].as_f64().unwrap() - 1.0).abs() < 0.02, "{id}: {u}");
     }
     let refused = |correlations: &str, what: &str| {
