@@ -93,6 +93,7 @@ residual-sd-of-none-no-degrees-of = residual sd of { $sensor }: none (no degrees
 inconsistent-disagrees-with-the-other-sights-by = INCONSISTENT: { $sensor } disagrees with the other sights by { $mean_residual_deg } deg on average (another side of the target? a point sighted wrongly? a start too far away?)
 fit-table-note = note: { $remark }
 fit-table-known = known: { $known }
+correlated-inputs = correlated: { $list }
 assumed-zero = assumed zero: { $assumed_zero }
 note-one-linear-step-is-not-enough = note: one linear step is not enough here: Gauss-Newton would go on by more than 0.1 u in { $differ }; fit without --linear
 no-reading-responds-to-at-the-reference = no reading responds to { $moved } at the reference point, where all that they are multiplied by is zero: started beside it
@@ -287,6 +288,7 @@ readings = Readings
 
 # report/html/checks_page.rs
 lack-of-fit-the-model-leaves-more = Lack of fit: the model leaves more than replicates scatter (p = { $p }).
+lack-of-fit-the-model-leaves-more-between-positions = Lack of fit: the model leaves more between positions than the readings of a position scatter (p = { $p }).
 suspicious-see-the-checks = Suspicious: { $n ->
     [one] reading
    *[other] readings
@@ -296,6 +298,7 @@ checks = Checks
 test = test
 statistic = statistic
 lack-of-fit = lack of fit
+lack-of-fit-by-position = lack of fit by position
 f-with-and = F = { $f } with { $between_dof } and { $pure_error_dof } ν
 runs-of = runs of `{ $sensor }`
 runs-expected = { $runs } runs, { $expected } expected
@@ -433,8 +436,11 @@ hides-in-and = { $last } hides in { $join } and { $before }
 
 # report/fit_checks.rs
 f-with-and-degrees-of-freedom-p = F = { $f } with { $between_dof } and { $pure_error_dof } degrees of freedom, p = { $p }
-lack-of-fit-the-model-leaves-more-2 = LACK OF FIT: the model leaves more than replicates scatter ({ $numbers }); try `tumble diagnose`
+lack-of-fit-the-model-leaves-more-2 = LACK OF FIT: the model leaves more than replicates scatter ({ $numbers })
 replicates-scatter-as-much-as-the-model = replicates scatter as much as the model leaves ({ $numbers })
+lack-of-fit-between-positions = LACK OF FIT by position: the model leaves more between positions than the readings of a position scatter ({ $numbers })
+positions-scatter-as-their-readings = the model leaves as much between positions as the readings of a position scatter ({ $numbers })
+diagnose-says-what-is-missing = `tumble diagnose` on this campaign says what the model lacks
 residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $word } runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
 lack-of-fit-over-an-input = LACK OF FIT over { $input }: steps in the eighths of its range explain more of { $sensor } than noise (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
@@ -444,6 +450,7 @@ means-of-rows-scatter-too-little = means of { $rows } residuals of { $sensor } s
 residuals-are-correlated = residuals of { $sensor } are correlated: { $correlation } at { $rows } rows (p = { $p } for all lags)
 row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } is { $residual } off the model (w = { $w }, p = { $p } over all rows)
 suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } is { $shift } off what the others say (w = { $w }, p = { $p } over all { $tested } readings)
+more-suspicious-readings = { $more } more suspicious readings: see the page or the JSON report
 
 # report/fit_constraints.rs
 no-values-meet-constraints-together-none-was = no values meet constraints { $named } together: none was applied
@@ -476,6 +483,7 @@ identity-traceable-to = traceable to
 identity-procedure = Procedure
 identity-environment = Environment
 identity-note = Note
+instrument-no-longer-valid = the calibration of { $name } was valid to { $valid_to }, and the measurement was on { $date }
 
 # sources of scatter
 what-scatters-2 = what scatters
@@ -532,6 +540,12 @@ dcc-stated-values = stated ({ $levels } values)
 dcc-standard-uncertainty = standard uncertainty { $u }
 dcc-covariance = Covariance of the estimates
 dcc-jointly = all estimates jointly
+dcc-relates-only-to-the-items = The results relate only to the items calibrated.
+dcc-traceable = The results are metrologically traceable, by { $by }, to { $to }.
+dcc-calibration-certificate = calibration certificate
+dcc-method = Least-squares adjustment of a multi-position test
+dcc-uncertainty = Expanded uncertainties: standard uncertainties multiplied by the coverage factor that is given with them
+dcc-not-stated = not stated
 
 # why Gauss-Newton ended
 distribution-arcsine = arcsine
@@ -584,6 +598,7 @@ date = date
 serial = serial
 file = file
 leaves-its-limits-about = leaves its limits about { $day }
+left-its-limits-about = left its limits about { $day }
 drifts = drifts
 too-few-dates = too few dates
 first = first
@@ -612,6 +627,7 @@ each-quantity-over-time-with-its-trend = Each quantity over time, with its trend
 no-quantity-drifts-by-more-than-its = No quantity drifts by more than its calibrations scatter.
 drift-beyond-the-scatter-of-the-calibrations = Drift beyond the scatter of the calibrations: { $drifts }.
 leaves-its-limits-about-2 = `{ $id }` leaves its limits about { $day }.
+left-its-limits-about-2 = `{ $id }` left its limits about { $day }.
 over-time = { $id } over time
 with-bars-of-u-dashed-limits-line = `{ $id }` with bars of 2 u; dashed: limits; line: trend where it is significant.
 over-time-2 = Over time

@@ -67,6 +67,7 @@ residual-sd-of-none-no-degrees-of = { $sensor } 的残差标准差：无（自�
 inconsistent-disagrees-with-the-other-sights-by = 不一致：{ $sensor } 与其余瞄准读数平均相差 { $mean_residual_deg } deg(瞄准了目标的另一面？瞄错了点？初值相差太远？)
 fit-table-note = 注：{ $remark }
 fit-table-known = 已知量：{ $known }
+correlated-inputs = 相关的已知量：{ $list }
 assumed-zero = 设为零：{ $assumed_zero }
 note-one-linear-step-is-not-enough = 注：此处一步线性解不够：高斯-牛顿法还会使下列参数改变 0.1 u 以上：{ $differ }；请去掉 --linear 再拟合
 no-reading-responds-to-at-the-reference = 在参考点处没有读数对 { $moved } 有响应（与其相乘的量全为零），故从参考点旁边开始迭代
@@ -250,12 +251,14 @@ readings = 读数
 
 # report/html/checks_page.rs
 lack-of-fit-the-model-leaves-more = 失拟：模型的剩余大于重复读数的分散（p = { $p }）。
+lack-of-fit-the-model-leaves-more-between-positions = 失拟：模型在各位置之间的剩余大于同一位置读数的分散（p = { $p }）。
 suspicious-see-the-checks = 可疑读数：第 { $numbers } 个，见检验部分。
 the-robust-estimator-did-not-settle = 稳健估计（{ $method }）未收敛。
 checks = 检验
 test = 检验
 statistic = 统计量
 lack-of-fit = 失拟检验
+lack-of-fit-by-position = 按位置的失拟检验
 f-with-and = F = { $f }，ν 为 { $between_dof } 和 { $pure_error_dof }
 runs-of = `{ $sensor }` 的游程检验
 runs-expected = 游程 { $runs } 个，期望 { $expected } 个
@@ -384,8 +387,11 @@ hides-in-and = { $last } 隐含在 { $join } 和 { $before } 之中
 
 # report/fit_checks.rs
 f-with-and-degrees-of-freedom-p = F = { $f }，自由度 { $between_dof } 和 { $pure_error_dof }，p = { $p }
-lack-of-fit-the-model-leaves-more-2 = 失拟：模型的剩余大于重复读数的分散（{ $numbers }）；可试用 `tumble diagnose`
+lack-of-fit-the-model-leaves-more-2 = 失拟：模型的剩余大于重复读数的分散（{ $numbers }）
 replicates-scatter-as-much-as-the-model = 重复读数的分散与模型的剩余相当（{ $numbers }）
+lack-of-fit-between-positions = 按位置失拟：模型在各位置之间的剩余大于同一位置读数的分散（{ $numbers }）
+positions-scatter-as-their-readings = 模型在各位置之间的剩余与同一位置读数的分散相当（{ $numbers }）
+diagnose-says-what-is-missing = 对本次试验运行 `tumble diagnose` 可查明模型缺少什么
 residuals-of-have-too-runs-of-one = { $sensor } 残差的同号游程过{ $word }（{ $runs } 个，期望 { $expected } 个，p = { $p }）：存在漂移或交替变化
 runs-few = 少
 runs-many = 多
@@ -397,6 +403,7 @@ means-of-rows-scatter-too-little = { $sensor } 的残差中，{ $rows } 行均�
 residuals-are-correlated = { $sensor } 的残差相关：相隔 { $rows } 行时为 { $correlation }（对全部间隔 p = { $p }）
 row-is-far-from-the-model = 可疑：{ $sensor } 的第 { $row } 行偏离模型 { $residual }（w = { $w }，对全部行 p = { $p }）
 suspicious-reading-of-is-off-what-the = 可疑：{ $sensor } 的第 { $index } 个读数偏离其余读数所示值 { $shift }（w = { $w }，对全部 { $tested } 个读数 p = { $p }）
+more-suspicious-readings = 另有 { $more } 个可疑读数：见页面或 JSON 报告
 
 # report/fit_constraints.rs
 no-values-meet-constraints-together-none-was = 没有数值能同时满足约束 { $named }：均未施加
@@ -433,6 +440,7 @@ identity-traceable-to = 溯源至
 identity-procedure = 测试程序
 identity-environment = 环境条件
 identity-note = 备注
+instrument-no-longer-valid = { $name } 的校准有效期至 { $valid_to }，而测量日期为 { $date }
 
 # 多处使用
 correction-error-in = { $id } 为 { $error } { $unit }
@@ -470,6 +478,12 @@ dcc-stated-values = 给定（{ $levels } 个水平）
 dcc-standard-uncertainty = 标准不确定度 { $u }
 dcc-covariance = 估计值的协方差
 dcc-jointly = 全部估计值联合
+dcc-relates-only-to-the-items = 结果仅与被校准的物品有关。
+dcc-traceable = 结果通过 { $by } 计量溯源至 { $to }。
+dcc-calibration-certificate = 校准证书
+dcc-method = 多位置试验的最小二乘平差
+dcc-uncertainty = 扩展不确定度：标准不确定度乘以所给的包含因子
+dcc-not-stated = 未说明
 
 # report/changes.rs, report/html/changes_page.rs
 before = 前次
@@ -498,6 +512,7 @@ date = 日期
 serial = 编号
 file = 文件
 leaves-its-limits-about = 约于 { $day } 超限
+left-its-limits-about = 约于 { $day } 已超限
 drifts = 有漂移
 too-few-dates = 日期太少
 first = 首次
@@ -524,6 +539,7 @@ each-quantity-over-time-with-its-trend = 各量随时间的变化、趋势与限
 no-quantity-drifts-by-more-than-its = 没有量的漂移超出其各次标定的分散。
 drift-beyond-the-scatter-of-the-calibrations = 漂移超出各次标定分散的量：{ $drifts }。
 leaves-its-limits-about-2 = `{ $id }` 约于 { $day } 超限。
+left-its-limits-about-2 = `{ $id }` 约于 { $day } 已超限。
 over-time = { $id } 随时间的变化
 with-bars-of-u-dashed-limits-line = `{ $id }`，误差棒为 2 u；虚线：限值；实线：显著时的趋势。
 over-time-2 = 随时间的变化

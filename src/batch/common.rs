@@ -299,6 +299,7 @@ pub(super) fn is_plain(campaign: &Campaign, settings: &Settings) -> bool {
         && settings.remount == Remount::No
         && campaign.constraints.is_empty()
         && campaign.scatter.is_empty()
+        && campaign.correlations.is_empty()
         && campaign.bench.sensors.iter().all(|sensor| sensor.turn.is_none());
     plain && (is_linear(campaign) || (settings.estimator == Estimator::Linear && !is_uncertain(campaign)))
 }

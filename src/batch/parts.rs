@@ -90,6 +90,9 @@ impl Parts {
         if !template.scatter.is_empty() {
             return refuse("the campaign says what scatters", "scatter");
         }
+        if !template.correlations.is_empty() {
+            return refuse("known inputs are correlated", "correlations");
+        }
         if let Some(sensor) = template.bench.sensors.iter().find(|sensor| sensor.turn.is_some()) {
             return refuse(&format!("{} is a closed circle", sensor.id), "bench");
         }

@@ -146,7 +146,7 @@ impl Summary {
             None => {}
         }
         self.suspicious += usize::from(!row.suspects.is_empty());
-        let in_order = row.verdict == Verdict::Accepted && row.conformity != Some(Conformity::Fail);
+        let in_order = row.verdict == Verdict::Accepted && matches!(row.conformity, None | Some(Conformity::Pass));
         if !in_order && self.not_in_order.len() < LISTED {
             let (verdict, conformity) = (row.verdict, row.conformity);
             self.not_in_order.push(NotInOrder { label: row.label.clone(), verdict, conformity, why: row.why.clone() });

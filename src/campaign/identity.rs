@@ -4,6 +4,7 @@ use crate::language::{Language, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// The identity of a campaign; everything in it is text for people, except the environment's numbers.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -33,6 +34,25 @@ pub struct Identity {
     /// A remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+}
+
+/// The day, `YYYY-MM-DD`, that a text begins with.
+pub fn day(text: &str) -> Option<&str> {
+    let (day, rest) = text.trim().split_at_checked(10)?;
+    let digits = |part: std::ops::Range<usize>| {
+        day.get(part).filter(|part| part.bytes().all(|b| b.is_ascii_digit())).and_then(|part| part.parse::<u32>().ok())
+    };
+    let (year, month, date) = (digits(0..4)?, digits(5..7)?, digits(8..10)?);
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let longest = match month {
+        2 => 28 + u32::from(leap),
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => 0,
+    };
+    let dashes = [4, 7].iter().all(|&k| day.as_bytes().get(k) == Some(&b'-'));
+    (dashes && year > 0 && (1..=longest).contains(&date) && !rest.starts_with(|c: char| c.is_ascii_digit()))
+        .then_some(day)
 }
 
 /// The unit under test.
@@ -69,18 +89,47 @@ pub struct Instrument {
 
 /// A condition of the environment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "a number or a text")]
+#[serde(untagged, expecting = "a number, { \"value\", \"u\" }, a range [lowest, highest] or a text")]
 pub enum Condition {
     /// A number; the unit is the end of its name.
     Number(f64),
+    /// A number with its standard uncertainty, both in that unit.
+    Measured {
+        /// The number.
+        value: f64,
+        /// Its standard uncertainty.
+        u: f64,
+    },
+    /// The lowest and the highest number.
+    Range([f64; 2]),
     /// A text.
     Text(String),
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Condition::Number(value) => write!(f, "{value}"),
+            Condition::Measured { value, u } => write!(f, "{value} (u {u})"),
+            Condition::Range([low, high]) => write!(f, "{low} ... {high}"),
+            Condition::Text(text) => f.write_str(text),
+        }
+    }
 }
 
 impl Identity {
     /// Is nothing said?
     pub fn is_empty(&self) -> bool {
         *self == Identity::default()
+    }
+
+    /// Instruments whose certificate was no longer valid on the day of the measurement, with both days.
+    pub fn expired(&self) -> impl Iterator<Item = (&Instrument, &str, &str)> {
+        let date = self.date.as_deref().and_then(day);
+        self.instruments.iter().filter_map(move |own| {
+            let (valid_to, date) = (own.valid_to.as_deref().and_then(day)?, date?);
+            (valid_to < date).then_some((own, valid_to, date))
+        })
     }
 
     /// Name and text of everything that is said, in the order of the fields.
@@ -114,14 +163,8 @@ impl Identity {
             add(say!(lang, "identity-instrument"), Some(words.join(lang.comma())));
         }
         add(say!(lang, "identity-procedure"), self.procedure.clone());
-        let conditions: Vec<String> = self
-            .environment
-            .iter()
-            .map(|(name, condition)| match condition {
-                Condition::Number(value) => format!("{name} {value}"),
-                Condition::Text(text) => format!("{name} {text}"),
-            })
-            .collect();
+        let conditions: Vec<String> =
+            self.environment.iter().map(|(name, condition)| format!("{name} {condition}")).collect();
         add(say!(lang, "identity-environment"), Some(conditions.join(lang.comma())));
         add(say!(lang, "identity-note"), self.note.clone());
         facts

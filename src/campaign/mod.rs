@@ -4,6 +4,7 @@
 //! Tilts are in radians, joints in degrees (exact at quarter turns), rates in degrees per second. Deliberately absent: file formats
 //! (`wire`), rows (`design`).
 
+mod correlations;
 mod identity;
 mod inputs;
 mod limits;
@@ -14,7 +15,7 @@ mod readings;
 mod scatter;
 mod units;
 
-pub use identity::{Condition, Identity, Instrument, UnitUnderTest};
+pub use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
 pub use inputs::{GRAVITY, LATITUDE, RATE};
 pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
@@ -37,6 +38,8 @@ pub struct Campaign {
     pub units: Inferred,
     /// Every coefficient and tilt: the estimated first (in the campaign's order), then the known, then those assumed zero.
     pub parameters: Vec<Parameter>,
+    /// Correlation coefficients of pairs of known parameters; others are independent.
+    pub correlations: Vec<(String, String, f64)>,
     /// What must hold between estimated parameters.
     pub constraints: Vec<Constraint>,
     /// Quantities computed from parameters.
@@ -62,6 +65,8 @@ pub struct Request {
     pub estimate: Vec<(String, Asked)>,
     /// Known parameters, in order.
     pub known: Vec<(String, Given)>,
+    /// Correlation coefficients of pairs of known parameters; others are independent.
+    pub correlations: Vec<(String, String, f64)>,
 }
 
 /// An estimated parameter as asked for: numbers in `unit`.
@@ -145,10 +150,12 @@ impl Campaign {
             }
         }
         missing::refuse_without_factor(&bench, &parameters)?;
+        correlations::check(&parameters, &request.correlations)?;
         Ok(Campaign {
             bench,
             units,
             parameters,
+            correlations: request.correlations,
             constraints: Vec::new(),
             derived: Vec::new(),
             readings,
@@ -198,6 +205,7 @@ impl Campaign {
             bench: self.bench.clone(),
             units: self.units.clone(),
             parameters: self.parameters.clone(),
+            correlations: self.correlations.clone(),
             constraints: self.constraints.clone(),
             derived: self.derived.clone(),
             scatter: self.scatter.clone(),

@@ -331,14 +331,14 @@ impl TrendLine {
         self.value + self.slope * (day - self.day)
     }
 
-    /// The first day after `from` on which the line is outside these limits; `None` where it stays within, or where the slope is not significant.
-    pub fn leaves(&self, limits: (f64, f64), from: f64) -> Option<f64> {
+    /// The day on which the line leaves these limits, also one that is past; `None` where the slope is not significant.
+    pub fn leaves(&self, limits: (f64, f64)) -> Option<f64> {
         if !self.significant || self.slope == 0.0 {
             return None;
         }
         let limit = if self.slope > 0.0 { limits.1 } else { limits.0 };
         let day = self.day + (limit - self.value) / self.slope;
-        day.is_finite().then_some(day.max(from))
+        day.is_finite().then_some(day)
     }
 }
 

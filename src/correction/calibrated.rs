@@ -158,16 +158,22 @@ fn covered(calibration: &Calibration, campaign: &Campaign) -> Option<Span> {
 
 /// Covariance of the parameters with these indices: estimated ones, known ones with their uncertainty, and both together.
 ///
-/// `cov(x, p) = (dx/dp) u(p)^2` for a known input p.
+/// `cov(x, p) = (dx/dq) cov(q, p)` over the known inputs q.
 fn covariance(fit: &Fit, used: &[usize]) -> Vec<Vec<f64>> {
     let unknowns = fit.campaign.unknowns();
     let known_of = |k: usize| fit.known_sensitivities.iter().find(|(parameter, ..)| *parameter == k);
-    let through = |k: usize, j: usize| known_of(k).map_or(0.0, |(_, known, c)| c.at(j) * known.u * known.u);
+    let covariance_of = |i: usize, j: usize| match (known_of(i), known_of(j)) {
+        (Some((_, one, _)), Some((_, other, _))) => fit.campaign.correlation(i, j) * one.u * other.u,
+        _ => 0.0,
+    };
+    let through = |k: usize, j: usize| -> f64 {
+        fit.known_sensitivities.iter().map(|(m, _, c)| c.at(j) * covariance_of(*m, k)).sum()
+    };
     let element = |i: usize, j: usize| match (i < unknowns, j < unknowns) {
         (true, true) if i < fit.covariance.nrows() && j < fit.covariance.ncols() => fit.covariance[(i, j)],
         (true, false) => through(j, i),
         (false, true) => through(i, j),
-        (false, false) if i == j => known_of(i).map_or(0.0, |(_, known, _)| known.u * known.u),
+        (false, false) => covariance_of(i, j),
         _ => 0.0,
     };
     used.iter().map(|i| used.iter().map(|j| element(*i, *j)).collect()).collect()

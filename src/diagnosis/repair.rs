@@ -69,6 +69,9 @@ pub(super) fn repair(campaign: &Campaign, effects: &[&Candidate]) -> Result<Camp
         }
     }
     request.estimate.extend(added.into_iter().map(|id| (id, Asked::default())));
+    let known = |name: &String| request.known.iter().any(|(id, _)| id == name);
+    let stated = campaign.correlations.iter().filter(|(a, b, _)| known(a) && known(b));
+    request.correlations = stated.cloned().collect();
     let mut repaired = Campaign::new(bench, request, readings)?;
     repaired.constraints = campaign.constraints.clone();
     repaired.derived = campaign.derived.clone();

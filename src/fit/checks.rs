@@ -15,6 +15,8 @@ use std::hash::BuildHasherDefault;
 pub struct Checks {
     /// What the model leaves beside what replicates scatter.
     pub lack_of_fit: Option<LackOfFit>,
+    /// What the model leaves between positions beside what readings of one position scatter; where nothing is replicated.
+    pub between_positions: Option<LackOfFit>,
     /// Order of the signs of the residuals, for each sensor (by its index).
     pub runs: Vec<(usize, RunsTest)>,
     /// Shape of the residuals' distribution.
@@ -74,6 +76,17 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         // residuals are not those of least squares here
         return checks;
     }
+    // what scatters between positions is no lack of fit
+    if step.scattered.is_none() && !silent && checks.lack_of_fit.is_none() {
+        checks.between_positions = quality::lack_of_fit_between(
+            &estimate.residuals,
+            estimate.factor.weight(),
+            estimate.factor.thin_q(),
+            &positions(campaign, design),
+            estimate.dof,
+            level,
+        );
+    }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
     let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && step.scattered.is_none();
     let common = if alone { scale(0) } else { 1.0 };
@@ -109,6 +122,19 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
             .collect();
     }
     checks
+}
+
+/// The position of each row, apart for each sensor; none where a reading has no label.
+fn positions(campaign: &Campaign, design: &DesignMatrix) -> Vec<Option<usize>> {
+    let mut numbers: HashMap<(usize, &str), usize, BuildHasherDefault<Mix>> = HashMap::default();
+    let of = |origin: &RowOrigin| campaign.readings.rows.get(origin.reading).map(|reading| reading.position.as_str());
+    let labels = design.rows.iter().map(|origin| Some((origin.sensor, of(origin).filter(|label| !label.is_empty())?)));
+    labels
+        .map(|label| {
+            let next = numbers.len();
+            label.map(|label| *numbers.entry(label).or_insert(next))
+        })
+        .collect()
 }
 
 /// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.

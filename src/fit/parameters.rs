@@ -9,7 +9,7 @@ use crate::design::DesignMatrix;
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
 use crate::estimate::{Combination, Estimate};
-use crate::uncertainty::{Combined, Contribution, Evaluation, combine, combine_together};
+use crate::uncertainty::{Combined, Contribution, Evaluation, Shape, combine_groups};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
 
@@ -173,16 +173,36 @@ impl<'a> BudgetInputs<'a> {
                 }
             }
         }
+        for (_, [(one, a), (other, b)], r) in self.correlated() {
+            for i in 0..covariance.nrows() {
+                for j in 0..covariance.ncols() {
+                    covariance[(i, j)] += r * one.u * other.u * (a.at(i) * b.at(j) + a.at(j) * b.at(i));
+                }
+            }
+        }
         covariance
+    }
+
+    /// Pairs of correlated known inputs: their names, how the solution follows each, and the coefficient.
+    fn correlated(&self) -> impl Iterator<Item = ([&str; 2], [(&Known, &[f64]); 2], f64)> {
+        let of = |name: &str| self.known.iter().find(|(id, ..)| *id == name).map(|(_, input, c)| (input, c.as_slice()));
+        self.campaign.correlations.iter().filter_map(move |(a, b, r)| Some(([a.as_str(), b], [of(a)?, of(b)?], *r)))
     }
 
     /// Budget of `c . x`, a known input acting also by itself (`own`), and what it combines to.
     fn budget(&self, along: &[f64], own: impl Fn(&str) -> f64) -> (Vec<Contribution>, Option<Combined>) {
         let (mut budget, type_a_dof) = self.noise.contributions(along);
         let from_readings = budget.len();
+        let sensitivity = |id: &str, c: &[f64]| own(id) + along.iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
         for (id, input, c) in &self.known {
-            let through: f64 = along.iter().zip(c).map(|(a, c)| a * c).sum();
-            budget.push(known_contribution(id, input, own(id) + through));
+            budget.push(known_contribution(id, input, sensitivity(id, c)));
+        }
+        let (mut together, mut correlated_dof) = (Vec::new(), f64::INFINITY);
+        for ([a, b], [one, other], r) in self.correlated() {
+            let covariance = 2.0 * r * sensitivity(a, one.1) * one.0.u * sensitivity(b, other.1) * other.0.u;
+            budget.push(correlated_contribution([a, b], covariance));
+            together.extend([a.to_string(), b.to_string(), pair_name([a, b])]);
+            correlated_dof = correlated_dof.min(one.0.dof).min(other.0.dof);
         }
         if !self.noise.determined && from_readings > 0 {
             return (budget, None);
@@ -191,10 +211,15 @@ impl<'a> BudgetInputs<'a> {
             // shares of an unknown whole
             return (Vec::new(), None);
         }
-        let combined = match type_a_dof {
-            None => combine(&budget, self.level),
-            Some(dof) => combine_together(&budget, dof, self.level),
+        // those of the readings were estimated together, and so were those of a calibration that several known inputs come from
+        let of_readings =
+            |c: &Contribution| type_a_dof.is_some() && c.evaluation == Evaluation::TypeA && c.dof.is_finite();
+        let group = |c: &Contribution| match together.contains(&c.source) && c.evaluation == Evaluation::TypeB {
+            true => Some(1),
+            false => of_readings(c).then_some(0),
         };
+        let dofs = [type_a_dof.unwrap_or(f64::INFINITY), correlated_dof];
+        let combined = combine_groups(&budget, &group, &dofs, self.level);
         (budget, combined)
     }
 
@@ -375,6 +400,24 @@ fn any_direction(scale: f64) -> Combined {
         dof: f64::INFINITY,
         coverage_factor: 3f64.sqrt(),
         expanded: scale.abs() * std::f64::consts::PI,
+    }
+}
+
+fn pair_name([a, b]: [&str; 2]) -> String {
+    format!("r({a}, {b})")
+}
+
+/// The covariance of two correlated inputs, `2 c_i c_j u_i u_j r` of GUM eq. 13, as the budget has it.
+fn correlated_contribution(names: [&str; 2], covariance: f64) -> Contribution {
+    Contribution {
+        source: pair_name(names),
+        evaluation: Evaluation::TypeB,
+        distribution: Shape::Normal,
+        estimate: None,
+        source_u: None,
+        sensitivity: None,
+        u: covariance.abs().sqrt().copysign(covariance),
+        dof: f64::INFINITY,
     }
 }
 

@@ -60,6 +60,8 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
         point.iter_mut().zip(free).for_each(|(x, free)| *x = *free);
     }
     let scatter = fit.noise.scatter();
+    let indices: Vec<usize> = fit.known_sensitivities.iter().map(|(parameter, ..)| *parameter).collect();
+    let correlation = if campaign.correlations.is_empty() { Vec::new() } else { campaign.correlation_root(&indices) };
     let known = fit
         .known_sensitivities
         .iter()
@@ -85,7 +87,7 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
     if outputs.is_empty() {
         return Ok(None);
     }
-    let model = Model { point, scatter, known, outputs };
+    let model = Model { point, scatter, known, correlation, outputs };
     let Some(trials) = monte_carlo(&model, trials, seed, parameters, fit.settings.level, progress) else {
         return Ok(None);
     };

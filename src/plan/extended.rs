@@ -67,6 +67,9 @@ pub fn extended(campaign: &Campaign, terms: &[Term]) -> Result<(Campaign, Vec<St
     }
     let fresh = names.iter().filter(|name| campaign.parameter_index(name).is_none());
     request.estimate.extend(fresh.map(|name| (name.clone(), Asked::default())));
+    let known = |name: &String| request.known.iter().any(|(id, _)| id == name);
+    let stated = campaign.correlations.iter().filter(|(a, b, _)| known(a) && known(b));
+    request.correlations = stated.cloned().collect();
     let mut longer = Campaign::new(bench, request, campaign.readings.clone())?;
     longer.constraints = campaign.constraints.clone();
     longer.derived = campaign.derived.clone();

@@ -50,7 +50,23 @@ pub(super) fn contributions(
             _ => None,
         })
         .collect();
-    let mut parts: Vec<Vec<f64>> = sensitivities(campaign, design, rows, estimate, &known)?;
+    let indices: Vec<usize> = known.iter().map(|(k, _)| *k).collect();
+    let root = if campaign.correlations.is_empty() { Vec::new() } else { campaign.correlation_root(&indices) };
+    // correlated inputs as independent ones: sum of r_ij p_i p_j' = sum of (sum L_ik p_i)(...)'
+    let independent = |parts: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+        if root.is_empty() {
+            return parts;
+        }
+        let unknowns = parts.first().map_or(0, Vec::len);
+        let mut mixed = vec![vec![0.0; unknowns]; parts.len()];
+        for (part, row) in parts.iter().zip(&root) {
+            for (own, share) in mixed.iter_mut().zip(row) {
+                own.iter_mut().zip(part).for_each(|(sum, p)| *sum += share * p);
+            }
+        }
+        mixed
+    };
+    let mut parts: Vec<Vec<f64>> = independent(sensitivities(campaign, design, rows, estimate, &known)?);
     let tilts: Vec<(usize, Option<f64>)> = campaign
         .estimated()
         .iter()
@@ -71,7 +87,7 @@ pub(super) fn contributions(
             let there = design::assemble(campaign, model, &point)?;
             let rows = Independent::new(campaign, &there, noise);
             let adjusted = rows.adjust(campaign, &there)?;
-            sensitivities(campaign, &there, &rows, &adjusted, &known)
+            sensitivities(campaign, &there, &rows, &adjusted, &known).map(&independent)
         };
         for ((plus, minus), squares) in at(1.0)?.into_iter().zip(at(-1.0)?).zip(&mut squares) {
             let half: Vec<f64> = plus.iter().zip(&minus).map(|(p, m)| 0.5 * (p - m)).collect();

@@ -1,9 +1,16 @@
 //! Lack of fit: what the model leaves beside what replicates scatter.
 //!
 //! N. R. Draper, H. Smith, Applied Regression Analysis (1998), 2.1: the residual sum of squares of readings is parted into that
-//! of replicates about their own means (*pure error*) and the rest, which only a wrong model makes larger.
+//! of replicates about their own means (*pure error*) and the rest, which only a wrong model makes larger. Where nothing is replicated, the
+//! model with an offset for each position stands against the model alone (the same F test, of the extra sum of squares, 6.1 there).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrices and vectors are made here with the groups' and the basis' lengths"
+)]
 
+use crate::elements::Elements;
 use crate::uncertainty::quantiles;
+use faer::{Mat, MatRef, Side};
 
 /// The F test for lack of fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +64,59 @@ pub fn lack_of_fit(v: &[f64], u: &[f64], cell: &[usize], dof: usize, level: f64)
         return None;
     }
     let between = sums.iter().map(|(_, weight, sum)| if *weight > 0.0 { sum * sum / weight } else { 0.0 }).sum::<f64>();
+    let (f, p) = lack_of_fit_p(pure_error, pure_error_dof, between, between_dof, total)?;
+    Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
+}
+
+/// A direction of the unknowns that lies in the span of the groups to this much is no further one.
+const SAME: f64 = 1e-10;
+
+/// The model with an offset for each group against the model alone: `between` is what the offsets explain, the *pure error* is what is left.
+///
+/// `v` are residuals of least squares, `weight` their `1/u`, `q` the orthonormal basis of the weighted rows; a row without a group has no
+/// offset. `None` where no offset is beside the model, or where nothing is left.
+pub fn lack_of_fit_between(
+    v: &[f64],
+    weight: &[f64],
+    q: MatRef<'_, f64>,
+    group: &[Option<usize>],
+    dof: usize,
+    level: f64,
+) -> Option<LackOfFit> {
+    let groups = group.iter().flatten().max().map_or(0, |most| most + 1);
+    // the offsets' columns at unit norm: what they have of the residuals, and of the basis
+    let mut norm = vec![0.0; groups];
+    let rows = || group.iter().zip(weight).enumerate().filter_map(|(i, (group, w))| Some((i, (*group)?, *w)));
+    for (_, g, w) in rows() {
+        norm.get_mut(g).into_iter().for_each(|norm| *norm += w * w);
+    }
+    let mut of_residuals = vec![0.0; groups];
+    let mut of_basis = Mat::<f64>::zeros(groups, q.ncols());
+    for (i, g, w) in rows() {
+        let share = w / norm.at(g).sqrt();
+        of_residuals.get_mut(g).into_iter().for_each(|sum| *sum += share * w * v.at(i));
+        for k in 0..q.ncols() {
+            of_basis[(g, k)] += share * q[(i, k)];
+        }
+    }
+    let used = norm.iter().filter(|norm| **norm > 0.0).count();
+    let gram = of_basis.transpose() * &of_basis;
+    let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
+    let (mut between, mut inside) = (of_residuals.iter().map(|s| s * s).sum::<f64>(), 0);
+    for k in 0..q.ncols() {
+        let outside = 1.0 - eigen.S()[k];
+        if outside < SAME {
+            inside += 1;
+            continue;
+        }
+        let direction = &of_basis * eigen.U().col(k);
+        let along: f64 = of_residuals.iter().enumerate().map(|(g, s)| s * direction[g]).sum();
+        between += along * along / outside;
+    }
+    let total: f64 = v.iter().zip(weight).map(|(v, w)| (v * w).powi(2)).sum();
+    let between_dof = used.checked_sub(inside).filter(|dof| *dof > 0)?;
+    let pure_error_dof = dof.checked_sub(between_dof).filter(|dof| *dof > 0)?;
+    let pure_error = (total - between).max(0.0);
     let (f, p) = lack_of_fit_p(pure_error, pure_error_dof, between, between_dof, total)?;
     Some(LackOfFit { pure_error, pure_error_dof, between, between_dof, f, p, rejected: p < 1.0 - level })
 }

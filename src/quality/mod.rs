@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `rows.rs` | residual, redundancy, detectable fault of each reading; the global test |
 //! | `snooping.rs` | which readings are suspicious (Baarda), and what an undetected fault would do to each parameter |
-//! | `lack_of_fit.rs` | pure error from replicates against what the model leaves (F test) |
+//! | `lack_of_fit.rs` | pure error from replicates against what the model leaves, positions against the readings of each (F tests) |
 //! | `residual_tests.rs` | are the residuals in random order (runs), are they normal (Shapiro-Francia) |
 
 mod lack_of_fit;
@@ -16,9 +16,9 @@ mod rows;
 mod snooping;
 
 pub(crate) use lack_of_fit::lack_of_fit_p;
-pub use lack_of_fit::{LackOfFit, lack_of_fit};
+pub use lack_of_fit::{LackOfFit, lack_of_fit, lack_of_fit_between};
 pub use residual_tests::{NormalScores, NormalityTest, RunsTest, normality, runs, runs_of};
 pub(crate) use rows::UNCHECKED;
-pub use rows::{GlobalTest, RowQuality, baarda_delta, global_test, rows};
+pub use rows::{ALPHA, GlobalTest, RowQuality, baarda_delta, global_test, rows};
 pub(crate) use snooping::is_rounding;
 pub use snooping::{Snooping, Suspect, Whitened, snoop};

@@ -376,8 +376,16 @@ pub struct TrendReport {
     pub birge: Option<f64>,
     /// Limits, where the last calibration states them.
     pub limits: Option<[f64; 2]>,
-    /// Day on which the line leaves its limits, in days from 1970-01-01; null where it does not, or where no slope is significant.
+    /// Day on which the line leaves its limits, in days from 1970-01-01; before the last calibration where it has left them. Null where it does
+    /// not, or where no slope is significant.
     pub leaves: Option<f64>,
+}
+
+impl TrendReport {
+    /// Did the line leave its limits before the last calibration?
+    pub fn has_left(&self) -> bool {
+        self.leaves.zip(self.points.last()).is_some_and(|(day, last)| day < last.0)
+    }
 }
 
 /// The report of many calibrations; `limits` gives each quantity's, if any.
@@ -389,7 +397,6 @@ pub fn history_report(
 ) -> HistoryReport {
     let trend = |t: &Trend| {
         let limits = limits(&t.id);
-        let last = t.points.last().map_or(0.0, |p| p.0);
         TrendReport {
             id: t.id.clone(),
             unit: t.unit.clone(),
@@ -399,7 +406,7 @@ pub fn history_report(
             significant: t.line.map(|l| l.significant),
             birge: t.line.map(|l| l.birge),
             limits,
-            leaves: t.line.zip(limits).and_then(|(line, [low, high])| line.leaves((low, high), last)),
+            leaves: t.line.zip(limits).and_then(|(line, [low, high])| line.leaves((low, high))),
         }
     };
     HistoryReport {
@@ -442,6 +449,7 @@ pub fn history_table(report: &HistoryReport, lang: Language) -> String {
                 optional(t.birge, |b| format!("{b:.2}")),
                 t.unit.clone(),
                 match (t.significant, t.leaves) {
+                    (_, Some(day)) if t.has_left() => say!(lang, "left-its-limits-about", day = date_of(day)),
                     (_, Some(day)) => say!(lang, "leaves-its-limits-about", day = date_of(day)),
                     (Some(true), None) => say!(lang, "drifts").into(),
                     (Some(false), None) => String::new(),
@@ -482,6 +490,32 @@ pub fn date_of(day: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::{DMatrix, Determination, Quantity};
+
+    /// 0, 1, 2 at days 0, 100, 200: the line left 1.5 at day 150, leaves 3 at day 300, and never -1.
+    #[test]
+    fn the_day_on_which_limits_were_left_may_be_past() {
+        let determined = [(0.0, 0.0), (100.0, 1.0), (200.0, 2.001)].map(|(day, value)| Determination {
+            name: day.to_string(),
+            day: Some(day),
+            quantities: vec![Quantity {
+                id: "a".into(),
+                unit: "V".into(),
+                value,
+                u: Some(0.01),
+                dof: f64::INFINITY,
+                inputs: Vec::new(),
+            }],
+            covariance: DMatrix::zeros(1, 1),
+        });
+        let trends = crate::compare::calibrations::trends(&determined, 0.95);
+        let report =
+            |limits: [f64; 2]| super::history_report(Vec::new(), &trends, 0.95, &|_| Some(limits)).trends.remove(0);
+        let (left, leaves) = (report([-1.0, 1.5]), report([-1.0, 3.0]));
+        assert!(left.has_left() && (left.leaves.unwrap() - 150.0).abs() < 1.0);
+        assert!(!leaves.has_left() && (leaves.leaves.unwrap() - 300.0).abs() < 1.0);
+    }
+
     #[test]
     fn dates_go_there_and_back() {
         for date in ["1970-01-01", "2000-02-29", "2026-11-21", "1999-12-31", "2100-03-01"] {

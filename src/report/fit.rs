@@ -48,6 +48,9 @@ pub struct FitReport {
     pub parameters: Vec<ParameterReport>,
     /// Known parameters, as given.
     pub known: Vec<KnownReport>,
+    /// Correlation coefficients of pairs of known parameters, as given; others are independent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub correlations: Vec<(String, String, f64)>,
     /// Quantities computed from parameters.
     pub derived: Vec<DerivedReport>,
     /// Parameters that the bench has and the campaign neither knows nor estimates.
@@ -146,7 +149,7 @@ pub struct BudgetReport {
     pub evaluation: Evaluation,
     /// Shape of the distribution.
     pub distribution: Shape,
-    /// Contribution to the standard uncertainty, in the quantity's unit.
+    /// Contribution to the standard uncertainty, in the quantity's unit; negative for a correlated pair that takes from the variance (its square).
     pub u: f64,
     /// Estimate of the source, where it is one quantity, in the source's unit.
     pub estimate: Option<f64>,
@@ -156,7 +159,7 @@ pub struct BudgetReport {
     pub source_u: Option<f64>,
     /// Degrees of freedom; null for infinite.
     pub dof: Option<f64>,
-    /// Share of the variance, 0 to 1.
+    /// Share of the variance, 0 to 1; of correlated inputs also beyond, and negative.
     pub share: f64,
 }
 
@@ -192,6 +195,21 @@ pub struct KnownReport {
 }
 
 impl FitReport {
+    /// The correlation coefficients of known parameters, as text.
+    pub(super) fn correlated(&self) -> Vec<String> {
+        self.correlations
+            .iter()
+            .map(|(a, b, r)| format!("r({a}, {b}) = {}", super::table::significant(*r, 4)))
+            .collect()
+    }
+
+    /// Do the readings say that the model lacks something, or that some of them are bad?
+    pub fn is_misfit(&self) -> bool {
+        self.fit.global_test_rejected == Some(true)
+            || self.checks.misfit().is_some_and(|test| test.rejected)
+            || self.checks.snooping.as_ref().is_some_and(|found| !found.suspects.is_empty())
+    }
+
     /// Names of the derived quantities that need what is not estimable, and so have no value.
     pub(crate) fn derived_without_a_value(&self) -> Vec<&str> {
         self.derived.iter().filter(|d| d.value.is_none()).map(|d| d.id.as_str()).collect()

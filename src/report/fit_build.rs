@@ -43,6 +43,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         site: super::site::site(&campaign.bench),
         parameters: fit.parameters.iter().map(|p| parameter(p, fit.settings.level)).collect(),
         known: known(campaign),
+        correlations: campaign.correlations.clone(),
         derived: fit
             .derived
             .iter()
@@ -136,8 +137,8 @@ fn correlation(covariance: &[Vec<Option<f64>>]) -> Vec<Vec<Option<f64>>> {
 }
 
 fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
-    let most = contributions.iter().map(|c| c.u).fold(0.0_f64, f64::max);
-    let square = |u: f64| if most > 0.0 { (u / most) * (u / most) } else { 0.0 };
+    let most = contributions.iter().map(|c| c.u.abs()).fold(0.0_f64, f64::max);
+    let square = |u: f64| if most > 0.0 { (u / most) * (u / most).abs() } else { 0.0 };
     let total: f64 = contributions.iter().map(|c| square(c.u)).sum();
     contributions
         .iter()

@@ -3,6 +3,7 @@
 use super::finite;
 use crate::fit::{Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
+use crate::quality::LackOfFit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -13,6 +14,9 @@ use std::collections::BTreeMap;
 pub struct ChecksReport {
     /// Replicates against what the model leaves; null where nothing is replicated.
     pub lack_of_fit: Option<LackOfFitReport>,
+    /// What the model leaves between positions against the scatter of the readings of each, where nothing is replicated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lack_of_fit_by_position: Option<LackOfFitReport>,
     /// Order of the residuals' signs, for each sensor.
     pub runs: BTreeMap<String, RunsReport>,
     /// Shapiro-Francia test of normality; null with fewer than eight residuals.
@@ -25,6 +29,20 @@ pub struct ChecksReport {
     pub verdict: Vec<Sentence>,
 }
 
+impl ChecksReport {
+    /// The test for lack of fit: by replicates, else by positions.
+    pub fn misfit(&self) -> Option<&LackOfFitReport> {
+        self.lack_of_fit.as_ref().or(self.lack_of_fit_by_position.as_ref())
+    }
+}
+
+impl LackOfFitReport {
+    /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?
+    pub fn is_beyond_doubt(&self) -> bool {
+        self.p < crate::quality::ALPHA
+    }
+}
+
 /// The lack of fit test.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
@@ -33,9 +51,9 @@ pub struct LackOfFitReport {
     pub f: Option<f64>,
     /// Degrees of freedom of what the model leaves.
     pub between_dof: usize,
-    /// Degrees of freedom of the replicates' scatter.
+    /// Degrees of freedom of the replicates' scatter, or of that within positions.
     pub pure_error_dof: usize,
-    /// Factor by which the replicates' standard deviation differs from the weights' (1 where uncertainties are right).
+    /// Factor by which its standard deviation differs from the weights' (1 where uncertainties are right).
     pub pure_error_sd: f64,
     /// Probability of a larger F if the model is right.
     pub p: f64,
@@ -153,6 +171,9 @@ pub(super) fn external(fit: &Fit, row: usize) -> Option<BTreeMap<String, f64>> {
     named.map(|(k, p)| Some((p.id.clone(), fit.external(row, k)? * shown(fit, k)))).collect()
 }
 
+/// Suspicious readings in words; the list has them all.
+pub(super) const PRINTED: usize = 5;
+
 /// The checks.
 pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let checks = &fit.checks;
@@ -160,7 +181,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let sensor = |s: usize| fit.campaign.sensor_id(s).to_string();
     let significant = |x: f64| super::table::significant(x, 3);
     let mut verdict = Vec::new();
-    let lack_of_fit = checks.lack_of_fit.map(|test| {
+    let mut lack_of_fit = |test: LackOfFit, [found, none]: [fn(Sentence) -> Sentence; 2]| {
         let numbers = sentence!(
             "f-with-and-degrees-of-freedom-p",
             f = if test.f.is_finite() { super::table::significant(test.f, 5) } else { "inf".into() },
@@ -168,11 +189,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             pure_error_dof = test.pure_error_dof,
             p = significant(test.p)
         );
-        verdict.push(if test.rejected {
-            sentence!("lack-of-fit-the-model-leaves-more-2", numbers)
-        } else {
-            sentence!("replicates-scatter-as-much-as-the-model", numbers)
-        });
+        verdict.push(if test.rejected { found(numbers) } else { none(numbers) });
         LackOfFitReport {
             f: finite(test.f),
             between_dof: test.between_dof,
@@ -181,7 +198,17 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
             p: test.p,
             rejected: test.rejected,
         }
-    });
+    };
+    let by_replicates: [fn(Sentence) -> Sentence; 2] = [
+        |numbers| sentence!("lack-of-fit-the-model-leaves-more-2", numbers),
+        |numbers| sentence!("replicates-scatter-as-much-as-the-model", numbers),
+    ];
+    let by_position: [fn(Sentence) -> Sentence; 2] = [
+        |numbers| sentence!("lack-of-fit-between-positions", numbers),
+        |numbers| sentence!("positions-scatter-as-their-readings", numbers),
+    ];
+    let by_replicates = checks.lack_of_fit.map(|test| lack_of_fit(test, by_replicates));
+    let by_position = checks.between_positions.map(|test| lack_of_fit(test, by_position));
     for (s, test) in checks.runs.iter().filter(|(_, test)| test.is_rejected(level)) {
         let few = (test.runs as f64) < test.expected;
         let word = if few { sentence!("runs-few") } else { sentence!("runs-many") };
@@ -220,7 +247,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
                 }
             })
             .collect();
-        for s in &suspects {
+        for s in suspects.iter().take(PRINTED) {
             verdict.push(sentence!(
                 "suspicious-reading-of-is-off-what-the",
                 index = s.index,
@@ -230,6 +257,9 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
                 p = significant(s.p),
                 tested = found.tested
             ));
+        }
+        if suspects.len() > PRINTED {
+            verdict.push(sentence!("more-suspicious-readings", more = suspects.len() - PRINTED));
         }
         let change = fit.parameters.iter().zip(&checks.without_suspects).enumerate();
         SnoopingReport {
@@ -250,7 +280,8 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     }
     verdict.extend(super::record::verdict(fit));
     ChecksReport {
-        lack_of_fit,
+        lack_of_fit: by_replicates,
+        lack_of_fit_by_position: by_position,
         runs: checks
             .runs
             .iter()

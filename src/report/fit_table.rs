@@ -155,6 +155,9 @@ pub fn fit(report: &FitReport, with_readings: bool, lang: Language) -> String {
     text.push_str(&defects(report, lang));
     text.push_str(&instead(report, lang));
     text.push_str(&estimator(report, lang));
+    if report.is_misfit() {
+        text.push_str(&(hanging(say!(lang, "diagnose-says-what-is-missing"), 2) + "\n"));
+    }
     if with_readings {
         text.push('\n');
         text.push_str(&readings(report, lang));
@@ -238,6 +241,10 @@ fn summary(report: &FitReport, lang: Language) -> String {
     if !report.known.is_empty() {
         let known: Vec<String> = report.known.iter().map(known_text).collect();
         text.push_str(&format!("{}\n", say!(lang, "fit-table-known", known = known.join(lang.comma()))));
+    }
+    if !report.correlations.is_empty() {
+        let list = report.correlated();
+        text.push_str(&(hanging(&say!(lang, "correlated-inputs", list = list.join(lang.comma())), 2) + "\n"));
     }
     text.push_str(&super::site::site_text(&report.site, lang));
     if report.site.latitude_deg.is_none() && report.model.values().any(|line| reads_rotation(line)) {

@@ -86,8 +86,8 @@ fn once(fit: &Fit, id: &str, unit: &str, known: &Known) -> ScatterReport {
 /// Share of each parameter's variance that a source has.
 fn shares(fit: &Fit, source: &str) -> BTreeMap<String, f64> {
     let share = fit.parameters.iter().filter_map(|p| {
-        let total: f64 = p.budget.iter().map(|c| c.u * c.u).sum();
-        let part: f64 = p.budget.iter().filter(|c| c.source == source).map(|c| c.u * c.u).sum();
+        let total: f64 = p.budget.iter().map(|c| c.variance()).sum();
+        let part: f64 = p.budget.iter().filter(|c| c.source == source).map(|c| c.variance()).sum();
         (total > 0.0).then(|| (p.id.clone(), part / total))
     });
     share.collect()

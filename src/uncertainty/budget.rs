@@ -56,16 +56,24 @@ pub struct Contribution {
     pub source_u: Option<f64>,
     /// Sensitivity coefficient, quantity by source; `None` where the source is many readings.
     pub sensitivity: Option<f64>,
-    /// Contribution to the quantity's standard uncertainty, `|c| u`.
+    /// Contribution to the quantity's standard uncertainty, `|c| u`. Of a correlated pair the root of `2 c_i c_j u_i u_j |r|` (GUM eq. 13), negative where
+    /// that takes from the variance.
     pub u: f64,
     /// Degrees of freedom of the source; may be infinite.
     pub dof: f64,
 }
 
+impl Contribution {
+    /// What it adds to the variance.
+    pub fn variance(&self) -> f64 {
+        self.u * self.u.abs()
+    }
+}
+
 /// Combined standard uncertainty with its degrees of freedom and expansion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Combined {
-    /// Combined standard uncertainty, `sqrt(sum u_i^2)`.
+    /// Combined standard uncertainty, `sqrt(sum u_i^2)`, covariances of correlated pairs with their signs.
     pub u: f64,
     /// Root sum of squares of the Type A contributions.
     pub type_a: f64,
@@ -79,9 +87,9 @@ pub struct Combined {
     pub expanded: f64,
 }
 
-/// Combine independent contributions to one quantity.
+/// Combine contributions to one quantity.
 ///
-/// `u^2 = sum u_i^2` (GUM eq. 11a); `nu_eff = u^4 / sum(u_i^4 / nu_i)` (Welch-Satterthwaite, GUM eq. G.2b), not rounded down;
+/// `u^2 = sum u_i^2` (GUM eq. 11a, with correlated pairs eq. 13); `nu_eff = u^4 / sum(u_i^4 / nu_i)` (Welch-Satterthwaite, GUM eq. G.2b), not rounded down;
 /// `k` the two-sided Student quantile at `level`. `None` for a level outside (0, 1) or a contribution without degrees of freedom.
 ///
 /// ```
@@ -95,7 +103,12 @@ pub struct Combined {
 pub fn combine(contributions: &[Contribution], level: f64) -> Option<Combined> {
     let sum = |of: Option<Evaluation>| -> f64 {
         // an empty sum of floats is -0
-        contributions.iter().filter(|c| of.is_none_or(|e| c.evaluation == e)).fold(0.0, |s, c| s + c.u * c.u).sqrt()
+        contributions
+            .iter()
+            .filter(|c| of.is_none_or(|e| c.evaluation == e))
+            .fold(0.0, |s, c| s + c.variance())
+            .max(0.0)
+            .sqrt()
     };
     let u = sum(None);
     let parts = contributions.iter().map(|c| (c.u, c.dof));
@@ -118,15 +131,21 @@ pub(crate) fn effective_dof(u: f64, parts: impl Iterator<Item = (f64, f64)>) -> 
     if u > 0.0 && spread > 0.0 { 1.0 / spread } else { f64::INFINITY }
 }
 
-/// Combine contributions of which those with finite degrees of freedom and Type A were estimated together, with `dof` in all.
-///
-/// Welch-Satterthwaite takes them as one. `None` as for [`combine`].
-pub fn combine_together(contributions: &[Contribution], dof: f64, level: f64) -> Option<Combined> {
+/// Combine contributions of which some belong together, as `group` says for each: Welch-Satterthwaite takes those of a group as one, with the degrees
+/// of freedom that `dof` has for it. `None` as for [`combine`].
+pub fn combine_groups(
+    contributions: &[Contribution],
+    group: &dyn Fn(&Contribution) -> Option<usize>,
+    dof: &[f64],
+    level: f64,
+) -> Option<Combined> {
     let separate = combine(contributions, level)?;
-    let together = |c: &&Contribution| c.evaluation == Evaluation::TypeA && c.dof.is_finite();
-    let one = contributions.iter().filter(together).map(|c| c.u * c.u).sum::<f64>().sqrt();
-    let others = contributions.iter().filter(|c| !together(c)).map(|c| (c.u, c.dof));
-    let dof = effective_dof(separate.u, others.chain([(one, dof)]));
+    let one = |k: usize| {
+        let own = contributions.iter().filter(|c| group(c) == Some(k));
+        own.map(Contribution::variance).sum::<f64>().max(0.0).sqrt()
+    };
+    let others = contributions.iter().filter(|c| group(c).is_none()).map(|c| (c.u, c.dof));
+    let dof = effective_dof(separate.u, others.chain(dof.iter().enumerate().map(|(k, dof)| (one(k), *dof))));
     let coverage_factor = quantiles::coverage_factor(level, dof)?;
     Some(Combined { dof, coverage_factor, expanded: coverage_factor * separate.u, ..separate })
 }

@@ -15,4 +15,4 @@ pub mod quantiles;
 mod tails;
 
 pub(crate) use budget::effective_dof;
-pub use budget::{Combined, Contribution, Evaluation, Shape, combine, combine_together};
+pub use budget::{Combined, Contribution, Evaluation, Shape, combine, combine_groups};

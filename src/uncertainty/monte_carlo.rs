@@ -58,6 +58,8 @@ pub struct Model {
     pub scatter: Vec<Scatter>,
     /// Known inputs.
     pub known: Vec<KnownInput>,
+    /// The triangle of the correlation matrix of the known inputs, row by row; empty where they are independent.
+    pub correlation: Vec<Vec<f64>>,
     /// What is computed from them.
     pub outputs: Vec<Output>,
 }
@@ -242,11 +244,20 @@ fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
                 }
             }
         }
-        for (input, chi) in model.known.iter().zip(&known_chi) {
-            let deviate = deviate(input.known.distribution, &mut random);
-            let widen = match (chi, input.known.distribution) {
-                (Some(chi), Distribution::Normal) => (input.known.dof / chi.sample(&mut random)).sqrt(),
-                _ => 1.0,
+        let drawn: Vec<(f64, f64)> = (model.known.iter().zip(&known_chi))
+            .map(|(input, chi)| {
+                let deviate = deviate(input.known.distribution, &mut random);
+                let widen = match (chi, input.known.distribution) {
+                    (Some(chi), Distribution::Normal) => (input.known.dof / chi.sample(&mut random)).sqrt(),
+                    _ => 1.0,
+                };
+                (deviate, widen)
+            })
+            .collect();
+        for (k, (input, (deviate, widen))) in model.known.iter().zip(&drawn).enumerate() {
+            let deviate = match model.correlation.get(k) {
+                Some(row) => row.iter().zip(&drawn).map(|(share, (own, _))| share * own).sum(),
+                None => *deviate,
             };
             let shift = input.known.u * deviate * widen;
             if let Some(value) = point.get_mut(input.parameter) {
@@ -360,6 +371,7 @@ mod tests {
             point: vec![1.0, 2.0],
             scatter: vec![Scatter { factor, dof: 5.0 }],
             known: Vec::new(),
+            correlation: Vec::new(),
             outputs: vec![Output::Parameter(0), Output::Line(line("a^2 + b")), Output::Line(line("sqrt(b + 4)"))],
         };
         let trials = 200_000;

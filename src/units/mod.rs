@@ -17,4 +17,6 @@ mod unit;
 pub use dimension::Dimension;
 pub use scale::{Conversion, STANDARD_GRAVITY_M_S2};
 pub use table::names;
+#[cfg(feature = "dcc")]
+pub(crate) use table::plain;
 pub use unit::Unit;

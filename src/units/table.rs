@@ -103,9 +103,9 @@ const PLURALS: &[&str] = &["counts", "digits", "pulses", "turns"];
 const PREFIXES: &[(char, f64)] =
     &[('n', -9.0), ('u', -6.0), ('\u{b5}', -6.0), ('\u{3bc}', -6.0), ('m', -3.0), ('k', 3.0), ('M', 6.0)];
 
-/// What a name stands for; `None` where the table does not have it.
-pub(super) fn find(name: &str) -> Option<Entry> {
-    let plain = match name {
+/// The table's name of what may be written otherwise.
+pub(crate) fn plain(name: &str) -> &str {
+    match name {
         "\u{b0}" => "deg",
         "\u{2032}" => "arcmin",
         "\u{2033}" => "arcsec",
@@ -116,7 +116,12 @@ pub(super) fn find(name: &str) -> Option<Entry> {
         "Volt" | "Volts" | "volt" | "volts" => "V",
         "\u{3a9}" | "\u{2126}" | "Ohm" => "ohm",
         other => other,
-    };
+    }
+}
+
+/// What a name stands for; `None` where the table does not have it.
+pub(super) fn find(name: &str) -> Option<Entry> {
+    let plain = plain(name);
     let entry = |(own, base, scale, _): &(&str, [f64; BASES], Scale, bool), power: f64| Entry {
         base: *base,
         scale: scale.times(ten(power), 1.0),

@@ -107,6 +107,12 @@ impl Unit {
         &self.symbol
     }
 
+    /// The names in it with their powers.
+    #[cfg(feature = "dcc")]
+    pub(crate) fn factors(&self) -> &[(String, f64)] {
+        &self.factors
+    }
+
     /// Its dimension.
     pub fn dimension(&self) -> &Dimension {
         &self.dimension

@@ -45,7 +45,8 @@ impl Campaign {
                 bench: BenchRef::Inline(Box::new(bench_file(bench))),
                 site: None,
                 rate_u_ppm: Named::default(),
-                known: Named::default(),
+                known: Named::default().into(),
+                correlations: Vec::new(),
                 estimate: Named::default(),
                 constraints: Vec::new(),
                 derived: Named::default(),
@@ -87,7 +88,7 @@ impl CampaignBuilder {
 
     /// A known parameter with its unit, degrees of freedom or distribution.
     pub fn known_with(mut self, id: impl Into<String>, known: KnownFile) -> Self {
-        self.file.known.0.push((id.into(), known));
+        self.file.known.named.0.push((id.into(), known));
         self
     }
 

@@ -34,8 +34,11 @@ pub struct CampaignFile {
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub rate_u_ppm: Named<f64>,
     /// Known parameters with their Type B standard uncertainties.
-    #[serde(default, skip_serializing_if = "Named::is_empty")]
-    pub known: Named<KnownFile>,
+    #[serde(default, skip_serializing_if = "KnownSection::is_empty")]
+    pub known: KnownSection,
+    /// Correlation coefficients of pairs of known parameters, `["kI", "V0", 0.6]`; pairs that are not named are independent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub correlations: Vec<(String, String, f64)>,
     /// Parameters to estimate.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub estimate: Named<EstimateFile>,
@@ -155,6 +158,114 @@ impl<'de> Deserialize<'de> for ReadingsRef {
     }
 }
 
+/// The section of known parameters: by name, and those of an earlier fit.
+#[derive(Debug, Clone, Default)]
+pub struct KnownSection {
+    /// The path of the JSON report of a fit: its parameters are known here with their u and covariance, unless they are named here or estimated.
+    pub from: Option<String>,
+    /// Known parameters by name; they replace those of the report.
+    pub named: Named<KnownFile>,
+}
+
+/// An entry of that section.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(rename = "KnownEntry")]
+enum KnownEntry {
+    /// `"from"`: the path of the JSON report of a fit, whose parameters are known with their u and covariance.
+    From(String),
+    /// A known parameter.
+    Known(KnownFile),
+}
+
+impl KnownSection {
+    /// Is nothing known?
+    pub fn is_empty(&self) -> bool {
+        self.from.is_none() && self.named.is_empty()
+    }
+
+    /// The entry of this name.
+    pub fn get(&self, name: &str) -> Option<&KnownFile> {
+        self.named.get(name)
+    }
+}
+
+impl From<Named<KnownFile>> for KnownSection {
+    fn from(named: Named<KnownFile>) -> Self {
+        KnownSection { from: None, named }
+    }
+}
+
+impl Serialize for KnownSection {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let from = self.from.iter().map(|path| ("from".to_string(), KnownEntry::From(path.clone())));
+        let known = self.named.0.iter().map(|(id, known)| (id.clone(), KnownEntry::Known(known.clone())));
+        Named(from.chain(known).collect()).serialize(serializer)
+    }
+}
+
+impl JsonSchema for KnownSection {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "KnownSection".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        Named::<KnownEntry>::json_schema(generator)
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+}
+
+// By hand, so that a fault inside an entry keeps its own line and path.
+impl<'de> Deserialize<'de> for KnownSection {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Entries;
+        impl<'de> Visitor<'de> for Entries {
+            type Value = KnownSection;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object { \"name\": ... }")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<KnownSection, A::Error> {
+                let mut section = KnownSection::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    if section.get(&key).is_some() || (key == "from" && section.from.is_some()) {
+                        return Err(A::Error::custom(format!("the key '{key}' stands twice, expected each name once")));
+                    }
+                    match key.as_str() {
+                        "from" => section.from = Some(map.next_value()?),
+                        _ => section.named.0.push((key, map.next_value()?)),
+                    }
+                }
+                Ok(section)
+            }
+        }
+        deserializer.deserialize_map(Entries)
+    }
+}
+
+/// What is taken from the report of an earlier fit.
+#[derive(Deserialize)]
+struct EarlierFit {
+    parameters: Vec<EarlierParameter>,
+    covariance: EarlierCovariance,
+}
+
+#[derive(Deserialize)]
+struct EarlierParameter {
+    id: String,
+    unit: String,
+    value: Option<f64>,
+    u: Option<f64>,
+    #[serde(default)]
+    dof: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct EarlierCovariance {
+    order: Vec<String>,
+    matrix: Vec<Vec<Option<f64>>>,
+}
+
 /// A known parameter.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -197,6 +308,7 @@ impl CampaignFile {
     /// Turn the file into a checked campaign, with the bench, the readings or the samples that it refers to.
     pub fn into_campaign(mut self, folder: &mut dyn Folder) -> Result<Campaign> {
         let bench = self.own_bench(&mut |name| folder.text(name))?;
+        self.with_earlier(&mut |name| folder.text(name))?;
         let readings = match std::mem::replace(&mut self.readings, ReadingsRef::Inline(Vec::new())) {
             ReadingsRef::Inline(_) if !self.columns.is_empty() => {
                 return Err(Malformed::new(
@@ -268,12 +380,60 @@ impl CampaignFile {
         bench.checked()
     }
 
+    /// Take the known parameters of a fit's report, where the campaign names one.
+    pub fn with_earlier(&mut self, fetch: Fetch<'_>) -> Result<()> {
+        let Some(path) = self.known.from.take() else { return Ok(()) };
+        let source = fetch(&path).map_err(|e| e.at_path("known.from"))?;
+        let earlier: EarlierFit = serde_json::from_str(&source.text).map_err(|error| {
+            Malformed::new(Fault::Value, format!("'{path}' is no report of a fit"))
+                .expected("what tumble fit --json wrote")
+                .found(error.to_string())
+                .at_path("known.from")
+        })?;
+        let taken = |id: &str| self.known.named.get(id).is_some() || self.estimate.get(id).is_some();
+        let own: Vec<EarlierParameter> = earlier.parameters.into_iter().filter(|own| !taken(&own.id)).collect();
+        let names = |k: usize| earlier.covariance.order.get(k).map(String::as_str).unwrap_or_default();
+        let of = |id: &str| own.iter().find(|own| own.id == id).and_then(|own| own.u).filter(|u| *u > 0.0);
+        for (i, row) in earlier.covariance.matrix.iter().enumerate() {
+            for (j, covariance) in row.iter().enumerate().take(i) {
+                let (a, b) = (names(j), names(i));
+                if let (Some(u_a), Some(u_b), Some(covariance)) = (of(a), of(b), covariance)
+                    && *covariance != 0.0
+                {
+                    // rounding may leave a coefficient beyond one
+                    self.correlations.push((a.into(), b.into(), (covariance / (u_a * u_b)).clamp(-1.0, 1.0)));
+                }
+            }
+        }
+        for own in own {
+            let (Some(value), Some(u)) = (own.value, own.u) else {
+                return Err(Malformed::new(Fault::Missing, format!("'{path}' has no value with u of '{}'", own.id))
+                    .expected(format!("a fit that determines it, or \"{}\" in \"known\" or \"estimate\" here", own.id))
+                    .at_path("known.from"));
+            };
+            let unit = Some(own.unit).filter(|unit| !unit.is_empty());
+            let known = KnownFile { value, unit, u: Some(u), dof: own.dof, distribution: None };
+            self.known.named.0.push((own.id, known));
+        }
+        Ok(())
+    }
+
     /// The campaign on its bench with these readings; its own are left aside.
     pub fn with(self, bench: Bench, readings: Readings) -> Result<Campaign> {
+        if let Some(path) = self.known.from {
+            return Err(Malformed::new(
+                Fault::Value,
+                "\"from\" in \"known\" is for a campaign of one device whose readings are no rows of a record",
+            )
+            .expected("the values with \"u\", and \"correlations\"")
+            .found(format!("'{path}'"))
+            .at_path("known.from"));
+        }
         let estimate =
             self.estimate.0.into_iter().map(|(id, e)| Ok((id.clone(), e.into_asked(&id)?))).collect::<Result<_>>()?;
-        let known = self.known.0.into_iter().map(|(id, known)| (id, known.into_given())).collect();
-        let mut campaign = Campaign::new(bench, campaign::Request { estimate, known }, readings)?;
+        let known = self.known.named.0.into_iter().map(|(id, known)| (id, known.into_given())).collect();
+        let mut campaign =
+            Campaign::new(bench, campaign::Request { estimate, known, correlations: self.correlations }, readings)?;
         for (k, constraint) in self.constraints.into_iter().enumerate() {
             let constraint =
                 constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;

@@ -2,6 +2,7 @@
 
 use super::locate::in_source;
 use super::{Source, parse};
+use crate::campaign::{Identity, UnitUnderTest, day};
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,8 @@ pub struct LabFile {
     pub persons: Vec<PersonFile>,
     /// The customer.
     pub customer: ContactFile,
-    /// What was calibrated; at least one.
+    /// What was calibrated; without it the unit under test of the campaign.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub items: Vec<ItemFile>,
     /// Standards and equipment used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -42,10 +44,15 @@ pub struct CertificateFile {
     /// Language of the texts in this file, two small letters (ISO 639-1).
     #[serde(default = "english")]
     pub language: String,
-    /// First day of the calibration, `YYYY-MM-DD`.
-    pub begin: String,
-    /// Last day of the calibration.
-    pub end: String,
+    /// Day on which the items were received, `YYYY-MM-DD`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub received: Option<String>,
+    /// First day of the calibration; the campaign's date unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begin: Option<String>,
+    /// Last day of the calibration; the campaign's date unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<String>,
     /// Day of issue.
     pub issued: String,
     /// Where the calibration was performed.
@@ -222,16 +229,114 @@ pub fn read_lab(source: &Source) -> Result<LabFile> {
     Ok(lab)
 }
 
-fn check(lab: &LabFile) -> Result<()> {
-    let certificate = &lab.certificate;
-    text(&certificate.id, "certificate.id")?;
-    code(&certificate.country, "certificate.country", "two capital letters, for example DE", char::is_uppercase)?;
-    code(&certificate.language, "certificate.language", "two small letters, for example en", char::is_lowercase)?;
-    let days = [("begin", &certificate.begin), ("end", &certificate.end), ("issued", &certificate.issued)];
-    for (key, day) in days {
+impl LabFile {
+    /// The lab file with what the campaigns of the certificate say: the unit under test, the dates, the operators.
+    ///
+    /// Errors: what a campaign says is not what the lab file says; what neither says.
+    pub fn with(mut self, campaigns: &[&Identity]) -> Result<LabFile> {
+        for identity in campaigns {
+            if let Some(unit) = &identity.unit {
+                self.item(unit)?;
+            }
+            if let Some(operator) =
+                identity.operator.as_ref().filter(|own| self.persons.iter().all(|p| p.name != **own))
+            {
+                let (name, role) = (operator.clone(), Some("operator".into()));
+                self.persons.push(PersonFile { name, role, main_signer: false });
+            }
+        }
+        some(&self.items, "items", "\"items\" in the lab file, or \"unit\" with its serial number in the campaign")?;
+        let dates: Vec<&str> = campaigns.iter().filter_map(|own| own.date.as_deref().and_then(day)).collect();
+        let certificate = &mut self.certificate;
+        for date in &dates {
+            let before = certificate.begin.as_deref().is_some_and(|begin| *date < begin);
+            if before || certificate.end.as_deref().is_some_and(|end| *date > end) {
+                let said = |day: &Option<String>| day.clone().unwrap_or_else(|| "any day".into());
+                return Err(contradiction("the campaign's date is not within the certificate's days", "date")
+                    .expected(format!("{} to {}, as in the lab file", said(&certificate.begin), said(&certificate.end)))
+                    .found(date.to_string()));
+            }
+        }
+        certificate.begin = certificate.begin.take().or_else(|| dates.iter().min().map(|day| day.to_string()));
+        certificate.end = certificate.end.take().or_else(|| dates.iter().max().map(|day| day.to_string()));
+        if certificate.begin.is_none() || certificate.end.is_none() {
+            return Err(Malformed::new(Fault::Missing, "the days of the calibration are not known")
+                .expected(
+                    "\"begin\" and \"end\" in the lab file's certificate, or \"date\" (YYYY-MM-DD) in the campaign",
+                )
+                .at_path("date"));
+        }
+        days(certificate)?;
+        Ok(self)
+    }
+
+    /// The unit under test is one of the items, or the only one where none is named.
+    fn item(&mut self, unit: &UnitUnderTest) -> Result<()> {
+        if self.items.is_empty() {
+            let identifications = unit.serial.iter().map(|serial| IdentificationFile {
+                issuer: IssuerFile::Manufacturer,
+                value: serial.clone(),
+                name: Some("serial number".into()),
+            });
+            let identifications: Vec<IdentificationFile> = identifications.collect();
+            some(&identifications, "unit", "\"serial\" of the unit, or \"items\" in the lab file")?;
+            let name = unit.kind.clone().or_else(|| unit.serial.clone()).unwrap_or_default();
+            let (manufacturer, model) = (unit.manufacturer.clone(), unit.kind.clone());
+            self.items.push(ItemFile { name, manufacturer, model, identifications });
+            return Ok(());
+        }
+        let has = |item: &ItemFile, serial: &str| item.identifications.iter().any(|own| own.value == serial);
+        let item = match (&unit.serial, self.items.as_slice()) {
+            (Some(serial), items) => {
+                let found = items.iter().find(|item| has(item, serial));
+                let named = || items.iter().flat_map(|item| &item.identifications).map(|own| own.value.as_str());
+                Some(found.ok_or_else(|| {
+                    contradiction("the campaign's unit is none of the lab file's items", "unit.serial")
+                        .expected(format!("one of {}", named().collect::<Vec<_>>().join(", ")))
+                        .found(format!("'{serial}'"))
+                })?)
+            }
+            (None, [only]) => Some(only),
+            (None, _) => None,
+        };
+        let Some(item) = item else { return Ok(()) };
+        for (key, own, theirs) in [
+            ("type", &unit.kind, item.model.as_ref().or(Some(&item.name))),
+            ("manufacturer", &unit.manufacturer, item.manufacturer.as_ref()),
+        ] {
+            if let (Some(own), Some(theirs)) = (own, theirs)
+                && own != theirs
+                && !(key == "type" && *own == item.name)
+            {
+                return Err(contradiction(
+                    &format!("the campaign's unit has another {key} than the lab file's item"),
+                    &format!("unit.{key}"),
+                )
+                .expected(format!("'{theirs}'"))
+                .found(format!("'{own}'")));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn contradiction(what: &str, path: &str) -> Malformed {
+    Malformed::new(Fault::Value, what).at_path(path)
+}
+
+fn days(certificate: &CertificateFile) -> Result<()> {
+    let issued = Some(&certificate.issued);
+    let days = [
+        ("received", certificate.received.as_ref()),
+        ("begin", certificate.begin.as_ref()),
+        ("end", certificate.end.as_ref()),
+        ("issued", issued),
+    ];
+    let said: Vec<(&str, &String)> = days.into_iter().filter_map(|(key, day)| Some((key, day?))).collect();
+    for (key, day) in &said {
         date(day, &format!("certificate.{key}"))?;
     }
-    for ((before, first), (after, second)) in days.iter().zip(days.iter().skip(1)) {
+    for ((before, first), (after, second)) in said.iter().zip(said.iter().skip(1)) {
         if first > second {
             return Err(Malformed::new(Fault::Value, format!("the certificate's {after} is before its {before}"))
                 .expected(format!("{first} or later"))
@@ -239,6 +344,15 @@ fn check(lab: &LabFile) -> Result<()> {
                 .at_path(format!("certificate.{after}")));
         }
     }
+    Ok(())
+}
+
+fn check(lab: &LabFile) -> Result<()> {
+    let certificate = &lab.certificate;
+    text(&certificate.id, "certificate.id")?;
+    code(&certificate.country, "certificate.country", "two capital letters, for example DE", char::is_uppercase)?;
+    code(&certificate.language, "certificate.language", "two small letters, for example en", char::is_lowercase)?;
+    days(certificate)?;
     contact(&lab.laboratory, "laboratory")?;
     contact(&lab.customer, "customer")?;
     some(&lab.persons, "persons", "a responsible person")?;
@@ -246,7 +360,6 @@ fn check(lab: &LabFile) -> Result<()> {
         text(&person.name, &format!("persons[{k}].name"))?;
         optional(&person.role, &format!("persons[{k}].role"))?;
     }
-    some(&lab.items, "items", "a calibrated item")?;
     for (k, entry) in lab.items.iter().enumerate() {
         some(
             &entry.identifications,
@@ -337,22 +450,7 @@ fn code(value: &str, path: &str, expected: &str, case: fn(char) -> bool) -> Resu
 }
 
 fn date(value: &str, path: &str) -> Result<()> {
-    let parts: Vec<Option<u32>> = value.split('-').map(|part| part.parse().ok()).collect();
-    let shape = value.len() == 10 && value.bytes().all(|b| b.is_ascii_digit() || b == b'-');
-    let good = match parts.as_slice() {
-        [Some(year), Some(month), Some(day)] if shape => {
-            let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-            let longest = match month {
-                2 => 28 + u32::from(leap),
-                4 | 6 | 9 | 11 => 30,
-                1..=12 => 31,
-                _ => 0,
-            };
-            *year > 0 && (1..=longest).contains(day)
-        }
-        _ => false,
-    };
-    if good {
+    if day(value) == Some(value) {
         return Ok(());
     }
     Err(Malformed::new(Fault::Value, format!("'{path}' is no day"))

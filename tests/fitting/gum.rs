@@ -70,6 +70,73 @@ fn resistance_and_reactance() {
     }
 }
 
+/// H.2, first approach: R, X and Z from the means of V, I and phi with their correlations, by equation (13) (Table H.3; tests/scripts/correlated_inputs.py).
+#[test]
+fn resistance_and_reactance_by_equation_13() {
+    let expected = json("gum/h2-correlated.json");
+    let campaign = |correlations: &serde_json::Value| {
+        format!(
+            r#"{{"bench": {{"id": "gum-h2", "sensors": {{"y": {{"model": "offset + V/I*cos(phi)"}}}}}},
+                "known": {}, "correlations": {correlations}, "estimate": {{"offset": {{}}}},
+                "derived": {{"R": "V/I*cos(phi)", "X": "V/I*sin(phi)", "Z": "V/I"}}, "readings": [{{"y": 0, "y_u": 1e-9}}]}}"#,
+            expected["known"]
+        )
+    };
+    let fit = fitted(&parse(&campaign(&expected["correlations"])));
+    for (k, (id, printed)) in [("R", "0.071"), ("X", "0.295"), ("Z", "0.236")].iter().enumerate() {
+        let (own, numpy) = (&fit.derived[k], &expected["expected"][id]);
+        let u = own.uncertainty.unwrap().u;
+        // the GUM rounds the means and coefficients before it goes on
+        assert!((u - printed.parse::<f64>().unwrap()).abs() < 0.001, "{id}: {u}");
+        assert!((own.value.unwrap() / numpy["value"].as_f64().unwrap() - 1.0).abs() < 1e-12, "{id}");
+        assert!((u / numpy["u"].as_f64().unwrap() - 1.0).abs() < 1e-9, "{id}");
+        for (pair, digits) in [("r(V, I)", "01"), ("r(V, phi)", "02"), ("r(I, phi)", "12")] {
+            let line = own.budget.iter().find(|line| line.source == pair).unwrap();
+            assert!((line.variance() - numpy["pairs"][digits].as_f64().unwrap()).abs() < 1e-9, "{id} {pair}");
+        }
+    }
+    // the estimate is the negative of R, through the readings
+    let u = fit.parameters[0].uncertainty.unwrap().u;
+    assert!((u / expected["expected"]["R"]["u"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    assert!((fit.covariance[(0, 0)].sqrt() / u - 1.0).abs() < 1e-9);
+    // trials about the first order: a standard deviation of 20,000 is known to 0.5 %, and nothing here is bent by that much
+    let drawn = tumble::fit::draw(&fit, 20_000, 1, &|_| {}).unwrap().unwrap();
+    for (k, id) in ["R", "X", "Z"].iter().enumerate() {
+        let u = drawn.trials.outputs[k + 1].sd;
+        assert!((u / expected["expected"][id]["u"].as_f64().unwrap() - 1.0).abs() < 0.02, "{id}: {u}");
+    }
+    let refused = |correlations: &str, what: &str| {
+        let text = campaign(&serde_json::from_str(correlations).unwrap());
+        let source = tumble::wire::Source { name: "c".into(), text };
+        let error = tumble::wire::read_campaign(&source, &mut |_| unreachable!()).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+    };
+    refused(r#"[["V", "I", 0.9], ["V", "phi", 0.9], ["I", "phi", -0.9]]"#, "positive semidefinite");
+    refused(r#"[["V", "W", 0.9]]"#, "'W' is not known");
+    refused(r#"[["V", "I", 0.1], ["I", "V", 0.1]]"#, "stated already");
+    refused(r#"[["V", "I", 1.1]]"#, "-1 to 1");
+}
+
+/// Values, u and covariance of the line of an earlier fit: at x = 5 from readings at 0, 1 and 2, u^2 = u_y^2 (1/3 + 4^2/2).
+#[test]
+fn known_from_an_earlier_fit() {
+    let line = r#"{"bench": {"id": "line", "sensors": {"y": {"model": "a + b*x"}}}, "estimate": {"a": {}, "b": {}},
+        "readings": [{"x": 0, "y": 1, "y_u": 0.1}, {"x": 1, "y": 3, "y_u": 0.1}, {"x": 2, "y": 5, "y_u": 0.1}]}"#;
+    let earlier = serde_json::to_string(&tumble::report::fit_report(&fitted(&parse(line)))).unwrap();
+    let later = r#"{"bench": {"id": "later", "sensors": {"z": {"model": "c + a + b*x"}}}, "known": {"from": "earlier.fit.json"}, "estimate": {"c": {}},
+        "derived": {"at_5": "a + 5*b"}, "readings": [{"x": 5, "z": 11, "z_u": 1e-9}]}"#;
+    let source = tumble::wire::Source { name: "later".into(), text: later.into() };
+    let campaign = tumble::wire::read_campaign(&source, &mut |name| {
+        assert_eq!(name, "earlier.fit.json");
+        Ok(tumble::wire::Source { name: name.into(), text: earlier.clone() })
+    });
+    let fit = fitted(&campaign.unwrap());
+    let expected = 0.1 * (1.0_f64 / 3.0 + 8.0).sqrt();
+    assert!((fit.derived[0].uncertainty.unwrap().u / expected - 1.0).abs() < 1e-9);
+    assert!((fit.parameters[0].uncertainty.unwrap().u / expected - 1.0).abs() < 1e-9);
+    assert!(fit.point[0].abs() < 1e-9);
+}
+
 /// H.3: calibration of a thermometer.
 #[test]
 fn thermometer() {

@@ -6,6 +6,26 @@ use tumble::campaign::Campaign;
 use tumble::fit::Fit;
 use tumble::{compare, fit};
 
+/// Table 1 leaves more between positions than the readings of each scatter (numpy on the small-angle rows: tests/scripts/lack_of_fit.py).
+#[test]
+fn table_1_lacks_fit_by_position() {
+    let campaign = tumble::wire::read_campaign(
+        &tumble::wire::Source {
+            name: "table 1".into(),
+            text: include_str!("../../data/campaigns/li2012-table1.campaign.json").into(),
+        },
+        &mut |_| unreachable!(),
+    )
+    .unwrap();
+    let expected = json("li2012/lack_of_fit.json");
+    let found = linear(&campaign).checks.between_positions.expect("a test");
+    assert_eq!(found.between_dof, expected["between_dof"]);
+    assert_eq!(found.pure_error_dof, expected["within_dof"]);
+    // rows of the small angles in both
+    assert!((found.f / number(&expected["f"]) - 1.0).abs() < 1e-6, "{}", found.f);
+    assert!((found.p / number(&expected["p"]) - 1.0).abs() < 1e-4, "{}", found.p);
+}
+
 /// Readings of one rate (both senses) or one run.
 fn group(campaign: &Campaign, column: &str, size: f64) -> Campaign {
     let k = campaign.readings.columns.iter().position(|c| c == column).expect("the column");

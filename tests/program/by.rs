@@ -141,7 +141,8 @@ fn devices_that_are_not_in_order_have_pages() {
         .iter()
         .map(|own| (own["device"].as_str().expect("a text"), own["verdict"].as_str().expect("a text")))
         .collect();
-    assert_eq!(listed, [("G031", "rejected"), ("G036", "malformed")]);
+    // G025 is accepted, and its limits leave it undecided
+    assert_eq!(listed, [("G025", "accepted"), ("G031", "rejected"), ("G036", "malformed")]);
     let page = std::fs::read_to_string(folder.path().join("line.html")).expect("a page");
     let markdown = std::fs::read_to_string(folder.path().join("line.md")).expect("a page");
     // G028 stands apart; what is malformed has no fit to be shown
@@ -153,7 +154,7 @@ fn devices_that_are_not_in_order_have_pages() {
         assert!(own.to_uppercase().contains(&says.to_uppercase()), "{serial}");
     }
     assert!(page.contains("G036") && !page.contains("G036.html"));
-    assert_eq!(std::fs::read_dir(folder.path().join("of devices/1")).expect("a folder").count(), 2);
+    assert_eq!(std::fs::read_dir(folder.path().join("of devices/1")).expect("a folder").count(), 3);
     let alone = r#"{ "bench": { "id": "l", "sensors": { "y": { "model": "a" } } }, "estimate": { "a": {} }, "readings": [ { "y": 1 } ] }"#;
     std::fs::write(folder.path().join("one.campaign.json"), alone).expect("a file");
     let refused = run(folder.path(), &["fit", "one.campaign.json", "--reports", "pages"]);
@@ -289,4 +290,28 @@ fn where_devices_are_not_told_apart_that_is_said() {
     let planned = run(folder.path(), &["plan", "c.campaign.json"]);
     let told = planned.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("all positions are taken as those of one device"), "{told}");
+}
+
+/// Every device whose conformity is undecided is named.
+#[test]
+fn undecided_devices_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let readings: Vec<String> = [("A", 0.0), ("B", 1.9), ("C", -1.9), ("D", 1.95)]
+        .iter()
+        .flat_map(|(serial, y)| (0..2).map(move |_| format!(r#"{{"serial": "{serial}", "y": {y}, "y_u": 0.3}}"#)))
+        .collect();
+    let text = format!(
+        r#"{{"bench": {{"id": "mean", "sensors": {{"y": {{"model": "a"}}}}}}, "estimate": {{"a": {{}}}}, "by": "serial", "decision": "guard-u",
+            "limits": {{"a": [-2, 2]}}, "readings": [{}]}}"#,
+        readings.join(",")
+    );
+    std::fs::write(folder.path().join("all.campaign.json"), text).expect("a file");
+    let found = run(folder.path(), &["fit", "all.campaign.json", "--json", "all.json"]);
+    assert!(found.code != 1, "{}", found.stderr);
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("all.json")).expect("a file")).expect("JSON");
+    assert_eq!(report["conformity"]["undecided"], 3);
+    let named: Vec<&str> =
+        report["not_in_order"].as_array().expect("a list").iter().filter_map(|own| own["device"].as_str()).collect();
+    assert_eq!(named, ["B", "C", "D"]);
 }

@@ -33,7 +33,7 @@ const SEQUENCES: &[(&str, &str)] = &[
     (
         "dcc:coreData",
         "dcc:countryCodeISO3166_1 dcc:usedLangCodeISO639_1+ dcc:mandatoryLangCodeISO639_1+ dcc:uniqueIdentifier \
-         dcc:beginPerformanceDate dcc:endPerformanceDate dcc:performanceLocation dcc:issueDate?",
+         dcc:receiptDate? dcc:beginPerformanceDate dcc:endPerformanceDate dcc:performanceLocation dcc:issueDate?",
     ),
     ("dcc:items", "dcc:item+"),
     ("dcc:item", "dcc:name dcc:manufacturer? dcc:model? dcc:identifications"),
@@ -53,12 +53,12 @@ const SEQUENCES: &[(&str, &str)] = &[
     ("dcc:measurementResults", "dcc:measurementResult+"),
     (
         "dcc:measurementResult",
-        "dcc:name dcc:usedMethods? dcc:measuringEquipments? dcc:influenceConditions? dcc:results",
+        "dcc:name dcc:description? dcc:usedMethods? dcc:measuringEquipments? dcc:influenceConditions? dcc:results",
     ),
     ("dcc:usedMethods", "dcc:usedMethod+"),
-    ("dcc:usedMethod", "dcc:name dcc:norm*"),
+    ("dcc:usedMethod", "dcc:name dcc:description? dcc:norm*"),
     ("dcc:measuringEquipments", "dcc:measuringEquipment+"),
-    ("dcc:measuringEquipment", "dcc:name dcc:manufacturer? dcc:model? dcc:identifications?"),
+    ("dcc:measuringEquipment", "dcc:name dcc:description? dcc:manufacturer? dcc:model? dcc:identifications?"),
     ("dcc:results", "dcc:result+"),
     ("dcc:result", "dcc:name dcc:description? dcc:data"),
     ("dcc:description", "dcc:content+"),
@@ -72,7 +72,8 @@ const SEQUENCES: &[(&str, &str)] = &[
     ("dcc:name", "dcc:content+"),
     ("si:hybrid", "si:real+"),
     ("si:real", "si:label? si:value si:unit si:measurementUncertaintyUnivariate?"),
-    ("si:measurementUncertaintyUnivariate", "si:expandedMU"),
+    ("si:measurementUncertaintyUnivariate", "si:expandedMU? si:standardMU?"),
+    ("si:standardMU", "si:valueStandardMU si:distribution?"),
     ("si:expandedMU", "si:valueExpandedMU si:coverageFactor si:coverageProbability si:distribution?"),
     ("si:realListXMLList", "si:labelXMLList? si:valueXMLList si:unitXMLList si:ellipsoidalRegionXMLList?"),
     ("si:ellipsoidalRegionXMLList", "si:covarianceMatrix si:coverageFactor si:coverageProbability si:distribution?"),
@@ -142,13 +143,23 @@ fn the_numbers_are_those_of_the_report() {
         let id = parameter["id"].as_str().unwrap();
         let angle = parameter["kind"] == "tilt";
         let real = find(id, if angle { "\\radian" } else { "\\volt" });
-        assert_eq!(number(real, "si:value"), parameter["value"].as_f64().unwrap());
-        assert_eq!(number(real, "si:valueExpandedMU"), parameter["U"].as_f64().unwrap());
+        // U has two significant digits, the value the same decimal places
+        let value_and_u = |real: &Element, value: &serde_json::Value, u: &serde_json::Value| {
+            let (value, u) = (value.as_f64().unwrap(), u.as_f64().unwrap());
+            let place = 10f64.powi(u.log10().floor() as i32 - 1);
+            assert!((number(real, "si:value") - value).abs() <= 0.500_001 * place, "{id}");
+            assert!((number(real, "si:valueExpandedMU") - u).abs() <= 0.500_001 * place, "{id}");
+            let places = |name: &str| real.text_of(name).split_once('.').map_or(0, |(_, places)| places.len());
+            assert_eq!(places("si:value"), places("si:valueExpandedMU"));
+            let text = real.text_of("si:valueExpandedMU");
+            assert_eq!(text.replace('.', "").trim_start_matches('0').len(), 2, "{text}");
+        };
+        value_and_u(real, &parameter["value"], &parameter["U"]);
         // the schema's factor has no exponent: nine decimals
         assert!((number(real, "si:coverageFactor") - parameter["k"].as_f64().unwrap()).abs() < 1e-9);
         assert_eq!(number(real, "si:coverageProbability"), 0.95);
         if angle {
-            assert_eq!(number(find(id, "\\arcsecond"), "si:value"), parameter["arcsec"]["value"].as_f64().unwrap());
+            value_and_u(find(id, "\\arcsecond"), &parameter["arcsec"]["value"], &parameter["arcsec"]["U"]);
         }
     }
     // the published table: 162.2 arcsec with the sign that the paper's own formula gives, and 24 degrees of freedom
@@ -297,7 +308,7 @@ fn what_scatters_stands_in_the_certificate() {
 fn as_found_and_as_left_stand_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
     let mut campaign: serde_json::Value = serde_json::from_str(&fs::read_to_string(TABLE_1).unwrap()).unwrap();
-    campaign["unit"] = serde_json::json!({ "serial": "7" });
+    campaign["unit"] = serde_json::json!({ "serial": "SN-12" });
     campaign["environment"] = serde_json::json!({ "temperature_c": 23.1, "air": "still" });
     campaign["limits"] = serde_json::json!({ "dtheta_y2": { "between": [-200, 200], "unit": "arcsec" },
         "dtheta_z2": { "between": [-1, 1], "unit": "arcsec" } });
@@ -331,7 +342,9 @@ fn as_found_and_as_left_stand_side_by_side() {
         let lists = result.all("si:realListXMLList");
         let units: Vec<String> = lists.iter().map(|l| l.text_of("si:unitXMLList")).collect();
         assert!(
-            ["\\volt", "\\degree\\per\\second\\per\\volt"].iter().all(|unit| units.iter().any(|own| own == unit)),
+            ["\\volt", "\\degree\\second\\tothe{-1}\\volt\\tothe{-1}"]
+                .iter()
+                .all(|unit| units.iter().any(|own| own == unit)),
             "{units:?}"
         );
     }
@@ -341,10 +354,117 @@ fn as_found_and_as_left_stand_side_by_side() {
     let distinct: std::collections::BTreeSet<&&str> = ids.iter().collect();
     assert_eq!(distinct.len(), ids.len());
     // another unit is refused
-    campaign["unit"]["serial"] = "8".into();
+    campaign["unit"]["serial"] = "SN-13".into();
     fs::write(path("b.campaign.json"), campaign.to_string()).unwrap();
     let (code, _, errors) = tumble(&arguments);
-    assert!(code == 1 && errors.contains("another unit") && errors.contains("'7'"), "{errors}");
+    assert!(code == 1 && errors.contains("another unit") && errors.contains("'SN-12'"), "{errors}");
+}
+
+/// The campaign's unit, date, place, operator, procedure and instruments fill the certificate, and what the lab file says otherwise is refused.
+#[test]
+fn the_campaigns_identity_fills_the_certificate() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let mut campaign: serde_json::Value = serde_json::from_str(&fs::read_to_string(TABLE_1).unwrap()).unwrap();
+    let identity = serde_json::json!({
+        "unit": { "serial": "T-0417", "type": "triad", "manufacturer": "ACME" }, "date": "2026-11-02",
+        "place": "Lab 2\u{7}", "operator": "Lena", "procedure": "QP-12 rev 3",
+        "instruments": [{ "name": "dividing head", "certificate": "DH-123", "traceable_to": "PTB", "valid_to": "2025-01-01" }],
+        "environment": { "temperature_c": { "value": 23.0, "u": 0.5 }, "humidity_percent": [40, 50], "note\u{1}": "a\u{b}b" } });
+    campaign.as_object_mut().unwrap().extend(identity.as_object().unwrap().clone());
+    fs::write(path("id.campaign.json"), campaign.to_string()).unwrap();
+    let mut lab: serde_json::Value = serde_json::from_str(&fs::read_to_string(LAB).unwrap()).unwrap();
+    let run = |lab: &serde_json::Value| {
+        fs::write(path("lab.json"), lab.to_string()).unwrap();
+        tumble(&["fit", &path("id.campaign.json"), "--dcc", "-", "--lab", &path("lab.json")])
+    };
+    let (code, _, errors) = run(&lab);
+    assert!(code == 1 && errors.contains("none of the lab file's items") && errors.contains("'T-0417'"), "{errors}");
+    lab.as_object_mut().unwrap().remove("items");
+    let (code, _, errors) = run(&lab);
+    assert!(code == 1 && errors.contains("2026-11-02") && errors.contains("2026-05-04 to 2026-05-05"), "{errors}");
+    for key in ["begin", "end"] {
+        lab["certificate"].as_object_mut().unwrap().remove(key);
+    }
+    lab["certificate"]["issued"] = "2026-11-09".into();
+    lab["certificate"]["received"] = "2026-11-03".into();
+    let (code, _, errors) = run(&lab);
+    assert!(code == 1 && errors.contains("before its received"), "{errors}");
+    lab["certificate"]["received"] = "2026-10-30".into();
+    let (code, text, errors) = run(&lab);
+    assert!(code != 1, "{errors}");
+    let root = element(&text);
+    check_structure(&root);
+    let one = |name: &str| root.all(name)[0].text.clone();
+    assert_eq!(
+        [one("dcc:receiptDate"), one("dcc:beginPerformanceDate"), one("dcc:endPerformanceDate")],
+        ["2026-10-30", "2026-11-02", "2026-11-02"]
+    );
+    let item = &root.all("dcc:item")[0];
+    assert_eq!(
+        [item.text_of("dcc:model"), item.all("dcc:identification")[0].text_of("dcc:value")],
+        ["triad", "T-0417"]
+    );
+    let equipment = root.all("dcc:measuringEquipment");
+    assert_eq!(equipment.len(), 2);
+    let said: Vec<String> = root.all("dcc:content").iter().map(|c| c.text.clone()).collect();
+    let has = |text: &str| said.iter().any(|own| own.contains(text));
+    for text in [
+        "ACME",
+        "Lena",
+        "QP-12 rev 3",
+        "Lab 2\u{fffd}",
+        "valid to 2025-01-01",
+        "relate only to the items calibrated",
+        "by dividing head, DH-123, to PTB",
+        "was valid to 2025-01-01",
+    ] {
+        assert!(has(text), "{text} is not in {said:?}");
+    }
+    let of_type = |name: &str, wanted: &str| {
+        let all = root.all(name);
+        let found = all.iter().find(|own| own.attribute("refType") == Some(wanted));
+        found.unwrap_or_else(|| panic!("{wanted}")).all("si:real")[0].clone()
+    };
+    assert_eq!(of_type("dcc:quantity", "basic_temperature").text_of("si:valueStandardMU"), "0.5");
+    let [low, high] =
+        ["basic_humidityRelativeMin", "basic_humidityRelativeMax"].map(|own| of_type("dcc:quantity", own));
+    assert_eq!([low.text_of("si:value"), high.text_of("si:value"), high.text_of("si:unit")], ["40", "50", "\\percent"]);
+    // what PTB's Schematron asks of the program's version, of languages and of non-SI units
+    assert!(one("dcc:release").starts_with('v'));
+    // one warning for people, too
+    let (_, printed, _) = tumble(&["fit", &path("id.campaign.json")]);
+    assert!(printed.contains("dividing head was valid to 2025-01-01"), "{printed}");
+}
+
+/// PTB's Schematron: a text with a language has every declared language, and each declared language is there once.
+#[test]
+fn texts_have_every_declared_language_or_say_none() {
+    let folder = tempfile::tempdir().unwrap();
+    for (own, lang) in [("en", "en"), ("de", "en"), ("en", "zh"), ("de", "zh")] {
+        let mut lab: serde_json::Value = serde_json::from_str(&fs::read_to_string(LAB).unwrap()).unwrap();
+        lab["certificate"]["language"] = own.into();
+        let path = folder.path().join("lab.json");
+        fs::write(&path, lab.to_string()).unwrap();
+        let (code, text, errors) =
+            tumble(&["fit", TABLE_1, "--dcc", "-", "--lab", path.to_str().unwrap(), "--lang", lang]);
+        assert!(code != 1, "{errors}");
+        let root = element(&text);
+        let declared: std::collections::BTreeSet<String> =
+            root.all("dcc:usedLangCodeISO639_1").iter().map(|l| l.text.clone()).collect();
+        assert_eq!(declared.len(), root.all("dcc:usedLangCodeISO639_1").len());
+        assert!(declared.contains(own) && declared.contains(lang), "{declared:?}");
+        for name in ["dcc:name", "dcc:description", "dcc:declaration", "dcc:text"] {
+            for element in root.all(name) {
+                let said: Vec<&str> = element.children.iter().filter_map(|own| own.attribute("lang")).collect();
+                let distinct: std::collections::BTreeSet<String> = said.iter().map(|own| own.to_string()).collect();
+                assert!(
+                    said.is_empty() || (distinct == declared && said.len() == declared.len()),
+                    "{own} {lang}: {said:?}"
+                );
+            }
+        }
+    }
 }
 
 /// Both languages stand in the certificate where Chinese is asked for, and its core data say so.

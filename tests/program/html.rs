@@ -266,3 +266,60 @@ fn an_active_bound_is_drawn() {
     assert!(html.contains("Upright lines: active bounds"));
     assert!(html.contains("#D55E00\" stroke-width=\"5\""), "the line at the bound");
 }
+
+/// Beside a lack of fit beyond doubt, or limits that are not met, nothing is in order; the fit says which command goes on.
+#[test]
+fn nothing_is_in_order_beside_what_is_not() {
+    // of the result: that the closed forms agree stands in a section of its own
+    let said = |text: &str| text.split("<h2").nth(1).unwrap().matches("In order").count();
+    let table_1 = page(TABLE_1);
+    assert!(said(&table_1) == 0 && table_1.contains("Lack of fit") && table_1.contains("tumble diagnose"));
+    let (code, printed, _) = tumble(&["fit", TABLE_1]);
+    let last = printed.trim_end().lines().last().unwrap();
+    assert!(code == 0 && printed.contains("LACK OF FIT by position") && last.contains("tumble diagnose"), "{printed}");
+    // a line that fits, and a limit that its slope is outside of
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("line.campaign.json");
+    let campaign = |limits: &str| {
+        let readings: Vec<String> = [0.9, 3.1, 4.9, 7.1, 8.9, 11.1]
+            .iter()
+            .enumerate()
+            .map(|(x, y)| format!(r#"{{"x": {x}, "y": {y}, "y_u": 0.1}}"#))
+            .collect();
+        let text = format!(
+            r#"{{"bench": {{"id": "line", "sensors": {{"y": {{"model": "a + b*x"}}}}}}, "estimate": {{"a": {{}}, "b": {{}}}},
+                "limits": {{"b": {limits}}}, "readings": [{}]}}"#,
+            readings.join(",")
+        );
+        fs::write(&path, text).unwrap();
+        page(path.to_str().unwrap())
+    };
+    assert!(said(&campaign("[1.5, 2.5]")) > 0);
+    let failed = campaign("[0, 1]");
+    assert!(said(&failed) == 0 && failed.contains("Rejected"));
+}
+
+/// Of many suspicious readings five are printed; the report has them all.
+#[test]
+fn five_suspicious_readings_are_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("many.campaign.json");
+    let readings: Vec<String> = (0..60)
+        .map(|k| {
+            let y = if k % 8 == 0 { 1000.0 + 100.0 * f64::from(k) } else { f64::from(k % 3) };
+            format!(r#"{{"y": {y}, "y_u": 1}}"#)
+        })
+        .collect();
+    let text = format!(
+        r#"{{"bench": {{"id": "mean", "sensors": {{"y": {{"model": "a"}}}}}}, "estimate": {{"a": {{}}}}, "readings": [{}]}}"#,
+        readings.join(",")
+    );
+    fs::write(&path, text).unwrap();
+    let (_, printed, _) = tumble(&["fit", path.to_str().unwrap()]);
+    let (_, json, _) = tumble(&["fit", path.to_str().unwrap(), "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let suspects = report["checks"]["snooping"]["suspects"].as_array().unwrap().len();
+    assert!(suspects > 5);
+    assert_eq!(printed.matches("SUSPICIOUS").count(), 5, "{printed}");
+    assert!(printed.contains(&format!("{} more suspicious", suspects - 5)) && printed.contains("tumble diagnose"));
+}

@@ -1,6 +1,7 @@
 //! The conditions of a measurement result: whether the item was measured as found or as left, and the environment.
 
-use super::{Xml, content, decimal, named, text, told, within};
+use super::decimal;
+use super::texts::{Texts, Xml, of_type, text, told, within};
 use crate::campaign::{Condition, Identity};
 use crate::language::{Language, say};
 use std::io;
@@ -31,43 +32,67 @@ impl Adjusted {
     }
 }
 
-/// The conditions, where there are any; names of the environment are the laboratory's own.
+/// The conditions; names of the environment are the laboratory's own. Without any, that none are stated.
 pub(super) fn write(
     xml: &mut Xml,
     identity: &Identity,
     adjusted: Option<Adjusted>,
-    language: &str,
-    lang: Language,
+    texts: Texts<'_>,
 ) -> io::Result<()> {
-    if identity.environment.is_empty() && adjusted.is_none() {
-        return Ok(());
-    }
     within(xml, "dcc:influenceConditions", |xml| {
         if let Some(adjusted) = adjusted {
             within(xml, "dcc:influenceCondition", |xml| {
-                told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-state-of-item").into())?;
+                told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-state-of-item").into())?;
                 text(xml, "dcc:status", adjusted.status())?;
-                within(xml, "dcc:data", |xml| told(xml, "dcc:text", lang, |lang| adjusted.said(lang).into()))
+                within(xml, "dcc:data", |xml| told(xml, "dcc:text", texts, |lang| adjusted.said(lang).into()))
+            })?;
+        } else if identity.environment.is_empty() {
+            within(xml, "dcc:influenceCondition", |xml| {
+                told(xml, "dcc:name", texts, |lang| say!(lang, "identity-environment").into())?;
+                within(xml, "dcc:data", |xml| told(xml, "dcc:text", texts, |lang| say!(lang, "dcc-not-stated").into()))
             })?;
         }
         identity.environment.iter().try_for_each(|(name, condition)| {
-            within(xml, "dcc:influenceCondition", |xml| {
-                named(xml, "dcc:name", name, language)?;
-                within(xml, "dcc:data", |xml| match (condition, unit_of(name)) {
-                    (Condition::Number(value), Some(unit)) => within(xml, "dcc:quantity", |xml| {
-                        named(xml, "dcc:name", name, language)?;
-                        within(xml, "si:real", |xml| {
-                            text(xml, "si:value", &decimal(*value))?;
-                            text(xml, "si:unit", unit)
+            let ref_type = ref_type(name);
+            of_type(xml, "dcc:influenceCondition", ref_type, |xml| {
+                texts.own(xml, "dcc:name", name)?;
+                within(xml, "dcc:data", |xml| {
+                    // a number without a unit of D-SI is a text
+                    let quantities = match (condition, unit_of(name)) {
+                        (Condition::Number(value), Some(unit)) => vec![("", *value, None, unit)],
+                        (Condition::Measured { value, u }, Some(unit)) => vec![("", *value, Some(*u), unit)],
+                        (Condition::Range([low, high]), Some(unit)) => {
+                            vec![("Min", *low, None, unit), ("Max", *high, None, unit)]
+                        }
+                        (condition, _) => return texts.own(xml, "dcc:text", &condition.to_string()),
+                    };
+                    quantities.into_iter().try_for_each(|(which, value, u, unit)| {
+                        let ref_type = ref_type.map(|own| format!("{own}{which}"));
+                        of_type(xml, "dcc:quantity", ref_type.as_deref(), |xml| {
+                            texts.own(xml, "dcc:name", name)?;
+                            within(xml, "si:real", |xml| {
+                                text(xml, "si:value", &decimal(value))?;
+                                text(xml, "si:unit", unit)?;
+                                let Some(u) = u else { return Ok(()) };
+                                within(xml, "si:measurementUncertaintyUnivariate", |xml| {
+                                    within(xml, "si:standardMU", |xml| text(xml, "si:valueStandardMU", &decimal(u)))
+                                })
+                            })
                         })
-                    }),
-                    (Condition::Number(value), None) => {
-                        within(xml, "dcc:text", |xml| content(xml, &value.to_string(), language))
-                    }
-                    (Condition::Text(words), _) => within(xml, "dcc:text", |xml| content(xml, words, language)),
+                    })
                 })
             })
         })
+    })
+}
+
+/// The type of a condition in PTB's lists of good practice, by the quantity in its name.
+fn ref_type(name: &str) -> Option<&'static str> {
+    name.split('_').find_map(|word| match word.to_ascii_lowercase().as_str() {
+        "temperature" => Some("basic_temperature"),
+        "humidity" | "rh" => Some("basic_humidityRelative"),
+        "pressure" => Some("basic_pressure"),
+        _ => None,
     })
 }
 

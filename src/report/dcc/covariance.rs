@@ -1,14 +1,15 @@
 //! The covariance of all estimates, with the factor of their joint region.
 
-use super::{Quantity, Xml, decimal, plain, text, told, units, within};
-use crate::language::{Language, say};
+use super::texts::{Texts, Xml, text, told, within};
+use super::{Quantity, decimal, plain, units};
+use crate::language::say;
 use crate::report::FitReport;
 use crate::uncertainty::quantiles;
 use std::io;
 
 /// The joint region: covariance and the factor of its ellipsoid, `k^2 = n F(level; n, nu)` with the smallest degrees of freedom (GUM
 /// Supplement 2, 6.5.3 for the normal: `k^2` the chi-square quantile).
-pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], lang: Language) -> io::Result<()> {
+pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], texts: Texts<'_>) -> io::Result<()> {
     let joint: Vec<(&Quantity, usize)> = quantities.iter().filter_map(|q| Some((q, q.index?))).collect();
     let at = |i: usize, j: usize| report.covariance.matrix.get(i).and_then(|row| row.get(j)).copied().flatten();
     // column by column; nothing where an element is missing
@@ -25,14 +26,14 @@ pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], 
     let Some(factor) = factor.filter(|_| joint.len() > 1) else { return Ok(()) };
     let list = |of: &dyn Fn(&Quantity) -> String| joint.iter().map(|(q, _)| of(q)).collect::<Vec<_>>().join(" ");
     within(xml, "dcc:result", |xml| {
-        told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-covariance").into())?;
+        told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-covariance").into())?;
         within(xml, "dcc:data", |xml| {
             within(xml, "dcc:quantity", |xml| {
-                told(xml, "dcc:name", lang, |lang| say!(lang, "dcc-jointly").into())?;
+                told(xml, "dcc:name", texts, |lang| say!(lang, "dcc-jointly").into())?;
                 within(xml, "si:realListXMLList", |xml| {
                     text(xml, "si:labelXMLList", &list(&|q| q.id.clone()))?;
                     text(xml, "si:valueXMLList", &list(&|q| decimal(q.value)))?;
-                    text(xml, "si:unitXMLList", &list(&|q| q.unit.clone()))?;
+                    text(xml, "si:unitXMLList", &list(&|q| units::d_si(&[&q.unit])))?;
                     within(xml, "si:ellipsoidalRegionXMLList", |xml| {
                         within(xml, "si:covarianceMatrix", |xml| {
                             joint.iter().zip(&columns).try_for_each(|((a, _), column)| {
@@ -40,7 +41,7 @@ pub(super) fn write(xml: &mut Xml, report: &FitReport, quantities: &[Quantity], 
                                     joint.iter().zip(column).try_for_each(|((b, _), value)| {
                                         within(xml, "si:covariance", |xml| {
                                             text(xml, "si:value", &decimal(*value))?;
-                                            text(xml, "si:unit", &units::product(&a.unit, &b.unit))
+                                            text(xml, "si:unit", &units::d_si(&[&a.unit, &b.unit]))
                                         })
                                     })
                                 })

@@ -1,6 +1,7 @@
 //! The correction to apply, as a result of its own: bias and matrix of the first order, and where it holds.
 
-use super::{Xml, decimal, text, told, units, within};
+use super::texts::{Texts, Xml, text, told, within};
+use super::{decimal, units};
 use crate::language::{Language, say};
 use crate::report::validity_sentence;
 use crate::wire::CorrectionFile;
@@ -11,7 +12,7 @@ pub(super) fn write(
     xml: &mut Xml,
     correction: Option<&CorrectionFile>,
     prefix: &str,
-    lang: Language,
+    texts: Texts<'_>,
 ) -> io::Result<()> {
     let Some(correction) = correction else { return Ok(()) };
     let solved: Vec<_> = correction.inputs.iter().filter(|input| input.solved).zip(&correction.matrix).collect();
@@ -20,25 +21,25 @@ pub(super) fn write(
     }
     let sensors: Vec<&str> = correction.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
     let unit = |input: &str, sensor: &str| match (input, sensor) {
-        (input, "") => units::d_si(input),
-        ("", sensor) => units::d_si(&format!("1/({sensor})")),
-        (input, sensor) => units::d_si(&format!("({input})/({sensor})")),
+        (input, "") => units::d_si(&[input]),
+        ("", sensor) => units::d_si(&[&format!("1/({sensor})")]),
+        (input, sensor) => units::d_si(&[&format!("({input})/({sensor})")]),
     };
     within(xml, "dcc:result", |xml| {
-        told(xml, "dcc:name", lang, |lang| say!(lang, "the-correction-to-apply").into())?;
-        told(xml, "dcc:description", lang, |lang| {
+        told(xml, "dcc:name", texts, |lang| say!(lang, "the-correction-to-apply").into())?;
+        told(xml, "dcc:description", texts, |lang| {
             let about = say!(lang, "dcc-correction", frame = lang.name(&correction.frame));
             format!("{about}{}{}", lang.space(), validity_sentence(correction, lang))
         })?;
         within(xml, "dcc:data", |xml| {
-            let units: Vec<String> = correction.sensors.iter().map(|sensor| units::d_si(&sensor.unit)).collect();
+            let units: Vec<String> = correction.sensors.iter().map(|sensor| units::d_si(&[&sensor.unit])).collect();
             let id = format!("{prefix}correction_bias");
-            row(xml, &id, |lang| say!(lang, "bias").into(), &sensors, &correction.bias, &units, lang)?;
+            row(xml, &id, |lang| say!(lang, "bias").into(), &sensors, &correction.bias, &units, texts)?;
             solved.iter().try_for_each(|(input, values)| {
                 let units: Vec<String> =
                     correction.sensors.iter().map(|sensor| unit(&input.unit, &sensor.unit)).collect();
                 let id = format!("{prefix}correction_{}", input.id);
-                row(xml, &id, |lang| say!(lang, "dcc-row", input = input.id), &sensors, values, &units, lang)
+                row(xml, &id, |lang| say!(lang, "dcc-row", input = input.id), &sensors, values, &units, texts)
             })
         })
     })
@@ -52,11 +53,11 @@ fn row(
     sensors: &[&str],
     values: &[f64],
     units: &[String],
-    lang: Language,
+    texts: Texts<'_>,
 ) -> io::Result<()> {
     let values: Vec<String> = values.iter().map(|value| decimal(*value)).collect();
     xml.create_element("dcc:quantity").with_attribute(("id", id)).write_inner_content(|xml| {
-        told(xml, "dcc:name", lang, name)?;
+        told(xml, "dcc:name", texts, name)?;
         within(xml, "si:realListXMLList", |xml| {
             text(xml, "si:labelXMLList", &sensors.join(" "))?;
             text(xml, "si:valueXMLList", &values.join(" "))?;

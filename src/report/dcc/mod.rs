@@ -2,45 +2,47 @@
 //!
 //! ```text
 //! digitalCalibrationCertificate
-//!   administrativeData   software, core data, items, laboratory, persons, customer, statements: from the lab file only
-//!   measurementResults   one result with a quantity for each estimate (value, U, k, level), one with the covariance, one with the correction
+//!   administrativeData   software, core data, items, laboratory, persons, customer, statements: from the lab file, with the campaign's unit, date, operator
+//!   measurementResults   method, instruments, conditions; one result with a quantity for each estimate (value, U, k, level), one with the covariance, one with the correction
 //! ```
 //!
 //! With a calibration as found there are two measurement results, before and after adjustment. Each has its conditions, conformity beside the
 //! quantity that it is about, and the correction as bias and matrix.
 //!
 //! <https://ptb.de/dcc/v3.3.0/>; element names and order follow `dcc.xsd` 3.3.0 and `SI_Format.xsd` 2.2. Angles are given in radians and in
-//! arcseconds (`si:hybrid`). Deliberately absent: signatures and seals (a certificate is signed with the laboratory's own means), invented
+//! arcseconds (`si:hybrid`). U has two significant digits, its value the same decimal places; covariances and the correction have all
+//! digits. `refType`s are those of PTB's lists of good practice, and the rules of its Schematron hold. Deliberately absent: signatures and seals (a certificate is signed with the laboratory's own means), invented
 //! identities, a certificate of estimates without uncertainty.
 
 mod administrative;
 mod conditions;
 mod covariance;
 mod matrix;
+mod texts;
 mod units;
 mod verdicts;
 
 use super::{ArcsecReport, FitReport, VERSION};
-use crate::campaign::Kind;
+use crate::campaign::{Identity, Kind};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Fit;
 use crate::fit::State;
 use crate::language::{Language, say};
+use crate::number;
 use crate::wire::LabFile;
 use conditions::Adjusted;
 use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesText, Event};
+use quick_xml::events::{BytesDecl, Event};
 use std::io;
+use texts::{Texts, Xml, text, told, within};
 
 /// Version of the schema that certificates follow.
 pub const SCHEMA_VERSION: &str = "3.3.0";
 
-type Xml = Writer<Vec<u8>>;
-
 /// A fit as a digital calibration certificate, with the identities of a lab file; `as_found` is the report of the same unit before it was
 /// adjusted.
 ///
-/// Errors: an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
+/// Errors: a campaign that contradicts the lab file,  an estimate without uncertainty or held by a bound, a coverage factor below 1 (the schema has none), a coefficient whose unit is not known.
 pub fn certificate(
     fit: &Fit,
     report: &FitReport,
@@ -65,8 +67,10 @@ pub fn certificate(
         None => None,
     };
     let results: Vec<Measured<'_>> = found.into_iter().chain([own]).collect();
+    let lab = &lab.clone().with(&identities(&results))?;
+    let texts = Texts::new(lang, &lab.certificate.language);
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-    let written = write(&mut xml, title, &results, lab, lang);
+    let written = write(&mut xml, title, &results, lab, texts);
     let text = written.ok().and_then(|()| String::from_utf8(xml.into_inner()).ok());
     text.map(|text| text + "\n").ok_or_else(|| Malformed::new(Fault::Value, "the certificate cannot be written as XML"))
 }
@@ -112,7 +116,7 @@ fn quantities<'a>(meaning: &dyn Fn(&str) -> &'a str, report: &FitReport) -> Resu
         quantities.push(Quantity {
             id: p.id.clone(),
             meaning: meaning(&p.id).to_string(),
-            unit: units::d_si(&p.unit),
+            unit: p.unit.clone(),
             value,
             expanded,
             k: factor,
@@ -127,7 +131,7 @@ fn quantities<'a>(meaning: &dyn Fn(&str) -> &'a str, report: &FitReport) -> Resu
         quantities.push(Quantity {
             id: d.id.clone(),
             meaning: format!("{} = {}", d.id, d.line),
-            unit: units::d_si(&d.unit),
+            unit: d.unit.clone(),
             value,
             expanded,
             k: factor,
@@ -158,7 +162,7 @@ fn uncertainty(id: &str, expanded: Option<f64>, k: Option<f64>) -> Result<(f64, 
     Ok((expanded, k))
 }
 
-fn write(xml: &mut Xml, title: &str, results: &[Measured<'_>], lab: &LabFile, lang: Language) -> io::Result<()> {
+fn write(xml: &mut Xml, title: &str, results: &[Measured<'_>], lab: &LabFile, texts: Texts<'_>) -> io::Result<()> {
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let attributes = [
         ("xmlns:dcc", "https://ptb.de/dcc"),
@@ -168,40 +172,43 @@ fn write(xml: &mut Xml, title: &str, results: &[Measured<'_>], lab: &LabFile, la
         ("schemaVersion", SCHEMA_VERSION),
     ];
     xml.create_element("dcc:digitalCalibrationCertificate").with_attributes(attributes).write_inner_content(|xml| {
-        administrative::write(xml, lab, lang)?;
+        administrative::write(xml, lab, &identities(results), texts)?;
         within(xml, "dcc:measurementResults", |xml| {
-            results.iter().try_for_each(|own| measured(xml, title, own, lab, lang))
+            results.iter().try_for_each(|own| measured(xml, title, own, lab, texts))
         })
     })?;
     Ok(())
 }
 
-fn measured(xml: &mut Xml, title: &str, own: &Measured<'_>, lab: &LabFile, lang: Language) -> io::Result<()> {
+fn measured(xml: &mut Xml, title: &str, own: &Measured<'_>, lab: &LabFile, texts: Texts<'_>) -> io::Result<()> {
     let report = own.report;
     within(xml, "dcc:measurementResult", |xml| {
-        told(xml, "dcc:name", lang, |lang| match own.adjusted {
+        told(xml, "dcc:name", texts, |lang| match own.adjusted {
             Some(adjusted) => {
                 say!(lang, "dcc-title-and-state", title = lang.name(title), state = adjusted.said(lang))
             }
             None => lang.name(title).into_owned(),
         })?;
-        administrative::method_and_equipment(xml, lab)?;
-        conditions::write(xml, &report.identity, own.adjusted, &lab.certificate.language, lang)?;
+        if let Some(place) = &report.identity.place {
+            texts.own(xml, "dcc:description", place)?;
+        }
+        administrative::method_and_equipment(xml, lab, &report.identity, texts)?;
+        conditions::write(xml, &report.identity, own.adjusted, texts)?;
         within(xml, "dcc:results", |xml| {
-            estimates(xml, own, lang)?;
-            covariance::write(xml, report, &own.quantities, lang)?;
-            matrix::write(xml, report.correction.as_ref(), own.prefix, lang)?;
-            scatter(xml, report, own.prefix, lang)
+            estimates(xml, own, texts)?;
+            covariance::write(xml, report, &own.quantities, texts)?;
+            matrix::write(xml, report.correction.as_ref(), own.prefix, texts)?;
+            scatter(xml, report, own.prefix, texts)
         })
     })
 }
 
-fn estimates(xml: &mut Xml, own: &Measured<'_>, lang: Language) -> io::Result<()> {
+fn estimates(xml: &mut Xml, own: &Measured<'_>, texts: Texts<'_>) -> io::Result<()> {
     within(xml, "dcc:result", |xml| {
-        told(xml, "dcc:name", lang, |lang| say!(lang, "angles-and-coefficients").into())?;
-        told(xml, "dcc:description", lang, |lang| remarks(own.report, lang).join(lang.space()))?;
+        told(xml, "dcc:name", texts, |lang| say!(lang, "angles-and-coefficients").into())?;
+        told(xml, "dcc:description", texts, |lang| remarks(own.report, lang).join(lang.space()))?;
         within(xml, "dcc:data", |xml| {
-            own.quantities.iter().try_for_each(|quantity| self::quantity(xml, own, quantity, lang))
+            own.quantities.iter().try_for_each(|quantity| self::quantity(xml, own, quantity, texts))
         })
     })
 }
@@ -222,6 +229,10 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
             report.known.iter().map(|k| format!("{} = {} {} (u = {})", k.id, k.value, k.unit, k.u)).collect();
         remarks.push(say!(lang, "dcc-known", known = known.join(lang.semicolon())));
     }
+    if !report.correlations.is_empty() {
+        let list = report.correlated().join(lang.semicolon());
+        remarks.push(lang.sentence(&say!(lang, "correlated-inputs", list)));
+    }
     if !report.assumed_zero.is_empty() {
         remarks.push(say!(lang, "dcc-assumed-zero", assumed_zero = report.assumed_zero.join(lang.comma())));
     }
@@ -231,6 +242,7 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
     if let Some(robust) = &report.robust {
         remarks.push(say!(lang, "dcc-robust", method = robust.method.to_string()));
     }
+    remarks.extend(report.fit.remarks.iter().map(|remark| lang.sentence(&remark.say(lang))));
     if let Some(p) = report.fit.p {
         let p = format!("{p:.3}");
         remarks.push(match report.fit.rejected {
@@ -242,24 +254,24 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
 }
 
 /// What scatters, each source with its standard deviation; nothing where there is only the readings' own noise.
-fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, lang: Language) -> io::Result<()> {
+fn scatter(xml: &mut Xml, report: &FitReport, prefix: &str, texts: Texts<'_>) -> io::Result<()> {
     let with_sd = || report.scatter.iter().filter_map(|source| Some((source, source.sd?)));
     if !super::scatter::is_worth_a_table(&report.scatter) || with_sd().next().is_none() {
         return Ok(());
     }
     within(xml, "dcc:result", |xml| {
-        told(xml, "dcc:name", lang, |lang| say!(lang, "what-scatters").into())?;
-        told(xml, "dcc:description", lang, |lang| say!(lang, "dcc-what-scatters").into())?;
+        told(xml, "dcc:name", texts, |lang| say!(lang, "what-scatters").into())?;
+        told(xml, "dcc:description", texts, |lang| say!(lang, "dcc-what-scatters").into())?;
         within(xml, "dcc:data", |xml| {
             for (k, (source, sd)) in with_sd().enumerate() {
                 let id = format!("{prefix}scatter_{}", k + 1);
                 xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
-                    told(xml, "dcc:name", lang, |lang| super::scatter::source_name(&source.source, lang))?;
-                    told(xml, "dcc:description", lang, |lang| about_source(source, lang))?;
+                    told(xml, "dcc:name", texts, |lang| super::scatter::source_name(&source.source, lang))?;
+                    told(xml, "dcc:description", texts, |lang| about_source(source, lang))?;
                     within(xml, "si:real", |xml| {
                         text(xml, "si:label", &source.of)?;
                         text(xml, "si:value", &decimal(sd))?;
-                        text(xml, "si:unit", &units::d_si(&source.unit))
+                        text(xml, "si:unit", &units::d_si(&[&source.unit]))
                     })
                 })?;
             }
@@ -282,22 +294,23 @@ fn about_source(source: &super::ScatterReport, lang: Language) -> String {
     said
 }
 
-fn quantity(xml: &mut Xml, own: &Measured<'_>, quantity: &Quantity, lang: Language) -> io::Result<()> {
+fn quantity(xml: &mut Xml, own: &Measured<'_>, quantity: &Quantity, texts: Texts<'_>) -> io::Result<()> {
     let level = own.report.parameters.first().map_or(0.95, |p| p.level);
     let id = format!("{}quantity_{}", own.prefix, quantity.id);
-    xml.create_element("dcc:quantity").with_attribute(("id", id.as_str())).write_inner_content(|xml| {
-        named(xml, "dcc:name", &quantity.id, "en")?;
+    let attributes = [("id", id.as_str()), ("refType", "basic_measuredValue")];
+    xml.create_element("dcc:quantity").with_attributes(attributes).write_inner_content(|xml| {
+        texts.own(xml, "dcc:name", &quantity.id)?;
         if !quantity.meaning.is_empty() {
-            told(xml, "dcc:description", lang, |lang| lang.name(&quantity.meaning).into_owned())?;
+            told(xml, "dcc:description", texts, |lang| lang.name(&quantity.meaning).into_owned())?;
         }
         match quantity.arcsec.and_then(|a| a.value.zip(a.expanded)) {
             Some((value, expanded)) => within(xml, "si:hybrid", |xml| {
                 real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level)?;
-                real(xml, quantity, (value, expanded, "\\arcsecond"), level)
+                real(xml, quantity, (value, expanded, "arcsec"), level)
             })?,
             None => real(xml, quantity, (quantity.value, quantity.expanded, &quantity.unit), level)?,
         }
-        verdicts::of_quantity(xml, own.report.conformity.as_ref(), &quantity.id, lang)
+        verdicts::of_quantity(xml, own.report.conformity.as_ref(), &quantity.id, texts)
     })?;
     Ok(())
 }
@@ -305,17 +318,34 @@ fn quantity(xml: &mut Xml, own: &Measured<'_>, quantity: &Quantity, lang: Langua
 fn real(xml: &mut Xml, quantity: &Quantity, (value, expanded, unit): (f64, f64, &str), level: f64) -> io::Result<()> {
     within(xml, "si:real", |xml| {
         text(xml, "si:label", &quantity.id)?;
-        text(xml, "si:value", &decimal(value))?;
-        text(xml, "si:unit", unit)?;
+        let [value, expanded] = to_two_digits(value, expanded);
+        text(xml, "si:value", &value)?;
+        text(xml, "si:unit", &units::d_si(&[unit]))?;
         within(xml, "si:measurementUncertaintyUnivariate", |xml| {
             within(xml, "si:expandedMU", |xml| {
-                text(xml, "si:valueExpandedMU", &decimal(expanded))?;
+                text(xml, "si:valueExpandedMU", &expanded)?;
                 text(xml, "si:coverageFactor", &plain(quantity.k))?;
                 text(xml, "si:coverageProbability", &plain(level))?;
                 text(xml, "si:distribution", if quantity.dof.is_finite() { "t" } else { "normal" })
             })
         })
     })
+}
+
+/// Value and U: U with two significant digits, the value with the same decimal places (GUM 7.2.6).
+fn to_two_digits(value: f64, expanded: f64) -> [String; 2] {
+    // the exponent of the rounded U: 0.0999 is 0.10
+    let exponent = format!("{expanded:.1e}").split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    let Some(exponent) = exponent.filter(|_| expanded > 0.0) else { return [value, expanded].map(decimal) };
+    let rounded = |x: f64| match 1 - exponent {
+        places @ 0..=12 => format!("{x:.*}", number::unsigned(places)),
+        _ => format!("{:.1}e{exponent}", x / 10f64.powi(exponent)),
+    };
+    let without_sign = |text: String| match text.bytes().any(|b| b.is_ascii_digit() && b != b'0') {
+        false => text.trim_start_matches('-').to_string(),
+        true => text,
+    };
+    [rounded(value), rounded(expanded)].map(without_sign)
 }
 
 /// A number as `si:decimalType` has it: digits, point, exponent.
@@ -329,42 +359,8 @@ fn plain(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-fn within(xml: &mut Xml, name: &str, inside: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<()> {
-    xml.create_element(name).write_inner_content(inside)?;
-    Ok(())
-}
-
-fn text(xml: &mut Xml, name: &str, value: &str) -> io::Result<()> {
-    xml.create_element(name).write_text_content(BytesText::new(&printable(value)))?;
-    Ok(())
-}
-
-/// A `dcc:content` in a language.
-fn content(xml: &mut Xml, value: &str, language: &str) -> io::Result<()> {
-    let element = xml.create_element("dcc:content").with_attribute(("lang", language));
-    element.write_text_content(BytesText::new(&printable(value)))?;
-    Ok(())
-}
-
-/// An element of `dcc:textType` that this program words: in the language asked for, and in English.
-fn told(xml: &mut Xml, name: &str, lang: Language, said: impl Fn(Language) -> String) -> io::Result<()> {
-    within(xml, name, |xml| {
-        if lang != Language::English {
-            content(xml, &said(lang), lang.code())?;
-        }
-        content(xml, &said(Language::English), Language::English.code())
-    })
-}
-
-/// An element of `dcc:textType` with text of the laboratory.
-fn named(xml: &mut Xml, name: &str, value: &str, language: &str) -> io::Result<()> {
-    within(xml, name, |xml| content(xml, value, language))
-}
-
-/// Characters that XML 1.0 cannot hold become replacement characters.
-fn printable(value: &str) -> String {
-    let bad = |c: char| (c.is_control() && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}');
-    value.chars().map(|c| if bad(c) { '\u{fffd}' } else { c }).collect()
+fn identities<'a>(results: &'a [Measured<'a>]) -> Vec<&'a Identity> {
+    results.iter().map(|own| &own.report.identity).collect()
 }
 
 #[cfg(test)]
@@ -374,6 +370,11 @@ mod tests {
     #[test]
     fn numbers_are_as_the_schema_has_them() {
         assert_eq!((decimal(-7.5e-6), decimal(0.25), decimal(0.0)), ("-7.5e-6".into(), "0.25".into(), "0".into()));
+        assert_eq!(to_two_digits(-162.0687, 1.2356), ["-162.1", "1.2"]);
+        assert_eq!(to_two_digits(-7.857_6e-4, 5.99e-6), ["-0.0007858", "0.0000060"]);
+        assert_eq!(to_two_digits(0.25, 0.0996), ["0.25", "0.10"]);
+        assert_eq!(to_two_digits(56_789.0, 1234.0), ["56.8e3", "1.2e3"]);
+        assert_eq!(to_two_digits(-1e-9, 0.3), ["0.00", "0.30"]);
         assert_eq!((plain(2.0639), plain(0.95), plain(2.0)), ("2.0639".into(), "0.95".into(), "2".into()));
     }
 }

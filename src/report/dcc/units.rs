@@ -1,113 +1,81 @@
-//! Units in the notation of D-SI: `\volt`, `\volt\per\degree`; what D-SI does not have stands after a bar: `|g`.
+//! Units in the notation of D-SI, every factor with its power: `\volt\degree\tothe{-1}\second`; what D-SI does not have stands after a bar: `|g`.
 
-/// A unit as `tumble` writes it, in D-SI's notation. `1` and nothing are `\one`.
+use crate::units::{Unit, plain};
+
+/// The product of units in D-SI's notation; nothing and `1` are `\one`.
 ///
 /// Angles in degrees, arcseconds and hours are units accepted beside the SI and have D-SI names.
-pub(super) fn d_si(unit: &str) -> String {
-    match unit.trim() {
-        "" | "1" => "\\one".into(),
-        unit => quotient(unit).unwrap_or_else(|| format!("|{}", unit.replace(char::is_whitespace, ""))),
-    }
-}
-
-/// The unit of the covariance of two quantities.
-pub(super) fn product(a: &str, b: &str) -> String {
-    match (a, b) {
-        ("\\one", other) | (other, "\\one") => other.to_string(),
-        (a, b) if a.starts_with('|') || b.starts_with('|') => {
-            format!("|{}*{}", a.trim_start_matches('|'), b.trim_start_matches('|'))
-        }
-        (a, b) if a == b && !a.contains("\\per") && a.matches('\\').count() == 1 => format!("{a}\\tothe{{2}}"),
-        (a, b) => {
-            let halves = |unit: &str| match unit.split_once("\\per") {
-                Some((above, below)) => (above.to_string(), format!("\\per{below}")),
-                None => (unit.to_string(), String::new()),
-            };
-            let ((a, below_a), (b, below_b)) = (halves(a), halves(b));
-            format!("{a}{b}{below_a}{below_b}").replace("\\one", "")
-        }
-    }
-}
-
-/// `a`, `a/b`, `a/(b/c)`, `a/b/c`, with powers; `None` where a part is not known to D-SI.
-fn quotient(unit: &str) -> Option<String> {
-    let (mut above, mut below) = (String::new(), String::new());
-    factors(unit, false, &mut above, &mut below)?;
-    let above = if above.is_empty() { "\\one".to_string() } else { above };
-    Some(above + &below)
-}
-
-fn factors(text: &str, under: bool, above: &mut String, below: &mut String) -> Option<()> {
-    let mut under_now = under;
-    for (k, part) in split(text)?.into_iter().enumerate() {
-        if k > 0 {
-            under_now = !under;
-        }
-        let (base, power) = match part.rsplit_once('^').filter(|(base, _)| !base.contains('/') || base.ends_with(')')) {
-            Some((base, power)) => (base, power.parse::<u32>().ok()?),
-            None => (part.as_str(), 1),
+pub(super) fn d_si(units: &[&str]) -> String {
+    let units: Vec<&str> = units.iter().map(|unit| unit.trim()).filter(|unit| !matches!(*unit, "" | "1")).collect();
+    quotient(&units).unwrap_or_else(|| {
+        let bracketed = |unit: &&str| match units.len() > 1 && unit.contains('/') {
+            true => format!("({unit})"),
+            false => unit.to_string(),
         };
-        if let Some(inner) = base.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) {
-            for _ in 0..power.min(9) {
-                factors(inner, under_now, above, below)?;
-            }
-            continue;
-        }
-        let name = if base == "1" { continue } else { name(base)? };
-        let exponent = if power == 1 { String::new() } else { format!("\\tothe{{{power}}}") };
-        if under_now {
-            below.push_str(&format!("\\per{name}{exponent}"));
-        } else {
-            above.push_str(&format!("{name}{exponent}"));
-        }
-    }
-    Some(())
+        format!("|{}", units.iter().map(bracketed).collect::<Vec<_>>().join("*").replace(char::is_whitespace, ""))
+    })
 }
 
-/// The parts between slashes outside parentheses; parts after the first are divided by.
-fn split(text: &str) -> Option<Vec<String>> {
-    let (mut depth, mut parts) = (0_i32, vec![String::new()]);
-    for c in text.chars() {
-        match c {
-            '(' => depth += 1,
-            ')' => depth -= 1,
-            '/' if depth == 0 => {
-                parts.push(String::new());
-                continue;
-            }
-            '*' | ' ' => return None,
-            _ => {}
-        }
-        parts.last_mut()?.push(c);
-    }
-    (depth == 0 && parts.len() < 9).then_some(parts)
+/// `None` where a part is not known to D-SI.
+fn quotient(units: &[&str]) -> Option<String> {
+    let mut parsed = units.iter().map(|unit| Unit::parse_any(unit).ok());
+    let product = parsed.try_fold(Unit::one(), |product, unit| Some(product.times(&unit?.0, 1.0)))?;
+    let written = product.factors().iter().map(|(symbol, power)| {
+        let exponent = if *power == 1.0 { String::new() } else { format!("\\tothe{{{power}}}") };
+        Some(name(symbol)? + &exponent)
+    });
+    let written: String = written.collect::<Option<_>>()?;
+    Some(if written.is_empty() { "\\one".into() } else { written })
 }
 
-fn name(symbol: &str) -> Option<&'static str> {
-    Some(match symbol {
-        "V" => "\\volt",
-        "mV" => "\\milli\\volt",
-        "uV" => "\\micro\\volt",
-        "A" => "\\ampere",
-        "mA" => "\\milli\\ampere",
-        "Hz" => "\\hertz",
-        "rad" => "\\radian",
-        "mrad" => "\\milli\\radian",
-        "urad" => "\\micro\\radian",
-        "deg" => "\\degree",
-        "arcmin" => "\\arcminute",
-        "arcsec" => "\\arcsecond",
-        "s" => "\\second",
-        "min" => "\\minute",
-        "h" => "\\hour",
-        "m" => "\\metre",
-        "mm" => "\\milli\\metre",
-        "um" => "\\micro\\metre",
-        "kg" => "\\kilogram",
-        "N" => "\\newton",
-        "K" => "\\kelvin",
-        "degC" | "c" => "\\degreecelsius",
-        _ => return None,
+/// Names without prefix, and names that prefixes may stand before.
+const WHOLE: &[(&str, &str)] = &[
+    ("deg", "\\degree"),
+    ("arcmin", "\\arcminute"),
+    ("arcsec", "\\arcsecond"),
+    ("min", "\\minute"),
+    ("h", "\\hour"),
+    ("day", "\\day"),
+    ("degC", "\\degreecelsius"),
+    ("%", "\\percent"),
+    ("ppm", "\\ppm"),
+    ("kg", "\\kilogram"),
+    ("cm", "\\centi\\metre"),
+    ("hPa", "\\hecto\\pascal"),
+];
+const PREFIXED: &[(&str, &str)] = &[
+    ("V", "\\volt"),
+    ("A", "\\ampere"),
+    ("ohm", "\\ohm"),
+    ("Hz", "\\hertz"),
+    ("rad", "\\radian"),
+    ("s", "\\second"),
+    ("K", "\\kelvin"),
+    ("m", "\\metre"),
+    ("N", "\\newton"),
+    ("Pa", "\\pascal"),
+    ("W", "\\watt"),
+    ("T", "\\tesla"),
+];
+const PREFIXES: &[(char, &str)] = &[
+    ('n', "\\nano"),
+    ('u', "\\micro"),
+    ('\u{b5}', "\\micro"),
+    ('\u{3bc}', "\\micro"),
+    ('m', "\\milli"),
+    ('k', "\\kilo"),
+    ('M', "\\mega"),
+];
+
+fn name(symbol: &str) -> Option<String> {
+    let symbol = plain(symbol);
+    let of = |list: &[(&str, &'static str)], wanted: &str| {
+        list.iter().find(|(own, _)| *own == wanted).map(|(_, name)| name.to_string())
+    };
+    of(WHOLE, symbol).or_else(|| of(PREFIXED, symbol)).or_else(|| {
+        let first = symbol.chars().next()?;
+        let (_, prefix) = PREFIXES.iter().find(|(own, _)| *own == first)?;
+        Some(format!("{prefix}{}", of(PREFIXED, symbol.get(first.len_utf8()..)?)?))
     })
 }
 
@@ -117,21 +85,33 @@ mod tests {
 
     #[test]
     fn units_have_their_d_si_names() {
-        assert_eq!(d_si("V"), "\\volt");
-        assert_eq!(d_si("V/(deg/s)"), "\\volt\\second\\per\\degree");
-        assert_eq!(d_si("V/(deg/s)^2"), "\\volt\\second\\second\\per\\degree\\per\\degree");
-        assert_eq!(d_si("deg/h/(deg/h)"), "\\degree\\hour\\per\\hour\\per\\degree");
-        assert_eq!(d_si("1/s"), "\\one\\per\\second");
-        assert_eq!((d_si(""), d_si("1"), d_si("g/g^2")), ("\\one".into(), "\\one".into(), "|g/g^2".into()));
-        assert_eq!(d_si("(((("), "|((((");
+        assert_eq!(d_si(&["V"]), "\\volt");
+        assert_eq!(d_si(&["V/(deg/s)"]), "\\volt\\degree\\tothe{-1}\\second");
+        assert_eq!(d_si(&["deg/s/V"]), "\\degree\\second\\tothe{-1}\\volt\\tothe{-1}");
+        assert_eq!(d_si(&["V/(deg/s)^2"]), "\\volt\\degree\\tothe{-2}\\second\\tothe{2}");
+        assert_eq!(d_si(&["deg/h/(deg/h)"]), "\\one");
+        assert_eq!(d_si(&["1/s"]), "\\second\\tothe{-1}");
+        assert_eq!((d_si(&[""]), d_si(&["1"]), d_si(&["g/g^2"])), ("\\one".into(), "\\one".into(), "|g/g^2".into()));
+        assert_eq!(d_si(&["(((("]), "|((((");
     }
 
     #[test]
     fn covariances_have_the_product_of_units() {
-        assert_eq!(product("\\radian", "\\radian"), "\\radian\\tothe{2}");
-        assert_eq!(product("\\volt", "\\radian"), "\\volt\\radian");
-        assert_eq!(product("\\one", "\\volt"), "\\volt");
-        assert_eq!(product("\\volt\\per\\second", "\\radian"), "\\volt\\radian\\per\\second");
-        assert_eq!(product("|g", "\\volt"), "|g*\\volt");
+        assert_eq!(d_si(&["rad", "rad"]), "\\radian\\tothe{2}");
+        assert_eq!(d_si(&["V", "rad"]), "\\volt\\radian");
+        assert_eq!(d_si(&["1", "V"]), "\\volt");
+        assert_eq!(d_si(&["V/s", "rad"]), "\\volt\\second\\tothe{-1}\\radian");
+        assert_eq!(d_si(&["V/g", "V"]), "|(V/g)*V");
+    }
+
+    /// Names by PTB's package dsiUnits (tests/scripts/dsi_units.py).
+    #[test]
+    fn units_are_those_of_the_package() {
+        let list = include_str!("../../../tests/data/lab/dsi_units.csv");
+        assert!(list.lines().count() > 1000);
+        for line in list.lines().skip(1) {
+            let (unit, name) = line.split_once(',').unwrap();
+            assert_eq!(d_si(&[unit]), name, "{unit}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Conformity with limits, beside the quantity that it is about.
 
-use super::{Xml, decimal, text, told, units, within};
+use super::texts::{Texts, Xml, of_type, text, told, within};
+use super::{decimal, units};
 use crate::fit::Conformity;
 use crate::language::{Language, say};
 use crate::report::conformity::{ConformityReport, LimitedReport, percent};
@@ -11,24 +12,24 @@ pub(super) fn of_quantity(
     xml: &mut Xml,
     conformity: Option<&ConformityReport>,
     id: &str,
-    lang: Language,
+    texts: Texts<'_>,
 ) -> io::Result<()> {
     let found = conformity.and_then(|own| Some((own, own.quantities.iter().find(|q| q.id == id)?)));
     let Some((conformity, limited)) = found else { return Ok(()) };
     within(xml, "dcc:measurementMetaData", |xml| {
-        within(xml, "dcc:metaData", |xml| {
-            told(xml, "dcc:declaration", lang, |lang| declaration(conformity, limited, lang))?;
+        of_type(xml, "dcc:metaData", Some("basic_conformity"), |xml| {
+            told(xml, "dcc:declaration", texts, |lang| declaration(conformity, limited, lang))?;
             text(xml, "dcc:conformity", status(limited))?;
             within(xml, "dcc:data", |xml| {
                 for (limit, lower) in [(limited.lower, true), (limited.upper, false)] {
                     let Some(limit) = limit else { continue };
                     within(xml, "dcc:quantity", |xml| {
-                        told(xml, "dcc:name", lang, |lang| {
+                        told(xml, "dcc:name", texts, |lang| {
                             if lower { say!(lang, "lower-limit") } else { say!(lang, "upper-limit") }.into()
                         })?;
                         within(xml, "si:real", |xml| {
                             text(xml, "si:value", &decimal(limit))?;
-                            text(xml, "si:unit", &units::d_si(&limited.unit))
+                            text(xml, "si:unit", &units::d_si(&[&limited.unit]))
                         })
                     })?;
                 }

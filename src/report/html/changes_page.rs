@@ -125,7 +125,13 @@ pub fn history_page(report: &HistoryReport, lang: Language) -> Result<Page> {
     };
     for t in &report.trends {
         if let Some(day) = t.leaves {
-            answer = answer.verdict(Tone::Bad, say!(lang, "leaves-its-limits-about-2", id = t.id, day = date_of(day)));
+            // a line says where a quantity goes; whether it conforms, each calibration says
+            let (id, day) = (&t.id, date_of(day));
+            let text = match t.has_left() {
+                true => say!(lang, "left-its-limits-about-2", id, day),
+                false => say!(lang, "leaves-its-limits-about-2", id, day),
+            };
+            answer = answer.verdict(Tone::Caution, text);
         }
     }
     let year = 365.2425;

@@ -3,6 +3,7 @@
 use super::{Align, Section, Table, Tone, cells};
 use crate::campaign::Kind;
 use crate::language::{Language, say};
+use crate::report::fit_checks::PRINTED;
 use crate::report::fit_constraints::ConstraintsStatus;
 use crate::report::table::{rounded, significant};
 use crate::report::{ARCSEC, FitReport, RecordReport, record_table};
@@ -14,17 +15,26 @@ pub(super) fn verdicts(report: &FitReport, lang: Language) -> Vec<(Tone, String)
         let tone = if constraints.status == ConstraintsStatus::Met { Tone::Plain } else { Tone::Bad };
         verdicts.push((tone, lang.sentence(&constraints.verdict.say(lang))));
     }
-    if let Some(test) = report.checks.lack_of_fit.as_ref().filter(|test| test.rejected) {
-        let text = say!(lang, "lack-of-fit-the-model-leaves-more", p = significant(test.p, 3));
-        verdicts.push((Tone::Bad, text));
+    if let Some(test) = report.checks.misfit().filter(|test| test.rejected) {
+        let p = significant(test.p, 3);
+        let text = match report.checks.lack_of_fit {
+            Some(_) => say!(lang, "lack-of-fit-the-model-leaves-more", p),
+            None => say!(lang, "lack-of-fit-the-model-leaves-more-between-positions", p),
+        };
+        verdicts.push((if test.is_beyond_doubt() { Tone::Bad } else { Tone::Caution }, text));
     }
     let suspects = report.checks.snooping.as_ref().map(|s| s.suspects.as_slice()).unwrap_or_default();
     if !suspects.is_empty() {
-        let numbers: Vec<String> = suspects.iter().map(|s| s.index.to_string()).collect();
+        let more = (suspects.len() > PRINTED).then(|| "...".to_string());
+        let numbers = suspects.iter().take(PRINTED).map(|s| s.index.to_string());
+        let numbers: Vec<String> = numbers.chain(more).collect();
         verdicts.push((
             Tone::Caution,
             say!(lang, "suspicious-see-the-checks", numbers = numbers.join(lang.comma()), n = suspects.len()),
         ));
+    }
+    if report.is_misfit() {
+        verdicts.push((Tone::Plain, lang.sentence(say!(lang, "diagnose-says-what-is-missing"))));
     }
     if let Some(robust) = report.robust.as_ref().filter(|robust| !robust.converged) {
         verdicts
@@ -40,9 +50,10 @@ pub(super) fn checks(report: &FitReport, lang: Language) -> Section {
         .list(checks.verdict.iter().map(|line| lang.sentence(&line.say(lang))).collect());
     let mut tests =
         Table::new(&[(say!(lang, "test"), Align::Left), (say!(lang, "statistic"), Align::Left), ("p", Align::Right)]);
-    if let Some(test) = &checks.lack_of_fit {
+    if let Some(test) = checks.misfit() {
+        let by_replicates = checks.lack_of_fit.is_some();
         tests.row(vec![
-            say!(lang, "lack-of-fit").into(),
+            if by_replicates { say!(lang, "lack-of-fit") } else { say!(lang, "lack-of-fit-by-position") }.into(),
             say!(
                 lang,
                 "f-with-and",

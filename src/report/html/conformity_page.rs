@@ -6,15 +6,21 @@ use crate::language::{Language, say};
 use crate::report::FitReport;
 use crate::report::conformity::percent;
 
+/// How the conformity of a report sounds, and the sentence; nothing where it has no limits.
+pub(super) fn verdict(report: &FitReport, lang: Language) -> Option<(Tone, String)> {
+    let conformity = report.conformity.as_ref()?;
+    let rule = &conformity.rule;
+    Some(match conformity.outcome {
+        Conformity::Pass => (Tone::Good, say!(lang, "conformity-passes", rule)),
+        Conformity::Fail => (Tone::Bad, say!(lang, "conformity-fails", rule)),
+        Conformity::Undecided => (Tone::Caution, say!(lang, "conformity-is-undecided", rule)),
+    })
+}
+
 /// Conformity with the limits of the campaign; an empty section where it has none.
 pub(super) fn section(report: &FitReport, lang: Language) -> Section {
     let section = Section::new(say!(lang, "conformity"));
     let Some(conformity) = &report.conformity else { return section };
-    let tone = |outcome: Conformity| match outcome {
-        Conformity::Pass => Tone::Good,
-        Conformity::Fail => Tone::Bad,
-        Conformity::Undecided => Tone::Caution,
-    };
     let mut table = Table::new(&[
         (say!(lang, "quantity"), Align::Left),
         (say!(lang, "lower-limit"), Align::Decimal),
@@ -38,10 +44,5 @@ pub(super) fn section(report: &FitReport, lang: Language) -> Section {
         ]);
     }
     table.note = say!(lang, "probability-that-the-quantity-is-inside-its").into();
-    let text = match conformity.outcome {
-        Conformity::Pass => say!(lang, "conformity-passes", rule = conformity.rule),
-        Conformity::Fail => say!(lang, "conformity-fails", rule = conformity.rule),
-        Conformity::Undecided => say!(lang, "conformity-is-undecided", rule = conformity.rule),
-    };
-    section.verdict(tone(conformity.outcome), text).table(table)
+    section.table(table)
 }

@@ -1,6 +1,6 @@
 //! The head of a fit's page: the verdicts, and the fit in a few sentences.
 
-use super::{Section, Tone, cells, checks_page};
+use super::{Section, Tone, cells, checks_page, conformity_page};
 use crate::fit::Fit;
 use crate::fit::VarianceFrom;
 use crate::language::{Language, say};
@@ -11,6 +11,9 @@ use crate::report::table::significant;
 pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
     let fit = &report.fit;
     let mut section = Section::new(say!(lang, "result"));
+    if let Some((tone, text)) = conformity_page::verdict(report, lang) {
+        section = section.verdict(tone, text);
+    }
     for defect in &report.not_estimable {
         section = section.verdict(Tone::Bad, say!(lang, "not-everything-is-estimable-is-free-see", text = defect.text));
     }
@@ -42,7 +45,7 @@ pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
         }
         _ if fit.variance == VarianceFrom::Estimated && fit.dof > 0 => section.verdict(
             Tone::Plain,
-            if report.checks.lack_of_fit.is_some() {
+            if report.checks.misfit().is_some() {
                 say!(lang, "the-readings-state-no-uncertainty-of-their")
             } else {
                 say!(lang, "the-readings-state-no-uncertainty-of-their-2")
@@ -112,6 +115,8 @@ pub(super) fn answer(of: &Fit, report: &FitReport, lang: Language) -> Section {
             ),
         );
     }
+    // a step that went well is no verdict on a calibration that did not
+    section.without_praise();
     section.prose(summary(of, report, lang))
 }
 

@@ -183,7 +183,7 @@ pub(super) fn budget(report: &FitReport, lang: Language) -> Result<Section> {
     for (id, budget) in parameters.chain(derived) {
         let mut first = true;
         for line in budget {
-            if line.share < 5e-4 {
+            if line.share.abs() < 5e-4 {
                 hidden += 1;
                 continue;
             }

@@ -202,6 +202,26 @@ impl Page {
 }
 
 impl Section {
+    /// Beside a verdict that is bad, nothing is called good.
+    pub(super) fn without_praise(&mut self) {
+        let tones = || {
+            self.blocks.iter().filter_map(|block| match block {
+                PageBlock::Verdict { tone, .. } => Some(*tone),
+                _ => None,
+            })
+        };
+        if tones().all(|tone| tone != Tone::Bad) {
+            return;
+        }
+        for block in &mut self.blocks {
+            if let PageBlock::Verdict { tone, .. } = block
+                && *tone == Tone::Good
+            {
+                *tone = Tone::Plain;
+            }
+        }
+    }
+
     /// A section without blocks; a page leaves such a section out.
     pub fn new(heading: impl Into<String>) -> Self {
         let heading = heading.into();
