@@ -464,6 +464,10 @@ the-first-order-does-not-describe-its = the first order does not describe { $id 
 
 # fit/remarks.rs
 all-values-of-lie-within-degrees-and = all values of { $name } lie within 6.3 degrees and would go round the circle as radians: are they radians?
+rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of this table are { $least } to { $most } deg/s; is it in rad/s or another unit?
+rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s and would be multiples of 5 deg/s if they were in rad/s: are they?
+tilt-is-no-small-rotation = { $id } = { $tilt } deg is no small tilt: beside { $factor } as it is known the readings of { $sensor } look too large by orders of magnitude; are they in { $unit }, or in a thousandth of it?
+every-row-stands-there-several-times = every row stands there { $times } times, equal to the last digit: if they were entered more than once, u is too small by the root of that number
 condition-the-readings-hardly-tell-some-parameters = condition { $condition }: the readings hardly tell some parameters apart; look at the units of the inputs and at the correlations
 belongs-to-the-bench-and-stays-there = { $others } { $n ->
     [one] belongs to the bench and stays there

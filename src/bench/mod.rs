@@ -46,6 +46,8 @@ pub struct Bench {
     pub sensors: Vec<Sensor>,
     /// Relative standard uncertainties of the rates of turning joints, common to all readings; none for those not listed.
     pub rate_u: Vec<(String, f64)>,
+    /// Least and largest size of the rates that a joint turns at, deg/s; what lies outside is looked at, not refused.
+    pub rate_range: Vec<(String, [f64; 2])>,
     /// Quantities in the field's words that every campaign derives where it estimates what they need.
     pub derived: Vec<DerivedQuantity>,
     /// What columns of the readings are when the unit is in use, as lines of algebra in `w_*` and `a_*`: rates and specific forces that no
@@ -289,6 +291,20 @@ impl Bench {
                 .expected("-90 to 90")
                 .found(site.latitude_deg.to_string())
                 .at_path("site.latitude_deg"));
+        }
+        for (joint, [least, most]) in &self.rate_range {
+            let path = format!("rate_range_deg_s.{joint}");
+            if !self.joints().any(|own| own == joint) {
+                return Err(Malformed::new(Fault::UnknownName, format!("the bench has no joint '{joint}'"))
+                    .expected(format!("one of {}", self.joints().collect::<Vec<_>>().join(", ")))
+                    .at_path(path));
+            }
+            if !(*least >= 0.0 && least <= most && most.is_finite()) {
+                return Err(Malformed::new(Fault::Value, format!("the rates of '{joint}' have no range"))
+                    .expected("the least and the largest size of its rates, deg/s, for example [0.1, 400]")
+                    .found(format!("{least} to {most}"))
+                    .at_path(path));
+            }
         }
         for (joint, u) in &self.rate_u {
             let path = format!("rate_u_ppm.{joint}");

@@ -46,6 +46,17 @@ impl Many {
     }
 }
 
+/// The campaign and the files of readings, where the campaign may be the last of the files: `--readings FILE... CAMPAIGN`.
+pub(super) fn behind<'a>(campaign: Option<&'a Path>, readings: &'a [PathBuf]) -> Result<(&'a Path, &'a [PathBuf])> {
+    match (campaign, readings.split_last()) {
+        (Some(campaign), _) => Ok((campaign, readings)),
+        (None, Some((campaign, readings))) => Ok((campaign, readings)),
+        (None, None) => {
+            Err(Malformed::new(Fault::Missing, "there is no campaign").expected("the path of a campaign file"))
+        }
+    }
+}
+
 /// A campaign, and where its readings are.
 pub(super) struct DeviceCampaign {
     path: PathBuf,

@@ -16,8 +16,9 @@ use std::path::{Path, PathBuf};
 /// What to diagnose and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The campaign file (JSON), or a mission file with '--measured'.
-    campaign: PathBuf,
+    /// The campaign file (JSON; standard input with '-'), or a mission file with '--measured'.
+    #[arg(required_unless_present = "readings")]
+    campaign: Option<PathBuf>,
     /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv` and `_u` beside them).
     #[arg(long, value_name = "FILE", conflicts_with = "effects")]
     measured: Option<PathBuf>,
@@ -43,6 +44,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: several without '--by' are a device each.
+    /// The campaign may stand behind them.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "measured")]
     readings: Vec<PathBuf>,
     #[command(flatten)]
@@ -52,9 +54,10 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
+    let (campaign, readings) = devices::behind(arguments.campaign.as_deref(), &arguments.readings)?;
     if let Some(measured) = &arguments.measured {
         return super::navigate_diagnose::run(&super::navigate_diagnose::Question {
-            mission: &arguments.campaign,
+            mission: campaign,
             measured,
             significance: arguments.significance,
             write_model: arguments.write_model.as_deref(),
@@ -64,11 +67,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             lang,
         });
     }
-    if arguments.campaign.to_string_lossy().ends_with(".mission.json") {
+    if campaign.to_string_lossy().ends_with(".mission.json") {
         return Err(Malformed::new(Fault::Missing, "a mission alone has nothing to be diagnosed")
             .expected("--measured FILE with measured navigation errors"));
     }
-    let question = devices::DeviceCampaign::read(&arguments.campaign, &arguments.many, &arguments.readings)?;
+    let question = devices::DeviceCampaign::read(campaign, &arguments.many, readings)?;
     let many = question.is_of_many();
     let (campaign, source, mut inputs) = match many {
         true => (None, question.source().clone(), Vec::new()),
@@ -176,8 +179,8 @@ impl ModelNames {
         let added: Vec<&str> = diagnosis.effects.iter().map(|finding| finding.effect.regressor.as_str()).collect();
         bench.title = format!("{} with {}", bench.title, added.join(", ")).trim().to_string();
         let campaign = wire::campaign_file(repaired, BenchRef::Named(self.name.clone()));
-        outputs.add(&self.bench, files::json(&bench)?);
-        outputs.add(&self.campaign, files::json(&campaign)?);
+        outputs.add(&self.bench, files::marked(&bench)?);
+        outputs.add(&self.campaign, files::marked(&campaign)?);
         Ok(())
     }
 

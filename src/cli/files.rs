@@ -20,8 +20,9 @@ pub(super) fn read(path: &Path) -> Result<Source> {
     read_input(path).map(|(source, _)| source)
 }
 
-/// Read a file as text, with the digest of its bytes.
+/// Read a file as text, with the digest of its bytes; `-` is standard input.
 pub(super) fn read_input(path: &Path) -> Result<(Source, Input)> {
+    let path = if path == Path::new("-") { Path::new("/dev/stdin") } else { path };
     let name = path.display().to_string();
     if path.is_dir() {
         return Err(Malformed::new(Fault::File, format!("'{name}' is a folder")).expected("a file").in_file(name));
@@ -172,6 +173,11 @@ pub(super) fn mission(path: &Path) -> Result<(MissionFile, Source)> {
     let source = read(path)?;
     let file = wire::parse(&source)?;
     Ok((file, source))
+}
+
+/// The same for a file that is read again, a campaign or a bench, whose first line says what wrote it (`own.rs`).
+pub(super) fn marked(value: &impl Serialize) -> Result<String> {
+    json(value).map(|text| super::own::mark(&text))
 }
 
 /// A value as JSON text that ends with a line break.

@@ -14,8 +14,9 @@ use std::path::PathBuf;
 /// What to fit and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The campaign file (JSON).
-    campaign: PathBuf,
+    /// The campaign file (JSON), or standard input with '-'.
+    #[arg(required_unless_present = "readings")]
+    campaign: Option<PathBuf>,
     /// One least-squares step from the reference point (the papers' estimator) instead of Gauss-Newton on the exact model to convergence.
     #[arg(long)]
     linear: bool,
@@ -50,6 +51,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: several without '--by' are a device each.
+    /// The campaign may stand behind them.
     /// Without a FILE: also list every reading with its residual, redundancy and minimal detectable bias.
     #[arg(long, value_name = "FILE", num_args = 0..)]
     readings: Option<Vec<PathBuf>>,
@@ -148,8 +150,9 @@ fn fitted(
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let own_files = arguments.readings.as_deref().unwrap_or_default();
-    let question = devices::DeviceCampaign::read(&arguments.campaign, &arguments.many, own_files)?;
+    let (campaign, own_files) =
+        devices::behind(arguments.campaign.as_deref(), arguments.readings.as_deref().unwrap_or_default())?;
+    let question = devices::DeviceCampaign::read(campaign, &arguments.many, own_files)?;
     if question.is_of_many() {
         return many(arguments, question, lang);
     }

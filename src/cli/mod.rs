@@ -26,6 +26,7 @@ mod navigate;
 mod navigate_diagnose;
 mod noise;
 mod outputs;
+mod own;
 mod pages;
 mod plan;
 mod reduce;

@@ -61,7 +61,7 @@ pub(super) fn run(question: &Question<'_>) -> Result<Outcome> {
     }
     let found = matches!(diagnosis.verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
     if let Some(path) = question.write_model.filter(|_| found) {
-        outputs.add(path, files::json(&repaired(&file, &diagnosis))?);
+        outputs.add(path, files::marked(&repaired(&file, &diagnosis))?);
     }
     let to_stdout = outputs.to_stdout();
     outputs.write()?;

@@ -1,28 +1,17 @@
 //! The one way out: what a command writes is checked before its work and written together after it, all or nothing.
 //!
 //! A regular file gets its name when it is whole (a temporary name beside it first), keeps its mode, and is found through symbolic links;
-//! what is no regular file (a device, a pipe) is written to directly. Nothing replaces a file that was read, and an existing campaign,
-//! bench or other question only with `--force`.
+//! what is no regular file (a device, a pipe) is written to directly. Nothing replaces a file that was read, and what this
+//! program did not write (`own.rs`) only with `--force`.
 
-use super::session;
+use super::{own, session};
 use crate::error::{Fault, Malformed, Result};
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Files up to this size are looked into before they are replaced.
-const LARGEST_LOOKED_INTO: u64 = 64 << 20;
 /// Symbolic links that are followed.
 const MOST_LINKS: usize = 40;
-/// Names that a person's own files end in.
-const QUESTIONS: [&str; 6] =
-    [".bench.json", ".campaign.json", ".mission.json", ".truth.json", ".effects.json", ".lab.json"];
-
-/// Names that tables of numbers end in.
-const TABLES: [&str; 7] = [".csv", ".tsv", ".parquet", ".pq", ".jsonl", ".ndjson", ".gz"];
-/// Bytes in which a text says what wrote it.
-const BEGINNING: u64 = 1 << 16;
-
 /// What a command writes.
 #[derive(Debug, Default)]
 pub(super) struct Outputs {
@@ -34,7 +23,7 @@ pub(super) struct Outputs {
 impl Outputs {
     /// The files that a command is asked for, before it does its work.
     ///
-    /// Errors: two that are one file, a folder, a folder that is not there, a file that was read, an existing question without `--force`.
+    /// Errors: two that are one file, a folder, a folder that is not there, a file that was read, one of another's without `--force`.
     pub(super) fn plan<'a>(asked: impl IntoIterator<Item = Option<&'a Path>>) -> Result<Self> {
         let targets: Vec<PathBuf> = asked.into_iter().flatten().map(Path::to_path_buf).collect();
         let outputs = Outputs { targets, ..Outputs::default() };
@@ -65,10 +54,10 @@ impl Outputs {
                 return Err(Malformed::new(Fault::File, format!("'{name}' is an input, and would be overwritten"))
                     .expected("another name for the output"));
             }
-            if !session::may_replace() && is_question(target) {
+            if !session::may_replace() && !own::may_go(target) {
                 return Err(Malformed::new(
                     Fault::File,
-                    format!("'{name}' exists, and does not say that it is a report of this program"),
+                    format!("'{name}' exists, and is not as this program wrote it"),
                 )
                 .expected("a name that is free, or --force to replace it"));
             }
@@ -182,40 +171,6 @@ impl Place {
 /// The folder of a file; `.` for a bare name.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Is there a file that this program did not write: a campaign, a bench, JSON that is no report, a text without its name, a table?
-///
-/// A table of numbers does not say who wrote it: readings look like results.
-fn is_question(path: &Path) -> bool {
-    let Ok(there) = path.metadata() else { return false };
-    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    if there.len() == 0 {
-        return false;
-    }
-    if QUESTIONS.iter().chain(&TABLES).any(|ending| name.ends_with(ending)) {
-        return true;
-    }
-    if !name.ends_with(".json") {
-        return !mentions_this_program(path);
-    }
-    if there.len() > LARGEST_LOOKED_INTO {
-        return false;
-    }
-    let keys = std::fs::read(path).ok().and_then(|text| {
-        serde_json::from_slice::<std::collections::HashMap<String, serde::de::IgnoredAny>>(&text).ok()
-    });
-    keys.is_some_and(|keys| !keys.is_empty() && !["report", "tumble"].iter().all(|key| keys.contains_key(*key)))
-}
-
-/// Pages, drawings and exported sources say at their beginning what wrote them.
-fn mentions_this_program(path: &Path) -> bool {
-    let mut beginning = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut beginning));
-    // drawings have a title instead
-    read.is_err()
-        || beginning.starts_with(b"<svg")
-        || beginning.windows(6).any(|own| own.eq_ignore_ascii_case(b"tumble"))
 }
 
 /// A file in the making; it is removed when it is dropped before it has got its name.

@@ -96,7 +96,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     if let Some(to) = &arguments.to {
         let readings = reduced.readings();
         let text = match schedule {
-            Some(schedule) if to_campaign => files::json(&schedule.with(&readings, &reduced.places))?,
+            Some(schedule) if to_campaign => files::marked(&schedule.with(&readings, &reduced.places))?,
             _ => table(&readings, &reduced.trace.channels),
         };
         outputs.add(to, text);

@@ -4,6 +4,7 @@ use super::outputs::{Stream, fault, reader_left};
 use crate::batch::Row;
 use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
+use crate::report::series::WRITER;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::metadata::KeyValue;
@@ -178,9 +179,12 @@ impl Rows {
     }
 }
 
+/// A text as a cell. What a spreadsheet would take for a formula stands behind an apostrophe, which it shows as text.
 fn quoted(text: &str, to: &mut Vec<u8>) {
-    if text.contains([',', '"', '\n', '\r']) {
+    let formula = text.starts_with(['=', '+', '-', '@', '\t']) && text.parse::<f64>().is_err();
+    if formula || text.contains([',', '"', '\n', '\r']) {
         to.push(b'"');
+        to.extend(formula.then_some(b'\''));
         to.extend_from_slice(text.replace('"', "\"\"").as_bytes());
         to.push(b'"');
     } else {
@@ -247,7 +251,8 @@ fn parquet(path: &Path, stream: Stream, columns: &Columns) -> Result<SerializedF
     let units = units.map(|(id, unit)| KeyValue::new(format!("unit:{id}"), unit.clone())).collect();
     let properties = WriterProperties::builder()
         .set_compression(parquet::basic::Compression::SNAPPY)
-        .set_key_value_metadata(Some(units));
+        .set_key_value_metadata(Some(units))
+        .set_created_by(format!("{WRITER}{}", crate::report::VERSION));
     // numbers and names of devices hardly return, and looking for those that do costs more than all else; nor is anything found by the least
     // and the largest of texts but of the devices' own
     let properties = columns
@@ -422,4 +427,24 @@ pub(super) fn diagnosed(by: &str, rows: &[DiagnosedRow], format: Format) -> Vec<
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A spreadsheet runs what begins like a formula; a number that begins so is none.
+    #[test]
+    fn texts_are_no_formulas() {
+        let cell = |text: &str| {
+            let mut to = Vec::new();
+            quoted(text, &mut to);
+            String::from_utf8(to).unwrap()
+        };
+        for formula in ["=1+1", "+A1", "-x", "@SUM(A1)"] {
+            assert_eq!(cell(formula), format!("\"'{formula}\""));
+        }
+        assert_eq!(cell("=HYPERLINK(\"a\",1)"), "\"'=HYPERLINK(\"\"a\"\",1)\"");
+        assert_eq!(["-12", "+1e3", "SN-1", "a=b"].map(cell), ["-12", "+1e3", "SN-1", "a=b"]);
+    }
 }

@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let campaign =
         simulate::simulate(&schedule, &truth, arguments.seed).map_err(|error| wire::locate(error, &source))?;
     let file = wire::campaign_file(&campaign, wire::bench_ref(&campaign));
-    outputs.add(&arguments.output, files::json(&file)?);
+    outputs.add(&arguments.output, files::marked(&file)?);
     outputs.write()?;
     Ok(Outcome::Done)
 }

@@ -292,6 +292,16 @@ fn positions(campaign: &Campaign) -> Vec<String> {
 
 /// The coefficient, assumed zero, whose term the model line has already.
 fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) -> Option<usize> {
+    coefficient(campaign, sensor, kind, |role| *role == Role::AssumedZero)
+}
+
+/// The coefficient in such a role whose term the model line has already.
+pub(super) fn coefficient(
+    campaign: &Campaign,
+    sensor: usize,
+    kind: &Regressor,
+    is_in: impl Fn(&Role) -> bool,
+) -> Option<usize> {
     let Regressor::Term(line) = kind else { return None };
     if line.text().contains('(') {
         return None;
@@ -308,11 +318,11 @@ fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) ->
     };
     let terms = campaign.bench.sensors.get(sensor)?.model.terms()?;
     campaign.parameters.iter().enumerate().find_map(|(k, parameter)| {
-        let assumed = parameter.role == Role::AssumedZero && parameter.kind == Kind::Coefficient;
+        let asked = is_in(&parameter.role) && parameter.kind == Kind::Coefficient;
         let has = |term: &crate::algebra::Term| {
             term.powers.iter().any(|(name, power)| *name == parameter.id && *power == 1.0)
                 && sorted(&term.powers, &parameter.id) == wanted
         };
-        (assumed && terms.iter().any(has)).then_some(k)
+        (asked && terms.iter().any(has)).then_some(k)
     })
 }

@@ -92,10 +92,20 @@ fn columns(
         (candidate, size)
     };
     // one bad reading has its detectable bias; a wrong prior or constraint is no effect of a position
+    // a coefficient that is estimated hides nothing but itself
+    let estimated = |c: &Candidate| {
+        let of = |sensor: usize| {
+            candidates::coefficient(campaign, sensor, &c.kind, |role| matches!(role, Role::Estimated { .. }))
+        };
+        match c.sensor {
+            Some(sensor) => of(sensor).is_some(),
+            None => (0..sensors).all(|sensor| of(sensor).is_some()),
+        }
+    };
     let other = |c: &Candidate| {
         let of_readings = matches!(c.kind, Regressor::Reading(_) | Regressor::Exchange(..));
         let assumed = matches!(c.kind, Regressor::Prior(_) | Regressor::Constraint(_));
-        !of_readings && !assumed && is_carried(campaign, c)
+        !of_readings && !assumed && is_carried(campaign, c) && !estimated(c)
     };
     Ok(found.into_iter().filter(other).map(keep).collect())
 }

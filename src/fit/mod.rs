@@ -437,10 +437,10 @@ pub(crate) fn askable(campaign: &Campaign) -> Result<()> {
             if campaign.readings.rows.is_empty() { "there are no readings" } else { "no reading has a sensor value" };
         return Err(Malformed::new(Fault::Missing, what)
             .expected(format!("readings with a value for {}", sensors.join(" or ")))
-            .found(if campaign.readings.rows.is_empty() {
-                "an empty list"
-            } else {
-                "a schedule (positions without values)"
+            .found(match campaign.readings.columns.join(", ") {
+                _ if campaign.readings.rows.is_empty() => "an empty list".into(),
+                none if none.is_empty() => "a schedule (positions without values)".into(),
+                columns => format!("a schedule (positions without values), or their title is one of {columns}"),
             })
             .at_path("readings"));
     }

@@ -1,7 +1,8 @@
-//! What a person should look at though nothing is wrong with the question: angles that may be radians, an absurd condition number.
+//! What a person should look at though nothing is wrong with the question: angles that may be radians, readings in another unit, rows that stand
+//! twice, an absurd condition number.
 
 use super::Fit;
-use crate::campaign::{Campaign, JointState};
+use crate::campaign::{Campaign, JointState, Kind, Reading, Role};
 use crate::elements::Elements;
 use crate::language::{Sentence, sentence};
 use crate::number;
@@ -33,6 +34,9 @@ pub fn resolution(values: impl Iterator<Item = f64>) -> Option<f64> {
     most.map(|places| 10f64.powi(-number::signed(places)))
 }
 
+/// A tilt is a small rotation: from one degree on it is none.
+const STEEP: f64 = std::f64::consts::PI / 180.0;
+
 /// Powers of ten, exact.
 const UNITS: [f64; PLACES + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12];
 
@@ -47,6 +51,9 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
                 .then(|| sentence!("all-values-of-lie-within-degrees-and", name))
         })
         .collect();
+    found.extend(rates(campaign));
+    found.extend(steep(fit));
+    found.extend(repeated(campaign));
     if let Some(condition) = absurd {
         found.push(sentence!(
             "condition-the-readings-hardly-tell-some-parameters",
@@ -57,6 +64,88 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
         sentence!("instrument-no-longer-valid", name = instrument.name, valid_to, date)
     }));
     found
+}
+
+/// Rates outside what the bench says of its table, or that would be round numbers if they were radians.
+fn rates(campaign: &Campaign) -> Vec<Sentence> {
+    let rate = |state: &JointState| match state {
+        JointState::Held { .. } => None,
+        JointState::WholeTurns { rate_deg_s }
+        | JointState::PartTurns { rate_deg_s, .. }
+        | JointState::Passing { rate_deg_s, .. } => Some(*rate_deg_s),
+    };
+    let mut found = Vec::new();
+    for (k, joint) in campaign.bench.joints().enumerate() {
+        let states = campaign.readings.rows.iter().filter_map(|reading| reading.joints.get(k));
+        let values: Vec<f64> = states.filter_map(rate).filter(|rate| *rate != 0.0).collect();
+        let name = format!("{joint}_deg_s");
+        let range = campaign.bench.rate_range.iter().find(|(own, _)| own == joint);
+        let outside = range.and_then(|(_, [least, most])| {
+            let rate = values.iter().find(|rate| !(*least..=*most).contains(&rate.abs()))?;
+            Some((*rate, *least, *most))
+        });
+        match outside {
+            Some((rate, least, most)) => found.push(sentence!(
+                "rates-outside-those-of-the-table",
+                name,
+                rate = rate.to_string(),
+                least = least.to_string(),
+                most = most.to_string()
+            )),
+            None if radians(&values, 1.0) => found.push(sentence!("rates-would-be-round-as-radians", name)),
+            None => {}
+        }
+    }
+    found
+}
+
+/// A tilt that is no small rotation beside a scale factor that is known: a reading a thousand times too large makes one.
+fn steep(fit: &Fit) -> Option<Sentence> {
+    let campaign = &fit.campaign;
+    let largest = |of: &mut dyn Iterator<Item = (f64, String)>| of.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let tilts = fit.parameters.iter().filter(|own| own.kind == Kind::Tilt);
+    let (tilt, id) = largest(&mut tilts.filter_map(|own| Some((own.value?, own.id.clone()))))?;
+    let known = campaign.parameters.iter().filter(|own| own.kind == Kind::Coefficient);
+    let known = known.filter_map(|own| match &own.role {
+        Role::Known(known) if known.value != 0.0 => Some((known.value, own.id.clone())),
+        _ => None,
+    });
+    let (_, factor) = largest(&mut { known })?;
+    let sensor = campaign.bench.sensors.iter().find(|own| own.model.names().contains(&factor.as_str()))?;
+    (tilt.abs() > STEEP).then(|| {
+        sentence!(
+            "tilt-is-no-small-rotation",
+            id,
+            tilt = format!("{:.3}", tilt.to_degrees()),
+            factor,
+            sensor = sensor.id.clone(),
+            unit = sensor.unit.clone()
+        )
+    })
+}
+
+/// How often every row stands there, value by value to the last digit, where that is more than once: chance does not repeat all of them.
+fn repeated(campaign: &Campaign) -> Option<Sentence> {
+    let rows = &campaign.readings.rows;
+    let same = |a: &Reading, b: &Reading| {
+        a.position == b.position
+            && a.joints == b.joints
+            && a.columns == b.columns
+            && a.observations == b.observations
+            && a.samples == b.samples
+    };
+    // without a second row like the first nothing else is looked at
+    let (first, others) = rows.split_first()?;
+    if first.observations.is_empty() || !others.iter().any(|other| same(first, other)) {
+        return None;
+    }
+    let mut counts = std::collections::HashMap::new();
+    let key = |row: &Reading| {
+        format!("{} {:?} {:?} {:?} {}", row.position, row.joints, row.columns, row.observations, row.samples)
+    };
+    rows.iter().for_each(|row| *counts.entry(key(row)).or_insert(0_usize) += 1);
+    let times = counts.values().copied().min().filter(|times| *times > 1 && counts.len() > 1)?;
+    Some(sentence!("every-row-stands-there-several-times", times = times.to_string()))
 }
 
 /// Each joint's commanded angles and each column in degrees that a model line uses.

@@ -71,7 +71,7 @@ pub struct Improvement {
 /// Where degrees cost something, a budget pays for the way between the positions too: the choice is made anew with what that leaves.
 pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<Improvement> {
     let costs = &offer.costs;
-    let first = improve_within(campaign, offer, request)?;
+    let (first, proof) = improve_within(campaign, offer, request)?;
     let Some(budget) = request.budget.filter(|_| costs.index > 0.0) else { return Ok(first) };
     let without_way = Costs { index: 0.0, ..*costs };
     // the last of what is kept is where the way begins
@@ -80,7 +80,7 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
     };
     let spent =
         |found: &Improvement| without_way.work(found.schedule.readings.rows.get(found.kept..).unwrap_or_default()).cost;
-    let (mut found, mut within, mut least) = (first, budget, f64::INFINITY);
+    let (mut found, mut within, mut least) = (first.clone(), budget, f64::INFINITY);
     for _ in 0..ROUNDS {
         let total = spent(&found) + way(&found);
         least = least.min(total);
@@ -91,7 +91,12 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
         within = (budget - way(&found)).clamp(0.85 * within, 0.98 * within);
         let less = Request { budget: Some(within), may_cost_more: false, ..request.clone() };
         match improve_within(campaign, offer, &less) {
-            Ok(next) => found = next,
+            // what less money cannot do better is proven; of the whole budget the first bound speaks
+            Ok((next, own)) => {
+                let efficiency = proof.share_of(own.value);
+                let enumerated = next.enumerated.filter(|_| efficiency.is_some_and(|share| share >= 1.0));
+                found = Improvement { efficiency, bound_gap: first.bound_gap, enumerated, ..next };
+            }
             Err(_) => break,
         }
     }
@@ -109,7 +114,7 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
 }
 
 /// The best positions, the way between them not counted.
-fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<Improvement> {
+fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<(Improvement, Proof)> {
     let Offer { candidates, noise, costs, .. } = offer;
     let kept = &planned(campaign, &offer.kept);
     check_question(campaign)?;
@@ -142,7 +147,8 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
             return Err(too_poor(budget, &pool, enough));
         }
     }
-    let Some(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit }) = sought
+    let Some(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit, proof }) =
+        sought
     else {
         return Err(too_few(&question.pool(candidates)?, request));
     };
@@ -159,7 +165,7 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
     }
     let schedule = scheduled(campaign, kept, rows, offer, request)?;
     let judgement = judge(&schedule, noise, costs)?;
-    Ok(Improvement {
+    let found = Improvement {
         check: match refined {
             None => check(&schedule, noise, &pool, &objective, &design)?,
             Some(_) => None,
@@ -179,7 +185,28 @@ fn improve_within(campaign: &Campaign, offer: &Offer, request: &Request) -> Resu
         unreachable: pool.not_estimable,
         frozen: frozen(campaign, candidates),
         schedule,
-    })
+    };
+    Ok((found, proof))
+}
+
+/// What a choice reached, and what none within its budget can go below.
+#[derive(Debug, Clone, Copy)]
+struct Proof {
+    value: f64,
+    least: Option<f64>,
+    /// Unknowns, where values are logarithms of determinants.
+    logarithm_of: Option<f64>,
+}
+
+impl Proof {
+    /// What another choice within this budget reaches at least, as a share of the best.
+    fn share_of(&self, value: f64) -> Option<f64> {
+        let share = |least: f64| match self.logarithm_of {
+            Some(n) => ((least - value) / n).exp(),
+            None => least / value,
+        };
+        self.least.map(|least| share(least).min(1.0))
+    }
 }
 
 /// What is asked, of any set of candidates.
@@ -202,6 +229,7 @@ struct Sought {
     efficiency: Option<f64>,
     bound_gap: Option<f64>,
     limit: Option<f64>,
+    proof: Proof,
 }
 
 impl Question<'_> {
@@ -292,19 +320,17 @@ impl Question<'_> {
     ) -> Result<Sought> {
         let Found { design, hits, starts, enumerated } = found;
         let n = pool.blocks.unknowns() as f64;
-        let share = |better: f64, worse: f64| match objective {
-            Objective::Determinant => ((better - worse) / n).exp(),
-            _ => better / worse,
+        let proof = Proof {
+            value: design.value,
+            least: enumerated.map(|_| design.value).or(guide.as_ref().map(|bound| bound.value)),
+            logarithm_of: (objective == Objective::Determinant).then_some(n),
         };
-        let (efficiency, bound_gap) = match (enumerated, guide) {
-            (Some(_), _) => (Some(1.0), Some(0.0)),
-            (None, Some(bound)) => (
-                Some(share(bound.value, design.value).min(1.0)),
-                Some((1.0 - share(bound.value, bound.reached)).max(0.0)),
-            ),
-            (None, None) => (None, None),
+        let bound_gap = match (enumerated, guide) {
+            (Some(_), _) => Some(0.0),
+            (None, guide) => guide.and_then(|bound| Some(1.0 - proof.share_of(bound.reached)?)),
         };
-        Ok(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit })
+        let efficiency = proof.share_of(design.value);
+        Ok(Sought { pool, objective, design, hits, starts, enumerated, efficiency, bound_gap, limit, proof })
     }
 }
 

@@ -7,10 +7,10 @@ use super::blocks::{Blocks, add_outer};
 use super::candidates::{Unit, portions};
 use super::deviations::level_of;
 use super::effort::Noise;
-use super::whitened::{Beside, Term, adjusted, mounted_apart, whitened, with_priors};
+use super::whitened::{Beside, Term, adjusted, mounted_apart, predicted, whitened, with_priors};
 use crate::campaign::{Campaign, Reading, Readings};
 use crate::design::{self, Model};
-use crate::elements::{Elements, Parts};
+use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::Estimate;
 use crate::fit::{self, RankDefect};
@@ -26,7 +26,7 @@ pub(super) struct Pool {
     pub levels: Vec<String>,
     /// Their information in as few rows as it has.
     pub blocks: Blocks,
-    /// All their rows, without what deviations add: what is predicted there.
+    /// All their rows, each a reading by itself without what scatters: what is predicted there.
     pub rows: Blocks,
     /// Information of what is kept, and of priors, row by row.
     pub base: Vec<f64>,
@@ -91,12 +91,11 @@ impl Pool {
             Vec::new()
         };
         let directions = estimate.factor.whitened_directions();
-        let rows = match deviations {
-            0 => told.clone(),
-            _ => {
-                let parameters = campaign.unknowns();
-                let predicted = rows.iter().skip(fixed).map(|row| in_coordinates(&directions, row.part(..parameters)));
-                let predicted: Vec<Vec<f64>> = predicted.collect();
+        let rows = match noise.remount.is_empty() && campaign.scatter.is_empty() {
+            true => told.clone(),
+            false => {
+                let predicted = predicted(campaign, &further, noise, &beside)?;
+                let predicted: Vec<Vec<f64>> = predicted.iter().map(|row| in_coordinates(&directions, row)).collect();
                 Blocks::from_fn(portions.len(), per_portion, rank, |j, r, c| {
                     // one list of coordinates for each row
                     predicted.get(j * per_portion + r).map_or(0.0, |own| own.at(c))

@@ -103,6 +103,30 @@ pub(super) fn whitened(
     beside: &Beside<'_>,
     further: bool,
 ) -> Result<Vec<Vec<f64>>> {
+    rows_of(campaign, readings, noise, beside, further, true)
+}
+
+/// Rows of further positions, each over the noise of its own reading, which nothing mixes with another: what is predicted there.
+pub(super) fn predicted(
+    campaign: &Campaign,
+    readings: &Readings,
+    noise: &Noise,
+    beside: &Beside<'_>,
+) -> Result<Vec<Vec<f64>>> {
+    let mut rows = rows_of(campaign, readings, noise, beside, true, false)?;
+    let deviations = campaign.unknowns()..beside.fitted(campaign);
+    rows.iter_mut().for_each(|row| row[deviations.clone()].fill(0.0));
+    Ok(rows)
+}
+
+fn rows_of(
+    campaign: &Campaign,
+    readings: &Readings,
+    noise: &Noise,
+    beside: &Beside<'_>,
+    further: bool,
+    scattered: bool,
+) -> Result<Vec<Vec<f64>>> {
     if readings.rows.is_empty() {
         return Ok(Vec::new());
     }
@@ -136,7 +160,7 @@ pub(super) fn whitened(
     let (lines, variance) = lines(&schedule, &design, noise, &u);
     let deviations = beside.deviations.columns(&schedule, &design, &lines);
     // lines that link positions have columns instead
-    let within = lines.into_iter().zip(variance).enumerate().filter(|(k, _)| !links(&schedule, *k));
+    let within = lines.into_iter().zip(variance).enumerate().filter(|(k, _)| scattered && !links(&schedule, *k));
     let (lines, variance): (Vec<ScatterLine>, Vec<f64>) = within.map(|(_, own)| own).unzip();
     let own = fit::own_noise(&schedule, &design, &u);
     let whitening = Whitening::new(&Pattern::new(u.len(), &lines), &own, &lines, &variance);

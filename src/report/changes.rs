@@ -180,7 +180,7 @@ pub fn changes_report(changes: &Changes, before: CalibratedReport, after: Calibr
                 u: c.judged.map(|j| j.u),
                 dof: c.judged.and_then(|j| finite(j.dof)),
                 expanded: c.judged.map(|j| j.expanded),
-                e_n: c.judged.map(|j| j.e_n),
+                e_n: c.judged.and_then(|j| finite(j.e_n)),
                 p: c.judged.map(|j| j.p),
                 significant: c.judged.map(|j| j.significant),
                 per_day: c.per_day,

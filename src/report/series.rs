@@ -18,6 +18,9 @@ pub const COLUMNS: [&str; 8] = {
     ["time_s", phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n]
 };
 
+/// With its version, what a Parquet file names as the program that wrote it.
+pub(crate) const WRITER: &str = "tumble ";
+
 /// Rows of a Parquet row group.
 const GROUP: usize = 1 << 16;
 
@@ -61,7 +64,8 @@ impl<W: Write + Send> Series<W> {
                 fields.push(Arc::new(number(column)?));
             }
             let schema = Type::group_type_builder("navigation_errors").with_fields(fields).build()?;
-            SerializedFileWriter::new(to, Arc::new(schema), Arc::new(WriterProperties::builder().build()))
+            let properties = WriterProperties::builder().set_created_by(format!("{WRITER}{}", super::VERSION)).build();
+            SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties))
         };
         let file = build().map_err(std::io::Error::other)?;
         Ok(Series::Parquet(Box::new(Columns { file, names: Default::default(), numbers: Default::default() })))

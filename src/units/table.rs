@@ -69,6 +69,7 @@ const TABLE: &[(&str, [f64; BASES], Scale, bool)] = &[
     ("gon", AN_ANGLE, other(0.9, 1.0), false),
     // a turn a minute
     ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false),
+    ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true),
     // time
     ("s", IN_TIME, ONE, true),
     ("min", IN_TIME, sixty(1.0, 0.0), false),
@@ -112,7 +113,9 @@ pub(crate) fn plain(name: &str) -> &str {
         "\u{b0}C" => "degC",
         "degree" | "degrees" | "Grad" => "deg",
         "radian" | "radians" => "rad",
+        "r" => "rev",
         "sec" => "s",
+        "hr" => "h",
         "Volt" | "Volts" | "volt" | "volts" => "V",
         "\u{3a9}" | "\u{2126}" | "Ohm" => "ohm",
         other => other,
@@ -140,7 +143,7 @@ pub(super) fn find(name: &str) -> Option<Entry> {
 pub fn names() -> String {
     let all: Vec<&str> = TABLE.iter().map(|(name, ..)| *name).filter(|name| !PLURALS.contains(name)).collect();
     format!(
-        "products, quotients and powers of {}, with n u m k M before V A ohm Hz rad s g Gal K m N Pa bar W T",
+        "products, quotients and powers of {}, with n u m k M before V A ohm Hz rad dps s g Gal K m N Pa bar W T",
         all.join(" ")
     )
 }

@@ -37,6 +37,9 @@ pub struct BenchFile {
     /// Relative standard uncertainties of the rates of turning joints in ppm: one error of the table, common to all readings.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub rate_u_ppm: Named<f64>,
+    /// Least and largest size of the rates that a joint of the table turns at, deg/s; a fit remarks on readings outside.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub rate_range_deg_s: Named<[f64; 2]>,
     /// Quantities that every campaign derives where it estimates or knows what their lines need; a campaign's own line of the same name takes
     /// the place of the bench's.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
@@ -195,7 +198,8 @@ impl BenchFile {
         });
         let in_use = in_use.collect::<Result<_>>()?;
         let (id, title, source, notes) = (self.id, self.title, self.source, self.notes);
-        Bench { in_use, derived, rate_u, id, title, source, notes, site, units, chain, sensors }.checked()
+        let rate_range = self.rate_range_deg_s.0;
+        Bench { in_use, derived, rate_u, rate_range, id, title, source, notes, site, units, chain, sensors }.checked()
     }
 }
 

@@ -44,6 +44,7 @@ impl Bench {
                 chain: Vec::new(),
                 sensors: Named::default(),
                 rate_u_ppm: Named::default(),
+                rate_range_deg_s: Named::default(),
                 derived: Named::default(),
                 in_use: Named::default(),
             },

@@ -230,7 +230,7 @@ pub fn write_measured(measured: &Measured, mission: &Mission) -> String {
                 let u = row.u.get(*channel).copied().flatten().map(|u| u / unit);
                 let digits = u.map_or(9, |u| crate::number::count((2.0 - u.log10().floor()).clamp(0.0, 15.0)));
                 cells.push(value.map_or(String::new(), |value| format!("{value:.digits$}")));
-                cells.extend(stated(*channel).then(|| u.map_or(String::new(), |u| format!("{}", significant(u)))));
+                cells.extend(stated(*channel).then(|| u.map_or(String::new(), |u| format!("{:e}", significant(u)))));
             }
             text.push_str(&(cells.join(",") + "\n"));
         }

@@ -197,7 +197,7 @@ pub fn read_rows(bench: &Bench, rows: Vec<ReadingFile>) -> Result<crate::campaig
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.
 pub fn parse<T: DeserializeOwned>(source: &Source) -> Result<T> {
     let mut json = serde_json::Deserializer::from_str(&source.text);
-    let parsed = serde_path_to_error::deserialize(strict::Strict(&mut json)).map_err(|error| {
+    let parsed = serde_path_to_error::deserialize(strict::WholeFile(&mut json)).map_err(|error| {
         let path = error.path().to_string();
         let inner = error.into_inner();
         json_error(&inner, if path == "." { String::new() } else { path }, source)

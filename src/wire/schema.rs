@@ -3,7 +3,7 @@
 #[cfg(feature = "navigate")]
 use super::MissionFile;
 use super::{BenchFile, CampaignFile, EffectsFile, LabFile, TruthFile};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// The kinds of file that have a schema.
 #[cfg(feature = "navigate")]
@@ -36,5 +36,10 @@ pub fn schema(kind: &str) -> Option<Value> {
         "truth" => schemars::schema_for!(TruthFile),
         _ => return None,
     };
-    Some(identified(kind, schema.to_value()))
+    let mut schema = schema.to_value();
+    if let Some(keys) = schema.get_mut("properties").and_then(Value::as_object_mut) {
+        let about = |(key, says): (&str, &str)| (key.to_string(), json!({ "description": says, "type": "string" }));
+        keys.extend(super::strict::ABOUT.map(about));
+    }
+    Some(identified(kind, schema))
 }

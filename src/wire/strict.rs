@@ -1,9 +1,65 @@
 //! JSON objects are objects: serde's derived types would also take a list of their values in order, which no schema allows.
 //!
-//! A deserializer that hands everything on, but asks for a map where a struct is wanted, at every depth.
+//! A deserializer that hands everything on, but asks for a map where a struct is wanted, at every depth. Of the outermost object it keeps back
+//! what is said about the file ([`ABOUT`]) and is no part of its content.
 
-use serde::de::{DeserializeSeed, Deserializer, EnumAccess, MapAccess, SeqAccess, VariantAccess, Visitor};
+use serde::de::{
+    DeserializeSeed, Deserializer, EnumAccess, IgnoredAny, IntoDeserializer, MapAccess, SeqAccess, VariantAccess,
+    Visitor,
+};
 use std::fmt;
+
+/// Keys that every JSON file may have, with what they mean.
+pub(super) const ABOUT: [(&str, &str); 2] = [
+    (
+        "$schema",
+        "The JSON Schema of this file, by which editors complete and check it (`tumble schema` prints them); the program does not read it.",
+    ),
+    ("$comment", "A remark, which the program does not read; it writes here what it made, so that it may replace it."),
+];
+
+/// A whole file: [`Strict`], whose outermost object may have the keys of [`ABOUT`].
+pub(super) struct WholeFile<D>(pub D);
+
+impl<'de, D: Deserializer<'de>> Deserializer<'de> for WholeFile<D> {
+    type Error = D::Error;
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
+        self.0.deserialize_map(Outermost(visitor))
+    }
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map struct enum identifier ignored_any
+    }
+}
+
+/// The visitor of the outermost object, and its entries.
+struct Outermost<T>(T);
+
+impl<'de, V: Visitor<'de>> Visitor<'de> for Outermost<V> {
+    type Value = V::Value;
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.expecting(f)
+    }
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<V::Value, A::Error> {
+        self.0.visit_map(Outermost(Strict(map)))
+    }
+}
+
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Outermost<A> {
+    type Error = A::Error;
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, A::Error> {
+        while let Some(key) = self.0.next_key::<String>()? {
+            if !ABOUT.iter().any(|(about, _)| *about == key) {
+                return seed.deserialize(key.into_deserializer()).map(Some);
+            }
+            self.0.next_value::<IgnoredAny>()?;
+        }
+        Ok(None)
+    }
+    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, A::Error> {
+        self.0.next_value_seed(seed)
+    }
+}
 
 /// Whatever stands inside: a deserializer, a visitor, a seed, an access.
 pub(super) struct Strict<T>(pub T);

@@ -33,6 +33,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         chain: bench.chain.iter().map(link).collect(),
         sensors: Named(bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor_file(sensor))).collect()),
         rate_u_ppm: Named(bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect()),
+        rate_range_deg_s: Named(bench.rate_range.clone()),
         derived: Named(bench.derived.iter().map(derived_of).collect()),
         in_use: Named(bench.in_use.iter().map(|(column, line)| (column.clone(), line.to_string())).collect()),
     }

@@ -323,3 +323,22 @@ proptest! {
         }
     }
 }
+
+/// Names of data sheets, by their definitions.
+#[test]
+fn names_of_data_sheets() {
+    for (text, same, factor) in [
+        ("dps", "deg/s", 1.0),
+        ("mdps", "deg/s", 1e-3),
+        ("mdps/LSB", "deg/s/LSB", 1e-3),
+        ("deg/hr", "deg/h", 1.0),
+        ("deg/sqrt(hr)", "deg/sqrt(h)", 1.0),
+        ("r/min", "deg/s", 6.0),
+        ("mg", "g", 1e-3),
+        ("ug", "g", 1e-6),
+    ] {
+        let unit = |text: &str| tumble::units::Unit::parse(text).unwrap();
+        let found = unit(text).conversion(&unit(same)).unwrap().factor();
+        assert!((found / factor - 1.0).abs() < 1e-15, "{text}: {found}");
+    }
+}

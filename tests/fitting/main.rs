@@ -17,6 +17,7 @@ mod monte_carlo;
 mod parts;
 mod published_tables;
 mod rank_defect;
+mod remarks;
 mod robust;
 mod scatter;
 mod scatter_coverage;

@@ -9,5 +9,6 @@ mod linked;
 mod optima;
 #[path = "../plan_support/mod.rs"]
 mod plan_support;
+mod proofs;
 mod questions;
 mod schedules;

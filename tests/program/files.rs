@@ -96,9 +96,13 @@ fn nothing_of_the_users_is_overwritten() {
     assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", "plain.json", "--force"]).0, Some(0));
     // a report is replaced by the next one
     assert_eq!(run(folder.path(), &["fit", "good.campaign.json", "--json", "plain.json"]).0, Some(0));
-    // a model that is written
+    // a model that is written, until somebody has changed it
     let table = data("li2012/li2012-table1.campaign.json").display().to_string();
-    for (code, force) in [(2, &[][..]), (1, &[]), (2, &["--force"])] {
+    for (code, changed, force) in [(2, false, &[][..]), (2, false, &[]), (1, true, &[]), (2, false, &["--force"])] {
+        if changed {
+            let text = std::fs::read_to_string(at("r.bench.json")).expect("the bench");
+            std::fs::write(at("r.bench.json"), text.replacen("\"title\": \"", "\"title\": \"my ", 1)).expect("written");
+        }
         let arguments = [&["diagnose", &table, "--write-model", "r.bench.json"], force].concat();
         assert_eq!(run(folder.path(), &arguments).0, Some(code));
     }
@@ -342,4 +346,77 @@ fn apply_reads_dialects_and_units() {
         assert!(code == Some(1) && rows.is_none_or(|rows| error.contains(rows)), "{error}");
         assert_eq!(String::from_utf8_lossy(&output.stdout), printed);
     }
+}
+
+/// What a command wrote it writes anew; what somebody wrote or changed, in the same columns, it leaves.
+#[test]
+fn own_outputs_are_replaced_and_those_of_others_are_not() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let example = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name).display().to_string();
+    let mission = std::fs::read_to_string(example("19-navigation-errors/truth.mission.json")).expect("a mission");
+    let mut mission: serde_json::Value = serde_json::from_str(&mission).expect("JSON");
+    (mission["duration_h"], mission["step_s"]) = (0.1.into(), 0.1.into());
+    std::fs::write(at("m.mission.json"), mission.to_string()).expect("written");
+    let record: String =
+        (0..600).map(|k| format!("{},{},{}\n", f64::from(k) * 0.01, (k * 7919) % 13, k / 200)).collect();
+    std::fs::write(at("log.csv"), format!("time_s,V,place\n{record}")).expect("written");
+    let (schedule, truth) =
+        (example("07-hidden-effect/schedule.campaign.json"), example("07-hidden-effect/hidden.truth.json"));
+    let commands: [(&str, Vec<&str>, &str); 6] = [
+        ("s.campaign.json", vec!["simulate", &schedule, "--truth", &truth, "-o"], "-0.06"),
+        ("p.campaign.json", vec!["plan", &schedule, "--noise", "V=1e-4", "--write"], "20.0"),
+        ("e.csv", vec!["navigate", "m.mission.json", "--csv"], ""),
+        ("e.parquet", vec!["navigate", "m.mission.json", "--parquet"], ""),
+        ("n.csv", vec!["navigate", "m.mission.json", "--noise-m", "5", "--measured"], ""),
+        ("r.csv", vec!["reduce", "log.csv", "--by", "place", "--columns", "V", "--to"], ""),
+    ];
+    for (name, command, changed) in commands {
+        let command = [&command[..], &[name]].concat();
+        for _ in 0..2 {
+            let (code, text) = run(folder.path(), &command);
+            assert_ne!(code, Some(1), "{name}: {text}");
+        }
+        let own = std::fs::read(at(name)).expect("an output");
+        let text = String::from_utf8_lossy(&own);
+        let others: Vec<Vec<u8>> = match name {
+            // a digit changed by hand
+            _ if name.ends_with(".json") => {
+                assert!(text.contains(changed), "{name}: {text}");
+                vec![text.replacen(changed, &format!("{changed}1"), 1).into_bytes()]
+            }
+            // the same titles with numbers as people and other programs write them, and other titles
+            _ if name.ends_with(".csv") => {
+                let header = text.lines().next().expect("titles");
+                let row = header.split(',').map(|_| "1.5e-04").collect::<Vec<_>>().join(",");
+                vec![format!("{header}\n{row}\n").into_bytes(), b"position,V\n1,0.1\n".to_vec()]
+            }
+            _ => vec![b"PAR1 and what another wrote".to_vec()],
+        };
+        for other in others {
+            std::fs::write(at(name), &other).expect("written");
+            let (code, text) = run(folder.path(), &command);
+            assert!(code == Some(1) && text.contains("--force"), "{name}: {text}");
+            assert_eq!(std::fs::read(at(name)).expect("the file"), other);
+        }
+    }
+}
+
+/// The campaign from standard input, and behind the files of its readings.
+#[test]
+fn a_campaign_comes_from_standard_input_or_behind_its_readings() {
+    let folder = folder();
+    let plain = tumble(folder.path(), &["fit", "good.campaign.json"]).output().expect("a run");
+    let input = std::fs::File::open(folder.path().join("good.campaign.json")).expect("the campaign");
+    let piped = tumble(folder.path(), &["fit", "-"]).stdin(input).output().expect("a run");
+    assert_eq!(String::from_utf8_lossy(&piped.stdout), String::from_utf8_lossy(&plain.stdout), "{piped:?}");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/24-temperature");
+    let before =
+        tumble(&example, &["fit", "chamber.campaign.json", "--readings", "readings.csv"]).output().expect("a run");
+    let behind =
+        tumble(&example, &["fit", "--readings", "readings.csv", "chamber.campaign.json"]).output().expect("a run");
+    assert_eq!((&before.stdout, before.status.code()), (&behind.stdout, behind.status.code()), "{behind:?}");
+    assert!(String::from_utf8_lossy(&before.stdout).contains("gyro-temperature"));
+    let (code, text) = run(folder.path(), &["fit"]);
+    assert!(code == Some(1) && text.contains("CAMPAIGN"), "{text}");
 }

@@ -213,3 +213,40 @@ fn closed_vocabularies_are_listed() {
     assert_eq!(words("diagnose-report", "Verdict").len(), 5);
     assert_eq!(words("plan-report", "Fate"), ["detectable", "absorbed", "not-exercised"]);
 }
+
+/// Every file may name its schema, by which editors complete and check it.
+#[test]
+fn every_file_may_name_its_schema() {
+    let text = |name: &str| std::fs::read_to_string(root(name)).expect("text");
+    let source = |kind: &str, text: &str, key: &str| {
+        let named = text.replacen('{', &format!("{{ \"{key}\": \"urn:tumble:{kind}\", "), 1);
+        let value: Value = serde_json::from_str(&named).expect("JSON");
+        (tumble::wire::Source { name: kind.into(), text: named }, validator(kind).is_valid(&value))
+    };
+    let campaign = text("examples/01-gyro-table/table1.campaign.json");
+    let bench = tumble::bench::built_in("gyro-turntable").expect("a bench").text.to_string();
+    let effects = r#"{ "effects": [ { "term": "a_S^2", "name": "e" } ] }"#.to_string();
+    let truth = text("examples/07-hidden-effect/hidden.truth.json");
+    let mission = text("examples/19-navigation-errors/truth.mission.json");
+    let fetch = |_: &str| -> tumble::Result<tumble::wire::Source> { panic!("nothing to fetch") };
+    for (key, accepted) in [("$schema", true), ("$comment", true), ("$scheme", false)] {
+        let of = |kind: &str, text: &str| source(kind, text, key);
+        let (own, valid) = of("campaign", &campaign);
+        let read = tumble::wire::read_campaign(&own, &mut fetch.clone());
+        assert_eq!((read.is_ok(), valid), (accepted, accepted), "{read:?}");
+        let (own, valid) = of("bench", &bench);
+        assert_eq!((tumble::wire::read_bench(&own).is_ok(), valid), (accepted, accepted));
+        let (own, valid) = of("effects", &effects);
+        assert_eq!((tumble::wire::read_effects(&own).is_ok(), valid), (accepted, accepted));
+        let (own, valid) = of("truth", &truth);
+        let schedule = tumble::wire::read_campaign(
+            &tumble::wire::Source { name: "s".into(), text: text("examples/07-hidden-effect/schedule.campaign.json") },
+            &mut fetch.clone(),
+        );
+        let read = tumble::wire::read_truth(&own, &schedule.expect("a schedule"));
+        assert_eq!((read.is_ok(), valid), (accepted, accepted));
+        let (own, valid) = of("mission", &mission);
+        let read = tumble::wire::parse::<tumble::wire::MissionFile>(&own);
+        assert_eq!((read.is_ok(), valid), (accepted, accepted));
+    }
+}

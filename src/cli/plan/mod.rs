@@ -174,7 +174,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let model = without.as_ref().unwrap_or(&asked);
         let schedule = model.with_readings(to_write(given, run, kept, found.is_some()));
         let file = wire::campaign_file(&schedule, wire::bench_ref(&schedule));
-        outputs.add(path, files::json(&file)?);
+        outputs.add(path, files::marked(&file)?);
     }
     if let Some(path) = &arguments.html {
         let page = report::html::plan_page(&campaign, &report, candidates.as_ref(), lang)?;

@@ -1,0 +1,113 @@
+//! Which files this program wrote itself, so that it may write them anew: each kind says so in its content.
+//!
+//! | what | says it by |
+//! |---|---|
+//! | reports | their keys `report` and `tumble` |
+//! | campaigns, benches, missions | their first line, with a digest of what follows: one that somebody has changed since is that person's |
+//! | Parquet | the program that it names as its writer |
+//! | tables of text | titles that only this program gives, or the notation of its numbers below titles that others give, too |
+//! | pages, sources, other text | the program's name at the beginning |
+
+use crate::report::series::{self, WRITER};
+use crate::report::{Input, VERSION};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+/// Bytes in which a text says what wrote it.
+const BEGINNING: u64 = 1 << 16;
+/// Names that tables of text end in.
+const TABLES: [&str; 5] = [".csv", ".tsv", ".jsonl", ".ndjson", ".gz"];
+/// Titles that end a row of a device, in rows of fits and of diagnoses.
+const OF_DEVICES: [&[&str]; 2] = [&["normality_p", "suspects", "schedule", "why"], &["units", "p", "aliases", "why"]];
+
+/// What stands before the digest in the first line of a file that is read again.
+const MARK: &str = "{\n  \"$comment\": \"Written by tumble ";
+const DIGEST: &str = ", which replaces it unless it was changed; SHA-256 of the lines below: ";
+
+/// JSON text of an object with a first line that says what wrote it, and the digest of what follows.
+pub(super) fn mark(text: &str) -> String {
+    let rest = text.strip_prefix("{\n").unwrap_or(text);
+    format!("{MARK}{VERSION}{DIGEST}{}\",\n{rest}", Input::new("", rest.as_bytes()).sha256)
+}
+
+/// May a file be replaced: is it empty, not there, or of this program's making?
+pub(super) fn may_go(path: &Path) -> bool {
+    let Ok(there) = path.metadata() else { return true };
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let mut first = [0; 4];
+    let parquet = File::open(path).is_ok_and(|mut file| file.read_exact(&mut first).is_ok()) && &first == b"PAR1";
+    match there.len() {
+        0 => true,
+        _ if parquet => is_own_parquet(path),
+        _ if TABLES.iter().any(|ending| name.ends_with(ending)) => is_own_table(path).unwrap_or(false),
+        _ if name.ends_with(".json") => is_own_json(path),
+        _ => mentions_this_program(path),
+    }
+}
+
+fn is_own_parquet(path: &Path) -> bool {
+    let file = File::open(path).ok().and_then(|file| SerializedFileReader::new(file).ok());
+    file.is_some_and(|file| file.metadata().file_metadata().created_by().is_some_and(|by| by.starts_with(WRITER)))
+}
+
+/// A report, a marked file that nobody has changed, or an object that says nothing at all.
+fn is_own_json(path: &Path) -> bool {
+    let Ok(text) = std::fs::read_to_string(path) else { return false };
+    if let Some((said, rest)) = text.strip_prefix(MARK).and_then(|text| text.split_once("\",\n")) {
+        return said.split_once(DIGEST).is_some_and(|(_, digest)| digest == Input::new("", rest.as_bytes()).sha256);
+    }
+    let keys = serde_json::from_str::<std::collections::HashMap<String, serde::de::IgnoredAny>>(&text);
+    keys.is_ok_and(|keys| keys.is_empty() || ["report", "tumble"].iter().all(|key| keys.contains_key(*key)))
+}
+
+/// A table of text that this program wrote. `None` where it cannot be read as one.
+fn is_own_table(path: &Path) -> Option<bool> {
+    let mut file = BufReader::new(File::open(path).ok()?);
+    if file.fill_buf().ok()?.starts_with(b"{") {
+        // rows of devices: a JSON object each
+        let mut line = String::new();
+        file.take(BEGINNING).read_line(&mut line).ok()?;
+        let last = |titles: &&[&str]| titles.iter().all(|title| line.contains(&format!("\"{title}\":")));
+        return Some(OF_DEVICES.iter().any(last));
+    }
+    let mut table = csv::Reader::from_reader(file);
+    let titles: Vec<String> = table.headers().ok()?.iter().map(str::to_string).collect();
+    let plain: Vec<&str> = titles.iter().map(String::as_str).collect();
+    if OF_DEVICES.iter().any(|last| plain.ends_with(last)) {
+        return Some(true);
+    }
+    // series, readings and measured errors are files of people, too; these numbers are written as no other program does
+    let series = plain.strip_prefix(&["motion", "scenario"]).is_some_and(|columns| columns == series::COLUMNS);
+    let noted = |title: &str| match series {
+        true => series::COLUMNS.contains(&title),
+        false => title.split(" (").next().is_some_and(|name| name.ends_with("_u")),
+    };
+    let noted: Vec<usize> = plain.iter().enumerate().filter(|(_, title)| noted(title)).map(|(k, _)| k).collect();
+    let (mut rows, mut own) = (0, !noted.is_empty());
+    for row in table.records() {
+        let row = row.ok()?;
+        rows += 1;
+        own = own && noted.iter().all(|k| row.get(*k).is_some_and(is_own_notation));
+    }
+    Some(own && rows > 0)
+}
+
+/// Is a number written with its exponent as Rust does (`1.5e-4`, where others have `1.5e-04`), or a cell empty?
+fn is_own_notation(cell: &str) -> bool {
+    let Some((digits, exponent)) = cell.split_once('e') else { return cell.is_empty() };
+    let whole = exponent.strip_prefix('-').unwrap_or(exponent);
+    let plain = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    plain(whole) && (whole == "0" || !whole.starts_with('0')) && digits.parse::<f64>().is_ok()
+}
+
+/// Pages, drawings and exported sources say at their beginning what wrote them.
+fn mentions_this_program(path: &Path) -> bool {
+    let mut beginning = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut beginning));
+    // drawings have a title instead
+    read.is_err()
+        || beginning.starts_with(b"<svg")
+        || beginning.windows(6).any(|own| own.eq_ignore_ascii_case(b"tumble"))
+}

@@ -1,0 +1,88 @@
+//! What was typed in another unit or twice is remarked on, and nothing that is as it should be.
+
+use crate::support::*;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+fn table() -> Value {
+    serde_json::from_str(include_str!("../../data/campaigns/li2012-table1.campaign.json")).expect("JSON")
+}
+
+fn remarks(campaign: &Value) -> String {
+    fitted(&parse(&campaign.to_string())).remarks().iter().map(|remark| remark.to_string() + "\n").collect()
+}
+
+fn changed(key: &str, by: impl Fn(f64) -> f64) -> Value {
+    let mut campaign = table();
+    for row in campaign["readings"].as_array_mut().expect("readings") {
+        row[key] = by(row[key].as_f64().expect("a number")).into();
+    }
+    campaign
+}
+
+#[test]
+fn other_units_and_rows_that_stand_twice_are_seen() {
+    assert_eq!(remarks(&table()), "");
+    let thousand = remarks(&changed("V", |v| v * 1000.0));
+    assert!(thousand.contains("no small tilt") && thousand.contains("kI") && thousand.contains("in V"), "{thousand}");
+    let radians = remarks(&changed("gamma_deg_s", |rate| (rate.to_radians() * 1e6).round() / 1e6));
+    assert!(radians.contains("gamma_deg_s") && radians.contains("rad/s"), "{radians}");
+    let mut twice = table();
+    let rows = twice["readings"].as_array_mut().expect("readings");
+    rows.extend(rows.clone());
+    assert!(remarks(&twice).contains("every row stands there 2 times"), "{}", remarks(&twice));
+    // one row more than once is a matter of chance where readings are coarse
+    twice["readings"].as_array_mut().expect("readings").pop();
+    assert_eq!(remarks(&twice), "");
+}
+
+/// With the table's range no round number is needed.
+#[test]
+fn rates_outside_the_range_of_the_table_are_seen() {
+    let text = tumble::bench::built_in("gyro-turntable").expect("a bench").text;
+    let mut bench: Value = serde_json::from_str(text).expect("JSON");
+    bench["rate_range_deg_s"] = json!({ "gamma": [1, 400] });
+    let with = |mut campaign: Value| {
+        campaign["bench"] = bench.clone();
+        remarks(&campaign)
+    };
+    assert_eq!(with(table()), "");
+    let found = with(changed("gamma_deg_s", |rate| (rate * 1.013).to_radians()));
+    assert!(found.contains("1 to 400 deg/s") && found.contains("gamma_deg_s"), "{found}");
+    bench["rate_range_deg_s"] = json!({ "gamma": [400, 1] });
+    let mut wrong = table();
+    wrong["bench"] = bench;
+    let error = tumble::Campaign::from_json(&wrong.to_string()).unwrap_err();
+    assert!(error.place().path.contains("rate_range_deg_s.gamma"), "{error}");
+}
+
+fn campaigns(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            campaigns(&path, found);
+        } else if path.to_string_lossy().ends_with(".campaign.json") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn examples_tables_and_hidden_campaigns_are_remarked_on_nowhere() {
+    let mut found = Vec::new();
+    for folder in ["examples", "data/campaigns", "tests/data/hidden", "tests/data/li2012"] {
+        campaigns(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut found);
+    }
+    let mut looked_at = 0;
+    for path in found {
+        let text = std::fs::read_to_string(&path).expect("text");
+        // those that are whole in themselves: the others refer to tables of many devices and to records
+        let Ok(campaign) = tumble::Campaign::from_json(&text) else { continue };
+        let Ok(fit) = tumble::fit(&campaign, &Default::default()) else { continue };
+        looked_at += 1;
+        let all: Vec<String> = fit.remarks().iter().map(ToString::to_string).collect();
+        let new = ["small tilt", "rad/s", "every row"];
+        assert!(!all.iter().any(|text| new.iter().any(|word| text.contains(word))), "{}: {all:?}", path.display());
+    }
+    assert!(looked_at > 30, "{looked_at}");
+}
