@@ -147,6 +147,10 @@ impl Watch {
             let (_, median, _) = own.select_nth_unstable_by(middle, f64::total_cmp);
             scales.push(*median / 0.6745);
         }
+        // windows in which nothing changes say nothing of the noise, where others do
+        if scales.iter().any(|scale| *scale > 0.0) {
+            scales.retain(|scale| *scale > 0.0);
+        }
         scales.sort_by(f64::total_cmp);
         // too few windows to judge: nothing is a spike
         let scale = scales.get(scales.len() / 4).copied().unwrap_or(f64::INFINITY).max(self.step);
