@@ -414,16 +414,16 @@ impl Clock {
 pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     const SINCE_1970: std::ops::Range<f64> = 1e9..4.2e9;
+    const SLOW: f64 = 1e3;
     let first = *times.first()?;
-    if let Some(unit) = UNITS.iter().find(|(_, seconds)| SINCE_1970.contains(&(first * seconds))) {
-        return Some(*unit);
-    }
     let mut steps: Vec<f64> = times.iter().zip(times.iter().skip(1)).take(4001).map(|(a, b)| b - a).collect();
     steps.retain(|step| *step > 0.0);
     let middle = steps.len() / 2;
     let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
+    let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && *median * seconds < SLOW;
     let [second, _, micro, nano] = UNITS;
-    Some(if *median < 1e3 { second } else if *median < 1e6 { micro } else { nano })
+    let by_steps = if *median < SLOW { second } else if *median < 1e6 { micro } else { nano };
+    Some(UNITS.iter().find(unix).copied().unwrap_or(by_steps))
 }
 
 /// Seconds in a unit of time.

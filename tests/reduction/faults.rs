@@ -154,6 +154,7 @@ fn times_as_people_write_them() {
         (rows("timestamp,V", &|k| (1_700_000_000_000 + 10 * k).to_string()), Some("ms")),
         (rows("timestamp,V", &|k| (1_700_000_000_000_000 + 10_000 * k).to_string()), Some("us")),
         (rows("timestamp,V", &|k| (1_700_000_000_000_000_000 + 10_000_000 * k).to_string()), Some("ns")),
+        (rows("timestamp,V", &|k| (1_200_000_000 + 10_000 * k).to_string()), Some("us")),
         (rows("timestamp,gyro_rad[0]", &|k| (50_000 + 10_000 * k).to_string()), Some("us")),
         (rows("#timestamp [ns],w_RS_S_x [rad s^-1]", &|k| (1_403_636_579_758_555_392 + 10_000_000 * k).to_string()), None),
         (rows("t,V", &|k| format!("{}", k as f64 / 100.0)), None),
