@@ -173,15 +173,15 @@ impl Delimited {
             block.columns.iter_mut().for_each(|column| column.truncate(rows));
             let plain = rest.iter().position(|b| *b == b'\n').map(|k| k + 1);
             let is_remark = is_remark(rest.part(..plain.unwrap_or(rest.len())));
-            let end = if is_remark { plain } else { row_end(rest) };
-            if end.is_none() && !self.ended && rest.len() < LONGEST {
+            let end = if is_remark { plain.ok_or(false) } else { row_end(rest) };
+            if end.is_err() && !self.ended && rest.len() < LONGEST {
                 return Ok(rest.len());
             }
             // a quote that is never closed is a character
-            let end = end.or(plain);
+            let end = end.or_else(|quoted| plain.filter(|_| quoted).ok_or(quoted));
             let row = rest.part(..end.unwrap_or(rest.len()));
             self.line += 1;
-            self.slow(row.without_break(), block, end.is_none())?;
+            self.slow(row.without_break(), block, end.is_err())?;
             self.line += row.iter().filter(|b| **b == b'\n').count().saturating_sub(1) as u64;
             rest = rest.part(row.len()..);
         }

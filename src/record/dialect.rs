@@ -36,18 +36,18 @@ pub(super) fn is_blank(line: &[u8], delimiter: u8) -> bool {
     line.iter().all(|b| *b == delimiter || b.is_ascii_whitespace() || *b == b'"')
 }
 
-/// One past the end of the row that `text` begins with, its line break included; a quoted cell may have several lines. `None` where the row does not end.
+/// One past the end of the row that `text` begins with, its line break included; a quoted cell may have several lines.
 ///
-/// A quote opens a cell where it stands first in it.
-pub(super) fn row_end(text: &[u8]) -> Option<usize> {
+/// A quote opens a cell where it stands first in it. Errors: a row that does not end here; `true` where it is a quoted cell that does not.
+pub(super) fn row_end(text: &[u8]) -> std::result::Result<usize, bool> {
     let (mut at, mut first) = (0, true);
     while let Some(byte) = text.get(at) {
         match byte {
-            b'\n' => return Some(at + 1),
+            b'\n' => return Ok(at + 1),
             b'"' if first => {
                 // to the quote that closes it: two of them stand for one
                 loop {
-                    at += 1 + text.part(at + 1..).iter().position(|b| *b == b'"')?;
+                    at += 1 + text.part(at + 1..).iter().position(|b| *b == b'"').ok_or(true)?;
                     if text.get(at + 1) != Some(&b'"') {
                         break;
                     }
@@ -60,7 +60,7 @@ pub(super) fn row_end(text: &[u8]) -> Option<usize> {
         }
         at += 1;
     }
-    None
+    Err(false)
 }
 
 /// The rows of a text with the number of the line in which each begins, without their line breaks.
@@ -69,7 +69,8 @@ pub(super) fn rows(mut text: &[u8]) -> Vec<(usize, &[u8])> {
     while !text.is_empty() {
         let plain = text.iter().position(|b| *b == b'\n').map_or(text.len(), |k| k + 1);
         // a quote that is never closed is a character
-        let end = if is_remark(text) { plain } else { row_end(text).unwrap_or(plain) };
+        let end = if is_remark(text) { Ok(plain) } else { row_end(text) };
+        let end = end.unwrap_or_else(|quoted| if quoted { plain } else { text.len() });
         let (row, rest) = text.split_at(end);
         found.push((line, row.without_break()));
         line += row.iter().filter(|b| **b == b'\n').count();

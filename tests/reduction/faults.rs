@@ -196,14 +196,14 @@ fn times_that_are_not_quite_in_order() {
 /// `""` is a quote, and a quoted cell may have several lines; a quote inside a cell is a character.
 #[test]
 fn quoted_cells() {
-    let text = "serial,x,\"Ausgang\n(mV)\"\n\"6\"\" rotor\",1,1.01\n\"two\nlines, one comma\",2,2.02\n6\" plain,3,3.03\n";
+    let text = "serial,x,\"Ausgang\n(mV)\"\n\"6\"\" rotor\",1,1.01\n\"two\nlines, one comma\",2,2.02\n6\" plain,3,3.03\n\"at the\nend\",4,4.04";
     let mut record = open(text);
     assert_eq!(record.columns()[2].title, "Ausgang\n(mV)");
     record.select(&[(0, As::Label), (1, As::Number), (2, As::Number)]);
     let mut block = Block::default();
     assert!(record.next(&mut block).expect("rows"));
-    assert_eq!(block.columns[1..], [vec![1.0, 2.0, 3.0], vec![1.01, 2.02, 3.03]]);
-    assert_eq!(record.labels(), ["6\" rotor", "two\nlines, one comma", "6\" plain"]);
+    assert_eq!(block.columns[1..], [vec![1.0, 2.0, 3.0, 4.0], vec![1.01, 2.02, 3.03, 4.04]]);
+    assert_eq!(record.labels(), ["6\" rotor", "two\nlines, one comma", "6\" plain", "at the\nend"]);
     // over the end of a block of a megabyte
     let wide = "x".repeat(900_000);
     let text = format!("a,b\n1,\"{wide}\n{wide}\"\n2,\"{wide}\"\n3,c\n");
