@@ -369,7 +369,10 @@ impl Clock {
         let s = |n: u64| if n == 1 { "" } else { "s" };
         let [back, gaps, short] = self.counts;
         if let Some(unit) = self.taken {
-            notes.push(format!("'{}' has no unit; its steps are those of a logger in {unit}, and it is read so", self.title));
+            notes.push(format!(
+                "'{}' has no unit; its steps are those of a logger in {unit}, and it is read so",
+                self.title
+            ));
         }
         if self.tick > 0.0 {
             notes.push(format!(
@@ -422,7 +425,13 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
     let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
     let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && *median * seconds < SLOW;
     let [second, _, micro, nano] = UNITS;
-    let by_steps = if *median < SLOW { second } else if *median < 1e6 { micro } else { nano };
+    let by_steps = if *median < SLOW {
+        second
+    } else if *median < 1e6 {
+        micro
+    } else {
+        nano
+    };
     Some(UNITS.iter().find(unix).copied().unwrap_or(by_steps))
 }
 

@@ -64,18 +64,26 @@ impl Meaning {
             (Some(LogicalType::Date), _) => Meaning::Date,
             (Some(LogicalType::Uuid), _) => Meaning::Uuid,
             (Some(LogicalType::Integer(own)), _) if !own.is_signed => Meaning::Unsigned,
-            (Some(LogicalType::Integer(_) | LogicalType::String | LogicalType::Enum | LogicalType::Json | LogicalType::Unknown), _) => {
-                Meaning::Plain
-            }
+            (
+                Some(
+                    LogicalType::Integer(_)
+                    | LogicalType::String
+                    | LogicalType::Enum
+                    | LogicalType::Json
+                    | LogicalType::Unknown,
+                ),
+                _,
+            ) => Meaning::Plain,
             (None, ConvertedType::DECIMAL) => Meaning::Decimal(scale),
             (None, ConvertedType::TIMESTAMP_MILLIS) => Meaning::Time(1e-3, true),
             (None, ConvertedType::TIMESTAMP_MICROS) => Meaning::Time(1e-6, true),
             (None, ConvertedType::TIME_MILLIS) => Meaning::Time(1e-3, false),
             (None, ConvertedType::TIME_MICROS) => Meaning::Time(1e-6, false),
             (None, ConvertedType::DATE) => Meaning::Date,
-            (None, ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64) => {
-                Meaning::Unsigned
-            }
+            (
+                None,
+                ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64,
+            ) => Meaning::Unsigned,
             (None, ConvertedType::INTERVAL) => Meaning::Unread,
             (None, _) if column.physical_type() == Type::INT96 => Meaning::Time(1e-9, true),
             (None, _) => Meaning::Plain,
@@ -268,7 +276,9 @@ impl Columnar {
                 let open = |(column, kind): &(usize, As)| {
                     let own = group.metadata().column(*column);
                     Ok(match kind {
-                        As::Label if columnar_labels::reads(own) && self.meanings.get(*column) == Some(&Meaning::Plain) => {
+                        As::Label
+                            if columnar_labels::reads(own) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
+                        {
                             let is_optional = own.column_descr().max_def_level() > 0;
                             Open::Labels(Pages::new(group.get_column_page_reader(*column)?, is_optional))
                         }
@@ -286,7 +296,8 @@ impl Columnar {
                     _ if meaning == Meaning::Unread => {
                         let schema = self.reader.metadata().file_metadata().schema_descr();
                         let own = schema.columns().get(*column);
-                        let logical = own.map(|own| (own.converted_type(), own.logical_type_ref().map(|own| format!("{own:?}"))));
+                        let logical =
+                            own.map(|own| (own.converted_type(), own.logical_type_ref().map(|own| format!("{own:?}"))));
                         let name = logical.map(|(old, new)| new.unwrap_or_else(|| old.to_string())).unwrap_or_default();
                         Err(ParquetError::NYI(format!("values of the type {name}")))
                     }
@@ -338,7 +349,9 @@ fn place<T>(values: &[T], levels: &[i16], highest: i16, to: &mut Vec<f64>, mut n
         return;
     }
     let mut values = values.iter();
-    to.extend(levels.iter().map(|l| if *l == highest { values.next().map_or(f64::NAN, &mut number) } else { f64::NAN }));
+    to.extend(
+        levels.iter().map(|l| if *l == highest { values.next().map_or(f64::NAN, &mut number) } else { f64::NAN }),
+    );
 }
 
 macro_rules! read {
@@ -463,7 +476,11 @@ fn labels(
             read!(r, *doubles, *levels, to, |v: &f64| label(v.to_bits(), &|| v.to_string(), labels))
         }
         ColumnReader::FloatColumnReader(r) => {
-            read!(r, *floats, *levels, to, |v: &f32| label(u64::from(v.to_bits()), &|| f64::from(*v).to_string(), labels))
+            read!(r, *floats, *levels, to, |v: &f32| label(
+                u64::from(v.to_bits()),
+                &|| f64::from(*v).to_string(),
+                labels
+            ))
         }
         ColumnReader::BoolColumnReader(r) => {
             read!(r, *bools, *levels, to, |v: &bool| label(u64::from(*v), &|| u8::from(*v).to_string(), labels))

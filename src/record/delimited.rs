@@ -298,7 +298,8 @@ impl Delimited {
     }
 
     fn no_time(&self, column: usize, cell: &[u8]) -> Malformed {
-        self.no_number(column, cell).expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25")
+        self.no_number(column, cell)
+            .expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25")
     }
 
     fn no_number(&self, column: usize, cell: &[u8]) -> Malformed {

@@ -181,7 +181,10 @@ impl Dialect {
             ([_, names, units, ..], _) if is_toa5 => {
                 // a time stamp and the record's number have no unit
                 let none = |unit: &String| matches!(unit.as_str(), "TS" | "RN");
-                (Some(texts(names)), Some(texts(units).into_iter().map(|unit| if none(&unit) { String::new() } else { unit }).collect()))
+                (
+                    Some(texts(names)),
+                    Some(texts(units).into_iter().map(|unit| if none(&unit) { String::new() } else { unit }).collect()),
+                )
             }
             (_, []) => (remark_titles(&all, lines_before, delimiter, width), None),
             (_, [.., names, units]) if heading::is_units(&texts(units)) => (Some(texts(names)), Some(texts(units))),
@@ -234,14 +237,14 @@ impl Dialect {
         let times = |delimiter: &u8| title.iter().filter(|b| *b == delimiter).count();
         // the last of several that are as frequent is taken
         let delimiter = b"\t;,".iter().copied().max_by_key(times).unwrap_or(b',');
-        let columns: Vec<Column> =
-            cells(title, delimiter).iter().map(|cell| Column::titled(&decoded(cell))).collect();
+        let columns: Vec<Column> = cells(title, delimiter).iter().map(|cell| Column::titled(&decoded(cell))).collect();
         let mut seen = HashSet::new();
         if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
             return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
                 .expected("each column once"));
         }
-        let rest = || all.iter().skip(first + 1).filter(|(_, line)| is_row(line)).flat_map(|(_, line)| cells(line, delimiter));
+        let rest =
+            || all.iter().skip(first + 1).filter(|(_, line)| is_row(line)).flat_map(|(_, line)| cells(line, delimiter));
         let comma = |cell: &[u8]| cell.contains(&b',') && number(cell, b',').is_some_and(f64::is_finite);
         let point = |cell: &[u8]| cell.contains(&b'.') && number(cell, b'.').is_some_and(f64::is_finite);
         let commas = delimiter != b',' && rest().any(|cell| comma(&cell)) && !rest().any(|cell| point(&cell));

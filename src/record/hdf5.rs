@@ -25,7 +25,8 @@ pub(super) fn open(name: &str, path: &Path, table: Option<&str>) -> Result<Held>
     let read = || -> std::result::Result<Vec<Array>, Error> {
         let file = File::open_streaming(path)?;
         let mut arrays = Vec::new();
-        let most = std::fs::metadata(path).map_or(0, |there| there.len()).saturating_mul(MOST_PACKED).saturating_add(SLACK);
+        let most =
+            std::fs::metadata(path).map_or(0, |there| there.len()).saturating_mul(MOST_PACKED).saturating_add(SLACK);
         group(&file.root(), "", 0, most, &mut arrays)?;
         Ok(arrays)
     };
@@ -46,7 +47,13 @@ fn group(from: &Group, path: &str, depth: usize, most: u64, arrays: &mut Vec<Arr
     Ok(())
 }
 
-fn dataset(from: &Dataset, path: &str, name: &str, most: u64, arrays: &mut Vec<Array>) -> std::result::Result<(), Error> {
+fn dataset(
+    from: &Dataset,
+    path: &str,
+    name: &str,
+    most: u64,
+    arrays: &mut Vec<Array>,
+) -> std::result::Result<(), Error> {
     let shape = from.shape()?;
     let sides: Vec<usize> = shape.iter().filter_map(|side| usize::try_from(*side).ok()).collect();
     let attributes = from.attrs()?;
@@ -57,7 +64,9 @@ fn dataset(from: &Dataset, path: &str, name: &str, most: u64, arrays: &mut Vec<A
     }
     let claimed = shape.iter().fold(8_u64, |all, side| all.saturating_mul(*side));
     if claimed > most {
-        return Err(Error::Shape(format!("the dataset '{name}' says that it has {claimed} bytes, more than the file can hold")));
+        return Err(Error::Shape(format!(
+            "the dataset '{name}' says that it has {claimed} bytes, more than the file can hold"
+        )));
     }
     let unit = text("units").or_else(|| text("unit"));
     let kind = from.dtype()?;

@@ -204,9 +204,7 @@ fn texts<'a>(
             (_, As::Label) => labels.number(text.as_bytes()),
             (cell, As::Cell) => cell.parse().unwrap_or(UNREADABLE),
             (cell, As::Number) => cell.parse().map_err(|_| text.as_str())?,
-            (cell, As::Time) => {
-                cell.parse().ok().or_else(|| times.seconds(cell.as_bytes())).ok_or(text.as_str())?
-            }
+            (cell, As::Time) => cell.parse().ok().or_else(|| times.seconds(cell.as_bytes())).ok_or(text.as_str())?,
         });
     }
     Ok(())

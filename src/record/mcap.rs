@@ -167,7 +167,10 @@ impl Log {
         }
         // 0: the writer left it out
         if sum != 0 && crc32fast::hash(&plain) != sum {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "a chunk whose checksum (CRC) is another one: the file is damaged"));
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                "a chunk whose checksum (CRC) is another one: the file is damaged",
+            ));
         }
         let mut at = Bytes(&plain);
         while !at.0.is_empty() {

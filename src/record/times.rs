@@ -100,7 +100,9 @@ mod tests {
             assert_eq!(moment(text.as_bytes()), Some(Moment::Instant(seconds)), "{text}");
         }
         assert_eq!(moment(b"14:03:01.250"), Some(Moment::OfDay(50_581.25)));
-        for text in ["1.2.3", "1.2.34", "12", "3/4/2024 01:00:00", "12:30", "V", "2024-13-01T00:00:00", "31.03.24 01:59:55"] {
+        for text in
+            ["1.2.3", "1.2.34", "12", "3/4/2024 01:00:00", "12:30", "V", "2024-13-01T00:00:00", "31.03.24 01:59:55"]
+        {
             assert_eq!(moment(text.as_bytes()), None, "{text}");
         }
         let mut times = Times::default();

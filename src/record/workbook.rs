@@ -109,7 +109,9 @@ fn used(book: &mut Sheets<Cursor<Vec<u8>>>, name: &str) -> std::result::Result<V
             cells.extend(range.used_cells().map(place));
         }
     }
-    let is_blank = |cell: &Data| matches!(cell, Data::String(text) if text.trim().is_empty()) || matches!(cell, Data::Empty | Data::Error(_));
+    let is_blank = |cell: &Data| {
+        matches!(cell, Data::String(text) if text.trim().is_empty()) || matches!(cell, Data::Empty | Data::Error(_))
+    };
     cells.retain(|(_, cell)| !is_blank(cell));
     cells.sort_by_key(|(place, _)| *place);
     Ok(cells)

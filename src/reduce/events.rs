@@ -194,8 +194,14 @@ impl Watch {
             // so long a run by chance once in a thousand million samples
             let chance = number::count_u64((-20.7 / stays.ln()).ceil());
             let stuck = self.long.iter().filter(|(_, length)| *length >= chance);
-            events.extend(stuck.map(|(sample, length)| Event { kind: EventKind::Stuck, sample: *sample, length: *length }));
-            for (sample, length) in [&self.high, &self.low].into_iter().filter(|end| end.is_rail()).flat_map(|end| &end.runs) {
+            events.extend(stuck.map(|(sample, length)| Event {
+                kind: EventKind::Stuck,
+                sample: *sample,
+                length: *length,
+            }));
+            for (sample, length) in
+                [&self.high, &self.low].into_iter().filter(|end| end.is_rail()).flat_map(|end| &end.runs)
+            {
                 events.push(Event { kind: EventKind::Saturation, sample: *sample, length: *length });
             }
         }

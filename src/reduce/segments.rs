@@ -76,8 +76,12 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
     for mut segment in candidates {
         let (start, end) = segment.span();
         // samples on both sides of a gap count; what is missing is said
-        let cuts: Vec<f64> =
-            segment.pieces.iter().flat_map(|p| trace.resumes_in(p.start, p.end)).map(|own| trace.missing(*own)).collect();
+        let cuts: Vec<f64> = segment
+            .pieces
+            .iter()
+            .flat_map(|p| trace.resumes_in(p.start, p.end))
+            .map(|own| trace.missing(*own))
+            .collect();
         if !cuts.is_empty() {
             let (n, missing) = (cuts.len(), cuts.iter().sum::<f64>());
             segment.notes.push(format!("{n} gap{} bridged, {missing:.3} s missing", if n == 1 { "" } else { "s" }));
@@ -90,12 +94,15 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         let dead = guarded.iter().map(|p| p.end - p.start).sum::<u64>() - segment.samples();
         // what is stuck or at a rail most of the time tells nothing of the position
         if dead > segment.samples() {
-            let reason = format!("{} ({dead} samples of {})", words(trace, start, end), dead + segment.samples());
+            let reason = words(trace, start, end).into_iter().next().unwrap_or_default();
             rejected.push(Rejected { samples: start..end, reason });
             continue;
         }
         if dead > 0 {
-            segment.notes.push(format!("{dead} sample{} left out: {}", if dead == 1 { "" } else { "s" }, words(trace, start, end)));
+            let s = if dead == 1 { "" } else { "s" };
+            segment
+                .notes
+                .extend(words(trace, start, end).iter().map(|why| format!("{dead} sample{s} left out: {why}")));
         }
         let left = segment.samples() as f64 * trace.interval;
         let whole = (end.saturating_sub(start)) as f64 * trace.interval;
@@ -111,7 +118,10 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
     }
     if matches!(by, By::Still { .. }) {
         let long = trace.dead.iter().filter(|dead| (dead.end - dead.start) as f64 * trace.interval >= least);
-        rejected.extend(long.map(|dead| Rejected { samples: dead.clone(), reason: words(trace, dead.start, dead.end) }));
+        rejected.extend(long.map(|dead| Rejected {
+            samples: dead.clone(),
+            reason: words(trace, dead.start, dead.end).into_iter().next().unwrap_or_default(),
+        }));
         rejected.sort_by_key(|own| own.samples.start);
     }
     for (k, segment) in segments.iter_mut().enumerate().filter(|(_, s)| s.label.is_empty()) {
@@ -121,9 +131,11 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
 }
 
 /// Why samples `start..end` are left out: channels that are stuck or saturated there.
-fn words(trace: &Trace, start: u64, end: u64) -> String {
+fn words(trace: &Trace, start: u64, end: u64) -> Vec<String> {
     let dead = |event: &Event| {
-        matches!(event.kind, EventKind::Stuck | EventKind::Saturation) && event.sample < end && event.sample + event.length > start
+        matches!(event.kind, EventKind::Stuck | EventKind::Saturation)
+            && event.sample < end
+            && event.sample + event.length > start
     };
     let mut found: Vec<String> = Vec::new();
     for channel in trace.channels.iter().take(trace.observed) {
@@ -131,7 +143,7 @@ fn words(trace: &Trace, start: u64, end: u64) -> String {
         let of = |kind: EventKind| channel.events.iter().any(|event| event.kind == kind && dead(event));
         found.extend(kinds.iter().find(|(kind, _)| of(*kind)).map(|(_, word)| format!("{} is {word}", channel.name)));
     }
-    found.join(", ")
+    found
 }
 
 /// A segment of one piece.

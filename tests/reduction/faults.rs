@@ -14,7 +14,9 @@ fn normal(random: &mut Pcg64Mcg) -> f64 {
 }
 
 fn open(text: &str) -> Record {
-    Record::Delimited(Delimited::open("log.csv", Cursor::new(text.as_bytes().to_vec())).unwrap_or_else(|e| panic!("{e}")))
+    Record::Delimited(
+        Delimited::open("log.csv", Cursor::new(text.as_bytes().to_vec())).unwrap_or_else(|e| panic!("{e}")),
+    )
 }
 
 fn recipe(segments: SegmentsBy) -> Recipe {
@@ -84,7 +86,11 @@ fn lost_samples_are_bridged() {
         let found = reduced(&table(&rows), &still());
         check(&found, &levels);
         let said = |notes: &[String]| notes.iter().any(|note| note.contains("gaps bridged"));
-        assert!(found.reduction.segments.iter().all(|segment| said(&segment.notes)), "{:?}", found.reduction.segments[0]);
+        assert!(
+            found.reduction.segments.iter().all(|segment| said(&segment.notes)),
+            "{:?}",
+            found.reduction.segments[0]
+        );
     }
     let mut rows = positions(&[1.0, 2.0], 4);
     rows.drain(600..900);
@@ -101,7 +107,8 @@ fn dead_stretches_are_left_out() {
     frozen.extend((0..end).map(|k| (25.0 + k as f64 / 100.0, rows[k].1)));
     let found = reduced(&table(&frozen), &still());
     check(&found, &LEVELS);
-    let why = |found: &Reduced| found.reduction.rejected.iter().map(|r| r.reason.clone()).collect::<Vec<_>>().join("; ");
+    let why =
+        |found: &Reduced| found.reduction.rejected.iter().map(|r| r.reason.clone()).collect::<Vec<_>>().join("; ");
     assert!(why(&found).contains("V is stuck"), "{}", why(&found));
     // the converter ends at 2.4: the levels 3 and 2.5 cannot be seen
     rows.iter_mut().for_each(|row| row.1 = row.1.min(2.4));
@@ -111,7 +118,8 @@ fn dead_stretches_are_left_out() {
     // a rail that is touched within a position: those samples are left out, and said
     let mut rows = positions(&[1.0, 2.0], 6);
     rows[700..705].iter_mut().for_each(|row| row.1 = 5.0);
-    let found = reduced(&table(&rows), &recipe(SegmentsBy::Times { list: vec![("a".into(), 0.0, 15.0)], from: "a".into() }));
+    let found =
+        reduced(&table(&rows), &recipe(SegmentsBy::Times { list: vec![("a".into(), 0.0, 15.0)], from: "a".into() }));
     assert!((found.reduction.means[0][0].value - 1.0).abs() < 1e-4);
     assert!(found.reduction.segments[0].notes.iter().any(|n| n.contains("5 samples left out: V is saturated")));
     // what is coarse, held or set stays as it is: a temperature in tenths, a setpoint
@@ -149,14 +157,22 @@ fn times_as_people_write_them() {
         (rows("timestamp,V", &|k| format!("2024-03-31T01:59:{}", second(k))), None),
         (rows("timestamp,V", &|k| format!("2024-03-31T01:59:{}+02:00", second(k))), None),
         (rows("Zeit,V", &|k| format!("20.11.2026 09:14:{}", second(k))), None),
-        (rows("time,V", &|k| if k < 100 { format!("23:59:59.{:02}", k) } else { format!("00:00:00.{:02}", k - 100) }), None),
+        (
+            rows("time,V", &|k| {
+                if k < 100 { format!("23:59:59.{:02}", k) } else { format!("00:00:00.{:02}", k - 100) }
+            }),
+            None,
+        ),
         (rows("timestamp,V", &|k| format!("{}", 1_700_000_000.0 + k as f64 / 100.0)), None),
         (rows("timestamp,V", &|k| (1_700_000_000_000 + 10 * k).to_string()), Some("ms")),
         (rows("timestamp,V", &|k| (1_700_000_000_000_000 + 10_000 * k).to_string()), Some("us")),
         (rows("timestamp,V", &|k| (1_700_000_000_000_000_000 + 10_000_000 * k).to_string()), Some("ns")),
         (rows("timestamp,V", &|k| (1_200_000_000 + 10_000 * k).to_string()), Some("us")),
         (rows("timestamp,gyro_rad[0]", &|k| (50_000 + 10_000 * k).to_string()), Some("us")),
-        (rows("#timestamp [ns],w_RS_S_x [rad s^-1]", &|k| (1_403_636_579_758_555_392 + 10_000_000 * k).to_string()), None),
+        (
+            rows("#timestamp [ns],w_RS_S_x [rad s^-1]", &|k| (1_403_636_579_758_555_392 + 10_000_000 * k).to_string()),
+            None,
+        ),
         (rows("t,V", &|k| format!("{}", k as f64 / 100.0)), None),
         (rows(toa5, &|k| format!("\"2024-01-01 10:00:{:02}.{:02}\"", k / 100, k % 100)), None),
     ] {
@@ -177,10 +193,15 @@ fn times_as_people_write_them() {
 /// Times that are coarser than the samples, stand twice or change places neither end the record nor stretch it.
 #[test]
 fn times_that_are_not_quite_in_order() {
-    let text = |time: &dyn Fn(u64) -> f64| (0..2000).fold("t,V\n".to_string(), |text, k| text + &format!("{:.3},1\n", time(k)));
+    let text = |time: &dyn Fn(u64) -> f64| {
+        (0..2000).fold("t,V\n".to_string(), |text, k| text + &format!("{:.3},1\n", time(k)))
+    };
     // whole seconds, a hundred rows each
     let (step, notes, gaps) = clock(&text(&|k| (k / 100) as f64)).expect("a clock");
-    assert!((step - 0.01).abs() < 2e-4 && gaps == 0 && notes[0].contains("several rows have one time"), "{step} {notes:?}");
+    assert!(
+        (step - 0.01).abs() < 2e-4 && gaps == 0 && notes[0].contains("several rows have one time"),
+        "{step} {notes:?}"
+    );
     // a row in fifty has the time of the row before; two of them change places
     let twice = |k: u64| if k % 50 == 7 { k - 1 } else { k } as f64 / 100.0;
     let (step, _, gaps) = clock(&text(&twice)).expect("a clock");
@@ -309,12 +330,20 @@ fn logical_types_of_parquet() {
     let fields = vec![
         of("a", Physical::INT32, Some(decimal(4, 9))).with_precision(9).with_scale(4).build(),
         of("b", Physical::INT64, Some(decimal(2, 18))).with_precision(18).with_scale(2).build(),
-        of("c", Physical::FIXED_LEN_BYTE_ARRAY, Some(decimal(10, 38))).with_length(16).with_precision(38).with_scale(10).build(),
+        of("c", Physical::FIXED_LEN_BYTE_ARRAY, Some(decimal(10, 38)))
+            .with_length(16)
+            .with_precision(38)
+            .with_scale(10)
+            .build(),
         of("d", Physical::FIXED_LEN_BYTE_ARRAY, Some(LogicalType::Float16)).with_length(2).build(),
         of("e", Physical::INT32, Some(LogicalType::Date)).build(),
         of("f", Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::MICROS))).build(),
         of("g", Physical::INT64, Some(LogicalType::integer(64, false))).build(),
-        of("h", Physical::INT32, None).with_converted_type(ConvertedType::DECIMAL).with_precision(9).with_scale(3).build(),
+        of("h", Physical::INT32, None)
+            .with_converted_type(ConvertedType::DECIMAL)
+            .with_precision(9)
+            .with_scale(3)
+            .build(),
     ];
     let fields = fields.into_iter().map(|field| Arc::new(field.expect("a field"))).collect();
     let schema = Arc::new(Type::group_type_builder("table").with_fields(fields).build().expect("a schema"));
@@ -333,7 +362,10 @@ fn logical_types_of_parquet() {
         column!(Int32Type, [12_345, -5]);
         column!(Int64Type, [-123_456_789_012_345_678_i64, 7]);
         let fixed = |bytes: Vec<u8>| FixedLenByteArray::from(bytes);
-        column!(FixedLenByteArrayType, [fixed((-31_415_926_536_i128).to_be_bytes().to_vec()), fixed(1_i128.to_be_bytes().to_vec())]);
+        column!(
+            FixedLenByteArrayType,
+            [fixed((-31_415_926_536_i128).to_be_bytes().to_vec()), fixed(1_i128.to_be_bytes().to_vec())]
+        );
         // -2 and 2^-24, the least number of binary16
         column!(FixedLenByteArrayType, [fixed(0xC000_u16.to_le_bytes().to_vec()), fixed(1_u16.to_le_bytes().to_vec())]);
         column!(Int32Type, [19_810, 0]);
@@ -358,8 +390,17 @@ fn logical_types_of_parquet() {
         }
         let (_, labels) = column(&path, &[As::Label; 8]).expect("labels");
         for text in [
-            "1.2345", "-0.0005", "-1234567890123456.78", "-3.1415926536", "0.0000000001", "2024-03-28", "1970-01-01",
-            "2024-03-31T01:59:55.25", "18446744073709551615", "9223372036854775808", "-2.500",
+            "1.2345",
+            "-0.0005",
+            "-1234567890123456.78",
+            "-3.1415926536",
+            "0.0000000001",
+            "2024-03-28",
+            "1970-01-01",
+            "2024-03-31T01:59:55.25",
+            "18446744073709551615",
+            "9223372036854775808",
+            "-2.500",
         ] {
             assert!(labels.iter().any(|own| own == text), "{text}: {labels:?}");
         }
@@ -368,10 +409,13 @@ fn logical_types_of_parquet() {
     let field = field.with_converted_type(ConvertedType::INTERVAL).with_repetition(Repetition::REQUIRED).build();
     let schema = Type::group_type_builder("table").with_fields(vec![Arc::new(field.expect("a field"))]).build();
     let file = std::fs::File::create(&path).expect("a file");
-    let mut writer = SerializedFileWriter::new(file, Arc::new(schema.expect("a schema")), Default::default()).expect("a writer");
+    let mut writer =
+        SerializedFileWriter::new(file, Arc::new(schema.expect("a schema")), Default::default()).expect("a writer");
     let mut group = writer.next_row_group().expect("a group");
     let mut own = group.next_column().expect("a column").expect("one more");
-    own.typed::<FixedLenByteArrayType>().write_batch(&[FixedLenByteArray::from(vec![0; 12])], None, None).expect("a value");
+    own.typed::<FixedLenByteArrayType>()
+        .write_batch(&[FixedLenByteArray::from(vec![0; 12])], None, None)
+        .expect("a value");
     own.close().expect("a column");
     group.close().expect("a group");
     writer.close().expect("a file");
