@@ -89,9 +89,10 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         let pieces =
             segment.pieces.iter().map(|p| (p.start + margin).min(p.end)..p.end.saturating_sub(margin).max(p.start));
         let guarded: Vec<Range<u64>> = pieces.filter(|p| p.end > p.start).collect();
-        let alive = guarded.iter().flat_map(|p| trace.alive(p.start, p.end));
-        segment.pieces = alive.filter(|p| !trace.blocks(p.start, p.end).is_empty()).collect();
-        let dead = guarded.iter().map(|p| p.end - p.start).sum::<u64>() - segment.samples();
+        let alive: Vec<Range<u64>> = guarded.iter().flat_map(|p| trace.alive(p.start, p.end)).collect();
+        let samples = |pieces: &[Range<u64>]| pieces.iter().map(|p| p.end - p.start).sum::<u64>();
+        let dead = samples(&guarded) - samples(&alive);
+        segment.pieces = alive.into_iter().filter(|p| !trace.blocks(p.start, p.end).is_empty()).collect();
         // what is stuck or at a rail most of the time tells nothing of the position
         if dead > segment.samples() {
             let reason = words(trace, start, end).into_iter().next().unwrap_or_default();
