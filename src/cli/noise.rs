@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let time = arguments.clock.column(&record)?;
     let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
     let mut selected: Vec<(usize, As)> = columns.iter().map(|k| (*k, As::Number)).collect();
-    selected.extend(time.map(|k| (k, As::Number)));
+    selected.extend(time.map(|k| (k, As::Time)));
     record.select(&selected);
     let mut ladders: Vec<Ladder> = titled.iter().map(|_| Ladder::new(usize::from(arguments.per_octave))).collect();
     let mut clock = arguments.clock.ticks(&record, time)?;

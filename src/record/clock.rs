@@ -33,11 +33,11 @@ pub struct Jump {
 vocabulary! {
     /// What a step of the times looks like, against the median step.
     JumpKind {
-        /// Back, or none at all: the clock was set back.
+        /// Back by more than 1.75 median steps: the clock was set back.
         Back = "back",
         /// Longer than 1.75 median steps: samples are missing, or the clock was set forward; times alone cannot tell.
         Gap = "gap",
-        /// Forward by less than a quarter of the median step: the clock was set back by less than a step.
+        /// Forward by less than a quarter of the median step, none at all, or back by no more than 1.75 of it: two times changed places, or are one.
         Short = "short",
     }
 }
@@ -97,6 +97,14 @@ impl ClockFrom {
 pub struct Clock {
     /// Seconds in a unit of the column; `None` where a rate was stated.
     factor: Option<f64>,
+    /// Does the column say no unit? Then its times do.
+    bare: bool,
+    /// The unit that was taken, where it is not the second.
+    taken: Option<&'static str>,
+    /// Resolution of the times, where several rows have one time: their step; else 0.
+    tick: f64,
+    /// Times of the block's rows, s since the first row.
+    times: Vec<f64>,
     title: String,
     file: String,
     step: f64,
@@ -110,8 +118,6 @@ pub struct Clock {
     jumps: Vec<Jump>,
     /// Steps back, gaps and short steps, all of them.
     counts: [u64; 3],
-    /// Times at which rows go on after a gap or a step back.
-    resumed: Vec<f64>,
     /// What steps back have taken from the times, s.
     set_back: f64,
     pending_gap: bool,
@@ -133,7 +139,7 @@ impl Clock {
         Ok(Clock { step: 1.0 / rate_hz, ..Clock::empty(None, String::new(), file) })
     }
 
-    /// Times from a column: its unit stands in its title or at the end of its name (`time_s`, `t_ms`), else they are seconds.
+    /// Times from a column: its unit stands in its title or at the end of its name (`time_s`, `t_ms`), else they are seconds, or what [`unit_of`] finds.
     ///
     /// Errors: a unit that is none of time.
     pub fn column(column: &Column, file: &str) -> Result<Self> {
@@ -148,12 +154,17 @@ impl Clock {
                     .in_file(file)
             })?,
         };
-        Ok(Clock::empty(Some(factor), column.title.clone(), file))
+        Ok(Clock { bare: unit.is_none(), ..Clock::empty(Some(factor), column.title.clone(), file) })
     }
 
     /// Seconds in a unit of the column; 1 where a rate was stated.
     pub fn seconds_per_unit(&self) -> f64 {
         self.factor.unwrap_or(1.0)
+    }
+
+    /// Does the column say no unit? Then [`unit_of`] its times does.
+    pub(crate) fn is_bare(&self) -> bool {
+        self.bare
     }
 
     fn empty(factor: Option<f64>, title: String, file: &str) -> Self {
@@ -169,7 +180,10 @@ impl Clock {
             range: (f64::INFINITY, 0.0),
             jumps: Vec::new(),
             counts: [0; 3],
-            resumed: Vec::new(),
+            bare: false,
+            taken: None,
+            tick: 0.0,
+            times: Vec::new(),
             set_back: 0.0,
             pending_gap: false,
         }
@@ -187,26 +201,26 @@ impl Clock {
     ) -> Result<Vec<Stretch>> {
         let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
         let mut found: Vec<Stretch> = Vec::new();
-        let (Some(factor), Some(times)) = (self.factor, times) else {
+        self.times.clear();
+        let (Some(_), Some(times)) = (self.factor, times) else {
             let start = self.rows as f64 * self.step;
             let place = |t: f64| crate::number::count(((t - start) / self.step).ceil()).min(count);
             let rows = place(from)..place(to);
+            self.times.extend((0..count).map(|k| (self.rows + k as u64) as f64 * self.step));
             self.rows += count as u64;
             if !rows.is_empty() {
                 found.push(Stretch { rows, after_gap: false });
             }
             return Ok(found);
         };
+        if std::mem::take(&mut self.bare)
+            && let Some((name, seconds)) = unit_of(times)
+        {
+            (self.factor, self.taken) = (Some(seconds), (seconds != 1.0).then_some(name));
+        }
+        let factor = self.factor.unwrap_or(1.0);
         if self.step == 0.0 {
-            let mut steps: Vec<f64> = times
-                .iter()
-                .zip(times.iter().skip(1))
-                .take(4001)
-                .map(|(before, time)| (time - before) * factor)
-                .collect();
-            steps.retain(|step| *step > 0.0);
-            steps.sort_by(f64::total_cmp);
-            self.step = steps.get(steps.len() / 2).copied().unwrap_or(0.0); // no step forward
+            self.learn(times, factor);
         }
         let mut start = 0;
         let mut inside = false;
@@ -217,11 +231,12 @@ impl Clock {
                 return Err(self.unsorted("a row has no time", *raw, factor));
             }
             let step = time - self.last;
+            let usual = self.step.max(self.tick);
             let kind = match self.rows {
                 0 => None,
-                _ if !(step > 0.0) => Some(JumpKind::Back),
-                _ if step > GAP * self.step => Some(JumpKind::Gap),
-                _ if step < SHORT * self.step => Some(JumpKind::Short),
+                _ if !(step > -GAP * usual) => Some(JumpKind::Back),
+                _ if step > GAP * usual => Some(JumpKind::Gap),
+                _ if self.tick == 0.0 && step < SHORT * self.step => Some(JumpKind::Short),
                 _ => None,
             };
             if let Some(kind) = kind {
@@ -237,8 +252,8 @@ impl Clock {
                         return Err(self.unsorted("the times are not sorted", *raw, factor));
                     }
                     // the record goes on one step later
-                    self.set_back += self.step - step;
-                    time = self.last + self.step;
+                    self.set_back += usual - step;
+                    time = self.last + usual;
                 }
                 if self.jumps.len() < KEPT {
                     self.jumps.push(Jump { kind, row: self.rows, time: self.last, step });
@@ -247,12 +262,13 @@ impl Clock {
             let gap = matches!(kind, Some(JumpKind::Gap | JumpKind::Back));
             if gap {
                 self.pending_gap = true;
-                self.resumed.push(time);
             } else if self.rows > 0 {
-                self.steps = (self.steps.0 + step, self.steps.1 + 1);
+                self.steps = (self.steps.0 + step.max(0.0), self.steps.1 + 1);
                 self.range = (self.range.0.min(step), self.range.1.max(step));
             }
-            self.last = time;
+            // times that changed places do not go back
+            self.last = self.last.max(time);
+            self.times.push(self.last);
             self.rows += 1;
             let wanted = time >= from && time <= to;
             if inside && (gap || !wanted) {
@@ -279,6 +295,26 @@ impl Clock {
         }
         merged.retain(|stretch| !stretch.rows.is_empty());
         Ok(merged)
+    }
+
+    /// The usual step, and whether several rows have one time.
+    fn learn(&mut self, times: &[f64], factor: f64) {
+        let pairs = times.iter().zip(times.iter().skip(1)).take(4001);
+        let mut steps: Vec<f64> = pairs.map(|(before, time)| (time - before) * factor).collect();
+        let equal = steps.iter().filter(|step| **step == 0.0).count();
+        steps.retain(|step| *step > 0.0);
+        steps.sort_by(f64::total_cmp);
+        let median = steps.get(steps.len() / 2).copied().unwrap_or(0.0); // no step forward
+        // half of the rows and more share their time with the row before: the times are coarser than the samples
+        let coarse = equal >= steps.len();
+        let (rows, tick) = (steps.len() + equal, if coarse { median } else { 0.0 });
+        self.tick = tick;
+        self.step = if coarse { median * steps.len() as f64 / rows.max(1) as f64 } else { median };
+    }
+
+    /// Times of the rows of the last block, s since the first row; times that changed places or were set back never go back here.
+    pub fn times(&self) -> &[f64] {
+        &self.times
     }
 
     /// Mean sampling interval, s, without the gaps.
@@ -326,18 +362,24 @@ impl Clock {
         (&self.jumps, gaps, back + short)
     }
 
-    /// The time at which rows go on after the `k`-th gap or step back, s since the first row.
-    pub fn resumed(&self, k: usize) -> f64 {
-        // counted with the jumps; beyond them the record goes on where it is
-        self.resumed.get(k).copied().unwrap_or(self.last)
-    }
-
     /// What a reader of the result should know about the times.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let of = |kind: JumpKind| self.jumps.iter().filter(move |jump| jump.kind == kind);
         let s = |n: u64| if n == 1 { "" } else { "s" };
         let [back, gaps, short] = self.counts;
+        if let Some(unit) = self.taken {
+            notes.push(format!(
+                "'{}' has no unit; its steps are those of a logger in {unit}, and it is read so",
+                self.title
+            ));
+        }
+        if self.tick > 0.0 {
+            notes.push(format!(
+                "several rows have one time in '{}', whose steps are {:.6} s; samples are taken as equally spaced",
+                self.title, self.tick
+            ));
+        }
         if let Some(gap) = of(JumpKind::Gap).next() {
             let lost = of(JumpKind::Gap).map(|gap| gap.step).sum::<f64>();
             notes.push(format!(
@@ -353,12 +395,12 @@ impl Clock {
         }
         if let Some(jump) = of(JumpKind::Short).next() {
             notes.push(format!(
-                "{short} step{} in '{}' {} shorter than a quarter of the sampling interval (the clock was set back by less than one?); the first is of {:.6} s, {:.3} s after the start",
+                "{short} step{} in '{}' {} shorter than a quarter of the sampling interval, or back by less than two (equal times, times that changed places, a clock set back by less than an interval); the first is of {:.6} s, {:.3} s after the start",
                 s(short), self.title, if short == 1 { "is" } else { "are" }, jump.step, jump.time
             ));
         }
         let mean = if self.steps.1 > 0 { self.steps.0 / self.steps.1 as f64 } else { 0.0 };
-        if mean > 0.0 && (self.range.1 - self.range.0) > 0.2 * mean {
+        if mean > 0.0 && self.tick == 0.0 && (self.range.1 - self.range.0) > 0.2 * mean {
             notes.push(format!(
                 "the sampling interval varies from {:.6} s to {:.6} s; samples are taken as equally spaced at {mean:.6} s",
                 self.range.0, self.range.1
@@ -368,10 +410,35 @@ impl Clock {
     }
 }
 
+/// The unit of times that say none, and its seconds; `None` where fewer than two are there.
+///
+/// Unix time tells its unit by its size, from 2001 to 2103. Of other times a step of 1000 s and more is none of a logger of inertial sensors: below
+/// 10^6 it is counted in microseconds, above in nanoseconds.
+pub(crate) fn unit_of(times: &[f64]) -> Option<(&'static str, f64)> {
+    const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+    const SINCE_1970: std::ops::Range<f64> = 1e9..4.2e9;
+    const SLOW: f64 = 1e3;
+    let first = *times.first()?;
+    let mut steps: Vec<f64> = times.iter().zip(times.iter().skip(1)).take(4001).map(|(a, b)| b - a).collect();
+    steps.retain(|step| *step > 0.0);
+    let middle = steps.len() / 2;
+    let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
+    let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && *median * seconds < SLOW;
+    let [second, _, micro, nano] = UNITS;
+    let by_steps = if *median < SLOW {
+        second
+    } else if *median < 1e6 {
+        micro
+    } else {
+        nano
+    };
+    Some(UNITS.iter().find(unix).copied().unwrap_or(by_steps))
+}
+
 /// Seconds in a unit of time.
 fn seconds(unit: &str) -> Option<f64> {
     Some(match unit.trim() {
-        "s" | "sec" | "seconds" | "Sekunden" => 1.0,
+        "s" | "sec" | "second" | "seconds" | "Sekunden" => 1.0,
         "ms" => 1e-3,
         "us" | "µs" | "μs" => 1e-6,
         "ns" => 1e-9,
@@ -415,7 +482,7 @@ mod tests {
         );
         assert!((jumps[0].step + 2.49).abs() < 1e-9 && (jumps[1].step - 0.002).abs() < 1e-9);
         // the first after the jump stands one interval after the last before it
-        assert!((clock.resumed(0) - 5.0).abs() < 1e-9);
+        assert!((clock.times()[500] - 5.0).abs() < 1e-9);
         assert!(clock.notes().iter().any(|note| note.contains("goes back 1 time")));
     }
 }

@@ -1,14 +1,16 @@
 //! Parquet in blocks: the selected columns of one row group after the other.
 
 use super::columnar_labels::{self, Pages};
-use super::{As, Block, Column, Labels};
-use crate::elements::Elements;
+use super::times::Times;
+use super::{As, Block, Column, Labels, UNREADABLE};
 use crate::error::{Fault, Malformed, Result};
-use parquet::basic::{LogicalType, TimeUnit};
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::ColumnReader;
-use parquet::data_type::{ByteArray, FixedLenByteArray};
+use parquet::data_type::{ByteArray, FixedLenByteArray, Int96};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+use std::collections::HashMap;
 use std::fs::File;
 
 /// Rows of a block.
@@ -19,13 +21,157 @@ pub struct Columnar {
     name: String,
     reader: SerializedFileReader<File>,
     columns: Vec<Column>,
-    /// What a number of each column is multiplied by (times become seconds).
-    factors: Vec<f64>,
+    /// What the values of each column say.
+    meanings: Vec<Meaning>,
     wanted: Vec<(usize, As)>,
     group: usize,
     open: Vec<Open>,
     labels: Labels,
+    times: Times,
     scratch: Scratch,
+}
+
+/// What the values of a column say, by its logical type.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Meaning {
+    /// What they are.
+    Plain,
+    /// Whole numbers without a sign.
+    Unsigned,
+    /// Whole numbers of this power of ten below 1.
+    Decimal(i32),
+    /// Floating point in two bytes.
+    Half,
+    /// Instants or times of day, in seconds each; `true` for instants.
+    Time(f64, bool),
+    /// Days since 1970.
+    Date,
+    /// Sixteen bytes.
+    Uuid,
+    /// A type that is not read.
+    Unread,
+}
+
+impl Meaning {
+    fn of(column: &ColumnDescriptor) -> Self {
+        let scale = column.type_scale();
+        let of_time = |unit: &TimeUnit, instant| Meaning::Time(seconds(unit), instant);
+        match (column.logical_type_ref(), column.converted_type()) {
+            (Some(LogicalType::Timestamp(t)), _) => of_time(&t.unit, true),
+            (Some(LogicalType::Time(t)), _) => of_time(&t.unit, false),
+            (Some(LogicalType::Decimal(own)), _) => Meaning::Decimal(own.scale),
+            (Some(LogicalType::Float16), _) => Meaning::Half,
+            (Some(LogicalType::Date), _) => Meaning::Date,
+            (Some(LogicalType::Uuid), _) => Meaning::Uuid,
+            (Some(LogicalType::Integer(own)), _) if !own.is_signed => Meaning::Unsigned,
+            (
+                Some(
+                    LogicalType::Integer(_)
+                    | LogicalType::String
+                    | LogicalType::Enum
+                    | LogicalType::Json
+                    | LogicalType::Unknown,
+                ),
+                _,
+            ) => Meaning::Plain,
+            (None, ConvertedType::DECIMAL) => Meaning::Decimal(scale),
+            (None, ConvertedType::TIMESTAMP_MILLIS) => Meaning::Time(1e-3, true),
+            (None, ConvertedType::TIMESTAMP_MICROS) => Meaning::Time(1e-6, true),
+            (None, ConvertedType::TIME_MILLIS) => Meaning::Time(1e-3, false),
+            (None, ConvertedType::TIME_MICROS) => Meaning::Time(1e-6, false),
+            (None, ConvertedType::DATE) => Meaning::Date,
+            (
+                None,
+                ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64,
+            ) => Meaning::Unsigned,
+            (None, ConvertedType::INTERVAL) => Meaning::Unread,
+            (None, _) if column.physical_type() == Type::INT96 => Meaning::Time(1e-9, true),
+            (None, _) => Meaning::Plain,
+            (Some(_), _) => Meaning::Unread,
+        }
+    }
+
+    /// Does it give numbers, whatever its physical type?
+    fn is_number(self) -> bool {
+        !matches!(self, Meaning::Plain | Meaning::Uuid | Meaning::Unread)
+    }
+
+    /// A whole number as what it says.
+    fn whole(self, value: i64, as_unsigned: u64) -> f64 {
+        match self {
+            Meaning::Unsigned => as_unsigned as f64,
+            Meaning::Decimal(scale) => value as f64 / 10_f64.powi(scale),
+            Meaning::Time(seconds, _) => value as f64 * seconds,
+            Meaning::Date => value as f64 * 86_400.0,
+            _ => value as f64,
+        }
+    }
+
+    /// The same as a text.
+    fn text(self, value: i64, as_unsigned: u64) -> String {
+        let at = |nanoseconds: Option<i128>, day: bool| {
+            let there = nanoseconds.and_then(|own| jiff::Timestamp::from_nanosecond(own).ok());
+            there.map(|own| own.to_zoned(jiff::tz::TimeZone::UTC).datetime()).map(|own| match day {
+                true => own.date().to_string(),
+                false => own.to_string(),
+            })
+        };
+        let text = match self {
+            Meaning::Unsigned => Some(as_unsigned.to_string()),
+            Meaning::Decimal(scale) => decimal(i128::from(value), scale),
+            Meaning::Time(seconds, true) => at(Some(i128::from(value) * (seconds * 1e9).round() as i128), false),
+            Meaning::Time(..) => Some(self.whole(value, as_unsigned).to_string()),
+            Meaning::Date => at(Some(i128::from(value) * 86_400_000_000_000), true),
+            _ => None,
+        };
+        text.unwrap_or_else(|| value.to_string())
+    }
+
+    /// Bytes as a number; `None` where they are a text.
+    fn bytes(self, bytes: &[u8]) -> Option<f64> {
+        match (self, bytes) {
+            (Meaning::Decimal(scale), _) => Some(whole(bytes)? as f64 / 10_f64.powi(scale)),
+            (Meaning::Half, [low, high]) => Some(half(u16::from_le_bytes([*low, *high]))),
+            _ => None,
+        }
+    }
+
+    /// Bytes as a text.
+    fn bytes_text(self, bytes: &[u8]) -> Option<String> {
+        match self {
+            Meaning::Decimal(scale) => decimal(whole(bytes)?, scale),
+            Meaning::Half => Some(self.bytes(bytes)?.to_string()),
+            Meaning::Uuid => Some(bytes.iter().map(|byte| format!("{byte:02x}")).collect()),
+            _ => None,
+        }
+    }
+}
+
+/// A whole number in two's complement, the highest byte first; `None` beyond 128 bits.
+fn whole(bytes: &[u8]) -> Option<i128> {
+    let sign = if bytes.first().is_some_and(|first| first & 0x80 != 0) { -1 } else { 0 };
+    (bytes.len() <= 16).then(|| bytes.iter().fold(sign, |all, byte| (all << 8) | i128::from(*byte)))
+}
+
+/// A decimal number as it is written.
+fn decimal(value: i128, scale: i32) -> Option<String> {
+    let places = usize::try_from(scale).ok().filter(|own| *own <= 40)?;
+    let digits = format!("{:0>width$}", value.unsigned_abs(), width = places + 1);
+    let (whole, part) = digits.split_at_checked(digits.len() - places)?;
+    let sign = if value < 0 { "-" } else { "" };
+    Some(if places == 0 { format!("{sign}{whole}") } else { format!("{sign}{whole}.{part}") })
+}
+
+/// Binary16 of IEEE 754.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from((bits >> 10) & 0x1F), f64::from(bits & 0x3FF));
+    let size = match exponent {
+        0 => fraction * 2_f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction / 1024.0) * 2_f64.powi(exponent - 15),
+    };
+    if bits & 0x8000 == 0 { size } else { -size }
 }
 
 /// A column of the row group that is being read.
@@ -44,6 +190,7 @@ struct Scratch {
     bools: Vec<bool>,
     bytes: Vec<ByteArray>,
     fixed: Vec<FixedLenByteArray>,
+    old: Vec<Int96>,
 }
 
 impl std::fmt::Debug for Columnar {
@@ -59,25 +206,25 @@ impl Columnar {
     pub fn open(name: &str, file: File) -> Result<Self> {
         let reader = SerializedFileReader::new(file).map_err(|error| fault(name, &error))?;
         let schema = reader.metadata().file_metadata().schema_descr();
-        let columns = schema.columns().iter().map(|c| Column::titled(&c.path().string())).collect();
-        let factors = schema
-            .columns()
-            .iter()
-            .map(|column| match column.logical_type_ref() {
-                Some(LogicalType::Timestamp(t)) => seconds(&t.unit),
-                Some(LogicalType::Time(t)) => seconds(&t.unit),
-                _ => 1.0,
-            })
-            .collect();
+        let meanings: Vec<Meaning> = schema.columns().iter().map(|column| Meaning::of(column)).collect();
+        let titled = schema.columns().iter().map(|c| Column::titled(&c.path().string()));
+        // times of these types are seconds here
+        let in_seconds = |own: &Meaning| matches!(own, Meaning::Time(..) | Meaning::Date);
+        let unit = |(column, own): (Column, &Meaning)| match in_seconds(own) {
+            true => Column { unit: Some("s".into()), ..column },
+            false => column,
+        };
+        let columns = titled.zip(&meanings).map(unit).collect();
         Ok(Columnar {
             name: name.into(),
             reader,
             columns,
-            factors,
+            meanings,
             wanted: Vec::new(),
             group: 0,
             open: Vec::new(),
             labels: Labels::default(),
+            times: Times::default(),
             scratch: Scratch::default(),
         })
     }
@@ -89,10 +236,10 @@ impl Columnar {
 
     /// Does a column hold texts, not numbers?
     pub fn is_text(&self, column: usize) -> bool {
-        use parquet::basic::Type::{BYTE_ARRAY, FIXED_LEN_BYTE_ARRAY, INT96};
         let schema = self.reader.metadata().file_metadata().schema_descr();
         let kind = schema.columns().get(column).map(|own| own.physical_type());
-        kind.is_some_and(|kind| matches!(kind, BYTE_ARRAY | FIXED_LEN_BYTE_ARRAY | INT96))
+        kind.is_some_and(|kind| matches!(kind, Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY))
+            && self.meanings.get(column).is_some_and(|own| !own.is_number())
     }
 
     /// The name given to [`Columnar::open`].
@@ -129,7 +276,9 @@ impl Columnar {
                 let open = |(column, kind): &(usize, As)| {
                     let own = group.metadata().column(*column);
                     Ok(match kind {
-                        As::Label if columnar_labels::reads(own) => {
+                        As::Label
+                            if columnar_labels::reads(own) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
+                        {
                             let is_optional = own.column_descr().max_def_level() > 0;
                             Open::Labels(Pages::new(group.get_column_page_reader(*column)?, is_optional))
                         }
@@ -141,12 +290,24 @@ impl Columnar {
             }
             let wanted = self.wanted.iter().zip(&mut self.open).zip(&mut block.columns);
             for (((column, kind), reader), to) in wanted {
-                let factor = self.factors.at(*column);
+                let meaning = self.meanings.get(*column).copied().unwrap_or(Meaning::Plain);
                 let title = self.columns.get(*column).map_or("", |c| c.title.as_str());
                 match (kind, reader) {
+                    _ if meaning == Meaning::Unread => {
+                        let schema = self.reader.metadata().file_metadata().schema_descr();
+                        let own = schema.columns().get(*column);
+                        let logical =
+                            own.map(|own| (own.converted_type(), own.logical_type_ref().map(|own| format!("{own:?}"))));
+                        let name = logical.map(|(old, new)| new.unwrap_or_else(|| old.to_string())).unwrap_or_default();
+                        Err(ParquetError::NYI(format!("values of the type {name}")))
+                    }
                     (_, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels),
-                    (As::Number | As::Cell, Open::Values(reader)) => numbers(reader, &mut self.scratch, to, factor),
-                    (As::Label, Open::Values(reader)) => labels(reader, &mut self.scratch, to, &mut self.labels),
+                    (As::Label, Open::Values(reader)) => {
+                        labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
+                    }
+                    (_, Open::Values(reader)) => {
+                        numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.times)
+                    }
                 }
                 .map_err(|error| fault(&self.name, &error).at_path(title))?;
             }
@@ -174,7 +335,7 @@ fn seconds(unit: &TimeUnit) -> f64 {
 
 fn fault(name: &str, error: &ParquetError) -> Malformed {
     Malformed::new(Fault::File, format!("'{name}' cannot be read as Parquet"))
-        .expected("a whole file, uncompressed or compressed by snappy, gzip or zstd")
+        .expected("a whole file, uncompressed or compressed by snappy, gzip, lz4 or zstd")
         .found(error.to_string())
         .in_file(name)
 }
@@ -182,13 +343,15 @@ fn fault(name: &str, error: &ParquetError) -> Malformed {
 type Read = std::result::Result<(), ParquetError>;
 
 /// Values to their rows; rows without one are NaN.
-fn place<T>(values: &[T], levels: &[i16], highest: i16, to: &mut Vec<f64>, number: impl Fn(&T) -> f64) {
+fn place<T>(values: &[T], levels: &[i16], highest: i16, to: &mut Vec<f64>, mut number: impl FnMut(&T) -> f64) {
     if values.len() == levels.len() || levels.is_empty() {
         to.extend(values.iter().map(number));
         return;
     }
     let mut values = values.iter();
-    to.extend(levels.iter().map(|l| if *l == highest { values.next().map_or(f64::NAN, &number) } else { f64::NAN }));
+    to.extend(
+        levels.iter().map(|l| if *l == highest { values.next().map_or(f64::NAN, &mut number) } else { f64::NAN }),
+    );
 }
 
 macro_rules! read {
@@ -202,9 +365,31 @@ macro_rules! read {
     }};
 }
 
-fn numbers(reader: &mut ColumnReader, scratch: &mut Scratch, to: &mut Vec<f64>, factor: f64) -> Read {
-    let Scratch { levels, doubles, floats, ints, longs, bools, .. } = scratch;
-    match reader {
+fn numbers(
+    reader: &mut ColumnReader,
+    scratch: &mut Scratch,
+    to: &mut Vec<f64>,
+    meaning: Meaning,
+    kind: As,
+    times: &mut Times,
+) -> Read {
+    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
+    // what is no number is a fault, but in a cell
+    let mut unread = None;
+    let mut number = |data: &[u8]| {
+        let text = || std::str::from_utf8(data).unwrap_or_default().trim();
+        let written = || match kind {
+            As::Time => super::number::number(data, b'.').or_else(|| times.seconds(data)),
+            _ => super::number::number(data, b'.'),
+        };
+        meaning.bytes(data).or_else(written).unwrap_or_else(|| {
+            if kind != As::Cell {
+                unread.get_or_insert_with(|| text().chars().take(40).collect::<String>());
+            }
+            UNREADABLE
+        })
+    };
+    let read: Read = match reader {
         ColumnReader::DoubleColumnReader(r) => {
             doubles.clear();
             levels.clear();
@@ -218,38 +403,91 @@ fn numbers(reader: &mut ColumnReader, scratch: &mut Scratch, to: &mut Vec<f64>, 
             Ok(())
         }
         ColumnReader::FloatColumnReader(r) => read!(r, *floats, *levels, to, |v: &f32| f64::from(*v)),
-        ColumnReader::Int32ColumnReader(r) => read!(r, *ints, *levels, to, |v: &i32| f64::from(*v) * factor),
-        ColumnReader::Int64ColumnReader(r) => read!(r, *longs, *levels, to, |v: &i64| *v as f64 * factor),
+        ColumnReader::Int32ColumnReader(r) => {
+            read!(r, *ints, *levels, to, |v: &i32| meaning.whole(i64::from(*v), u64::from(v.cast_unsigned())))
+        }
+        ColumnReader::Int64ColumnReader(r) => {
+            read!(r, *longs, *levels, to, |v: &i64| meaning.whole(*v, v.cast_unsigned()))
+        }
         ColumnReader::BoolColumnReader(r) => read!(r, *bools, *levels, to, |v: &bool| f64::from(u8::from(*v))),
-        _ => Err(ParquetError::General("a column of texts, where numbers are expected".into())),
+        ColumnReader::Int96ColumnReader(r) => read!(r, *old, *levels, to, |v: &Int96| v.to_nanos() as f64 / 1e9),
+        ColumnReader::ByteArrayColumnReader(r) => read!(r, *bytes, *levels, to, |v: &ByteArray| number(v.data())),
+        ColumnReader::FixedLenByteArrayColumnReader(r) => {
+            read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| number(v.data()))
+        }
+    };
+    read?;
+    match unread {
+        Some(text) => Err(ParquetError::General(format!("the text '{text}', where numbers are expected"))),
+        None => Ok(()),
     }
 }
 
-fn labels(reader: &mut ColumnReader, scratch: &mut Scratch, to: &mut Vec<f64>, labels: &mut Labels) -> Read {
-    let names = std::cell::RefCell::new(labels);
-    let Scratch { levels, bytes, fixed, .. } = scratch;
+fn labels(
+    reader: &mut ColumnReader,
+    scratch: &mut Scratch,
+    to: &mut Vec<f64>,
+    meaning: Meaning,
+    labels: &mut Labels,
+) -> Read {
+    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old } = scratch;
+    // each value is written once
+    let mut written: HashMap<u64, f64> = HashMap::new();
+    let mut last: Option<(u64, f64)> = None;
+    let mut label = |key: u64, text: &dyn Fn() -> String, labels: &mut Labels| match last {
+        Some((own, number)) if own == key => number,
+        _ => {
+            let number = *written.entry(key).or_insert_with(|| labels.number_of(text().as_bytes()));
+            last = Some((key, number));
+            number
+        }
+    };
     match reader {
         ColumnReader::ByteArrayColumnReader(r) => {
             // rows of one dictionary entry lie at one place, as long as they are read together
-            let last = std::cell::Cell::new((std::ptr::null(), 0, f64::NAN));
+            let mut last = (std::ptr::null(), 0, f64::NAN);
             read!(r, *bytes, *levels, to, |v: &ByteArray| {
-                let (place, length, number) = last.get();
+                let (place, length, number) = last;
                 if place == v.data().as_ptr() && length == v.len() {
                     return number;
                 }
-                let number = names.borrow_mut().number(v.data());
-                last.set((v.data().as_ptr(), v.len(), number));
+                let number = match meaning.bytes_text(v.data()) {
+                    Some(text) => labels.number(text.as_bytes()),
+                    None => labels.number(v.data()),
+                };
+                last = (v.data().as_ptr(), v.len(), number);
                 number
             })
         }
         ColumnReader::FixedLenByteArrayColumnReader(r) => {
-            read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| names.borrow_mut().number(v.data()))
+            read!(r, *fixed, *levels, to, |v: &FixedLenByteArray| match meaning.bytes_text(v.data()) {
+                Some(text) => labels.number(text.as_bytes()),
+                None => labels.number(v.data()),
+            })
         }
-        _ => {
-            let mut values = Vec::new();
-            numbers(reader, scratch, &mut values, 1.0)?;
-            to.extend(values.iter().map(|v| names.borrow_mut().number(v.to_string().as_bytes())));
-            Ok(())
+        ColumnReader::Int32ColumnReader(r) => read!(r, *ints, *levels, to, |v: &i32| {
+            let (value, bits) = (i64::from(*v), u64::from(v.cast_unsigned()));
+            label(bits, &|| meaning.text(value, bits), labels)
+        }),
+        ColumnReader::Int64ColumnReader(r) => read!(r, *longs, *levels, to, |v: &i64| {
+            label(v.cast_unsigned(), &|| meaning.text(*v, v.cast_unsigned()), labels)
+        }),
+        ColumnReader::DoubleColumnReader(r) => {
+            read!(r, *doubles, *levels, to, |v: &f64| label(v.to_bits(), &|| v.to_string(), labels))
         }
+        ColumnReader::FloatColumnReader(r) => {
+            read!(r, *floats, *levels, to, |v: &f32| label(
+                u64::from(v.to_bits()),
+                &|| f64::from(*v).to_string(),
+                labels
+            ))
+        }
+        ColumnReader::BoolColumnReader(r) => {
+            read!(r, *bools, *levels, to, |v: &bool| label(u64::from(*v), &|| u8::from(*v).to_string(), labels))
+        }
+        ColumnReader::Int96ColumnReader(r) => read!(r, *old, *levels, to, |v: &Int96| {
+            let nanoseconds = v.to_nanos();
+            label(nanoseconds.cast_unsigned(), &|| meaning.text(nanoseconds, 0), labels)
+        }),
     }
 }

@@ -1,7 +1,8 @@
 //! A table of text in blocks: each cell is read once, where it stands.
 
-use super::dialect::{cells, is_blank, is_remark};
+use super::dialect::{Line, cells, is_blank, is_remark, row_end};
 use super::number::{leading, number};
+use super::times::Times;
 use super::{As, Block, Dialect, Labels, UNREADABLE, text};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
@@ -11,6 +12,8 @@ use std::io::{BufRead, Read};
 const HEAD: usize = 1 << 16;
 /// How much is read at a time.
 const CHUNK: usize = 1 << 20;
+/// Longest row.
+const LONGEST: usize = 32 * CHUNK;
 
 /// An open table of text.
 pub struct Delimited {
@@ -26,6 +29,7 @@ pub struct Delimited {
     ended: bool,
     line: u64,
     labels: Labels,
+    times: Times,
     cut: bool,
 }
 
@@ -78,6 +82,7 @@ impl Delimited {
             ended: false,
             line,
             labels: Labels::default(),
+            times: Times::default(),
             cut: false,
         })
     }
@@ -129,8 +134,9 @@ impl Delimited {
             let buffer = std::mem::take(&mut self.buffer);
             let result = self.rows(buffer.part(..whole), block);
             self.buffer = buffer;
-            self.buffer.drain(..whole);
-            result?;
+            // a row that does not end here waits for more
+            let left = result?;
+            self.buffer.drain(..whole - left);
         }
         Ok(true)
     }
@@ -152,25 +158,34 @@ impl Delimited {
         Ok(())
     }
 
-    fn rows(&mut self, text: &[u8], block: &mut Block) -> Result<()> {
+    /// Rows of whole lines; gives the number of bytes that are left, of a row that does not end.
+    fn rows(&mut self, text: &[u8], block: &mut Block) -> Result<usize> {
         let (delimiter, mark) = (self.dialect.delimiter, self.dialect.mark);
         let mut rest = text;
         while !rest.is_empty() {
-            self.line += 1;
             let rows = block.rows();
             if let Some(length) = self.fast(rest, block, delimiter, mark) {
+                self.line += 1;
                 rest = rest.part(length..);
                 continue;
             }
             // what the quick way does not take: remarks, blank lines, quotes, absent values, faults
             block.columns.iter_mut().for_each(|column| column.truncate(rows));
-            let end = rest.iter().position(|b| *b == b'\n');
-            let line = rest.part(..end.unwrap_or(rest.len()));
-            let line = line.strip_suffix(b"\r").unwrap_or(line);
-            self.slow(line, block, end.is_none())?;
-            rest = rest.part(end.map_or(rest.len(), |k| k + 1)..);
+            let plain = rest.iter().position(|b| *b == b'\n').map(|k| k + 1);
+            let is_remark = is_remark(rest.part(..plain.unwrap_or(rest.len())));
+            let end = if is_remark { plain.ok_or(false) } else { row_end(rest) };
+            if end.is_err() && !self.ended && rest.len() < LONGEST {
+                return Ok(rest.len());
+            }
+            // a quote that is never closed is a character
+            let end = end.or_else(|quoted| plain.filter(|_| quoted).ok_or(quoted));
+            let row = rest.part(..end.unwrap_or(rest.len()));
+            self.line += 1;
+            self.slow(row.without_break(), block, end.is_err())?;
+            self.line += row.iter().filter(|b| **b == b'\n').count().saturating_sub(1) as u64;
+            rest = rest.part(row.len()..);
         }
-        Ok(())
+        Ok(0)
     }
 
     /// A row of plain numbers, and how many bytes it takes; `None` leaves columns of unequal length where it gives up.
@@ -188,14 +203,21 @@ impl Delimited {
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
-                Some((place, As::Label)) => {
+                Some((place, As::Label | As::Time)) => {
                     let rest = text.get(at..)?;
                     let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
                     let cell = rest.get(..length)?;
                     if rest.get(length) == Some(&b'"') || cell.first() == Some(&b'#') {
                         return None;
                     }
-                    let value = self.labels.number(cell.trim_ascii());
+                    let cell = cell.trim_ascii();
+                    let value = match wanted {
+                        Some((_, As::Time)) => match leading(cell, mark) {
+                            Some((value, length)) if length == cell.len() => value,
+                            _ => self.times.seconds(cell)?,
+                        },
+                        _ => self.labels.number(cell),
+                    };
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
@@ -254,9 +276,14 @@ impl Delimited {
         let mut values = vec![0.0; self.selected];
         for (k, cell) in found.into_iter().enumerate() {
             let Some(Some((place, kind))) = self.wanted.get(k) else { continue };
+            let cell = cell.as_ref();
             let value = match kind {
                 As::Label => self.labels.number(cell),
                 As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell))?,
+                As::Time => match number(cell, mark) {
+                    Some(value) => value,
+                    None => self.times.seconds(cell).ok_or_else(|| self.no_time(k, cell))?,
+                },
                 As::Cell => match number(cell, mark) {
                     // an empty cell says that nothing was read; a word for it is no number
                     Some(value) if value.is_nan() && !cell.trim_ascii().is_empty() => UNREADABLE,
@@ -268,6 +295,11 @@ impl Delimited {
         }
         block.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
         Ok(())
+    }
+
+    fn no_time(&self, column: usize, cell: &[u8]) -> Malformed {
+        self.no_number(column, cell)
+            .expected("a number, or a time such as 2026-11-20T09:14:03.25, 20.11.2026 09:14:03 or 14:03:01.25")
     }
 
     fn no_number(&self, column: usize, cell: &[u8]) -> Malformed {

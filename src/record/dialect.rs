@@ -2,9 +2,12 @@
 
 use super::number::number;
 use super::text::decoded;
+use super::times::moment;
 use super::{Column, heading};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
+use std::borrow::Cow;
+use std::collections::HashSet;
 
 /// How a table is written.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,30 +36,107 @@ pub(super) fn is_blank(line: &[u8], delimiter: u8) -> bool {
     line.iter().all(|b| *b == delimiter || b.is_ascii_whitespace() || *b == b'"')
 }
 
-/// The cells of a line; quotes keep a delimiter inside a cell, and are taken off.
-pub(super) fn cells(line: &[u8], delimiter: u8) -> Vec<&[u8]> {
+/// One past the end of the row that `text` begins with, its line break included; a quoted cell may have several lines.
+///
+/// A quote opens a cell where it stands first in it. Errors: a row that does not end here; `true` where it is a quoted cell that does not.
+pub(super) fn row_end(text: &[u8]) -> std::result::Result<usize, bool> {
+    let (mut at, mut first) = (0, true);
+    while let Some(byte) = text.get(at) {
+        match byte {
+            b'\n' => return Ok(at + 1),
+            b'"' if first => {
+                // to the quote that closes it: two of them stand for one
+                loop {
+                    at += 1 + text.part(at + 1..).iter().position(|b| *b == b'"').ok_or(true)?;
+                    if text.get(at + 1) != Some(&b'"') {
+                        break;
+                    }
+                    at += 1;
+                }
+                first = false;
+            }
+            b',' | b';' | b'\t' | b'|' => first = true,
+            byte => first &= *byte == b' ',
+        }
+        at += 1;
+    }
+    Err(false)
+}
+
+/// The rows of a text with the number of the line in which each begins, without their line breaks.
+pub(super) fn rows(mut text: &[u8]) -> Vec<(usize, &[u8])> {
+    let (mut found, mut line) = (Vec::new(), 0);
+    while !text.is_empty() {
+        let plain = text.iter().position(|b| *b == b'\n').map_or(text.len(), |k| k + 1);
+        // a quote that is never closed is a character
+        let end = if is_remark(text) { Ok(plain) } else { row_end(text) };
+        let end = end.unwrap_or_else(|quoted| if quoted { plain } else { text.len() });
+        let (row, rest) = text.split_at(end);
+        found.push((line, row.without_break()));
+        line += row.iter().filter(|b| **b == b'\n').count();
+        text = rest;
+    }
+    found
+}
+
+/// A line without its break.
+pub(super) trait Line {
+    /// Without `\n` or `\r\n` at its end.
+    fn without_break(&self) -> &[u8];
+}
+
+impl Line for [u8] {
+    fn without_break(&self) -> &[u8] {
+        let line = self.strip_suffix(b"\n").unwrap_or(self);
+        line.strip_suffix(b"\r").unwrap_or(line)
+    }
+}
+
+/// The cells of a row; quotes keep a delimiter or a line break inside a cell, and are taken off.
+pub(super) fn cells(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
     if delimiter == b' ' {
         return line.split(|b| matches!(b, b' ' | b'\t')).filter(|cell| !cell.is_empty()).map(unquoted).collect();
     }
-    let (mut found, mut start, mut inside) = (Vec::new(), 0, false);
+    let (mut found, mut start, mut inside, mut first) = (Vec::new(), 0, false, true);
     for (k, byte) in line.iter().enumerate() {
-        if *byte == b'"' {
-            inside = !inside;
-        } else if *byte == delimiter && !inside {
-            found.push(unquoted(line.part(start..k)));
-            start = k + 1;
+        match byte {
+            // two quotes in a quoted cell close it and open it again
+            b'"' if first || inside => (inside, first) = (!inside, !first && inside),
+            byte if *byte == delimiter && !inside => {
+                found.push(unquoted(line.part(start..k)));
+                (start, first) = (k + 1, true);
+            }
+            byte => first &= *byte == b' ',
         }
     }
     found.push(unquoted(line.part(start..)));
     found
 }
 
-fn unquoted(cell: &[u8]) -> &[u8] {
+fn unquoted(cell: &[u8]) -> Cow<'_, [u8]> {
     let cell = cell.trim_ascii();
     match cell {
-        [b'"', inner @ .., b'"'] => inner.trim_ascii(),
-        _ => cell,
+        [b'"', inner @ .., b'"'] if inner.contains(&b'"') => Cow::Owned(doubled(inner)),
+        [b'"', inner @ .., b'"'] => Cow::Borrowed(inner.trim_ascii()),
+        _ => Cow::Borrowed(cell),
     }
+}
+
+/// With one quote for each two.
+fn doubled(inner: &[u8]) -> Vec<u8> {
+    let (mut own, mut open) = (Vec::with_capacity(inner.len()), false);
+    for byte in inner {
+        open = *byte == b'"' && !open;
+        if !open {
+            own.push(*byte);
+        }
+    }
+    own
+}
+
+/// Is a cell a number or a time?
+fn is_value(cell: &[u8], mark: u8) -> bool {
+    number(cell, mark).is_some_and(f64::is_finite) || (cell.contains(&b':') && moment(cell).is_some())
 }
 
 impl Dialect {
@@ -68,13 +148,12 @@ impl Dialect {
     ///
     /// Errors: nothing but remarks; no two lines that are parted alike; cells with both marks; a name twice.
     pub fn of(head: &[u8]) -> Result<Dialect> {
-        let lines: Vec<&[u8]> = head.split(|b| *b == b'\n').collect();
-        let whole = lines.len().saturating_sub(usize::from(lines.len() > 3)); // the last one may be cut
-        let rows: Vec<(usize, &[u8])> = lines
+        let all = rows(head);
+        let whole = all.len().saturating_sub(usize::from(all.len() > 3)); // the last one may be cut
+        let rows: Vec<(usize, &[u8])> = all
             .iter()
             .take(whole)
-            .enumerate()
-            .map(|(k, line)| (k, line.strip_suffix(b"\r").unwrap_or(line)))
+            .copied()
             .filter(|(_, line)| !line.trim_ascii().is_empty() && !is_remark(line))
             .collect();
         if rows.is_empty() {
@@ -84,41 +163,64 @@ impl Dialect {
         let (delimiter, mark, width) = parted(&rows);
         let values = |line: &[u8]| {
             let cells = cells(line, delimiter);
-            cells.len() == width && cells.iter().any(|cell| number(cell, mark).is_some_and(f64::is_finite))
+            cells.len() == width && cells.iter().any(|cell| is_value(cell, mark))
         };
         let filled = rows.iter().filter(|(_, line)| !is_blank(line, delimiter));
         let first = filled.clone().position(|(_, line)| values(line) && mostly_numbers(line, delimiter, mark));
-        let titles: Vec<&(usize, &[u8])> = filled.clone().take(first.unwrap_or(usize::MAX)).collect();
-        let titles: Vec<&(usize, &[u8])> =
-            titles.into_iter().filter(|(_, line)| cells(line, delimiter).len() == width).collect();
-        let texts = |line: &[u8]| -> Vec<String> { cells(line, delimiter).into_iter().map(decoded).collect() };
-        let (names, units) = match titles.as_slice() {
-            [] => (None, None),
-            [.., names, units] if heading::is_units(&texts(units.1)) => (Some(names.1), Some(units.1)),
-            [.., names] => (Some(names.1), None),
+        let titles: Vec<&[u8]> = filled.clone().take(first.unwrap_or(usize::MAX)).map(|(_, line)| *line).collect();
+        let texts = |line: &[u8]| -> Vec<String> { cells(line, delimiter).iter().map(|cell| decoded(cell)).collect() };
+        let lines_before = match first {
+            Some(first) => filled.clone().nth(first).map_or(0, |(k, _)| *k),
+            None => head.iter().filter(|b| **b == b'\n').count() + 1,
+        };
+        let above = titles.clone();
+        let titles: Vec<&[u8]> = titles.into_iter().filter(|line| cells(line, delimiter).len() == width).collect();
+        // TOA5 (Campbell Scientific): the station, names, units, and what became of the samples
+        let is_toa5 = above.first().is_some_and(|line| texts(line).first().is_some_and(|cell| cell == "TOA5"));
+        let (names, units) = match (above.as_slice(), titles.as_slice()) {
+            ([_, names, units, ..], _) if is_toa5 => {
+                // a time stamp and the record's number have no unit
+                let none = |unit: &String| matches!(unit.as_str(), "TS" | "RN");
+                (
+                    Some(texts(names)),
+                    Some(texts(units).into_iter().map(|unit| if none(&unit) { String::new() } else { unit }).collect()),
+                )
+            }
+            (_, []) => (remark_titles(&all, lines_before, delimiter, width), None),
+            (_, [.., names, units]) if heading::is_units(&texts(units)) => (Some(texts(names)), Some(texts(units))),
+            (_, [.., names]) => (Some(texts(names)), None),
         };
         let named = names.is_some();
         let mut columns: Vec<Column> = match names {
-            Some(line) => texts(line).iter().map(|text| Column::titled(text)).collect(),
+            Some(titles) => titles.iter().map(|text| Column::titled(text)).collect(),
             None => (1..=width).map(|k| Column { name: format!("c{k}"), title: format!("c{k}"), unit: None }).collect(),
         };
-        if let Some(line) = units {
-            for (column, unit) in columns.iter_mut().zip(texts(line)) {
-                column.unit = column.unit.take().or_else(|| Some(heading::bare(&unit)).filter(|u| !u.is_empty()));
-            }
+        for (column, unit) in columns.iter_mut().zip(units.unwrap_or_default()) {
+            column.unit = column.unit.take().or_else(|| Some(heading::bare(&unit)).filter(|u| !u.is_empty()));
         }
-        for (k, column) in columns.iter().enumerate() {
-            let twice = columns.iter().take(k).any(|other| other.name == column.name);
-            if twice && !column.name.is_empty() {
-                return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", column.title))
-                    .expected("each column once"));
-            }
+        let mut seen = HashSet::new();
+        if let Some(twice) = columns.iter().find(|own| !own.name.is_empty() && !seen.insert(own.name.as_str())) {
+            return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
+                .expected("each column once"));
         }
-        let lines_before = filled.clone().nth(first.unwrap_or(0)).map_or(0, |(k, _)| *k);
-        let lines_before = if first.is_none() { lines.len() } else { lines_before };
-        let skip = lines.iter().take(lines_before).map(|line| line.len() + 1).sum::<usize>().min(head.len());
-        Ok(Dialect { delimiter, mark, columns, named, skip, lines: lines_before as u64 })
+        Ok(Dialect { delimiter, mark, columns, named, skip: after(head, lines_before), lines: lines_before as u64 })
     }
+}
+
+/// Names in the last remark above the rows, where it is parted as they are: `#timestamp [ns],w_x [rad s^-1]`.
+fn remark_titles(all: &[(usize, &[u8])], before: usize, delimiter: u8, width: usize) -> Option<Vec<String>> {
+    let above = all.iter().take_while(|(line, _)| *line < before);
+    let bare = above.filter(|(_, line)| is_remark(line)).last()?.1.trim_ascii_start();
+    let bare = bare.iter().position(|b| !matches!(b, b'#' | b'%' | b'/')).map_or(&[][..], |k| bare.part(k..));
+    let titles: Vec<String> = cells(bare.trim_ascii(), delimiter).iter().map(|cell| decoded(cell)).collect();
+    let named = titles.iter().all(|title| title.starts_with(char::is_alphabetic));
+    (width > 1 && titles.len() == width && named).then_some(titles)
+}
+
+/// Bytes of the first lines.
+fn after(head: &[u8], lines: usize) -> usize {
+    let mut breaks = head.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(k, _)| k + 1);
+    lines.checked_sub(1).map_or(0, |k| breaks.nth(k).unwrap_or(head.len()))
 }
 
 impl Dialect {
@@ -126,31 +228,30 @@ impl Dialect {
     ///
     /// Cells are parted by what parts the names most often: a comma, a semicolon or a tab. Errors as [`Dialect::of`].
     pub fn titled(head: &[u8]) -> Result<Dialect> {
-        let lines: Vec<&[u8]> = head.split(|b| *b == b'\n').collect();
+        let all = rows(head);
         let is_row = |line: &[u8]| !line.trim_ascii().is_empty() && !is_remark(line);
-        let Some((first, title)) = lines.iter().enumerate().find(|(_, line)| is_row(line)) else {
+        let Some((first, (line, title))) = all.iter().enumerate().find(|(_, (_, line))| is_row(line)) else {
             return Err(Malformed::new(Fault::Missing, "the table is empty")
                 .expected("a first line that names the columns, and rows of numbers"));
         };
-        let title = title.strip_suffix(b"\r").unwrap_or(title); // as it is where no such end stands
         let times = |delimiter: &u8| title.iter().filter(|b| *b == delimiter).count();
         // the last of several that are as frequent is taken
         let delimiter = b"\t;,".iter().copied().max_by_key(times).unwrap_or(b',');
-        let columns: Vec<Column> =
-            cells(title, delimiter).into_iter().map(|cell| Column::titled(&decoded(cell))).collect();
-        for (k, column) in columns.iter().enumerate() {
-            if !column.title.is_empty() && columns.iter().take(k).any(|other| other.title == column.title) {
-                return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", column.title))
-                    .expected("each column once"));
-            }
+        let columns: Vec<Column> = cells(title, delimiter).iter().map(|cell| Column::titled(&decoded(cell))).collect();
+        let mut seen = HashSet::new();
+        if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
+            return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
+                .expected("each column once"));
         }
-        let rows = || lines.iter().skip(first + 1).filter(|line| is_row(line)).flat_map(|line| cells(line, delimiter));
+        let rest =
+            || all.iter().skip(first + 1).filter(|(_, line)| is_row(line)).flat_map(|(_, line)| cells(line, delimiter));
         let comma = |cell: &[u8]| cell.contains(&b',') && number(cell, b',').is_some_and(f64::is_finite);
         let point = |cell: &[u8]| cell.contains(&b'.') && number(cell, b'.').is_some_and(f64::is_finite);
-        let commas = delimiter != b',' && rows().any(comma) && !rows().any(point);
-        let skip = lines.iter().take(first + 1).map(|line| line.len() + 1).sum::<usize>().min(head.len());
+        let commas = delimiter != b',' && rest().any(|cell| comma(&cell)) && !rest().any(|cell| point(&cell));
+        let lines = all.get(first + 1).map_or_else(|| line + 1, |(line, _)| *line);
+        let skip = if all.len() > first + 1 { after(head, lines) } else { head.len() };
         let mark = if commas { b',' } else { b'.' };
-        Ok(Dialect { delimiter, mark, columns, named: true, skip, lines: first as u64 + 1 })
+        Ok(Dialect { delimiter, mark, columns, named: true, skip, lines: lines as u64 })
     }
 }
 
@@ -158,7 +259,7 @@ impl Dialect {
 fn mostly_numbers(line: &[u8], delimiter: u8, mark: u8) -> bool {
     let cells = cells(line, delimiter);
     let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
-    let numbers = cells.iter().filter(|cell| number(cell, mark).is_some_and(f64::is_finite)).count();
+    let numbers = cells.iter().filter(|cell| is_value(cell, mark)).count();
     2 * numbers >= filled && numbers > 0
 }
 
@@ -180,7 +281,7 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
         }
         let alike = last.iter().filter(|line| cells(line, delimiter).len() == width).count();
         let all = || last.iter().flat_map(|line| cells(line, delimiter));
-        let comma = delimiter != b',' && all().any(|c| c.contains(&b',')) && !all().any(is_pointed);
+        let comma = delimiter != b',' && all().any(|c| c.contains(&b',')) && !all().any(|c| is_pointed(&c));
         let mark = if comma { b',' } else { b'.' };
         let numbers = last.iter().filter(|line| mostly_numbers(line, delimiter, mark)).count();
         let score = alike + 2 * numbers;

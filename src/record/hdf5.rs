@@ -6,6 +6,9 @@ use crate::error::{Fault, Malformed, Result};
 use hdf5_pure::{DType, Dataset, Error, File, Group};
 use std::path::Path;
 
+/// Bytes that deflate makes of one at most (zlib: 1032), and what is let pass of any file: nothing larger is read.
+const MOST_PACKED: u64 = 1100;
+const SLACK: u64 = 1 << 20;
 /// Groups inside each other.
 const DEEPEST: usize = 32;
 
@@ -22,7 +25,9 @@ pub(super) fn open(name: &str, path: &Path, table: Option<&str>) -> Result<Held>
     let read = || -> std::result::Result<Vec<Array>, Error> {
         let file = File::open_streaming(path)?;
         let mut arrays = Vec::new();
-        group(&file.root(), "", 0, &mut arrays)?;
+        let most =
+            std::fs::metadata(path).map_or(0, |there| there.len()).saturating_mul(MOST_PACKED).saturating_add(SLACK);
+        group(&file.root(), "", 0, most, &mut arrays)?;
         Ok(arrays)
     };
     let gave_up = || broken(&"its structure is damaged");
@@ -30,19 +35,25 @@ pub(super) fn open(name: &str, path: &Path, table: Option<&str>) -> Result<Held>
     Held::choose(name, "dataset or group", tables(arrays), table)
 }
 
-fn group(from: &Group, path: &str, depth: usize, arrays: &mut Vec<Array>) -> std::result::Result<(), Error> {
+fn group(from: &Group, path: &str, depth: usize, most: u64, arrays: &mut Vec<Array>) -> std::result::Result<(), Error> {
     for name in from.datasets()? {
-        dataset(&from.dataset(&name)?, path, &name, arrays)?;
+        dataset(&from.dataset(&name)?, path, &name, most, arrays)?;
     }
     // MATLAB keeps the contents of cells in a group of this name
     for name in from.groups()?.into_iter().filter(|name| name != "#refs#" && depth < DEEPEST) {
         let inside = if path.is_empty() { name.clone() } else { format!("{path}/{name}") };
-        group(&from.group(&name)?, &inside, depth + 1, arrays)?;
+        group(&from.group(&name)?, &inside, depth + 1, most, arrays)?;
     }
     Ok(())
 }
 
-fn dataset(from: &Dataset, path: &str, name: &str, arrays: &mut Vec<Array>) -> std::result::Result<(), Error> {
+fn dataset(
+    from: &Dataset,
+    path: &str,
+    name: &str,
+    most: u64,
+    arrays: &mut Vec<Array>,
+) -> std::result::Result<(), Error> {
     let shape = from.shape()?;
     let sides: Vec<usize> = shape.iter().filter_map(|side| usize::try_from(*side).ok()).collect();
     let attributes = from.attrs()?;
@@ -50,6 +61,12 @@ fn dataset(from: &Dataset, path: &str, name: &str, arrays: &mut Vec<Array>) -> s
     // characters are numbers there, too
     if text("MATLAB_class").is_some_and(|class| class == "char" || class == "cell") {
         return Ok(());
+    }
+    let claimed = shape.iter().fold(8_u64, |all, side| all.saturating_mul(*side));
+    if claimed > most {
+        return Err(Error::Shape(format!(
+            "the dataset '{name}' says that it has {claimed} bytes, more than the file can hold"
+        )));
     }
     let unit = text("units").or_else(|| text("unit"));
     let kind = from.dtype()?;

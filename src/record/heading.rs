@@ -1,11 +1,12 @@
 //! Titles of columns: a name, and the unit that stands behind it in brackets.
 
-/// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `rate / deg/s` or `temp, °C`.
+/// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `rate / deg/s` or `temp, °C`. A number in brackets is an index of the name.
 ///
 /// ```
 /// use tumble::record::title;
 /// assert_eq!(title("Winkel (Grad)"), ("Winkel".into(), Some("Grad".into())));
 /// assert_eq!(title("time_s"), ("time_s".into(), None));
+/// assert_eq!(title("gyro_rad[0]"), ("gyro_rad[0]".into(), None));
 /// ```
 pub fn title(text: &str) -> (String, Option<String>) {
     let text = text.trim();
@@ -13,6 +14,7 @@ pub fn title(text: &str) -> (String, Option<String>) {
         if let Some(rest) = text.strip_suffix(close)
             && let Some((name, unit)) = rest.rsplit_once(open)
             && !name.trim().is_empty()
+            && !(open == '[' && !name.ends_with(' ') && !unit.is_empty() && unit.bytes().all(|b| b.is_ascii_digit()))
         {
             return (name.trim().to_string(), Some(unit.trim().to_string()).filter(|unit| !unit.is_empty()));
         }

@@ -1,5 +1,6 @@
 //! A table that is held in memory, in blocks; and which of a file's tables is meant.
 
+use super::times::Times;
 use super::{As, Block, Column, Labels, UNREADABLE};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
@@ -60,6 +61,7 @@ pub struct Held {
     wanted: Vec<(usize, As)>,
     at: usize,
     labels: Labels,
+    times: Times,
 }
 
 impl Held {
@@ -92,9 +94,11 @@ impl Held {
 
     fn with(name: &str, (columns, values): (Vec<Column>, Vec<Cells>)) -> Result<Held> {
         let values = values.into();
-        let held = Held { name: name.into(), columns, values, wanted: Vec::new(), at: 0, labels: Labels::default() };
-        for (k, column) in held.columns.iter().enumerate() {
-            if held.columns.iter().take(k).any(|other| other.title == column.title) {
+        let (wanted, at, labels, times) = Default::default();
+        let held = Held { name: name.into(), columns, values, wanted, at, labels, times };
+        let mut seen = std::collections::HashSet::new();
+        for column in &held.columns {
+            if !seen.insert(column.title.as_str()) {
                 return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", column.title))
                     .expected("each column once")
                     .in_file(name));
@@ -151,7 +155,7 @@ impl Held {
                 Some(Cells::Numbers(own)) => numbers(own.part(self.at..end), *kind, to, &mut self.labels),
                 Some(Cells::Texts(own)) => {
                     let own = own.part(self.at..end);
-                    texts(own, *kind, to, &mut self.labels).map_err(|text| {
+                    texts(own, *kind, to, &mut self.labels, &mut self.times).map_err(|text| {
                         let title = self.columns.get(*column).map_or("", |column| column.title.as_str());
                         Malformed::new(Fault::Value, format!("a cell of the column '{title}' is no number"))
                             .expected("a number")
@@ -178,7 +182,7 @@ impl Cells {
 
 fn numbers(own: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
     match kind {
-        As::Number | As::Cell => to.extend_from_slice(own),
+        As::Number | As::Cell | As::Time => to.extend_from_slice(own),
         As::Label => to.extend(own.iter().map(|value| match value.is_nan() {
             true => f64::NAN,
             false => labels.number(value.to_string().as_bytes()),
@@ -187,13 +191,20 @@ fn numbers(own: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
 }
 
 /// Errors: the first text that is no number, where numbers are wanted.
-fn texts<'a>(own: &'a [String], kind: As, to: &mut Vec<f64>, labels: &mut Labels) -> std::result::Result<(), &'a str> {
+fn texts<'a>(
+    own: &'a [String],
+    kind: As,
+    to: &mut Vec<f64>,
+    labels: &mut Labels,
+    times: &mut Times,
+) -> std::result::Result<(), &'a str> {
     for text in own {
         to.push(match (text.trim(), kind) {
             ("", _) => f64::NAN,
             (_, As::Label) => labels.number(text.as_bytes()),
             (cell, As::Cell) => cell.parse().unwrap_or(UNREADABLE),
             (cell, As::Number) => cell.parse().map_err(|_| text.as_str())?,
+            (cell, As::Time) => cell.parse().ok().or_else(|| times.seconds(cell.as_bytes())).ok_or(text.as_str())?,
         });
     }
     Ok(())

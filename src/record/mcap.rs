@@ -75,12 +75,15 @@ impl Topic {
     fn sheet(self) -> Sheet {
         let by_log = self.stamps.iter().all(|(head, _)| *head == 0);
         let ns = |(head, log): &(i128, u64)| if by_log { i128::from(*log) } else { *head };
-        let first = self.stamps.first().map_or(0, ns);
-        let time = self.stamps.iter().map(|stamp| (ns(stamp) - first) as f64 / 1e9).collect();
+        // messages may come late into the log
+        let mut rows: Vec<(i128, &[f64; 6])> = self.stamps.iter().map(ns).zip(&self.values).collect();
+        rows.sort_by_key(|(at, _)| *at);
+        let first = rows.first().map_or(0, |(at, _)| *at);
+        let time = rows.iter().map(|(at, _)| (at - first) as f64 / 1e9).collect();
         let column = |name: &str, unit: &str| Column { name: name.into(), title: name.into(), unit: Some(unit.into()) };
         let mut columns = vec![Numbers { column: column("time_s", "s"), values: time }];
         for (k, (name, unit)) in COLUMNS.iter().enumerate() {
-            let values = self.values.iter().filter_map(|row| row.get(k).copied()).collect();
+            let values = rows.iter().filter_map(|(_, row)| row.get(k).copied()).collect();
             columns.push(Numbers { column: column(name, unit), values });
         }
         Sheet { name: self.name, columns }
@@ -102,6 +105,8 @@ impl Log {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "another version of the format"));
         }
         let mut data = Vec::new();
+        let mut sum = crc32fast::Hasher::new();
+        sum.update(&magic);
         loop {
             let mut head = [0_u8; 9];
             from.read_exact(&mut head)?;
@@ -114,8 +119,19 @@ impl Log {
             if from.by_ref().take(length).read_to_end(&mut data)? as u64 != length {
                 return Err(io::ErrorKind::UnexpectedEof.into());
             }
+            if kind != DATA_END {
+                sum.update(&head);
+                sum.update(&data);
+            }
             match kind {
-                DATA_END => return Ok(()),
+                DATA_END => {
+                    let said = data.first_chunk::<4>().map_or(0, |own| u32::from_le_bytes(*own));
+                    if said != 0 && sum.finalize() != said {
+                        let damaged = "data whose checksum (CRC) is another one: the file is damaged";
+                        return Err(io::Error::new(io::ErrorKind::InvalidData, damaged));
+                    }
+                    return Ok(());
+                }
                 CHUNK => self.chunk(&data)?,
                 _ => self.record(kind, &data)?,
             }
@@ -127,12 +143,12 @@ impl Log {
         let head = (|| {
             at.take(16)?;
             let size = at.u64()?;
-            at.take(4)?;
+            let sum = u32::from_le_bytes(at.take(4)?.try_into().ok()?);
             let compression = at.text()?;
             let length = usize::try_from(at.u64()?).ok()?;
-            Some((size, compression, at.take(length)?))
+            Some((size, sum, compression, at.take(length)?))
         })();
-        let (size, compression, packed) = head.ok_or(io::ErrorKind::UnexpectedEof)?;
+        let (size, sum, compression, packed) = head.ok_or(io::ErrorKind::UnexpectedEof)?;
         let mut plain = Vec::new();
         match compression.as_str() {
             "" => plain.extend_from_slice(packed),
@@ -148,6 +164,13 @@ impl Log {
         }
         if plain.len() as u64 != size {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "a chunk of another size than it says"));
+        }
+        // 0: the writer left it out
+        if sum != 0 && crc32fast::hash(&plain) != sum {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                "a chunk whose checksum (CRC) is another one: the file is damaged",
+            ));
         }
         let mut at = Bytes(&plain);
         while !at.0.is_empty() {

@@ -19,6 +19,7 @@
 //! | `mcap.rs` | logs of robots: messages `sensor_msgs/Imu` (feature `mcap`) |
 //! | `guard.rs` | panics of foreign readers |
 //! | `held.rs` | a table in memory, and which of a file's tables is meant |
+//! | `times.rs` | times as people write them |
 //! | `clock.rs` | times of rows; stretches between gaps |
 //!
 //! Deliberately absent: what the columns mean (`wire`, `reduce`).
@@ -41,9 +42,11 @@ mod matlab;
 mod mcap;
 mod number;
 mod text;
+mod times;
 #[cfg(feature = "excel")]
 mod workbook;
 
+pub(crate) use clock::unit_of;
 pub use clock::{Clock, ClockFrom, Jump, JumpKind, Stretch};
 pub use columnar::Columnar;
 pub use delimited::Delimited;
@@ -99,6 +102,8 @@ pub enum As {
     Label,
     /// Numbers; a cell that is none is [`UNREADABLE`] instead of a fault.
     Cell,
+    /// Numbers, or times as people write them in seconds since 1970.
+    Time,
 }
 
 /// A NaN that stands for a cell which is neither a number nor empty.
@@ -393,6 +398,16 @@ impl Format {
             [b'M', b'A', b'T', b'L', b'A', b'B', ..] => Format::Matlab,
             [0x89, b'M', b'C', b'A', b'P', ..] => Format::Mcap,
             [0x28, 0xB5, 0x2F, 0xFD, ..] => Format::Unread("compressed by zstd"),
+            [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => {
+                Format::Unread("a bag of ROS 1, which `mcap convert FILE.bag FILE.mcap` makes an MCAP log of")
+            }
+            [b'S', b'Q', b'L', b'i', b't', b'e', b' ', b'f', ..] => {
+                Format::Unread("an SQLite database (a rosbag2 .db3?), which `ros2 bag convert` makes an MCAP log of")
+            }
+            [b'U', b'L', b'o', b'g', 0x01, ..] => Format::Unread("a ULog of PX4, which `ulog2csv` makes tables of"),
+            [b'T', b'D', b'S', b'm', ..] => Format::Unread("a TDMS file of LabVIEW, which is exported as CSV or HDF5"),
+            [0xFD, b'7', b'z', b'X', b'Z', 0, ..] => Format::Unread("compressed by xz"),
+            [b'B', b'Z', b'h', b'1'..=b'9', b'1', b'A', b'Y', b'&'] => Format::Unread("compressed by bzip2"),
             _ => Format::Text,
         }
     }

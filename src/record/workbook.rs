@@ -3,7 +3,7 @@
 use super::Delimited;
 use super::guard::guarded;
 use crate::error::{Fault, Malformed, Result};
-use calamine::{Data, Range, Reader, open_workbook_auto_from_rs};
+use calamine::{Data, Reader, Sheets, open_workbook_auto_from_rs};
 use std::io::{Cursor, Read};
 
 /// Seconds of a day: dates are numbers of days there.
@@ -24,6 +24,10 @@ pub(super) fn open(
             .found(error.to_string())
             .in_file(name)
     };
+    // a compound file, which .xls is
+    if bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0]) && !is_sound(&bytes) {
+        return Err(broken(&"a chain of sectors that comes back to itself: the file is damaged"));
+    }
     let read = || read(name, bytes, table, &broken);
     let lines = guarded(read).ok_or_else(|| broken(&"its structure is damaged"))??;
     text(name, Box::new(Cursor::new(lines.into_bytes())))
@@ -53,17 +57,20 @@ fn read(
     };
     let mut found = Vec::new();
     for own in names {
-        let range = book.worksheet_range(&own).map_err(|error| broken(&error))?;
-        let numbers =
-            range.used_cells().any(|(_, _, cell)| matches!(cell, Data::Int(_) | Data::Float(_) | Data::DateTime(_)));
+        let sheet = used(&mut book, &own).map_err(|error| broken(&error))?;
+        let is_number = |(_, cell): &(Place, Data)| matches!(cell, Data::Int(_) | Data::Float(_) | Data::DateTime(_));
         // numbers may be written as texts
-        if numbers || (table.is_some() && !range.is_empty()) {
-            found.push((own, range));
+        if sheet.iter().any(is_number) || (table.is_some() && !sheet.is_empty()) {
+            found.push((own, sheet));
         }
     }
     let names: Vec<String> = found.iter().map(|(own, _)| own.clone()).collect();
     match (found.pop(), found.is_empty()) {
-        (Some((_, range)), true) => Ok(lines(&range)),
+        (Some((own, sheet)), true) => lines(&sheet).ok_or_else(|| {
+            Malformed::new(Fault::Value, format!("the sheet '{own}' is too wide for its rows"))
+                .expected(format!("at most {MOST_CELLS} cells, rows times columns with a cell"))
+                .in_file(name)
+        }),
         (None, _) => Err(Malformed::new(Fault::Missing, format!("'{name}' has no sheet with numbers"))
             .expected("a sheet whose first row names the columns, with numbers below")
             .found(list(&all))
@@ -75,15 +82,70 @@ fn read(
     }
 }
 
-/// A sheet as text: cells parted by tabs, a line for each row, from the first row of the sheet on.
-fn lines(range: &Range<Data>) -> String {
+/// Row and column, from 0.
+type Place = (u32, u32);
+
+/// The cells of a sheet that hold something, row by row. Of .xlsx and .xlsb only those are read that the file has: one cell in the last corner of a sheet is
+/// one cell.
+fn used(book: &mut Sheets<Cursor<Vec<u8>>>, name: &str) -> std::result::Result<Vec<(Place, Data)>, calamine::Error> {
+    let mut cells: Vec<(Place, Data)> = Vec::new();
+    match book {
+        Sheets::Xlsx(book) => {
+            let mut reader = book.worksheet_cells_reader(name)?;
+            while let Some(cell) = reader.next_cell()? {
+                cells.push((cell.get_position(), Data::from(cell.get_value().clone())));
+            }
+        }
+        Sheets::Xlsb(book) => {
+            let mut reader = book.worksheet_cells_reader(name)?;
+            while let Some(cell) = reader.next_cell()? {
+                cells.push((cell.get_position(), Data::from(cell.get_value().clone())));
+            }
+        }
+        book => {
+            let range = book.worksheet_range(name)?;
+            let (row, column) = range.start().unwrap_or_default();
+            let place = |(i, k, cell): (usize, usize, &Data)| ((row + low(i), column + low(k)), cell.clone());
+            cells.extend(range.used_cells().map(place));
+        }
+    }
+    let is_blank = |cell: &Data| {
+        matches!(cell, Data::String(text) if text.trim().is_empty()) || matches!(cell, Data::Empty | Data::Error(_))
+    };
+    cells.retain(|(_, cell)| !is_blank(cell));
+    cells.sort_by_key(|(place, _)| *place);
+    Ok(cells)
+}
+
+/// A row or column of a sheet: below 2^20.
+fn low(place: usize) -> u32 {
+    u32::try_from(place).unwrap_or(u32::MAX)
+}
+
+/// Most cells that the rows of a table have, the empty ones with them.
+const MOST_CELLS: usize = 1 << 27;
+
+/// A sheet as text: cells parted by tabs, a line for each row, from the first row of the sheet on; columns without a cell are left out. `None` where that
+/// is too much.
+fn lines(cells: &[(Place, Data)]) -> Option<String> {
     use std::fmt::Write;
-    let mut text = "\n".repeat(range.start().map_or(0, |(row, _)| row as usize));
-    for row in range.rows() {
-        for (k, cell) in row.iter().enumerate() {
+    let mut columns: Vec<u32> = cells.iter().map(|((_, column), _)| *column).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let rows = cells.chunk_by(|((a, _), _), ((b, _), _)| a == b);
+    if rows.clone().count().saturating_mul(columns.len()) > MOST_CELLS {
+        return None;
+    }
+    let (mut text, mut line) = (String::new(), 0);
+    for row in rows {
+        let own = row.first().map_or(line, |((own, _), _)| *own);
+        text.extend(std::iter::repeat_n('\n', (own - line) as usize));
+        let mut left = row.iter().peekable();
+        for (k, column) in columns.iter().enumerate() {
             if k > 0 {
                 text.push('\t');
             }
+            let Some((_, cell)) = left.next_if(|((_, own), _)| own == column) else { continue };
             // writing to memory does not fail
             let _ = match cell {
                 Data::Int(value) => write!(text, "{value}"),
@@ -101,6 +163,56 @@ fn lines(range: &Range<Data>) -> String {
             };
         }
         text.push('\n');
+        line = own + 1;
     }
-    text
+    Some(text)
+}
+
+/// Are the chains of sectors of a compound file (.xls) without a loop? Its reader follows them until memory ends.
+fn is_sound(bytes: &[u8]) -> bool {
+    let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk::<4>()?));
+    let Some(shift) = bytes.get(0x1E).copied().filter(|shift| (7..=16).contains(shift)) else { return false };
+    let size = 1_usize << shift;
+    let sector = |k: u32| (k as usize + 1).saturating_mul(size);
+    let words = |k: u32, count: usize| (0..count).filter_map(move |n| word(sector(k).saturating_add(4 * n)));
+    let most = bytes.len() / size + 1;
+    // the sectors of the table of sectors: in the head, then in a chain of their own
+    let mut tables: Vec<u32> = (0..109).filter_map(|k| word(0x4C + 4 * k)).collect();
+    let (mut next, mut seen) = (word(0x44).unwrap_or(u32::MAX), 0);
+    while (next as usize) < most {
+        tables.extend(words(next, size / 4 - 1));
+        next = words(next, size / 4).last().unwrap_or(u32::MAX);
+        seen += 1;
+        if seen > most {
+            return false;
+        }
+    }
+    let next: Vec<u32> =
+        tables.into_iter().filter(|k| (*k as usize) < most).take(most).flat_map(|k| words(k, size / 4)).collect();
+    if has_loop(&next) {
+        return false;
+    }
+    // the table of small sectors is a stream itself
+    let (mut at, mut small) = (word(0x3C).unwrap_or(u32::MAX), Vec::new());
+    while (at as usize) < next.len().min(most) {
+        small.extend(words(at, size / 4));
+        at = next.get(at as usize).copied().unwrap_or(u32::MAX);
+    }
+    !has_loop(&small)
+}
+
+/// Does a chain of a table of followers come back to where it was?
+fn has_loop(next: &[u32]) -> bool {
+    let mut walk = vec![0_usize; next.len()];
+    (0..next.len()).any(|start| {
+        let mut at = start;
+        while let (Some(own), Some(follower)) = (walk.get_mut(at), next.get(at)) {
+            match *own {
+                0 => *own = start + 1,
+                own => return own == start + 1,
+            }
+            at = *follower as usize;
+        }
+        false
+    })
 }

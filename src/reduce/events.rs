@@ -1,4 +1,4 @@
-//! What is odd in a channel, named and counted: spikes, stuck values, saturation, absent values. Nothing is changed.
+//! What is odd in a channel, named and counted: spikes, stuck values, saturation, absent values. What is stuck or saturated is left out of means.
 
 use crate::elements::Parts;
 use crate::number;
@@ -9,7 +9,7 @@ vocabulary! {
     EventKind {
         /// A row without a number here.
         Absent = "absent",
-        /// The largest or smallest value of the record several times in a row.
+        /// The largest or smallest value of the record, where it stands several times in a row somewhere.
         Saturation = "saturation",
         /// One sample far from both of its neighbours.
         Spike = "spike",
@@ -46,8 +46,10 @@ pub(super) struct Watch {
     before: Vec<f64>,
     /// The value that repeats, its first sample, how often.
     run: (f64, u64, u64),
-    /// Share of samples that repeat their neighbour.
-    repeats: (u64, u64),
+    /// Runs of equal values: all, those of one sample, and those whose value is more than one step from that of the run before.
+    count: (u64, u64, u64),
+    /// Long ones: sample and length.
+    long: Vec<(u64, u64)>,
     high: Extreme,
     low: Extreme,
     /// Smallest difference between neighbours that differ.
@@ -73,9 +75,14 @@ impl Extreme {
             self.value = Some(size);
             self.runs.clear();
         }
-        if self.value == Some(size) && length >= LEAST_SATURATED && self.runs.len() < KEPT {
+        if self.value == Some(size) && self.runs.len() < KEPT {
             self.runs.push((sample, length));
         }
+    }
+
+    /// Is it a rail: do samples stay at it?
+    fn is_rail(&self) -> bool {
+        self.runs.iter().any(|(_, length)| *length >= LEAST_SATURATED)
     }
 }
 
@@ -86,33 +93,35 @@ impl Watch {
     }
 
     pub(super) fn see(&mut self, values: &[f64], first: u64, events: &mut Vec<Event>) {
-        self.runs(values, first, events);
+        self.runs(values, first);
         self.spikes(values, first, events);
     }
 
     /// Runs of equal values, the extremes and the smallest step.
-    fn runs(&mut self, values: &[f64], first: u64, events: &mut Vec<Event>) {
+    fn runs(&mut self, values: &[f64], first: u64) {
         let (mut value, mut start, mut length) = self.run;
         let (mut high, mut low) = (self.high.size(), -self.low.size());
         let mut least = if self.step == 0.0 { f64::INFINITY } else { self.step };
         for (k, v) in values.iter().enumerate() {
             if length > 0 && *v == value {
                 length += 1;
-                self.repeats.0 += 1;
-                self.repeats.1 += 1;
                 continue;
             }
             if length > 0 {
-                least = least.min((v - value).abs());
-                // a short run matters where it is a new extreme
-                if length >= LEAST_SATURATED || value > high || value < low {
+                let step = (v - value).abs();
+                self.count.0 += 1;
+                self.count.1 += u64::from(length == 1);
+                // of a step that is not known yet: 1.5 leaves room for rounding
+                self.count.2 += u64::from(step > 1.5 * least);
+                least = least.min(step);
+                // a short run matters where it is an extreme
+                if length >= LEAST_SATURATED || value >= high || value <= low {
                     self.run = (value, start, length);
-                    self.close(events);
+                    self.close();
                     (high, low) = (self.high.size(), -self.low.size());
                 }
             }
             (value, start, length) = (*v, first + k as u64, 1);
-            self.repeats.1 += 1;
         }
         self.run = (value, start, length);
         self.step = if least == f64::INFINITY { 0.0 } else { least };
@@ -138,6 +147,10 @@ impl Watch {
             let (_, median, _) = own.select_nth_unstable_by(middle, f64::total_cmp);
             scales.push(*median / 0.6745);
         }
+        // windows in which nothing changes say nothing of the noise, where others do
+        if scales.iter().any(|scale| *scale > 0.0) {
+            scales.retain(|scale| *scale > 0.0);
+        }
         scales.sort_by(f64::total_cmp);
         // too few windows to judge: nothing is a spike
         let scale = scales.get(scales.len() / 4).copied().unwrap_or(f64::INFINITY).max(self.step);
@@ -158,30 +171,37 @@ impl Watch {
         self.before = all.part(all.len().saturating_sub(2)..).to_vec();
     }
 
-    fn close(&mut self, events: &mut Vec<Event>) {
+    fn close(&mut self) {
         let (value, sample, length) = self.run;
         if length == 0 {
             return;
         }
         self.high.see(value, sample, length);
         self.low.see(-value, sample, length);
-        if length < LEAST_STUCK {
-            return;
-        }
-        let share = (self.repeats.0 as f64 / self.repeats.1.max(1) as f64).clamp(1e-3, 1.0);
-        // so long a run by chance once in a thousand million samples
-        let chance = if share < 0.9 { number::count_u64((-20.7 / share.ln()).ceil()) } else { u64::MAX };
-        if length >= chance && events.len() < KEPT {
-            events.push(Event { kind: EventKind::Stuck, sample, length });
+        if length >= LEAST_STUCK && self.long.len() < KEPT {
+            self.long.push((sample, length));
         }
     }
 
-    pub(super) fn finish(&mut self, _samples: u64, events: &mut Vec<Event>) {
-        self.close(events);
+    pub(super) fn finish(&mut self, events: &mut Vec<Event>) {
+        self.close();
         self.run.2 = 0;
-        let coarse = self.repeats.0 * 2 > self.repeats.1;
-        for extreme in [&self.high, &self.low] {
-            for (sample, length) in extreme.runs.iter().filter(|_| !coarse) {
+        let (all, single, far) = self.count;
+        // runs end by chance: the share of those of one sample says how soon, and few that are stuck do not change it
+        let stays = (1.0 - single as f64 / all.max(1) as f64).clamp(1e-3, 1.0);
+        // where values mostly change by one step of the resolution, or are held, they stay while what is measured does
+        if 2 * far > all && stays < 0.9 {
+            // so long a run by chance once in a thousand million samples
+            let chance = number::count_u64((-20.7 / stays.ln()).ceil());
+            let stuck = self.long.iter().filter(|(_, length)| *length >= chance);
+            events.extend(stuck.map(|(sample, length)| Event {
+                kind: EventKind::Stuck,
+                sample: *sample,
+                length: *length,
+            }));
+            for (sample, length) in
+                [&self.high, &self.low].into_iter().filter(|end| end.is_rail()).flat_map(|end| &end.runs)
+            {
                 events.push(Event { kind: EventKind::Saturation, sample: *sample, length: *length });
             }
         }

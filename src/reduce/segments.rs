@@ -1,7 +1,7 @@
 //! Segments: by a column's labels, by times, or where the record stands still.
 
 use super::trace::Segment;
-use super::{Stillness, Trace, still};
+use super::{Event, EventKind, Stillness, Trace, still};
 use crate::number;
 use std::ops::Range;
 
@@ -75,19 +75,36 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
     let (mut segments, mut rejected): (Vec<Segment>, Vec<Rejected>) = Default::default();
     for mut segment in candidates {
         let (start, end) = segment.span();
-        // samples on both sides of a gap count; the gap is told
-        let cuts: Vec<u64> = trace
-            .resumes
+        // samples on both sides of a gap count; what is missing is said
+        let cuts: Vec<f64> = segment
+            .pieces
             .iter()
-            .map(|(s, _)| *s)
-            .filter(|s| segment.pieces.iter().any(|p| *s > p.start && *s < p.end))
+            .flat_map(|p| trace.resumes_in(p.start, p.end))
+            .map(|own| trace.missing(*own))
             .collect();
         if !cuts.is_empty() {
-            segment.notes.push(format!("{} gap{} in the record", cuts.len(), if cuts.len() == 1 { "" } else { "s" }));
+            let (n, missing) = (cuts.len(), cuts.iter().sum::<f64>());
+            segment.notes.push(format!("{n} gap{} bridged, {missing:.3} s missing", if n == 1 { "" } else { "s" }));
         }
         let pieces =
             segment.pieces.iter().map(|p| (p.start + margin).min(p.end)..p.end.saturating_sub(margin).max(p.start));
-        segment.pieces = pieces.filter(|p| p.end > p.start && !trace.blocks(p.start, p.end).is_empty()).collect();
+        let guarded: Vec<Range<u64>> = pieces.filter(|p| p.end > p.start).collect();
+        let alive: Vec<Range<u64>> = guarded.iter().flat_map(|p| trace.alive(p.start, p.end)).collect();
+        let samples = |pieces: &[Range<u64>]| pieces.iter().map(|p| p.end - p.start).sum::<u64>();
+        let dead = samples(&guarded) - samples(&alive);
+        segment.pieces = alive.into_iter().filter(|p| !trace.blocks(p.start, p.end).is_empty()).collect();
+        // what is stuck or at a rail most of the time tells nothing of the position
+        if dead > segment.samples() {
+            let reason = words(trace, start, end).into_iter().next().unwrap_or_default();
+            rejected.push(Rejected { samples: start..end, reason });
+            continue;
+        }
+        if dead > 0 {
+            let s = if dead == 1 { "" } else { "s" };
+            segment
+                .notes
+                .extend(words(trace, start, end).iter().map(|why| format!("{dead} sample{s} left out: {why}")));
+        }
         let left = segment.samples() as f64 * trace.interval;
         let whole = (end.saturating_sub(start)) as f64 * trace.interval;
         if left < least || segment.pieces.is_empty() {
@@ -100,10 +117,34 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
         }
         segments.push(segment);
     }
+    if matches!(by, By::Still { .. }) {
+        let long = trace.dead.iter().filter(|dead| (dead.end - dead.start) as f64 * trace.interval >= least);
+        rejected.extend(long.map(|dead| Rejected {
+            samples: dead.clone(),
+            reason: words(trace, dead.start, dead.end).into_iter().next().unwrap_or_default(),
+        }));
+        rejected.sort_by_key(|own| own.samples.start);
+    }
     for (k, segment) in segments.iter_mut().enumerate().filter(|(_, s)| s.label.is_empty()) {
         segment.label = (k + 1).to_string();
     }
     Segmentation { segments, rejected, stillness }
+}
+
+/// Why samples `start..end` are left out: channels that are stuck or saturated there.
+fn words(trace: &Trace, start: u64, end: u64) -> Vec<String> {
+    let dead = |event: &Event| {
+        matches!(event.kind, EventKind::Stuck | EventKind::Saturation)
+            && event.sample < end
+            && event.sample + event.length > start
+    };
+    let mut found: Vec<String> = Vec::new();
+    for channel in trace.channels.iter().take(trace.observed) {
+        let kinds = [(EventKind::Saturation, "saturated"), (EventKind::Stuck, "stuck at one value")];
+        let of = |kind: EventKind| channel.events.iter().any(|event| event.kind == kind && dead(event));
+        found.extend(kinds.iter().find(|(kind, _)| of(*kind)).map(|(_, word)| format!("{} is {word}", channel.name)));
+    }
+    found
 }
 
 /// A segment of one piece.
@@ -123,7 +164,8 @@ fn joined(trace: &Trace, found: Vec<Range<u64>>, most: f64, stillness: Option<&S
     for range in found {
         if let Some(last) = segments.last_mut()
             && let Some(before) = last.pieces.last().cloned()
-            && (range.start.saturating_sub(before.end)) as f64 * trace.interval <= most
+            && trace.time(range.start) - trace.time(before.end.saturating_sub(1)) - trace.interval <= most
+            && trace.dead_in(before.end, range.start).is_empty()
         {
             // near the jerk, so that a slow drift does not look like another position; or where the drifts on both sides meet, a little
             // away from it, so that its rest in the first half window does not

@@ -29,6 +29,14 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
     let stride = (length / STRIDE).max(1);
     let blocks = trace.channels.first().map_or(0, |c| c.means.len());
     let starts: Vec<usize> = (0..).map(|k| k * stride).take_while(|start| start + length <= blocks).collect();
+    // short gaps are bridged: what moved in one shows in the window's variance; samples that are missing for as long as a window end it
+    let lost: Vec<u64> = trace.resumes.iter().filter(|own| trace.missing(**own) >= window).map(|(at, _)| *at).collect();
+    let broken = |start: usize| {
+        let (from, to) = ((start * trace.block) as u64, ((start + length) * trace.block) as u64);
+        let next = lost.partition_point(|sample| *sample <= from);
+        !trace.dead_in(from, to).is_empty() || lost.get(next).is_some_and(|sample| *sample < to)
+    };
+    let is_broken: Vec<bool> = starts.iter().map(|start| broken(*start)).collect();
     let mut ratios = vec![0.0_f64; starts.len()];
     let mut still_sd = Vec::new();
     for (place, channel) in trace.channels.iter().enumerate() {
@@ -53,7 +61,8 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
                 ((q - s * s / n) / (n - 1.0)).max(0.0)
             })
             .collect();
-        let mut apart: Vec<f64> = variances.iter().step_by(STRIDE).copied().collect();
+        let whole = variances.iter().zip(&is_broken).step_by(STRIDE).filter(|(_, broken)| !**broken);
+        let mut apart: Vec<f64> = whole.map(|(variance, _)| *variance).collect();
         apart.sort_by(f64::total_cmp);
         let step = channel.resolution();
         // none in a record shorter than a window
@@ -64,14 +73,10 @@ pub(super) fn still(trace: &Trace, window: f64, threshold: f64, least: f64) -> (
             ratios.iter_mut().zip(&variances).for_each(|(ratio, v)| *ratio = ratio.max(v / variance));
         }
     }
-    let crossing = |start: usize, end: usize| {
-        let (from, to) = ((start * trace.block) as u64, (end * trace.block) as u64);
-        trace.resumes.iter().any(|(sample, _)| *sample > from && *sample < to)
-    };
     let stretches = |threshold: f64| {
         let mut found: Vec<(usize, usize)> = Vec::new();
-        for (start, ratio) in starts.iter().zip(&ratios) {
-            if *ratio > threshold || crossing(*start, start + length) {
+        for ((start, ratio), broken) in starts.iter().zip(&ratios).zip(&is_broken) {
+            if *ratio > threshold || *broken {
                 continue;
             }
             match found.last_mut() {

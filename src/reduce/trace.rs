@@ -50,8 +50,12 @@ pub struct Trace {
     pub interval: f64,
     /// Samples of each channel.
     pub samples: u64,
-    /// Where the record goes on after a gap: the sample, and its time in seconds since the first one.
+    /// Where the record goes on after samples that are absent, or a gap: the sample, and its time in seconds since the first row.
     pub resumes: Vec<(u64, f64)>,
+    /// Samples that are left out: dead stretches of a channel that was read, in the order of time.
+    pub dead: Vec<Range<u64>>,
+    rows: u64,
+    resumed: bool,
     /// Runs of labels, where a column has some.
     pub runs: Vec<Run>,
     /// The angle of an encoder in turns, where there is one: no channel that is reduced.
@@ -73,6 +77,9 @@ impl Trace {
             interval: 1.0,
             samples: 0,
             resumes,
+            dead: Vec::new(),
+            rows: 0,
+            resumed: false,
             runs: Vec::new(),
             angle: None,
             most: MOST,
@@ -85,15 +92,27 @@ impl Trace {
         self
     }
 
-    /// Further rows, one slice for each channel, all of one length. A row with a value that is not finite is left out, and is an event.
-    pub fn push(&mut self, columns: &[&[f64]]) {
+    /// The next row does not follow the last one: a gap stands between them.
+    pub fn interrupt(&mut self) {
+        self.resumed = true;
+    }
+
+    /// Further rows, one slice for each channel, all of one length; `times` are theirs, s since the first row, or the rows are equally spaced. A row with
+    /// a value that is not finite is left out, and is an event.
+    pub fn push(&mut self, columns: &[&[f64]], times: Option<&[f64]>) {
         let rows = columns.iter().map(|c| c.len()).min().unwrap_or(0);
         let sound = |row: usize| columns.iter().all(|c| c.get(row).is_some_and(|v| v.is_finite()));
         let mut start = 0;
         while start < rows {
             let end = (start..rows).find(|row| !sound(*row)).unwrap_or(rows);
+            if end > start && std::mem::take(&mut self.resumed) {
+                let time = times.and_then(|times| times.get(start).copied());
+                let time = time.unwrap_or((self.rows + start as u64) as f64 * self.interval);
+                self.resumes.push((self.samples, time));
+            }
             self.sound(columns, start, end);
             if end < rows {
+                self.resumed = true;
                 for (channel, column) in self.channels.iter_mut().zip(columns) {
                     if column.get(end).is_some_and(|v| !v.is_finite()) {
                         channel.events.push(Event { kind: EventKind::Absent, sample: self.samples, length: 1 });
@@ -102,6 +121,7 @@ impl Trace {
             }
             start = end + 1;
         }
+        self.rows += rows as u64;
     }
 
     fn sound(&mut self, columns: &[&[f64]], start: usize, end: usize) {
@@ -123,22 +143,65 @@ impl Trace {
 
     /// No more rows follow.
     pub fn finish(&mut self) {
-        let samples = self.samples;
-        self.channels.iter_mut().for_each(|channel| channel.watch.finish(samples, &mut channel.events));
+        self.channels.iter_mut().for_each(|channel| channel.watch.finish(&mut channel.events));
+        let dead = |event: &&Event| matches!(event.kind, EventKind::Stuck | EventKind::Saturation);
+        let observed = self.channels.iter().take(self.observed).flat_map(|channel| channel.events.iter().filter(dead));
+        let mut found: Vec<Range<u64>> = observed.map(|event| event.sample..event.sample + event.length).collect();
+        found.sort_by_key(|range| range.start);
+        for range in found {
+            match self.dead.last_mut() {
+                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+                _ => self.dead.push(range),
+            }
+        }
     }
 
-    /// Time of a sample, s since the first one.
+    /// The dead stretches that overlap samples `start..end`.
+    pub fn dead_in(&self, start: u64, end: u64) -> &[Range<u64>] {
+        let from = self.dead.partition_point(|range| range.end <= start);
+        let to = self.dead.partition_point(|range| range.start < end);
+        self.dead.get(from..to.max(from)).unwrap_or_default()
+    }
+
+    /// The parts of samples `start..end` that are not dead.
+    pub fn alive(&self, start: u64, end: u64) -> Vec<Range<u64>> {
+        let (mut from, mut parts) = (start, Vec::new());
+        for dead in self.dead_in(start, end) {
+            parts.push(from..dead.start.max(from));
+            from = dead.end.min(end);
+        }
+        parts.push(from..end);
+        parts.retain(|part| part.end > part.start);
+        parts
+    }
+
+    /// Where the record goes on within samples `start..end`, the first left aside.
+    pub fn resumes_in(&self, start: u64, end: u64) -> &[(u64, f64)] {
+        let from = self.resumes.partition_point(|(sample, _)| *sample <= start);
+        let to = self.resumes.partition_point(|(sample, _)| *sample < end);
+        self.resumes.get(from..to.max(from)).unwrap_or_default()
+    }
+
+    /// Time of a sample, s since the first row.
     pub fn time(&self, sample: u64) -> f64 {
+        let place = self.resumes.partition_point(|(from, _)| *from <= sample);
         // before the first gap: from the start
-        let (from, time) = self.resumes.iter().rev().find(|(from, _)| *from <= sample).copied().unwrap_or((0, 0.0));
+        let (from, time) = place.checked_sub(1).and_then(|k| self.resumes.get(k)).copied().unwrap_or((0, 0.0));
         time + (sample - from) as f64 * self.interval
+    }
+
+    /// What is missing before a sample at which the record goes on, s.
+    pub fn missing(&self, (sample, time): (u64, f64)) -> f64 {
+        let before = sample.checked_sub(1).map_or(0.0, |before| self.time(before));
+        (time - before - self.interval).max(0.0)
     }
 
     /// The first sample that is not before a time.
     pub fn sample(&self, time: f64) -> u64 {
+        let place = self.resumes.partition_point(|(_, t)| *t <= time);
         // before the first gap: from the start
-        let (from, start) = self.resumes.iter().rev().find(|(_, t)| *t <= time).copied().unwrap_or((0, 0.0));
-        let next = self.resumes.iter().map(|(sample, _)| *sample).find(|sample| *sample > from);
+        let (from, start) = place.checked_sub(1).and_then(|k| self.resumes.get(k)).copied().unwrap_or((0, 0.0));
+        let next = self.resumes.get(place).map(|(sample, _)| *sample);
         let sample = from.saturating_add(number::count_u64(((time - start) / self.interval - 1e-6).ceil()));
         sample.min(next.unwrap_or(self.samples)).min(self.samples)
     }

@@ -97,11 +97,16 @@ impl Reader<'_> {
 
     fn product(&mut self) -> Result<Unit> {
         let mut unit = self.power()?;
-        while let Some(sign) = self.take(&['*', '/', '\u{b7}', '\u{22c5}']) {
+        loop {
+            let sign = self.take(&['*', '/', '\u{b7}', '\u{22c5}']);
+            // a blank is a product as well: `rad s^-1`
+            let blank = self.text.part(..self.at).ends_with(' ') && self.peek().is_some_and(char::is_alphabetic);
+            if sign.is_none() && !blank {
+                return Ok(unit);
+            }
             let factor = self.power()?;
-            unit = unit.times(&factor, if sign == '/' { -1.0 } else { 1.0 });
+            unit = unit.times(&factor, if sign == Some('/') { -1.0 } else { 1.0 });
         }
-        Ok(unit)
     }
 
     fn power(&mut self) -> Result<Unit> {

@@ -45,8 +45,8 @@ struct Read {
     conversion: Option<Conversion>,
     /// Its place among the numeric columns of the readings.
     slot: Option<usize>,
-    /// Seconds in its unit, where it is the clock.
-    seconds: Option<f64>,
+    /// Seconds in its unit, where it is the clock; `true` where the times themselves say their unit.
+    seconds: Option<(f64, bool)>,
 }
 
 /// What is the same in every row of a position.
@@ -159,7 +159,7 @@ impl<'a> RecordRows<'a> {
     }
 
     /// The column of times and the seconds in its unit; `None` where a column `time_s` is taken as it is, or a rate is stated.
-    fn clock(&self, record: &Record, samples: &SamplesFile, has_time_s: bool) -> Result<Option<(usize, f64)>> {
+    fn clock(&self, record: &Record, samples: &SamplesFile, has_time_s: bool) -> Result<Option<(usize, (f64, bool))>> {
         let from = crate::record::ClockFrom { time: samples.time.clone(), rate: samples.rate_hz };
         if from.time.is_none() && (has_time_s || from.rate.is_some()) {
             return Ok(None);
@@ -167,7 +167,7 @@ impl<'a> RecordRows<'a> {
         let Some(column) = from.column(record)? else { return Ok(None) };
         let Some(own) = record.columns().get(column) else { return Ok(None) };
         match Clock::column(own, record.name()) {
-            Ok(clock) => Ok(Some((column, clock.seconds_per_unit()))),
+            Ok(clock) => Ok(Some((column, (clock.seconds_per_unit(), clock.is_bare())))),
             // a column that is called so by chance
             Err(_) if from.time.is_none() => Ok(None),
             Err(error) => Err(error),
@@ -322,7 +322,7 @@ impl<'a> RecordRows<'a> {
                 continue;
             }
             let value = match own.seconds {
-                Some(seconds) => (raw - *self.origin.get_or_insert(raw)) * seconds,
+                Some((seconds, _)) => (raw - *self.origin.get_or_insert(raw)) * seconds,
                 None => own.conversion.map_or(raw, |conversion| conversion.apply(raw)),
             };
             if own.slot.is_some() && own.slot == time_slot {
@@ -416,7 +416,8 @@ impl Rows for RecordRows<'_> {
 
     fn rewind(&mut self) -> Result<()> {
         let mut record = self.folder.record(&self.path).map_err(|e| e.at_path("readings.samples"))?;
-        let mut selected: Vec<(usize, As)> = self.read.iter().map(|own| (own.place, As::Number)).collect();
+        let kind = |own: &Read| if own.seconds.is_some() { As::Time } else { As::Number };
+        let mut selected: Vec<(usize, As)> = self.read.iter().map(|own| (own.place, kind(own))).collect();
         selected.extend(self.label.map(|column| (column, As::Label)));
         record.select(&selected);
         (self.record, self.row, self.used, self.origin) = (Some(record), 0, 0, None);
@@ -432,6 +433,13 @@ impl Rows for RecordRows<'_> {
             if !more? {
                 readings.clear();
                 return Ok(false);
+            }
+            for (own, times) in self.read.iter_mut().zip(&self.block.columns) {
+                if let Some((seconds, bare @ true)) = &mut own.seconds
+                    && let Some((_, found)) = crate::record::unit_of(times)
+                {
+                    (*seconds, *bare) = (found, false);
+                }
             }
             let count = self.block.rows();
             let mut used = 0;

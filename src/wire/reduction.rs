@@ -126,7 +126,7 @@ impl Recipe {
         let mut selected: Vec<(usize, As)> = chosen.iter().map(|(_, k)| (*k, As::Number)).collect();
         let place = |selected: &Vec<(usize, As)>, there: Option<usize>| there.map(|_| selected.len());
         let time_at = place(&selected, time);
-        selected.extend(time.map(|k| (k, As::Number)));
+        selected.extend(time.map(|k| (k, As::Time)));
         let angle_at = place(&selected, angle);
         selected.extend(angle.map(|k| (k, As::Number)));
         let label_at = place(&selected, label);
@@ -134,7 +134,6 @@ impl Recipe {
         record.select(&selected);
         let mut clock = self.clock.ticks(record, time)?;
         let (mut block, mut runs): (Block, Vec<(f64, u64, u64)>) = Default::default();
-        let mut breaks = 0;
         while record.next(&mut block)? {
             for (column, conversion) in block.columns.iter_mut().zip(&conversions) {
                 if let Some(conversion) = conversion {
@@ -145,9 +144,7 @@ impl Recipe {
             for stretch in clock.stretches(times, block.rows(), None, None)? {
                 trace.interval = clock.step();
                 if stretch.after_gap {
-                    let resumed = clock.resumed(breaks);
-                    trace.resumes.push((trace.samples, resumed));
-                    breaks += 1;
+                    trace.interrupt();
                 }
                 let rows = |k: usize| {
                     let column = block.columns.at(k);
@@ -172,7 +169,7 @@ impl Recipe {
                 let more: Vec<Vec<f64>> = computed.iter().map(|c| c.values(&columns)).collect();
                 let all: Vec<&[f64]> =
                     columns.iter().copied().chain(more.iter().map(Vec::as_slice)).chain(turned.as_deref()).collect();
-                trace.push(&all);
+                trace.push(&all, clock.times().get(stretch.rows.clone()));
             }
         }
         trace.finish();

@@ -6,6 +6,7 @@ mod draws;
 mod support;
 
 mod allan;
+mod faults;
 mod formats;
 mod readings;
 mod real;

@@ -1,0 +1,424 @@
+//! What loggers really write: absent cells, lost samples, dead stretches, times in many forms, damaged files. Truths are stated in the tests.
+
+use crate::support::*;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use std::io::Cursor;
+use std::path::Path;
+use tumble::record::{As, Block, ClockFrom, Delimited, Record};
+use tumble::wire::{Recipe, Reduced, SegmentsBy};
+
+fn normal(random: &mut Pcg64Mcg) -> f64 {
+    StandardNormal.sample(random)
+}
+
+fn open(text: &str) -> Record {
+    Record::Delimited(
+        Delimited::open("log.csv", Cursor::new(text.as_bytes().to_vec())).unwrap_or_else(|e| panic!("{e}")),
+    )
+}
+
+fn recipe(segments: SegmentsBy) -> Recipe {
+    Recipe { segments, guard: None, least: None, columns: Vec::new(), clock: ClockFrom::default(), encoder: None }
+}
+
+fn still() -> Recipe {
+    recipe(SegmentsBy::Still { window: 0.5, threshold: 4.0 })
+}
+
+fn reduced(text: &str, recipe: &Recipe) -> Reduced {
+    recipe.reduce(&mut open(text), None).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// 100 Hz: each level for 15 s, shaken for 2 s before the next; rows as (time, value).
+fn positions(levels: &[f64], seed: u64) -> Vec<(f64, f64)> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut rows = Vec::new();
+    for level in levels {
+        for k in 0..1700 {
+            let value = level + normal(&mut random) * if k < 1500 { 1e-3 } else { 0.3 };
+            rows.push((rows.len() as f64 / 100.0, value));
+        }
+    }
+    rows
+}
+
+fn table(rows: &[(f64, f64)]) -> String {
+    let cell = |v: f64| if v.is_nan() { String::new() } else { format!("{v:.6}") };
+    rows.iter().fold("time_s,V\n".to_string(), |text, (t, v)| text + &format!("{t:.2},{}\n", cell(*v)))
+}
+
+/// Each segment's mean is the level it was made with.
+#[track_caller]
+fn check(found: &Reduced, levels: &[f64]) {
+    let means: Vec<(f64, f64)> = found.reduction.means.iter().map(|m| (m[0].value, m[0].uncertainty.u)).collect();
+    assert_eq!(means.len(), levels.len(), "{means:?} {:?} {:?}", found.reduction.rejected, found.notes);
+    for ((mean, u), level) in means.iter().zip(levels) {
+        assert!((mean - level).abs() < 5.0 * u && *u < 2e-4, "{mean} +- {u}, not {level}");
+    }
+}
+
+const LEVELS: [f64; 6] = [1.0, 2.0, 3.0, -1.0, 0.5, 2.5];
+
+/// Absent cells do not move what comes after them, by times and by the row's number alike.
+#[test]
+fn absent_cells_keep_their_time() {
+    let mut rows = positions(&LEVELS, 1);
+    rows[1900..2500].iter_mut().for_each(|row| row.1 = f64::NAN);
+    let list = (0..6).map(|k| (k.to_string(), 17.0 * f64::from(k) + 0.5, 17.0 * f64::from(k) + 14.5)).collect();
+    let mut by = recipe(SegmentsBy::Times { list, from: "a list".into() });
+    check(&reduced(&table(&rows), &by), &LEVELS);
+    by.clock.rate = Some(100.0);
+    let text = table(&rows).replace("time_s", "row");
+    by.columns = vec![("V".into(), "V".into())];
+    check(&reduced(&text, &by), &LEVELS);
+}
+
+/// A logger that loses some samples in a hundred loses no position; what is missing is said. Seconds that are missing end a stretch.
+#[test]
+fn lost_samples_are_bridged() {
+    let levels: Vec<f64> = (0..60).map(|k| f64::from(k * 7 % 11) / 2.0).collect();
+    for (share, seed) in [(0.02, 2), (0.05, 3)] {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut rows = positions(&levels, seed);
+        rows.retain(|_| (random.next_u32() as f64) / f64::from(u32::MAX) > share);
+        let found = reduced(&table(&rows), &still());
+        check(&found, &levels);
+        let said = |notes: &[String]| notes.iter().any(|note| note.contains("gaps bridged"));
+        assert!(
+            found.reduction.segments.iter().all(|segment| said(&segment.notes)),
+            "{:?}",
+            found.reduction.segments[0]
+        );
+    }
+    let mut rows = positions(&[1.0, 2.0], 4);
+    rows.drain(600..900);
+    let found = reduced(&table(&rows), &still());
+    assert_eq!(found.reduction.segments.len(), 3, "{:?}", found.reduction.segments);
+}
+
+/// A logger that froze, and a channel at its rail, are no positions, hide none, and are named.
+#[test]
+fn dead_stretches_are_left_out() {
+    let mut rows = positions(&LEVELS, 5);
+    let end = rows.len();
+    let mut frozen: Vec<(f64, f64)> = (0..2500).map(|k| (f64::from(k) / 100.0, 0.0)).collect();
+    frozen.extend((0..end).map(|k| (25.0 + k as f64 / 100.0, rows[k].1)));
+    let found = reduced(&table(&frozen), &still());
+    check(&found, &LEVELS);
+    let why =
+        |found: &Reduced| found.reduction.rejected.iter().map(|r| r.reason.clone()).collect::<Vec<_>>().join("; ");
+    assert!(why(&found).contains("V is stuck"), "{}", why(&found));
+    // the converter ends at 2.4: the levels 3 and 2.5 cannot be seen
+    rows.iter_mut().for_each(|row| row.1 = row.1.min(2.4));
+    let found = reduced(&table(&rows), &still());
+    check(&found, &[1.0, 2.0, -1.0, 0.5]);
+    assert!(why(&found).contains("V is saturated"), "{}", why(&found));
+    // a rail that is touched within a position: those samples are left out, and said
+    let mut rows = positions(&[1.0, 2.0], 6);
+    rows[700..705].iter_mut().for_each(|row| row.1 = 5.0);
+    let found =
+        reduced(&table(&rows), &recipe(SegmentsBy::Times { list: vec![("a".into(), 0.0, 15.0)], from: "a".into() }));
+    assert!((found.reduction.means[0][0].value - 1.0).abs() < 1e-4);
+    assert!(found.reduction.segments[0].notes.iter().any(|n| n.contains("5 samples left out: V is saturated")));
+    // what is coarse, held or set stays as it is: a temperature in tenths, a setpoint
+    let coarse = |k: usize| (20.0 + (k / 400) as f64 * 0.1, [0.0, 90.0, 45.0][k / 1000 % 3]);
+    let lines = (0..6000).map(|k| format!("{:.2},{:.1},{}\n", k as f64 / 100.0, coarse(k).0, coarse(k).1));
+    let by = SegmentsBy::Times { list: vec![("a".into(), 0.0, 59.0)], from: "a".into() };
+    let found = reduced(&("time_s,temperature,set\n".to_string() + &lines.collect::<String>()), &recipe(by));
+    assert!(found.trace.dead.is_empty() && found.reduction.segments[0].notes.is_empty());
+}
+
+/// The mean step of the clock, its notes, and how many gaps it has.
+fn clock(text: &str) -> Result<(f64, Vec<String>, u64), String> {
+    let mut record = open(text);
+    let from = ClockFrom::default();
+    let time = from.column(&record).map_err(|e| e.to_string())?;
+    let mut clock = from.ticks(&record, time).map_err(|e| e.to_string())?;
+    record.select(&[(time.ok_or("no clock")?, As::Time)]);
+    let mut block = Block::default();
+    while record.next(&mut block).map_err(|e| e.to_string())? {
+        let times = block.columns.first().map(Vec::as_slice);
+        clock.stretches(times, block.rows(), None, None).map_err(|e| e.to_string())?;
+    }
+    Ok((clock.interval().map_err(|e| e.to_string())?, clock.notes(), clock.jumps().1))
+}
+
+/// Two hundred rows at 100 Hz, however their times are written.
+#[test]
+fn times_as_people_write_them() {
+    let rows = |title: &str, time: &dyn Fn(u64) -> String| {
+        (0..200).fold(format!("{title}\n"), |text, k| text + &format!("{},{}.25\n", time(k), k % 7))
+    };
+    let second = |k: u64| format!("{:02}.{:02}", 55 + k / 100 % 5, k % 100);
+    let toa5 = "\"TOA5\",\"CR1000\",\"Station\",\"1234\"\n\"TIMESTAMP\",\"V\"\n\"TS\",\"mV\"\n\"\",\"Avg\"";
+    for (text, unit) in [
+        (rows("timestamp,V", &|k| format!("2024-03-31T01:59:{}", second(k))), None),
+        (rows("timestamp,V", &|k| format!("2024-03-31T01:59:{}+02:00", second(k))), None),
+        (rows("Zeit,V", &|k| format!("20.11.2026 09:14:{}", second(k))), None),
+        (
+            rows("time,V", &|k| {
+                if k < 100 { format!("23:59:59.{:02}", k) } else { format!("00:00:00.{:02}", k - 100) }
+            }),
+            None,
+        ),
+        (rows("timestamp,V", &|k| format!("{}", 1_700_000_000.0 + k as f64 / 100.0)), None),
+        (rows("timestamp,V", &|k| (1_700_000_000_000 + 10 * k).to_string()), Some("ms")),
+        (rows("timestamp,V", &|k| (1_700_000_000_000_000 + 10_000 * k).to_string()), Some("us")),
+        (rows("timestamp,V", &|k| (1_700_000_000_000_000_000 + 10_000_000 * k).to_string()), Some("ns")),
+        (rows("timestamp,V", &|k| (1_200_000_000 + 10_000 * k).to_string()), Some("us")),
+        (rows("timestamp,gyro_rad[0]", &|k| (50_000 + 10_000 * k).to_string()), Some("us")),
+        (
+            rows("#timestamp [ns],w_RS_S_x [rad s^-1]", &|k| (1_403_636_579_758_555_392 + 10_000_000 * k).to_string()),
+            None,
+        ),
+        (rows("t,V", &|k| format!("{}", k as f64 / 100.0)), None),
+        (rows(toa5, &|k| format!("\"2024-01-01 10:00:{:02}.{:02}\"", k / 100, k % 100)), None),
+    ] {
+        let (step, notes, gaps) = clock(&text).unwrap_or_else(|error| panic!("{error}\n{text:.200}"));
+        assert!((step - 0.01).abs() < 1e-8 && gaps == 0, "{step} {notes:?}\n{text:.200}");
+        assert_eq!(notes.iter().any(|n| n.contains("has no unit")), unit.is_some(), "{notes:?}");
+        assert!(unit.is_none_or(|unit| notes[0].contains(&format!("in {unit},"))), "{notes:?}");
+    }
+    let toa5 = open(&rows(toa5, &|k| format!("\"2024-01-01 10:00:00.{k:03}\"")));
+    assert_eq!((toa5.columns()[1].name.as_str(), toa5.columns()[1].unit.as_deref()), ("V", Some("mV")));
+    let px4 = open("timestamp,gyro_rad[0],gyro_rad[1]\n50000,1,2\n60000,1,2\n");
+    assert!(px4.columns().iter().all(|own| own.unit.is_none()));
+    for text in ["t,V\n1.2.3,1\n1.2.4,2\n1.2.5,3\n", "timestamp,V\nnever,1\nnow,2\n"] {
+        assert!(clock(text).is_err(), "{text}");
+    }
+}
+
+/// Times that are coarser than the samples, stand twice or change places neither end the record nor stretch it.
+#[test]
+fn times_that_are_not_quite_in_order() {
+    let text = |time: &dyn Fn(u64) -> f64| {
+        (0..2000).fold("t,V\n".to_string(), |text, k| text + &format!("{:.3},1\n", time(k)))
+    };
+    // whole seconds, a hundred rows each
+    let (step, notes, gaps) = clock(&text(&|k| (k / 100) as f64)).expect("a clock");
+    assert!(
+        (step - 0.01).abs() < 2e-4 && gaps == 0 && notes[0].contains("several rows have one time"),
+        "{step} {notes:?}"
+    );
+    // a row in fifty has the time of the row before; two of them change places
+    let twice = |k: u64| if k % 50 == 7 { k - 1 } else { k } as f64 / 100.0;
+    let (step, _, gaps) = clock(&text(&twice)).expect("a clock");
+    assert!((step - 0.01).abs() < 1e-4 && gaps <= 40, "{step} {gaps}");
+    let back = |k: u64| match k % 100 {
+        7 => k as f64 / 100.0 + 0.012,
+        _ => k as f64 / 100.0,
+    };
+    let (step, notes, _) = clock(&text(&back)).expect("a clock");
+    assert!((step - 0.01).abs() < 3e-4 && notes.iter().all(|note| !note.contains("goes back")), "{step} {notes:?}");
+}
+
+/// `""` is a quote, and a quoted cell may have several lines; a quote inside a cell is a character.
+#[test]
+fn quoted_cells() {
+    let text = "serial,x,\"Ausgang\n(mV)\"\n\"6\"\" rotor\",1,1.01\n\"two\nlines, one comma\",2,2.02\n6\" plain,3,3.03\n\"at the\nend\",4,4.04";
+    let mut record = open(text);
+    assert_eq!(record.columns()[2].title, "Ausgang\n(mV)");
+    record.select(&[(0, As::Label), (1, As::Number), (2, As::Number)]);
+    let mut block = Block::default();
+    assert!(record.next(&mut block).expect("rows"));
+    assert_eq!(block.columns[1..], [vec![1.0, 2.0, 3.0, 4.0], vec![1.01, 2.02, 3.03, 4.04]]);
+    assert_eq!(record.labels(), ["6\" rotor", "two\nlines, one comma", "6\" plain", "at the\nend"]);
+    // over the end of a block of a megabyte
+    let wide = "x".repeat(900_000);
+    let text = format!("a,b\n1,\"{wide}\n{wide}\"\n2,\"{wide}\"\n3,c\n");
+    let mut record = open(&text);
+    record.select(&[(0, As::Number), (1, As::Label)]);
+    let mut all = Vec::new();
+    while record.next(&mut block).expect("rows") {
+        all.extend_from_slice(&block.columns[0]);
+    }
+    assert!(all == [1.0, 2.0, 3.0] && record.labels()[0].len() == 1_800_001);
+}
+
+/// Many columns are no other work than many rows.
+#[test]
+fn twenty_thousand_columns() {
+    let line = |of: &dyn Fn(usize) -> String| (0..20_000).map(of).collect::<Vec<_>>().join(",") + "\n";
+    let text: String =
+        line(&|k| format!("c_{k}")) + &(0..20).map(|row| line(&|k| (row * 20_000 + k).to_string())).collect::<String>();
+    let mut record = open(&text);
+    record.select(&[(19_999, As::Number), (0, As::Number)]);
+    let mut block = Block::default();
+    assert!(record.next(&mut block).expect("rows") && block.rows() == 20);
+    assert_eq!((block.columns[0][19], block.columns[1][19]), (399_999.0, 380_000.0));
+}
+
+fn column(path: &Path, kinds: &[As]) -> Result<(Block, Vec<String>), String> {
+    let mut record = Record::at(path).map_err(|e| e.to_string())?;
+    record.select(&kinds.iter().enumerate().map(|(k, own)| (k, *own)).collect::<Vec<_>>());
+    let mut block = Block::default();
+    record.next(&mut block).map_err(|e| e.to_string())?;
+    Ok((block, record.labels().to_vec()))
+}
+
+/// Files that say more than they hold are errors; one cell far away is one cell.
+#[test]
+fn damaged_files_ask_for_no_memory() {
+    let at = data("damaged");
+    let (block, _) = column(&at.join("stray_corner.xlsx"), &[As::Number, As::Number]).expect("a table");
+    assert!(block.rows() == 200 && block.columns[0][199] == 1.99 && block.columns[1][199] == 1.03);
+    for (name, words) in [("loop.xls", "damaged"), ("big.h5", "more than the file can hold")] {
+        let error = column(&at.join(name), &[As::Number]).expect_err(name);
+        assert!(error.contains(words), "{name}: {error}");
+    }
+    let (block, _) = column(&at.join("far-cell.xlsx#Notes"), &[As::Number]).expect("a table");
+    assert_eq!(block.columns[0], [1.0]);
+}
+
+/// A byte of a chunk that changed, which no other check sees.
+#[test]
+fn the_checksums_of_a_log() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("log.mcap");
+    let sound = std::fs::read(data("records/ros1.mcap")).expect("a log");
+    let mut found = 0;
+    for at in (200..sound.len() / 2).step_by(97) {
+        let mut bytes = sound.clone();
+        bytes[at] ^= 1;
+        std::fs::write(&path, &bytes).expect("a file");
+        match column(&path, &[As::Number; 7]) {
+            Err(error) => found += usize::from(error.contains("checksum")),
+            Ok((block, _)) => {
+                std::fs::write(&path, &sound).expect("a file");
+                assert_eq!(block, column(&path, &[As::Number; 7]).expect("the log").0, "byte {at}");
+            }
+        }
+    }
+    assert!(found > 0, "no checksum was looked at");
+}
+
+/// Formats that are known and not read have their names.
+#[test]
+fn formats_have_their_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (bytes, words) in [
+        (&b"#ROSBAG V2.0\n\x45\0\0\0"[..], "ROS 1"),
+        (b"SQLite format 3\0\x10\0", "SQLite"),
+        (b"ULog\x01\x12\x35\x01\0\0\0\0", "ULog"),
+        (b"TDSm\x0e\0\0\0\x69\x12\0\0", "TDMS"),
+        (b"\x28\xb5\x2f\xfd\x04\x00\x00\x00", "zstd"),
+    ] {
+        let path = folder.path().join("log");
+        std::fs::write(&path, bytes).expect("a file");
+        let error = column(&path, &[As::Number]).expect_err(words);
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+/// Every logical type of Parquet is what it says, as a number and as a label, or is named.
+#[test]
+fn logical_types_of_parquet() {
+    use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUnit, Type as Physical};
+    use parquet::data_type::*;
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::types::Type;
+    use std::sync::Arc;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("types.parquet");
+    let decimal = |scale, precision| LogicalType::decimal(scale, precision);
+    let of = |name: &'static str, kind: Physical, logical: Option<LogicalType>| {
+        Type::primitive_type_builder(name, kind).with_repetition(Repetition::REQUIRED).with_logical_type(logical)
+    };
+    let fields = vec![
+        of("a", Physical::INT32, Some(decimal(4, 9))).with_precision(9).with_scale(4).build(),
+        of("b", Physical::INT64, Some(decimal(2, 18))).with_precision(18).with_scale(2).build(),
+        of("c", Physical::FIXED_LEN_BYTE_ARRAY, Some(decimal(10, 38)))
+            .with_length(16)
+            .with_precision(38)
+            .with_scale(10)
+            .build(),
+        of("d", Physical::FIXED_LEN_BYTE_ARRAY, Some(LogicalType::Float16)).with_length(2).build(),
+        of("e", Physical::INT32, Some(LogicalType::Date)).build(),
+        of("f", Physical::INT64, Some(LogicalType::timestamp(true, TimeUnit::MICROS))).build(),
+        of("g", Physical::INT64, Some(LogicalType::integer(64, false))).build(),
+        of("h", Physical::INT32, None)
+            .with_converted_type(ConvertedType::DECIMAL)
+            .with_precision(9)
+            .with_scale(3)
+            .build(),
+    ];
+    let fields = fields.into_iter().map(|field| Arc::new(field.expect("a field"))).collect();
+    let schema = Arc::new(Type::group_type_builder("table").with_fields(fields).build().expect("a schema"));
+    for pack in [Compression::UNCOMPRESSED, Compression::LZ4, Compression::LZ4_RAW, Compression::SNAPPY] {
+        let properties = WriterProperties::builder().set_compression(pack).build();
+        let file = std::fs::File::create(&path).expect("a file");
+        let mut writer = SerializedFileWriter::new(file, schema.clone(), Arc::new(properties)).expect("a writer");
+        let mut group = writer.next_row_group().expect("a group");
+        macro_rules! column {
+            ($type:ty, $values:expr) => {{
+                let mut column = group.next_column().expect("a column").expect("one more");
+                column.typed::<$type>().write_batch(&$values, None, None).expect("values");
+                column.close().expect("a column");
+            }};
+        }
+        column!(Int32Type, [12_345, -5]);
+        column!(Int64Type, [-123_456_789_012_345_678_i64, 7]);
+        let fixed = |bytes: Vec<u8>| FixedLenByteArray::from(bytes);
+        column!(
+            FixedLenByteArrayType,
+            [fixed((-31_415_926_536_i128).to_be_bytes().to_vec()), fixed(1_i128.to_be_bytes().to_vec())]
+        );
+        // -2 and 2^-24, the least number of binary16
+        column!(FixedLenByteArrayType, [fixed(0xC000_u16.to_le_bytes().to_vec()), fixed(1_u16.to_le_bytes().to_vec())]);
+        column!(Int32Type, [19_810, 0]);
+        column!(Int64Type, [1_711_850_395_250_000_i64, 0]);
+        column!(Int64Type, [-1_i64, i64::MIN]);
+        column!(Int32Type, [1, -2_500]);
+        group.close().expect("a group");
+        writer.close().expect("a file");
+        let (block, _) = column(&path, &[As::Number; 8]).expect("numbers");
+        let expected = [
+            [1.2345, -0.0005],
+            [-1_234_567_890_123_456.78, 0.07],
+            [-3.1415926536, 1e-10],
+            [-2.0, 2_f64.powi(-24)],
+            [19_810.0 * 86_400.0, 0.0],
+            [1_711_850_395.25, 0.0],
+            [18_446_744_073_709_551_615.0, 9_223_372_036_854_775_808.0],
+            [0.001, -2.5],
+        ];
+        for (found, expected) in block.columns.iter().zip(expected) {
+            assert_eq!(found[..], expected, "{pack:?}");
+        }
+        let (_, labels) = column(&path, &[As::Label; 8]).expect("labels");
+        for text in [
+            "1.2345",
+            "-0.0005",
+            "-1234567890123456.78",
+            "-3.1415926536",
+            "0.0000000001",
+            "2024-03-28",
+            "1970-01-01",
+            "2024-03-31T01:59:55.25",
+            "18446744073709551615",
+            "9223372036854775808",
+            "-2.500",
+        ] {
+            assert!(labels.iter().any(|own| own == text), "{text}: {labels:?}");
+        }
+    }
+    let field = Type::primitive_type_builder("i", Physical::FIXED_LEN_BYTE_ARRAY).with_length(12);
+    let field = field.with_converted_type(ConvertedType::INTERVAL).with_repetition(Repetition::REQUIRED).build();
+    let schema = Type::group_type_builder("table").with_fields(vec![Arc::new(field.expect("a field"))]).build();
+    let file = std::fs::File::create(&path).expect("a file");
+    let mut writer =
+        SerializedFileWriter::new(file, Arc::new(schema.expect("a schema")), Default::default()).expect("a writer");
+    let mut group = writer.next_row_group().expect("a group");
+    let mut own = group.next_column().expect("a column").expect("one more");
+    own.typed::<FixedLenByteArrayType>()
+        .write_batch(&[FixedLenByteArray::from(vec![0; 12])], None, None)
+        .expect("a value");
+    own.close().expect("a column");
+    group.close().expect("a group");
+    writer.close().expect("a file");
+    let error = column(&path, &[As::Number]).expect_err("an interval");
+    assert!(error.contains("INTERVAL"), "{error}");
+}
