@@ -21,17 +21,23 @@ pub(super) struct Cells {
     cells: Vec<(f64, f64)>,
     /// Samples so far, those that are missing among them.
     places: u64,
+    /// Where the last cell ends.
+    end: u64,
 }
 
 impl Cells {
     pub fn new() -> Self {
-        Cells { length: 1, cells: Vec::new(), places: 0 }
+        Cells { length: 1, cells: Vec::new(), places: 0, end: 0 }
     }
 
     /// One more sample, or `None`.
     pub fn push(&mut self, sample: Option<f64>) {
+        if self.places >= self.end {
+            self.reach(self.places);
+            self.end = (self.places / self.length + 1) * self.length;
+        }
         self.places += 1;
-        let cell = self.reach(self.places - 1);
+        let Some(cell) = self.cells.last_mut() else { return };
         match sample {
             Some(sample) => cell.1 += sample,
             None => cell.0 += 1.0,
@@ -40,7 +46,8 @@ impl Cells {
 
     /// So many samples are missing.
     pub fn skip(&mut self, count: u64) {
-        let end = self.places.saturating_add(count);
+        // numbers of samples that floats hold
+        let end = self.places.saturating_add(count).min(1 << 53).max(self.places);
         self.reach(end.saturating_sub(1));
         while self.places < end {
             let next = ((self.places / self.length + 1) * self.length).min(end);
@@ -48,6 +55,7 @@ impl Cells {
             self.reach(self.places).0 += lost;
             self.places = next;
         }
+        self.end = 0;
     }
 
     /// No difference reaches across this place.

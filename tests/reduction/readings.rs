@@ -293,7 +293,7 @@ fn no_static_stretch() {
 }
 
 /// What repeats with a turn is taken out of the noise, but not the noise at its frequencies: means over two and five turns are covered. (With nothing in
-/// its place: 0.87 for a correlation time of a twentieth of a segment and five turns.)
+/// its place: 0.87 for correlation times of a hundredth and a twentieth of a segment and two turns.)
 #[test]
 fn means_over_turns_keep_the_noise_at_their_frequencies() {
     use tumble::reduce::{Segment, Trace, mean_uncertainties};
