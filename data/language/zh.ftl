@@ -960,6 +960,9 @@ quantity-position = 位置误差
 samples-a-second = { $record }：每秒 { $rate } 个采样（{ $from }）
 below = 上限（95 %）
 their-sum-does-not-describe-the-deviations = 各项之和不能描述实测偏差
+no-coefficients-constant = 无系数：所有采样值相同
+no-coefficients-short = 无系数：平均时间不足五个倍频程（需 80 个采样）
+no-coefficients-undescribed = 无系数：各项之和无法给出这样的偏差
 random-walk-sampled = 速率随机游走按每个 { $interval } s 间隔末端的瞬时值（而非间隔内的平均值）处理：以更少的项即可描述实测偏差
 their-sum-describes-the-deviations = 各项之和能够描述实测偏差
 chi-square-dof-p = χ² = { $chi }，自由度 { $dof }，p = { $p }

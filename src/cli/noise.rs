@@ -64,15 +64,37 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut ladders: Vec<Ladder> = titled.iter().map(|_| Ladder::new(usize::from(arguments.per_octave))).collect();
     let mut clock = arguments.clock.ticks(&record, time)?;
     let mut block = Block::default();
+    let mut last = f64::NAN;
     while record.next(&mut block)? {
         let times = time.and_then(|_| block.columns.last());
-        for stretch in clock.stretches(times.map(Vec::as_slice), block.rows(), arguments.from, arguments.to)? {
-            for (ladder, values) in ladders.iter_mut().zip(&block.columns) {
-                if stretch.after_gap {
-                    ladder.interrupt();
+        let stretches = clock.stretches(times.map(Vec::as_slice), block.rows(), arguments.from, arguments.to)?;
+        // samples that a gap before a stretch left out
+        let steps = clock.seconds_per_unit() / clock.step();
+        let time = |row: usize| times.and_then(|times| times.get(row)).copied();
+        let missing: Vec<Option<f64>> = stretches
+            .iter()
+            .map(|stretch| {
+                let before = stretch.rows.start.checked_sub(1).and_then(time).unwrap_or(last);
+                let lost = time(stretch.rows.start).map(|now| ((now - before) * steps).round() - 1.0);
+                lost.filter(|_| stretch.after_gap)
+            })
+            .collect();
+        last = times.and_then(|times| times.last()).copied().unwrap_or(last);
+        for (ladder, values) in ladders.iter_mut().zip(&block.columns) {
+            let mut joined: Vec<f64> = Vec::with_capacity(values.len());
+            for (stretch, missing) in stretches.iter().zip(&missing) {
+                match missing.map(|lost| (lost >= 0.0, crate::number::count_u64(lost))) {
+                    None => {}
+                    Some((true, lost)) if lost <= Ladder::BRIDGED => joined.extend((0..lost).map(|_| f64::NAN)),
+                    Some((forward, lost)) => {
+                        ladder.push(&std::mem::take(&mut joined));
+                        // a clock that was set back does not say how long the gap is
+                        if forward { ladder.missing(lost) } else { ladder.interrupt() }
+                    }
                 }
-                ladder.push(values.part(stretch.rows.clone()));
+                joined.extend_from_slice(values.part(stretch.rows.clone()));
             }
+            ladder.push(&joined);
         }
     }
     let interval = clock.interval()?;

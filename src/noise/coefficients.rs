@@ -1,14 +1,16 @@
-//! The coefficients of IEEE Std 952 by weighted least squares on Allan variances, with the covariance of correlated points.
+//! The coefficients of IEEE Std 952 from Allan variances: one likelihood of their sum, with the covariance of correlated points that follows from it.
 #![allow(
     clippy::indexing_slicing,
-    reason = "five terms, indexed by loops over five; gram matrices refer to points by number, and columns and variances have one entry for each point"
+    reason = "five terms, indexed by loops over five; grams, columns and variances have one entry for each point"
 )]
 
+use super::Sums;
+use super::cells::Cells;
 use super::covariance::{Gram, covariance, gram};
-use crate::linear::Triangle;
-use crate::uncertainty::quantiles::chi_square_survival;
+use super::ladder::MISSING;
+use crate::linear::{Triangle, dot, norm, normalise, project};
+use crate::uncertainty::quantiles::{chi_square_survival, normal_survival};
 use crate::vocabulary::vocabulary;
-use faer::{Mat, Side};
 use std::f64::consts::{LN_2, PI};
 
 vocabulary! {
@@ -75,6 +77,8 @@ pub struct Coefficient {
 pub struct Coefficients {
     /// In the order of [`Term::ALL`].
     pub terms: [Coefficient; 5],
+    /// Squares of the likeliest set, with those of terms that another could stand for, and that are therefore not reported.
+    pub squares: [f64; 5],
     /// Generalized sum of squares of the deviations from the fitted line.
     pub chi_square: f64,
     /// Averaging times less coefficients.
@@ -97,13 +101,13 @@ impl Coefficients {
     pub fn variance(&self, tau: f64) -> f64 {
         let steps = self.walk_sampled.map_or(0.0, |interval| sampled_walk(interval, tau));
         let more = |term: Term| if term == Term::RateRandomWalk { steps } else { 0.0 };
-        self.terms.iter().map(|c| c.value.map_or(0.0, |v| v * v * (c.term.variance(tau) + more(c.term)))).sum()
+        Term::ALL.iter().zip(self.squares).map(|(term, square)| square * (term.variance(tau) + more(*term))).sum()
     }
 
     /// Power of the frequency of what dominates at `tau`.
     pub(super) fn alpha(&self, tau: f64) -> i32 {
-        let size = |c: &Coefficient| c.value.map_or(0.0, |v| v * v * c.term.variance(tau));
-        self.terms.iter().max_by(|a, b| size(a).total_cmp(&size(b))).map_or(0, |c| c.term.alpha())
+        let size = |term: Term| self.squares[term as usize] * term.variance(tau);
+        Term::ALL.into_iter().max_by(|a, b| size(*a).total_cmp(&size(*b))).map_or(0, Term::alpha)
     }
 
     /// One coefficient.
@@ -118,260 +122,377 @@ fn sampled_walk(interval: f64, tau: f64) -> f64 {
     interval * interval / (6.0 * tau)
 }
 
-/// A coefficient is there if its square would be so large by chance less often than this.
-const PRESENT: f64 = 0.001;
-/// What one more coefficient must take off the sum of squares: the square of the normal quantile at that probability.
-const TERM: f64 = 9.55;
-const ROUNDS: usize = 12;
+/// How seldom chance makes one of the five terms, all together.
+const FAMILY: f64 = 0.01;
+/// What one more term must take off `-2 ln L`: the square of the normal quantile at a fifth of that.
+const TERM: f64 = 8.2838;
+const ROUNDS: usize = 30;
+/// Of the distributions that the model's neighbours give, those less likely than this do not count.
+const LIKELY: f64 = 1e-3;
 
-/// What the fit works on.
+/// What the fit works on; the unit of time is a sample.
 struct Points {
+    /// Averaging times.
+    m: Vec<f64>,
+    /// Allan variances about the record's slope.
     variances: Vec<f64>,
-    /// Variance at each averaging time for a square of one, in units of the observed variances.
-    columns: [Vec<f64>; 5],
-    grams: Vec<(usize, usize, Gram)>,
-    interval: f64,
+    /// The record's slope.
+    slope: f64,
+    /// Covariances of the slope (first) and of the mean differences at each averaging time, for squares of Q, N, B, K of one.
+    means: Vec<Vec<[f64; 4]>>,
+    /// The Allan variances for such squares, less what the slope took.
+    columns: [Vec<f64>; 4],
+    /// The white noise that each averaging time has of a square of Q of one, where runs of missing samples leave ends of sums.
+    ends: Vec<f64>,
+    /// Row i has the points up to i.
+    grams: Vec<Vec<Gram>>,
 }
 
-/// Squares of the coefficients that are in, their covariance, and the sum of squares.
+/// At some squares: residuals and columns, white, and `-2 ln L`.
+struct White {
+    residuals: Vec<f64>,
+    columns: [Vec<f64>; 4],
+    cost: f64,
+}
+
+/// A set of terms, the squares of Q, N, B, K, and how likely they are.
+#[derive(Debug, Clone)]
 struct Fitted {
-    squares: [f64; 5],
-    covariance: [[f64; 5]; 5],
-    /// Skewness of each square's estimate: at the longest averaging times few differences are independent.
-    skewness: [f64; 5],
+    active: [bool; 5],
+    /// Is a random walk sampled?
+    sampled: bool,
+    squares: [f64; 4],
+    ramp: f64,
     chi_square: f64,
+    cost: f64,
 }
 
-/// Probability that an estimate of mean zero lies more than `z` standard deviations above it: a chi-square shifted to that mean, with the same
-/// skewness `sqrt(8/nu)` (Pearson's type III), or the normal distribution where there is none.
-fn beyond(z: f64, skewness: f64) -> f64 {
-    let nu = 8.0 / (skewness * skewness);
-    if skewness > 0.0 && nu < 1e4 {
-        // what is not finite is far beyond
-        return chi_square_survival((nu + z * (2.0 * nu).sqrt()).max(0.0), nu).unwrap_or(0.0);
+impl Fitted {
+    fn count(&self) -> usize {
+        self.active.iter().filter(|a| **a).count()
     }
-    0.5 * chi_square_survival(z * z, 1.0).unwrap_or(0.0)
+
+    /// Has it all terms that the other one has?
+    fn contains(&self, other: &Fitted) -> bool {
+        (0..5).all(|k| self.active[k] || !other.active[k])
+    }
+
+    fn penalized(&self) -> f64 {
+        self.cost + TERM * self.count() as f64
+    }
+
+    fn noises(&self) -> Vec<usize> {
+        (0..4).filter(|k| self.active[*k]).collect()
+    }
+
+    /// Squares as white noise and a walk that is averaged.
+    fn averaged(&self, squares: &[f64; 4]) -> [f64; 4] {
+        let [q, n, b, k] = *squares;
+        [q, n + if self.sampled { k / 6.0 } else { 0.0 }, b, k]
+    }
 }
 
-/// The coefficients from Allan variances at averaging times `taus` (s); `shapes` has the samples averaged and the number of differences.
+/// Least squares in white columns: the solution, and its covariance; `None` where columns are dependent.
+fn least_squares(columns: &[&Vec<f64>], y: &[f64]) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    let (mut basis, mut upper): (Vec<Vec<f64>>, Vec<Vec<f64>>) = Default::default();
+    for column in columns {
+        let mut own = (*column).clone();
+        project(&mut own, &basis);
+        project(&mut own, &basis);
+        let mut row: Vec<f64> = basis.iter().map(|b| dot(b, column)).collect();
+        let left = normalise(&mut own);
+        if !(left > 1e-9 * norm(column)) {
+            return None;
+        }
+        row.push(left);
+        basis.push(own);
+        upper.push(row);
+    }
+    let triangle = Triangle::of_upper(columns.len(), |i, j| upper[j][i]);
+    let mut x: Vec<f64> = basis.iter().map(|b| dot(b, y)).collect();
+    triangle.backward(&mut x);
+    Some((x, triangle.inverse()))
+}
+
+/// The coefficients from sums of squared differences at octaves of averaging times.
 ///
-/// Weighted least squares on variances with their full covariance, which follows from the coefficients themselves and is renewed until it stands; squares are
-/// not negative. A coefficient is there if leaving it out raises the generalized sum of squares (with the covariance that holds without it) beyond
-/// what chance does in one case of a thousand. `None` for fewer averaging times than coefficients, or where nothing varies.
-pub fn coefficients(taus: &[f64], variances: &[f64], shapes: &[(u64, u64)], interval: f64) -> Option<Coefficients> {
-    if taus.len() < Term::ALL.len() || variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
-        return None;
-    }
-    let mut grams = Vec::new();
-    for (i, first) in shapes.iter().enumerate() {
-        for (j, second) in shapes.iter().enumerate().skip(i) {
-            grams.extend(gram(*first, *second).map(|gram| (i, j, gram)));
-        }
-    }
-    let column = |term: Term, more: &dyn Fn(f64) -> f64| -> Vec<f64> {
-        taus.iter().zip(variances).map(|(tau, v)| (term.variance(*tau) + more(*tau)) / v).collect()
-    };
-    let columns = Term::ALL.map(|term| column(term, &|_| 0.0));
-    let mut points = Points { variances: variances.to_vec(), columns, grams, interval };
-    let averaged = selected(&points)?;
-    if averaged.get(Term::RateRandomWalk).is_none_or(|walk| walk.value.is_none()) {
-        return Some(averaged);
-    }
-    // whether a logger takes values or means is not known: the one that needs less to be described
-    points.columns[3] = column(Term::RateRandomWalk, &|tau| sampled_walk(interval, tau));
-    let sampled = selected(&points).map(|own| Coefficients { walk_sampled: Some(interval), ..own });
-    let cost = |own: &Coefficients| {
-        own.chi_square + TERM * own.terms.iter().filter(|term| term.value.is_some()).count() as f64
-    };
-    Some(sampled.filter(|own| cost(own) < cost(&averaged)).unwrap_or(averaged))
-}
-
-/// The terms that are there.
-fn selected(points: &Points) -> Option<Coefficients> {
-    let mut active = [true; 5];
-    let mut p = [1.0; 5];
-    let mut fitted = points.fit(active)?;
-    loop {
-        // out with what is at zero, then with the least significant
-        let at_zero = (0..5).find(|k| active[*k] && fitted.squares[*k] <= 0.0);
-        let count = active.iter().filter(|a| **a).count();
-        let mut weakest: Option<(usize, f64, Fitted)> = None;
-        if at_zero.is_none() && count > 1 {
-            for k in (0..5).filter(|k| active[*k]) {
-                let mut without = active;
-                without[k] = false;
-                let Some(less) = points.fit(without) else { continue };
-                let more = points.with_covariance_of(active, &less.squares)?;
-                let drop = (less.chi_square - more.chi_square).max(0.0);
-                let chance = beyond(drop.sqrt(), more.skewness[k]);
-                p[k] = chance;
-                if chance > PRESENT && weakest.as_ref().is_none_or(|(_, most, _)| chance > *most) {
-                    weakest = Some((k, chance, less));
-                }
-            }
-        }
-        match (at_zero, weakest) {
-            (Some(k), _) if count > 1 => {
-                active[k] = false;
-                p[k] = 1.0;
-                fitted = points.fit(active)?;
-            }
-            (_, Some((k, _, less))) => {
-                active[k] = false;
-                fitted = less;
-            }
-            _ => break,
-        }
-    }
-    let dof = points.variances.len().saturating_sub(active.iter().filter(|a| **a).count());
-    let terms = std::array::from_fn(|k| {
-        // five terms, five places
-        let term = Term::ALL.get(k).copied().unwrap_or(Term::RandomWalk);
-        if active[k] {
-            let value = fitted.squares[k].sqrt();
-            let u = fitted.covariance[k][k].max(0.0).sqrt() / (2.0 * value);
-            let alone = active.iter().filter(|a| **a).count() == 1;
-            return Coefficient {
-                term,
-                value: Some(value),
-                u: Some(u).filter(|u| u.is_finite()),
-                p: if alone { 0.0 } else { p[k] },
-                below: None,
-            };
-        }
-        let mut with = active;
+/// The data are the record's slope, and the Allan variances `v` about it. Those have the expectation `m` of the sum of terms and a relative covariance `C` that
+/// follows from the same sum. Their cube roots are near to normal however few the degrees of freedom (Wilson and Hilferty):
+/// `e = 3 ((v/m)^(1/3) - 1 + C_ii/9)` has covariance `C`. The slope is normal with the variance that the sum of terms gives, about zero or about a ramp. For
+/// each set of terms the squares solve the weighted least squares of `e`, renewed until they hold; the set is the likeliest, each term
+/// taken for as much as chance gives in one record of a hundred. u is such that 1.96 u covers 95 %, over that set and those with more terms, as
+/// likely as they are. `None` for fewer than five averaging times, or where nothing varies.
+pub(super) fn coefficients(sums: &[Sums], cells: &Cells, interval: f64) -> Option<Coefficients> {
+    let points = Points::new(sums, cells)?;
+    let set = |set: usize| -> [bool; 5] { std::array::from_fn(|k| set >> k & 1 == 1) };
+    // whether a logger takes values or means of a random walk is not known: the one that is likelier
+    let tried = (1..32).flat_map(|number| [(set(number), false), (set(number), true)]);
+    let mut fits: Vec<Fitted> = tried
+        .filter(|(active, sampled)| active[..4].contains(&true) && (active[3] || !sampled))
+        .filter_map(|(active, sampled)| points.fit(active, sampled))
+        .collect();
+    let best = fits.iter().min_by(|a, b| a.penalized().total_cmp(&b.penalized()))?.clone();
+    fits.retain(|fit| fit.sampled == best.sampled || !(fit.active[3] && best.active[3]));
+    // the probability of a term by chance: beside sets within its own by the likelihood's drop, as a normal variable's square; beside others of no
+    // more terms by Markov's inequality, that a likelihood ratio exceeds 1/p with p at most
+    let chance = |k: usize| {
+        let mut with = best.active;
         with[k] = true;
-        let below = points.free(with, &fitted.squares).and_then(|more| {
-            let most = more.squares[k].max(0.0) + 1.645 * more.covariance[k][k].max(0.0).sqrt();
-            Some(most.sqrt()).filter(|v| v.is_finite())
-        });
-        Coefficient { term, value: None, u: None, p: p[k], below }
+        let Some(with) = fits.iter().filter(|fit| fit.active == with).min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
+            return 1.0;
+        };
+        let others = fits.iter().filter(|fit| !fit.active[k] && fit.count() <= with.count());
+        let p = |fit: &Fitted| {
+            let gain = (fit.cost - with.cost).max(0.0);
+            // not finite: as far as can be
+            if with.contains(fit) { normal_survival(gain.sqrt()).unwrap_or(0.0) } else { (-0.5 * gain).exp() / 5.0 }
+        };
+        others.map(p).fold(0.0, f64::max)
+    };
+    let larger: Vec<&Fitted> = fits.iter().filter(|fit| fit.contains(&best)).collect();
+    let units = [interval, interval.sqrt(), 1.0, interval.sqrt().recip(), interval.recip()];
+    let value = |k: usize, fit: &Fitted| if k == 4 { points.slope.abs() } else { fit.squares[k].sqrt() };
+    let terms = std::array::from_fn(|k| {
+        let (term, p, unit) = (Term::ALL[k], chance(k), units[k]);
+        if best.active[k] && p < FAMILY / 5.0 {
+            let u = points.uncertainty(k, value(k, &best), &best, &larger).map(|u| u * unit);
+            return Coefficient { term, value: Some(value(k, &best) * unit), u, p, below: None };
+        }
+        let with = larger.iter().filter(|fit| fit.active[k]).min_by_key(|fit| fit.count()).copied();
+        let below = points.below(k, with.unwrap_or(&best)).map(|below| below * unit);
+        Coefficient { term, value: None, u: None, p, below }
     });
+    let squares = std::array::from_fn(|k| if best.active[k] { (value(k, &best) * units[k]).powi(2) } else { 0.0 });
+    let dof = (points.m.len() + 1).saturating_sub(best.count());
     // a misfit that is not finite is rejected
-    let p = chi_square_survival(fitted.chi_square, dof.max(1) as f64).unwrap_or(0.0);
-    Some(Coefficients { terms, chi_square: fitted.chi_square, dof, p, walk_sampled: None })
+    let p = chi_square_survival(best.chi_square, dof.max(1) as f64).unwrap_or(0.0);
+    let walk_sampled = (best.sampled && best.active[3]).then_some(interval);
+    Some(Coefficients { terms, squares, chi_square: best.chi_square, dof, p, walk_sampled })
 }
 
 impl Points {
-    /// Fit with a covariance that follows from the fit itself.
-    fn fit(&self, active: [bool; 5]) -> Option<Fitted> {
-        // a first guess: each term touches the deviations from below
-        let mut squares: [f64; 5] = std::array::from_fn(|k| {
-            let column = self.columns.get(k).map_or(&[][..], Vec::as_slice);
-            let most = column.iter().copied().fold(0.0, f64::max);
-            if active[k] && most > 0.0 { 1.0 / most } else { 0.0 }
+    fn new(sums: &[Sums], cells: &Cells) -> Option<Self> {
+        if sums.len() < Term::ALL.len() {
+            return None;
+        }
+        let n = sums.len();
+        let grams: Vec<Vec<Gram>> =
+            (0..n).map(|i| (0..=i).map(|j| gram(&sums[j], &sums[i], sums, cells)).collect()).collect();
+        let m: Vec<f64> = sums.iter().map(|s| s.m as f64).collect();
+        let (slope, _, _) = cells.slope();
+        let about = |s: &Sums, m: f64| {
+            let ramp = slope * m * m;
+            (s.allan.0 - 2.0 * ramp * s.signed + ramp * ramp * s.missing[4]) / (2.0 * m * m * s.allan.1 as f64)
+        };
+        let variances: Vec<f64> = sums.iter().zip(&m).map(|(s, m)| about(s, *m)).collect();
+        if variances.iter().any(|v| !(*v > 0.0) || !v.is_finite()) {
+            return None;
+        }
+        let means = cells.means(&m, MISSING);
+        let ends = sums.iter().zip(&m).map(|(s, m)| 3.0 * (s.missing_factors()[0] - 1.0).max(0.0) / m).collect();
+        let mut points = Points { m, variances, slope, means, columns: Default::default(), ends, grams };
+        points.columns = std::array::from_fn(|k| {
+            let own = |(i, s): (usize, &Sums)| {
+                let mut one = [0.0; 4];
+                one[k] = 1.0;
+                let taken = points.taken(i, i, &one) / (2.0 * points.m[i].powi(2));
+                s.missing_factors()[k] * Term::ALL[k].variance(points.m[i]) - taken
+            };
+            sums.iter().enumerate().map(own).collect()
         });
-        let mut fitted = None;
-        for _ in 0..ROUNDS {
-            let next = self.with_covariance_of(active, &squares)?;
-            let change =
-                (0..5).map(|k| (next.squares[k] - squares[k]).abs() / (next.squares[k] + squares[k]).max(1e-300));
-            let largest = change.fold(0.0, f64::max);
-            squares = next.squares;
-            fitted = Some(next);
-            if largest < 1e-6 {
+        Some(points)
+    }
+
+    /// What the slope takes of the covariance of differences at two averaging times.
+    fn taken(&self, i: usize, j: usize, squares: &[f64; 4]) -> f64 {
+        let (a, b) = (self.m[i].powi(2), self.m[j].powi(2));
+        let part = |k: usize| {
+            let [of_slope, first, second] = [0, i + 1, j + 1].map(|place| self.means[0][place][k]);
+            a * second + b * first - a * b * of_slope
+        };
+        // cells are too long for short averaging times, of which the slope takes next to nothing
+        let seen = [i, j].iter().all(|i| self.means[0][i + 1] != [0.0; 4]);
+        if seen { (0..4).map(|k| squares[k] * part(k)).sum() } else { 0.0 }
+    }
+
+    /// Residuals and columns at these squares.
+    fn white(&self, squares: &[f64; 4], fit: &Fitted) -> Option<White> {
+        let n = self.m.len();
+        let own = fit.averaged(squares);
+        let column = |k: usize, i: usize| {
+            let steps = if k == 3 && fit.sampled { self.columns[1][i] / 6.0 } else { 0.0 };
+            self.columns[k][i] + steps
+        };
+        let fitted: Vec<f64> = (0..n).map(|i| (0..4).map(|k| column(k, i) * squares[k]).sum::<f64>()).collect();
+        let relative = |i: usize, j: usize| {
+            let gram = &self.grams[i][j];
+            let means: f64 = self.means[i + 1][j + 1].iter().zip(own).map(|(c, s)| c * s).sum();
+            let taken = self.taken(i, j, &own);
+            let [q, n, b, k] = own;
+            let own = [q, n + q * (self.ends[i] * self.ends[j]).sqrt(), b, k];
+            let less = taken * (taken - 2.0 * means) / (2.0 * (self.m[i] * self.m[j]).powi(2));
+            (covariance(gram, own) + less) / (fitted[i] * fitted[j])
+        };
+        let relative: Vec<Vec<f64>> = (0..n).map(|i| (0..=i).map(|j| relative(i, j)).collect()).collect();
+        // pairs of differences across gaps are counted nearly: a smaller correlation keeps the matrix definite
+        let mut shrink = 1.0;
+        let triangle = loop {
+            let entry = |i: usize, j: usize| relative[i][j] * if i == j { 1.0 } else { shrink };
+            match Triangle::of(n, entry, |i| 1e-6 * relative[i][i]) {
+                Some(triangle) => break triangle,
+                None if shrink > 0.5 => shrink *= 0.98,
+                None => return None,
+            }
+        };
+        let mut residuals: Vec<f64> =
+            (0..n).map(|i| 3.0 * ((self.variances[i] / fitted[i]).cbrt() - 1.0) + relative[i][i] / 3.0).collect();
+        triangle.forward(&mut residuals);
+        let mut columns: [Vec<f64>; 4] = std::array::from_fn(|k| {
+            let mut own: Vec<f64> = (0..n).map(|i| column(k, i) / fitted[i]).collect();
+            triangle.forward(&mut own);
+            own
+        });
+        // the slope tells of the noise where there is no ramp
+        let slope = self.means[0][0];
+        let of_slope = |k: usize| slope[k] + if k == 3 && fit.sampled { slope[1] / 6.0 } else { 0.0 };
+        let variance: f64 = (0..4).map(|k| of_slope(k) * squares[k]).sum();
+        let square = (self.slope.abs() - fit.ramp).powi(2) / variance;
+        let scale: f64 = fitted.iter().map(|m| m.ln()).sum();
+        let misfit = dot(&residuals, &residuals);
+        let cost = misfit + triangle.log_determinant() + 2.0 / 3.0 * scale + square + variance.ln();
+        if square > 0.0 {
+            residuals.push((square - 1.0) / 2f64.sqrt());
+            (0..4).for_each(|k| columns[k].push(of_slope(k) / variance / 2f64.sqrt()));
+        }
+        cost.is_finite().then_some(White { residuals, columns, cost })
+    }
+
+    /// The squares for a set of terms; `None` where it is no better than a smaller one.
+    fn fit(&self, active: [bool; 5], sampled: bool) -> Option<Fitted> {
+        self.held(active, sampled, None)
+    }
+
+    /// The same with one coefficient (not squared) held.
+    fn held(&self, active: [bool; 5], sampled: bool, held: Option<(usize, f64)>) -> Option<Fitted> {
+        // a first guess: each term touches the deviations from below
+        let touch = |k: usize| {
+            let above = |(c, v): (&f64, &f64)| if *c > 0.0 { v / c } else { f64::INFINITY };
+            self.columns[k].iter().zip(&self.variances).map(above).fold(f64::INFINITY, f64::min)
+        };
+        let mut squares: [f64; 4] = std::array::from_fn(|k| if active[k] { touch(k) } else { 0.0 });
+        let mut ramp = if active[4] { self.slope.abs() } else { 0.0 };
+        match held {
+            Some((4, value)) => ramp = value,
+            Some((k, value)) => squares[k] = value * value,
+            None => {}
+        }
+        let is_held = |k: usize| held.is_some_and(|(other, _)| other == k);
+        let mut fit = Fitted { active, sampled, squares, ramp, chi_square: 0.0, cost: 0.0 };
+        let mut white = self.white(&fit.squares, &fit)?;
+        let free: Vec<usize> = fit.noises().into_iter().filter(|k| !is_held(*k)).collect();
+        for round in 0..if free.is_empty() { 0 } else { ROUNDS } {
+            let before = fit.squares;
+            let y: Vec<f64> = (0..white.residuals.len())
+                .map(|i| white.residuals[i] + free.iter().map(|k| white.columns[*k][i] * before[*k]).sum::<f64>())
+                .collect();
+            let mut which = free.clone();
+            let next: [f64; 4] = loop {
+                let columns: Vec<&Vec<f64>> = which.iter().map(|k| &white.columns[*k]).collect();
+                let (x, covariance) = least_squares(&columns, &y)?;
+                let z = |i: usize| x[i] / covariance[i][i].sqrt();
+                match (0..x.len()).filter(|i| x[*i] < 0.0).min_by(|a, b| z(*a).total_cmp(&z(*b))) {
+                    Some(i) if which.len() > 1 => drop(which.remove(i)),
+                    _ => {
+                        break std::array::from_fn(|k| {
+                            which.iter().position(|w| *w == k).map_or(0.0, |i| x[i].max(0.0))
+                        });
+                    }
+                }
+            };
+            // later rounds halve the step: sets that come and go settle
+            let step = if round < ROUNDS / 3 { 1.0 } else { 0.5 };
+            free.iter().for_each(|k| fit.squares[*k] = before[*k] + step * (next[*k] - before[*k]));
+            white = self.white(&fit.squares, &fit)?;
+            if (0..4).all(|k| (fit.squares[k] - before[k]).abs() <= 1e-6 * fit.squares[k].max(before[k])) {
                 break;
             }
         }
-        fitted
-    }
-
-    /// One generalized least-squares step with the covariance that `squares` give; squares that would be negative are set to zero.
-    fn with_covariance_of(&self, active: [bool; 5], squares: &[f64; 5]) -> Option<Fitted> {
-        let mut active = active;
-        loop {
-            let fitted = self.free(active, squares)?;
-            let most_negative = (0..5).filter(|k| active[*k] && fitted.squares[*k] < 0.0).min_by(|a, b| {
-                let z = |k: usize| fitted.squares[k] / fitted.covariance[k][k].sqrt();
-                z(*a).total_cmp(&z(*b))
-            });
-            match most_negative {
-                Some(k) if active.iter().filter(|a| **a).count() > 1 => active[k] = false,
-                _ => return Some(fitted),
-            }
-        }
-    }
-
-    /// The same without bounds.
-    fn free(&self, active: [bool; 5], squares: &[f64; 5]) -> Option<Fitted> {
-        let n = self.variances.len();
-        let dt = self.interval;
-        // coefficients in units of a sample: the running sum is in unit x sample
-        let [q, nn, b, k, _] = *squares;
-        let own = [q / (dt * dt), nn / dt, b, k * dt];
-        let mut c = Mat::<f64>::zeros(n, n);
-        for (i, j, gram) in &self.grams {
-            let value = covariance(gram, own) / (self.variances[*i] * self.variances[*j]);
-            c[(*i, *j)] = value;
-            c[(*j, *i)] = value;
-        }
-        // pairs that are far apart were left out: a little on the diagonal keeps the matrix definite
-        for i in 0..n {
-            c[(i, i)] *= 1.0 + 1e-6;
-        }
-        let factor = match c.llt(Side::Lower) {
-            Ok(factor) => factor,
-            Err(_) => {
-                for i in 0..n {
-                    for j in 0..n {
-                        if i != j {
-                            c[(i, j)] *= 0.9;
-                        }
-                    }
-                }
-                c.llt(Side::Lower).ok()?
-            }
+        let share = |k: usize| {
+            let own = (0..self.m.len()).map(|i| self.columns[k][i] * fit.squares[k] / self.variances[i]);
+            own.fold(0.0, f64::max)
         };
-        let which: Vec<usize> = (0..5).filter(|k| active[*k]).collect();
-        let scales: Vec<f64> =
-            which.iter().map(|k| self.columns[*k].iter().map(|v| v * v).sum::<f64>().sqrt().max(1e-300)).collect();
-        let a = Mat::from_fn(n, which.len(), |i, j| self.columns[which[j]][i] / scales[j]);
-        let y = Mat::from_fn(n, 1, |_, _| 1.0);
-        let l = factor.L();
-        let white = |m: &Mat<f64>| {
-            let mut w = m.clone();
-            faer::linalg::triangular_solve::solve_lower_triangular_in_place(l, w.as_mut(), faer::Par::Seq);
-            w
-        };
-        let (a, y) = (white(&a), white(&y));
-        let qr = a.col_piv_qr();
-        // A P = Q R: (A'A)^-1 = P (R'R)^-1 P'
-        let (r, order) = (qr.R(), qr.P().arrays().0);
-        let least = f64::EPSILON * n as f64 * r[(0, 0)].abs();
-        if !(0..which.len()).all(|k| r[(k, k)].abs() > least) {
+        if held.is_none() && fit.noises().into_iter().any(|k| !(share(k) > 1e-9)) {
             return None;
         }
-        let pivoted = Triangle::of_upper(which.len(), |i, j| r[(i, j)]).inverse();
-        let x = {
-            use faer::linalg::solvers::SolveLstsq;
-            qr.solve_lstsq(&y)
-        };
-        let residual = &y - &a * &x;
-        let chi_square: f64 = (0..n).map(|i| residual[(i, 0)].powi(2)).sum();
-        let mut squares = [0.0; 5];
-        let mut covariance = [[0.0; 5]; 5];
-        for (i, k) in which.iter().enumerate() {
-            squares[*k] = x[(i, 0)] / scales[i];
+        (fit.chi_square, fit.cost) = (dot(&white.residuals, &white.residuals), white.cost);
+        Some(fit)
+    }
+
+    /// Standard deviation of one square of a fit were it `square`.
+    fn deviation(&self, k: usize, fit: &Fitted, square: f64) -> Option<f64> {
+        let mut squares = fit.squares;
+        squares[k] = square;
+        let white = self.white(&squares, fit)?;
+        let mut which = fit.noises();
+        if !which.contains(&k) {
+            which.push(k);
         }
-        for (i, row) in order.iter().zip(&pivoted) {
-            for (j, value) in order.iter().zip(row) {
-                covariance[which[*i]][which[*j]] = value / (scales[*i] * scales[*j]);
+        let columns: Vec<&Vec<f64>> = which.iter().map(|k| &white.columns[*k]).collect();
+        let (_, covariance) = least_squares(&columns, &white.residuals)?;
+        let place = which.iter().position(|w| *w == k)?;
+        Some(covariance[place][place].sqrt()).filter(|u| u.is_finite())
+    }
+
+    /// Standard deviation of the slope.
+    fn of_slope(&self, fit: &Fitted) -> f64 {
+        self.means[0][0].iter().zip(fit.averaged(&fit.squares)).map(|(c, s)| c * s).sum::<f64>().sqrt()
+    }
+
+    /// The likelihood's drop at a value, as a normal variable's square: how many standard deviations the value is away.
+    fn away(&self, k: usize, fit: &Fitted, value: f64) -> Option<f64> {
+        let held = self.held(fit.active, fit.sampled, Some((k, value)))?;
+        Some((held.cost - fit.cost).max(0.0).sqrt())
+    }
+
+    /// The u of which 1.96 to either side leave 5 % outside.
+    fn uncertainty(&self, k: usize, value: f64, best: &Fitted, larger: &[&Fitted]) -> Option<f64> {
+        let weight = |fit: &Fitted| (0.5 * (best.penalized() - fit.penalized())).exp();
+        let likely: Vec<(f64, &Fitted)> =
+            larger.iter().map(|fit| (weight(fit), *fit)).filter(|(weight, _)| *weight > LIKELY).collect();
+        let all: f64 = likely.iter().map(|(weight, _)| weight).sum();
+        let outside = |half: f64| {
+            let mut sum = 0.0;
+            for (weight, fit) in &likely {
+                // beyond all numbers: nothing
+                let own = if k == 4 { fit.ramp } else { fit.squares[k].sqrt() };
+                let beyond = |value: f64| {
+                    let away = self.away(k, fit, value)?;
+                    normal_survival(if value > own { away } else { -away })
+                };
+                let up = beyond(value + half)?;
+                let down = if half < value { 1.0 - beyond(value - half)? } else { 0.0 };
+                sum += weight / all * (up + down);
             }
+            Some(sum)
+        };
+        let (mut low, mut high) = (0.0, 1e-3 * value);
+        while outside(high)? > 0.05 && high < 100.0 * value {
+            (low, high) = (high, 2.0 * high);
         }
-        // weights of the estimates, in the given points: L^-T of those in the white ones
-        let mut weights = Mat::from_fn(n, 5, |i, k| {
-            which.iter().enumerate().map(|(j, m)| a[(i, j)] * scales[j] * covariance[k][*m]).sum::<f64>()
-        });
-        faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-            l.transpose(),
-            weights.as_mut(),
-            faer::Par::Seq,
-        );
-        let skewness = std::array::from_fn(|k| {
-            // a variance with nu degrees of freedom: relative variance 2/nu, third cumulant 8/nu^2
-            let third: f64 = (0..n).map(|i| weights[(i, k)].powi(3) * 2.0 * c[(i, i)].powi(2)).sum();
-            third / covariance[k][k].powf(1.5)
-        });
-        chi_square.is_finite().then_some(Fitted { squares, covariance, skewness, chi_square })
+        while high - low > 0.01 * high {
+            let middle = 0.5 * (low + high);
+            if outside(middle)? > 0.05 { low = middle } else { high = middle }
+        }
+        Some(0.5 * (low + high) / 1.96)
+    }
+
+    /// What an absent coefficient is below (95 %).
+    fn below(&self, k: usize, fit: &Fitted) -> Option<f64> {
+        let most = if k == 4 {
+            self.slope.abs() + 1.645 * self.of_slope(fit)
+        } else {
+            (fit.squares[k] + 1.645 * self.deviation(k, fit, fit.squares[k])?).sqrt()
+        };
+        Some(most).filter(|v| v.is_finite())
     }
 }

@@ -1,75 +1,117 @@
 //! Covariance of overlapping Allan variances of one record at different averaging times.
 //!
-//! Both are means of squares of differences `z` of the same running sum; for a normal process `cov(z1^2, z2^2) = 2 R^2` with
-//! `R(lag) = sum c_a c_b gamma(lag + a m2 - b m1)`, `c = (1, -2, 1)`, and gamma the generalized covariance of the running sum: `Q^2 delta(t)`,
-//! `-N^2 |t|/2`, `B^2 t^2 ln|t|/(2 pi)`, `K^2 |t|^3/12`. R is linear in the squares of the coefficients, so the sums over lags are kept once.
+//! Both are means of squares of differences `z` of the same running sum; for a normal process `cov(z1^2, z2^2) = 2 r^2` with
+//! `r(lag) = sum c_a c_b gamma(lag + a m2 - b m1)`, `c = (1, -2, 1)`, and gamma the generalized covariance of the running sum: `Q^2 delta(t)`,
+//! `-N^2 |t|/2`, `B^2 t^2 ln|t|/(2 pi)`, `K^2 |t|^3/12`. r is linear in the squares of the coefficients, so the sums over lags are kept once. How many
+//! pairs of differences a record with gaps has at a lag is counted in its cells; below their resolution it is as many as it would have differences over
+//! the time that both take.
 
+use super::Sums;
+use super::cells::Cells;
+use super::ladder::MISSING;
 use std::f64::consts::PI;
 
-/// Averaging times further apart than this are taken as uncorrelated (the correlation is below one per cent).
-const FAR: u64 = 32;
-/// Lags to an averaging time.
+/// Lags to an averaging time, and by how much they widen far from where the covariance has a bend.
 const FINE: f64 = 16.0;
+const WIDER: f64 = 1.15;
 const C: [f64; 3] = [1.0, -2.0, 1.0];
 
 /// Sums over lags of products of covariances of the parts Q, N, B, K, for one pair of averaging times; the time unit is a sample.
 pub(super) type Gram = [[f64; 4]; 4];
 
-/// The sums for averaging over `m1 <= m2` samples with `n1`, `n2` differences each; `None` where they are far apart.
-pub(super) fn gram((m1, n1): (u64, u64), (m2, n2): (u64, u64)) -> Option<Gram> {
-    if m2 > FAR * m1 {
-        return None;
+/// How many differences over `2 m` samples begin in a record: between the averaging times that were counted a straight line.
+fn existing(sums: &[Sums], m: f64) -> f64 {
+    let at = sums.partition_point(|s| (s.m as f64) < m).clamp(1, sums.len().max(2) - 1);
+    let (Some(a), Some(b)) = (sums.get(at - 1), sums.get(at)) else {
+        return sums.first().map_or(0.0, |s| s.positions as f64);
+    };
+    let slope = (b.positions as f64 - a.positions as f64) / (b.m as f64 - a.m as f64);
+    (a.positions as f64 + slope * (m - a.m as f64)).max(0.0)
+}
+
+/// Lags from `-2 second` - some to `2 first` + some, with the lags that each stands for: every one, or a sixteenth of an averaging time, near the bends.
+fn lags(first: f64, second: f64) -> Vec<(f64, f64)> {
+    let (from, to) = (-4.0 * second - 2.0 * first, 2.0 * second + 4.0 * first);
+    let step = (first / FINE).max(1.0);
+    let mut nodes: Vec<f64> = vec![from, to];
+    for bend in [0.0, -second, -2.0 * second] {
+        let (mut away, mut by) = (0.0, step);
+        while away < to - from {
+            nodes.extend([bend + first - away, bend + first + away].map(f64::round));
+            if away > 2.0 * first {
+                by = (by * WIDER).min(second / FINE).max(step);
+            }
+            away += by;
+        }
     }
-    let (first, second, n1, n2) = (m1 as f64, m2 as f64, n1 as f64, n2 as f64);
-    // pairs of differences whose beginnings are so far apart
-    let pairs = |lag: f64| (n1.min(n2 - lag) - (-lag).max(0.0)).max(0.0);
+    nodes.retain(|lag| (from..=to).contains(lag));
+    nodes.sort_by(f64::total_cmp);
+    nodes.dedup();
+    let half = |a: Option<&f64>, b: Option<&f64>| a.zip(b).map_or(0.0, |(a, b)| 0.5 * (b - a));
+    let weight = |k: usize| {
+        half(nodes.get(k), nodes.get(k + 1)) + k.checked_sub(1).map_or(0.0, |j| half(nodes.get(j), nodes.get(k)))
+    };
+    nodes.iter().enumerate().map(|(k, lag)| (*lag, weight(k))).collect()
+}
+
+/// The sums for two averaging times, the shorter one first; `all` has the differences that the record has at each.
+pub(super) fn gram(one: &Sums, two: &Sums, all: &[Sums], cells: &Cells) -> Gram {
+    let (first, second) = (one.m as f64, two.m as f64);
+    let (n1, n2) = (one.positions as f64, two.positions as f64);
+    let white = (one.missing_factors()[1] * two.missing_factors()[1]).sqrt();
+    let seen = cells.differences(first, MISSING).zip(cells.differences(second, MISSING));
+    let pairs = |lag: f64| {
+        if let Some((a, b)) = &seen {
+            return a.pairs(b, lag) * n1 * n2 / (a.count() * b.count() * cells.length());
+        }
+        let span = (2.0 * first).max(lag + 2.0 * second) - lag.min(0.0);
+        existing(all, 0.5 * span).min(n1).min(n2)
+    };
     let mut gram = [[0.0; 4]; 4];
-    let mut add = |lag: f64, weight: f64, quantization: f64| {
-        let mut r = [quantization, 0.0, 0.0, 0.0];
+    let mut add = |lag: f64, weight: f64, sharp: f64| {
+        let mut r = [sharp, 0.0, 0.0, 0.0];
         for (a, ca) in C.iter().enumerate() {
             for (b, cb) in C.iter().enumerate() {
                 let t = ((lag + a as f64 * second - b as f64 * first) / first).abs();
                 let log = if t > 0.0 { t.ln() } else { 0.0 };
                 let c = ca * cb;
-                r[1] -= c * 0.5 * t * first;
+                r[1] -= c * 0.5 * t * first * white;
                 r[2] += c * t * t * log * first * first / (2.0 * PI);
                 r[3] += c * t * t * t * first.powi(3) / 12.0;
             }
         }
-        let only = quantization != 0.0;
-        for (i, row) in gram.iter_mut().enumerate() {
-            for (j, cell) in row.iter_mut().enumerate() {
-                // lags of the quantization are single ones, all others stand for a step
-                if (i == 0 || j == 0) == only
-                    && let (Some(a), Some(b)) = (r.get(i), r.get(j))
-                {
+        let only = sharp != 0.0;
+        for (i, (row, a)) in gram.iter_mut().zip(r).enumerate() {
+            for (j, (cell, b)) in row.iter_mut().zip(r).enumerate() {
+                // lags of the quantization are single ones, all others stand for those near them
+                if (i == 0 || j == 0) == only {
                     *cell += weight * a * b;
                 }
             }
         }
     };
-    let step = (first / FINE).floor().max(1.0);
-    let mut lag = -(4.0 * second / step).ceil() * step;
-    while lag <= 2.0 * first + 4.0 * second {
-        add(lag, pairs(lag) * step, 0.0);
-        lag += step;
+    for (lag, weight) in lags(first, second) {
+        let pairs = pairs(lag);
+        if pairs > 0.0 {
+            add(lag, pairs * weight, 0.0);
+        }
     }
-    let mut lags: Vec<(i64, f64)> = Vec::new();
+    let mut sharp: Vec<(i64, f64)> = Vec::new();
     for (a, ca) in C.iter().enumerate() {
         for (b, cb) in C.iter().enumerate() {
-            let lag = b as i64 * m1 as i64 - a as i64 * m2 as i64;
-            match lags.iter_mut().find(|(other, _)| *other == lag) {
+            let lag = b as i64 * one.m as i64 - a as i64 * two.m as i64;
+            match sharp.iter_mut().find(|(other, _)| *other == lag) {
                 Some((_, sum)) => *sum += ca * cb,
-                None => lags.push((lag, ca * cb)),
+                None => sharp.push((lag, ca * cb)),
             }
         }
     }
-    for (lag, sum) in lags.into_iter().filter(|(_, sum)| *sum != 0.0) {
+    for (lag, sum) in sharp.into_iter().filter(|(_, sum)| *sum != 0.0) {
         add(lag as f64, pairs(lag as f64), sum);
     }
     let scale = 2.0 / (4.0 * (first * second).powi(2) * n1 * n2);
     gram.iter_mut().flatten().for_each(|cell| *cell *= scale);
-    Some(gram)
+    gram
 }
 
 /// `cov` for squares `(Q^2, N^2, B^2, K^2)` of the coefficients in units of a sample.
@@ -85,9 +127,13 @@ mod tests {
     #[test]
     fn on_the_diagonal_stand_the_degrees_of_freedom() {
         let samples = 20_000_u64;
+        let at = |m: u64| {
+            let positions = samples + 1 - 2 * m;
+            Sums { m, positions, allan: (0.0, positions), missing: [positions as f64; 5], ..Sums::default() }
+        };
+        let all: Vec<Sums> = (0..11).map(|k| at(1 << k)).collect();
         for m in [1_u64, 4, 16] {
-            let variance =
-                covariance(&gram((m, samples + 1 - 2 * m), (m, samples + 1 - 2 * m)).unwrap(), [0.0, 1.0, 0.0, 0.0]);
+            let variance = covariance(&gram(&at(m), &at(m), &all, &Cells::new()), [0.0, 1.0, 0.0, 0.0]);
             let (m, n) = (m as f64, samples as f64 + 1.0);
             let edf = (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
             let ours = 2.0 / (m * m * variance);

@@ -7,23 +7,27 @@
 //! | file | subject |
 //! |---|---|
 //! | `ladder.rs` | overlapping deviations of a stream; memory does not grow with the record |
+//! | `cells.rs` | the record in some thousand cells: its slope, its gaps, and what noise is in averages over all of it |
 //! | `edf.rs` | equivalent degrees of freedom and chi-square intervals |
 //! | `covariance.rs` | how deviations at different averaging times are correlated |
-//! | `coefficients.rs` | Q, N, B, K, R by weighted least squares, and which of them are there |
+//! | `coefficients.rs` | Q, N, B, K, R: which of them are there by the likelihood of their sum, and how large |
 //! | `field_units.rs` | their units in the field |
 //!
 //! Averaging times are in seconds, deviations in the record's unit. Deliberately absent: reading records (`record`), plots (`report`).
 
+mod cells;
 mod coefficients;
 mod covariance;
 mod edf;
 mod field_units;
 mod ladder;
 
-pub use coefficients::{Coefficient, Coefficients, Term, coefficients};
+pub use coefficients::{Coefficient, Coefficients, Term};
 pub use edf::{Kind, equivalent_dof, interval};
 pub use field_units::{FieldUnit, field_unit, si_factor};
 pub use ladder::{Ladder, Sums};
+
+use crate::vocabulary::vocabulary;
 
 /// A deviation at one averaging time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,8 +74,22 @@ pub struct Analysis {
     pub level: f64,
     /// Deviations, from short to long averaging times.
     pub points: Vec<Point>,
-    /// The coefficients; absent where there are fewer than four averaging times.
+    /// The coefficients.
     pub coefficients: Option<Coefficients>,
+    /// Why there are none.
+    pub without: Option<Without>,
+}
+
+vocabulary! {
+    /// Why a record has no coefficients.
+    Without {
+        /// All samples are equal.
+        Constant = "constant",
+        /// There are fewer than five octaves of averaging times, each at most a fifth of the samples.
+        Short = "short",
+        /// No sum of the terms gives such deviations.
+        Undescribed = "undescribed",
+    }
 }
 
 /// Deviations with their intervals, and the coefficients, of what a ladder has seen.
@@ -91,17 +109,22 @@ pub struct Analysis {
 pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
     let sums: Vec<Sums> = ladder.sums().into_iter().filter(|s| 5 * s.m <= ladder.samples()).collect();
     let taus: Vec<f64> = sums.iter().map(|s| s.m as f64 * interval).collect();
-    let squares: Vec<f64> = sums.iter().map(Sums::allan_variance).collect();
     // octaves carry what there is to know; more points only repeat it
-    let mut thin: Vec<usize> = Vec::new();
-    for (k, s) in sums.iter().enumerate() {
-        if thin.last().and_then(|last| sums.get(*last)).is_none_or(|last| s.m >= 2 * last.m) {
-            thin.push(k);
+    let mut thin: Vec<Sums> = Vec::new();
+    for s in &sums {
+        if thin.last().is_none_or(|last| s.m >= 2 * last.m) {
+            thin.push(*s);
         }
     }
-    let pick = |list: &[f64]| thin.iter().filter_map(|k| list.get(*k).copied()).collect::<Vec<f64>>();
-    let shapes: Vec<(u64, u64)> = thin.iter().filter_map(|k| sums.get(*k)).map(|s| (s.m, s.positions)).collect();
-    let coefficients = coefficients(&pick(&taus), &pick(&squares), &shapes, interval);
+    let short = thin.len() < Term::ALL.len();
+    let coefficients =
+        if short || ladder.is_constant() { None } else { coefficients::coefficients(&thin, ladder.cells(), interval) };
+    let without = match &coefficients {
+        Some(_) => None,
+        None if ladder.is_constant() => Some(Without::Constant),
+        None if short => Some(Without::Short),
+        None => Some(Without::Undescribed),
+    };
     let points = sums
         .iter()
         .zip(&taus)
@@ -131,5 +154,6 @@ pub fn analyse(ladder: &Ladder, interval: f64, level: f64) -> Analysis {
         level,
         points,
         coefficients,
+        without,
     }
 }

@@ -321,23 +321,35 @@ impl Channel {
     }
 }
 
-/// Take the first three harmonics of a period out of whole periods of values.
+/// Take the first three harmonics of a period out of whole periods of values, down to the noise: the mean power of the four nearest frequencies that fit
+/// into the values and are none of the harmonics.
 fn without_harmonics(values: &mut [f64], period: f64) {
     let n = values.len() as f64;
     if !(period > 8.0) || n < period {
         return;
     }
-    for order in 1..=3 {
-        let w = std::f64::consts::TAU * f64::from(order) / period;
-        let (mut c, mut s) = (0.0, 0.0);
-        for (k, v) in values.iter().enumerate() {
+    let turns = (n / period).round();
+    let amplitude = |cycles: f64| {
+        let w = std::f64::consts::TAU * cycles / n;
+        values.iter().enumerate().fold((0.0, 0.0), |(c, s), (k, v)| {
             let (sin, cos) = (w * k as f64).sin_cos();
-            c += v * cos;
-            s += v * sin;
-        }
-        for (k, v) in values.iter_mut().enumerate() {
+            (c + v * cos, s + v * sin)
+        })
+    };
+    let power = |(c, s): (f64, f64)| c * c + s * s;
+    let is_noise = |cycles: &f64| *cycles > 0.0 && (cycles % turns != 0.0 || *cycles > 3.0 * turns);
+    let orders = [1.0, 2.0, 3.0].map(|order| {
+        let cycles = order * turns;
+        let beside = (1..).flat_map(|by| [cycles - f64::from(by), cycles + f64::from(by)]).filter(is_noise).take(4);
+        let noise = 0.25 * beside.map(|cycles| power(amplitude(cycles))).sum::<f64>();
+        let (c, s) = amplitude(n / period * order);
+        let less = 1.0 - (noise / power((c, s)).max(f64::MIN_POSITIVE)).sqrt();
+        (std::f64::consts::TAU * order / period, 2.0 / n * less * c, 2.0 / n * less * s)
+    });
+    for (k, v) in values.iter_mut().enumerate() {
+        for (w, c, s) in &orders {
             let (sin, cos) = (w * k as f64).sin_cos();
-            *v -= 2.0 / n * (c * cos + s * sin);
+            *v -= c * cos + s * sin;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The noise report (`tumble noise --json`).
 
 use super::{VERSION, finite};
-use crate::noise::{Analysis, Deviation, Term, field_unit};
+use crate::noise::{Analysis, Deviation, Term, Without, field_unit};
 use crate::report::ReportKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -43,8 +43,11 @@ pub struct NoiseColumnReport {
     pub level: f64,
     /// Deviations.
     pub points: Vec<DeviationsReport>,
-    /// Coefficients of IEEE Std 952; empty where there are too few averaging times.
+    /// Coefficients of IEEE Std 952.
     pub coefficients: Vec<CoefficientReport>,
+    /// Why there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without: Option<Without>,
     /// How well the coefficients describe the Allan variances.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub agreement: Option<AgreementReport>,
@@ -213,6 +216,7 @@ pub fn noise_column_report(column: &str, unit: &str, noise: &Analysis) -> NoiseC
         level: noise.level,
         points,
         coefficients: coefficients.collect(),
+        without: noise.without,
         agreement: noise.coefficients.as_ref().map(|c| AgreementReport {
             chi_square: c.chi_square,
             dof: c.dof,

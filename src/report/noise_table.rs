@@ -4,7 +4,7 @@ use super::noise_analysis::{AgreementReport, CoefficientReport, NoiseAnalysisRep
 use super::table::{optional, plain, rounded, significant};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::{Language, say};
-use crate::noise::{Term, si_factor};
+use crate::noise::{Term, Without, si_factor};
 
 /// All columns: their coefficients, then their deviations.
 pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool, lang: Language) -> String {
@@ -32,6 +32,9 @@ pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool, lang: Languag
                 &rows,
             ));
         }
+        if let Some(without) = column.without {
+            text.push_str(&format!("{}\n", reason(without, lang)));
+        }
         if let Some(a) = &column.agreement {
             text.push_str(&format!("{}{}{}\n", described(a, lang), lang.colon(), numbers(a, lang)));
             if let Some(walk) = walk(a, lang) {
@@ -45,6 +48,15 @@ pub fn noise_table(report: &NoiseAnalysisReport, deviations: bool, lang: Languag
         }
     }
     text
+}
+
+/// Why there are no coefficients.
+pub(super) fn reason(without: Without, lang: Language) -> &'static str {
+    match without {
+        Without::Constant => say!(lang, "no-coefficients-constant"),
+        Without::Short => say!(lang, "no-coefficients-short"),
+        Without::Undescribed => say!(lang, "no-coefficients-undescribed"),
+    }
 }
 
 /// Does the sum of the coefficients describe the deviations?

@@ -186,6 +186,7 @@ __all__ = [
     "ValidityFile",
     "VarianceFrom",
     "Verdict",
+    "Without",
     "WorkReport",
 ]
 
@@ -2643,7 +2644,7 @@ class NoiseColumnReport(Node):
     agreement: AgreementReport | None
     """How well the coefficients describe the Allan variances."""
     coefficients: list[CoefficientReport]
-    """Coefficients of IEEE Std 952; empty where there are too few averaging times."""
+    """Coefficients of IEEE Std 952."""
     column: str
     """The column's name."""
     level: float
@@ -2660,8 +2661,10 @@ class NoiseColumnReport(Node):
     """Stretches between gaps."""
     unit: str
     """Its unit."""
+    without: Without | None
+    """Why there are none."""
 
-    _keys = frozenset(["agreement", "coefficients", "column", "level", "mean", "points", "samples", "scatter", "stretches", "unit"])
+    _keys = frozenset(["agreement", "coefficients", "column", "level", "mean", "points", "samples", "scatter", "stretches", "unit", "without"])
 
 
 class NoiseScatterReport(Node):
@@ -2684,6 +2687,9 @@ class NoiseScatterReport(Node):
 
 Term: TypeAlias = Literal["Q", "N", "B", "K", "R"]
 """A coefficient's kind, by its letter in IEEE Std 952, from short to long averaging times."""
+
+Without: TypeAlias = Literal["constant", "short", "undescribed"]
+"""Why a record has no coefficients."""
 
 
 class NoiseReport(Report):

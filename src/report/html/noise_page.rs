@@ -4,7 +4,7 @@ use super::{Align, Figure, Page, Section, Table, Tone};
 use crate::error::Result;
 use crate::language::{Language, say};
 use crate::report::noise_analysis::{NoiseAnalysisReport, NoiseColumnReport};
-use crate::report::noise_table::{described, numbers, walk};
+use crate::report::noise_table::{described, numbers, reason, walk};
 use crate::report::plot::{DeviationPoint, deviations};
 use crate::report::table::{optional, percent, rounded, significant};
 use crate::report::{Input, VERSION};
@@ -34,6 +34,9 @@ pub fn noise_page(report: &NoiseAnalysisReport, inputs: &[Input], lang: Language
 
 fn section(column: &NoiseColumnReport, lang: Language) -> Result<Section> {
     let mut section = Section::new(column.column.clone());
+    if let Some(without) = column.without {
+        section = section.verdict(Tone::Caution, lang.sentence(reason(without, lang)));
+    }
     if let Some(a) = &column.agreement {
         let found: Vec<String> = column
             .coefficients
