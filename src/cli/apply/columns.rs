@@ -171,7 +171,9 @@ pub(super) fn to_columns(
         .collect::<std::result::Result<_, _>>()
         .map_err(failed)?;
     let schema = Type::group_type_builder("record").with_fields(fields).build().map_err(failed)?;
-    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+    let written_by = format!("tumble {}", crate::report::VERSION);
+    let properties =
+        WriterProperties::builder().set_compression(Compression::SNAPPY).set_created_by(written_by).build();
     let mut writer = SerializedFileWriter::new(stream, Arc::new(schema), Arc::new(properties)).map_err(failed)?;
     let texts = source.texts.clone();
     source.each(correction, counts, |kept, corrected, labels| {
