@@ -456,6 +456,6 @@ mod tests {
         assert!((line.slope - 0.01).abs() < 1e-15 && line.significant);
         // u(slope) = 0.1 / sqrt(sum (t - mean)^2), sum = 365^2 * 5
         assert!((line.slope_u - 0.1 / (365.0 * 5f64.sqrt())).abs() < 1e-15);
-        assert!((line.leaves((0.0, 30.0), 1095.0).unwrap() - 2000.0).abs() < 1e-9);
+        assert!((line.leaves((0.0, 30.0)).unwrap() - 2000.0).abs() < 1e-9);
     }
 }

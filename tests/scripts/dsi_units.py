@@ -24,7 +24,9 @@ def name(powers):
     total = {}
     for symbol, power in powers:
         total[symbol] = total.get(symbol, 0) + power
-    return "".join(SYMBOLS[s] + ("" if p == 1 else f"\\tothe{{{p}}}") for s, p in total.items() if p) or r"\one"
+        if not total[symbol]:
+            del total[symbol]
+    return "".join(SYMBOLS[s] + ("" if p == 1 else f"\\tothe{{{p}}}") for s, p in total.items()) or r"\one"
 
 
 units = {symbol: [(symbol, 1)] for symbol in SYMBOLS}
