@@ -65,6 +65,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut clock = arguments.clock.ticks(&record, time)?;
     let mut block = Block::default();
     while record.next(&mut block)? {
+        titled.iter().zip(&block.columns).try_for_each(|(own, values)| record.squarable(&own.title, values))?;
         let times = time.and_then(|_| block.columns.last());
         for stretch in clock.stretches(times.map(Vec::as_slice), block.rows(), arguments.from, arguments.to)? {
             for (ladder, values) in ladders.iter_mut().zip(&block.columns) {

@@ -364,3 +364,29 @@ fn a_campaign_comes_from_standard_input_or_behind_its_readings() {
     let (code, text) = run(folder.path(), &["fit"]);
     assert!(code == Some(1) && text.contains("CAMPAIGN"), "{text}");
 }
+
+/// Squares beyond a double are no statistics: refused, where zero and NaN stood.
+#[test]
+fn records_beyond_squares_are_refused() {
+    let folder = folder();
+    let rows: String = (0..600).map(|k| format!("{},{}e200\n", f64::from(k) * 0.01, (k * 7919) % 13 + 1)).collect();
+    std::fs::write(folder.path().join("log.csv"), format!("time_s,V\n{rows}")).expect("written");
+    for command in ["reduce", "noise"] {
+        let (code, text) = run(folder.path(), &[command, "log.csv"]);
+        assert!(code == Some(1) && text.contains("too large to be squared") && text.contains("'V'"), "{text}");
+    }
+}
+
+/// A level so small that the expanded uncertainty is zero: no quotient, and so no number.
+#[test]
+fn a_quotient_by_zero_is_no_number() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/21-calibration-in-use");
+    let folder = folder();
+    let mut twice = vec!["compare", "before.fit.json", "before.fit.json", "--level", "1e-308"];
+    let page = folder.path().join("page.html").display().to_string();
+    twice.extend(["--html", &page]);
+    let output = tumble(&example, &twice).output().expect("a run");
+    let text =
+        String::from_utf8_lossy(&output.stdout).into_owned() + &std::fs::read_to_string(&page).unwrap_or_default();
+    assert!(text.contains("E_n") && !text.contains("NaN"), "{text}");
+}
