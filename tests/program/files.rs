@@ -300,7 +300,8 @@ fn own_outputs_are_replaced_and_those_of_others_are_not() {
     let example = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name).display().to_string();
     let mission = std::fs::read_to_string(example("19-navigation-errors/truth.mission.json")).expect("a mission");
     let mut mission: serde_json::Value = serde_json::from_str(&mission).expect("JSON");
-    (mission["duration_h"], mission["step_s"]) = (0.1.into(), 0.1.into());
+    mission["duration_h"] = serde_json::json!(0.1);
+    mission["step_s"] = serde_json::json!(0.1);
     std::fs::write(at("m.mission.json"), mission.to_string()).expect("written");
     let record: String =
         (0..600).map(|k| format!("{},{},{}\n", f64::from(k) * 0.01, (k * 7919) % 13, k / 200)).collect();
