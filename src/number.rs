@@ -9,6 +9,10 @@
     reason = "each function states its range and what it gives outside; the tests below ask both ends"
 )]
 
+/// Inputs, readings and uncertainties lie between these, so that squares of quotients of two of them are numbers.
+pub(crate) const LEAST: f64 = 1e-70;
+pub(crate) const MOST: f64 = 1e70;
+
 /// Whole part of a float as a count: 0 below 1 and for NaN, `usize::MAX` above.
 pub(crate) const fn count(x: f64) -> usize {
     x as usize

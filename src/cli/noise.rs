@@ -66,6 +66,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut block = Block::default();
     let mut last = f64::NAN;
     while record.next(&mut block)? {
+        titled.iter().zip(&block.columns).try_for_each(|(own, values)| record.squarable(&own.title, values))?;
         let times = time.and_then(|_| block.columns.last());
         let stretches = clock.stretches(times.map(Vec::as_slice), block.rows(), arguments.from, arguments.to)?;
         // samples that a gap before a stretch left out

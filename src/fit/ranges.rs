@@ -4,9 +4,7 @@ use crate::campaign::{Campaign, JointState, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
 
-/// Inputs, readings and uncertainties lie between these, so that squares of quotients of two of them are numbers.
-pub(crate) const LEAST: f64 = 1e-70;
-pub(crate) const MOST: f64 = 1e70;
+pub(crate) use crate::number::{LEAST, MOST};
 
 /// Refuse readings, stated uncertainties, columns and parameters beyond the range in which a fit can be computed.
 pub(crate) fn check(campaign: &Campaign) -> Result<()> {

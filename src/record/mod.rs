@@ -121,6 +121,19 @@ pub enum Record {
 }
 
 impl Record {
+    /// Refuse numbers of a column that no sum of squares can hold.
+    pub(crate) fn squarable(&self, column: &str, values: &[f64]) -> Result<()> {
+        match values.iter().find(|value| value.is_finite() && value.abs() > crate::number::MOST) {
+            None => Ok(()),
+            Some(value) => {
+                Err(Malformed::new(Fault::Value, format!("a value of '{column}' is too large to be squared"))
+                    .expected("units in which it lies below 1e70")
+                    .found(format!("{value:e}"))
+                    .in_file(self.name()))
+            }
+        }
+    }
+
     /// Open a record by its first bytes, whatever its name says; `name` is for messages.
     ///
     /// Errors: an empty file, a format that is not read (named), a table without rows that are parted alike.

@@ -140,6 +140,7 @@ impl Recipe {
                     column.iter_mut().for_each(|v| *v = conversion.apply(*v));
                 }
             }
+            chosen.iter().zip(&block.columns).try_for_each(|((name, _), values)| record.squarable(name, values))?;
             let times = time_at.and_then(|k| block.columns.get(k)).map(Vec::as_slice);
             for stretch in clock.stretches(times, block.rows(), None, None)? {
                 trace.interval = clock.step();

@@ -3,7 +3,7 @@
 use crate::draws::draws;
 use crate::plan_support::*;
 use rand_pcg::Pcg64Mcg;
-use rand_pcg::rand_core::{RngCore, SeedableRng};
+use rand_pcg::rand_core::{Rng, SeedableRng};
 use tumble::plan::{self, Costs, Criterion, Noise, Offer, Request, Unit};
 
 /// A number in [0, 1).
@@ -115,10 +115,13 @@ fn no_share_is_promised_above_the_truth_where_mountings_scatter() {
         let rows: Vec<String> = at
             .iter()
             .enumerate()
-            .flat_map(|(k, both)| both.iter().map(move |x| format!(r#"{{ "position": "{k}", "x": {x} }}"#)))
+            .flat_map(|(k, both)| {
+                both.iter().map(move |x| format!(r#"{{ "position": "{k}", "alpha_deg": {}, "x": {x} }}"#, 10 * k))
+            })
             .collect();
         let campaign = campaign(&format!(
-            r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "a + b*x" }} }} }},
+            r#"{{ "bench": {{ "id": "way", "chain": [ {{ "joint": "alpha", "about": "z" }} ],
+                 "sensors": {{ "y": {{ "model": "a + b*x" }} }} }},
                  "estimate": {{ "a": {{}}, "b": {{}} }}, "readings": [ {} ] }}"#,
             rows.join(",")
         ));

@@ -356,7 +356,8 @@ fn own_outputs_are_replaced_and_those_of_others_are_not() {
     let example = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name).display().to_string();
     let mission = std::fs::read_to_string(example("19-navigation-errors/truth.mission.json")).expect("a mission");
     let mut mission: serde_json::Value = serde_json::from_str(&mission).expect("JSON");
-    (mission["duration_h"], mission["step_s"]) = (0.1.into(), 0.1.into());
+    mission["duration_h"] = serde_json::json!(0.1);
+    mission["step_s"] = serde_json::json!(0.1);
     std::fs::write(at("m.mission.json"), mission.to_string()).expect("written");
     let record: String =
         (0..600).map(|k| format!("{},{},{}\n", f64::from(k) * 0.01, (k * 7919) % 13, k / 200)).collect();
@@ -419,4 +420,30 @@ fn a_campaign_comes_from_standard_input_or_behind_its_readings() {
     assert!(String::from_utf8_lossy(&before.stdout).contains("gyro-temperature"));
     let (code, text) = run(folder.path(), &["fit"]);
     assert!(code == Some(1) && text.contains("CAMPAIGN"), "{text}");
+}
+
+/// Squares beyond a double are no statistics: refused, where zero and NaN stood.
+#[test]
+fn records_beyond_squares_are_refused() {
+    let folder = folder();
+    let rows: String = (0..600).map(|k| format!("{},{}e200\n", f64::from(k) * 0.01, (k * 7919) % 13 + 1)).collect();
+    std::fs::write(folder.path().join("log.csv"), format!("time_s,V\n{rows}")).expect("written");
+    for command in ["reduce", "noise"] {
+        let (code, text) = run(folder.path(), &[command, "log.csv"]);
+        assert!(code == Some(1) && text.contains("too large to be squared") && text.contains("'V'"), "{text}");
+    }
+}
+
+/// A level so small that the expanded uncertainty is zero: no quotient, and so no number.
+#[test]
+fn a_quotient_by_zero_is_no_number() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/21-calibration-in-use");
+    let folder = folder();
+    let mut twice = vec!["compare", "before.fit.json", "before.fit.json", "--level", "1e-308"];
+    let page = folder.path().join("page.html").display().to_string();
+    twice.extend(["--html", &page]);
+    let output = tumble(&example, &twice).output().expect("a run");
+    let text =
+        String::from_utf8_lossy(&output.stdout).into_owned() + &std::fs::read_to_string(&page).unwrap_or_default();
+    assert!(text.contains("E_n") && !text.contains("NaN"), "{text}");
 }

@@ -228,11 +228,11 @@ fn every_file_may_name_its_schema() {
     let effects = r#"{ "effects": [ { "term": "a_S^2", "name": "e" } ] }"#.to_string();
     let truth = text("examples/07-hidden-effect/hidden.truth.json");
     let mission = text("examples/19-navigation-errors/truth.mission.json");
-    let fetch = |_: &str| -> tumble::Result<tumble::wire::Source> { panic!("nothing to fetch") };
+    let mut fetch = |_: &str| -> tumble::Result<tumble::wire::Source> { panic!("nothing to fetch") };
     for (key, accepted) in [("$schema", true), ("$comment", true), ("$scheme", false)] {
         let of = |kind: &str, text: &str| source(kind, text, key);
         let (own, valid) = of("campaign", &campaign);
-        let read = tumble::wire::read_campaign(&own, &mut fetch.clone());
+        let read = tumble::wire::read_campaign(&own, &mut fetch);
         assert_eq!((read.is_ok(), valid), (accepted, accepted), "{read:?}");
         let (own, valid) = of("bench", &bench);
         assert_eq!((tumble::wire::read_bench(&own).is_ok(), valid), (accepted, accepted));
@@ -241,7 +241,7 @@ fn every_file_may_name_its_schema() {
         let (own, valid) = of("truth", &truth);
         let schedule = tumble::wire::read_campaign(
             &tumble::wire::Source { name: "s".into(), text: text("examples/07-hidden-effect/schedule.campaign.json") },
-            &mut fetch.clone(),
+            &mut fetch,
         );
         let read = tumble::wire::read_truth(&own, &schedule.expect("a schedule"));
         assert_eq!((read.is_ok(), valid), (accepted, accepted));
