@@ -140,9 +140,9 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
 
 /// What is left of a record: all, all but 3 % of its samples, or all but five gaps of 0.2 to 3.2 %.
 fn spoil(random: &mut Pcg64Mcg, samples: &mut [f64], how: usize) {
-    let mut uniform = || StandardUniform.sample(random);
+    let mut uniform = || -> f64 { StandardUniform.sample(random) };
     match how {
-        1 => samples.iter_mut().filter(|_| uniform() < 0.03_f64).for_each(|v| *v = f64::NAN),
+        1 => samples.iter_mut().filter(|_| uniform() < 0.03).for_each(|v| *v = f64::NAN),
         2 => {
             for _ in 0..5 {
                 let length = (samples.len() as f64 * (0.002 + 0.03 * uniform())) as usize;
