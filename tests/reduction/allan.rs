@@ -113,7 +113,7 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
     // S(f) = B^2/(2 pi f) two-sided is the sum of Lorentz lines of equal variance v, four to a decade: v = B^2 ln(10)/(4 pi)
     let times: Vec<f64> = (0..)
         .map(|i| 0.02 * dt * 10f64.powf(f64::from(i) / 4.0))
-        .take_while(|t| *t < 1e3 * count as f64 * dt)
+        .take_while(|t| *t < 10.0 * count as f64 * dt)
         .collect();
     let sd = b * (10f64.ln() / (4.0 * std::f64::consts::PI)).sqrt();
     let mut flicker: Vec<f64> = times.iter().map(|_| sd * normal()).collect();
@@ -123,10 +123,13 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
         .map(|i| {
             let mut y = n / dt.sqrt() * normal() + r * i as f64 * dt;
             if b > 0.0 {
+                // the mean of each process over the interval, from its values at both ends; sampled, they would have white noise of their own
                 for (state, time) in flicker.iter_mut().zip(&times) {
-                    let stay = (-dt / time).exp();
-                    *state = stay * *state + sd * (1.0 - stay * stay).sqrt() * normal();
-                    y += *state;
+                    let (stay, part) = ((-dt / time).exp(), 2.0 * time / dt);
+                    let before = *state;
+                    *state = stay * before + sd * (1.0 - stay * stay).sqrt() * normal();
+                    let middle = part * (1.0 / part).tanh();
+                    y += 0.5 * middle * (before + *state) + sd * (part * (1.0 - middle)).max(0.0).sqrt() * normal();
                 }
             }
             walk += k * dt.sqrt() * normal();
@@ -140,9 +143,9 @@ fn record(random: &mut Pcg64Mcg, count: usize, dt: f64, [q, n, b, k, r]: [f64; 5
 
 /// What is left of a record: all, all but 3 % of its samples, or all but five gaps of 0.2 to 3.2 %.
 fn spoil(random: &mut Pcg64Mcg, samples: &mut [f64], how: usize) {
-    let mut uniform = || StandardUniform.sample(random);
+    let mut uniform = || -> f64 { StandardUniform.sample(random) };
     match how {
-        1 => samples.iter_mut().filter(|_| uniform() < 0.03_f64).for_each(|v| *v = f64::NAN),
+        1 => samples.iter_mut().filter(|_| uniform() < 0.03).for_each(|v| *v = f64::NAN),
         2 => {
             for _ in 0..5 {
                 let length = (samples.len() as f64 * (0.002 + 0.03 * uniform())) as usize;
