@@ -139,7 +139,7 @@ impl Clock {
         Ok(Clock { step: 1.0 / rate_hz, ..Clock::empty(None, String::new(), file) })
     }
 
-    /// Times from a column: its unit stands in its title or at the end of its name (`time_s`, `t_ms`), else they are seconds, or what [`unit_of`] finds.
+    /// Times from a column: its unit stands in its title or at the end of its name (`time_s`, `t_ms`), else they are seconds, or what their size and their steps say.
     ///
     /// Errors: a unit that is none of time.
     pub fn column(column: &Column, file: &str) -> Result<Self> {
@@ -162,7 +162,7 @@ impl Clock {
         self.factor.unwrap_or(1.0)
     }
 
-    /// Does the column say no unit? Then [`unit_of`] its times does.
+    /// Does the column say no unit? Then its times do.
     pub(crate) fn is_bare(&self) -> bool {
         self.bare
     }

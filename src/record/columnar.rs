@@ -119,7 +119,7 @@ impl Meaning {
         let text = match self {
             Meaning::Unsigned => Some(as_unsigned.to_string()),
             Meaning::Decimal(scale) => decimal(i128::from(value), scale),
-            Meaning::Time(seconds, true) => at(Some(i128::from(value) * (seconds * 1e9).round() as i128), false),
+            Meaning::Time(seconds, true) => at(nanoseconds(seconds).map(|each| i128::from(value) * each), false),
             Meaning::Time(..) => Some(self.whole(value, as_unsigned).to_string()),
             Meaning::Date => at(Some(i128::from(value) * 86_400_000_000_000), true),
             _ => None,
@@ -145,6 +145,12 @@ impl Meaning {
             _ => None,
         }
     }
+}
+
+/// Nanoseconds in a unit of times.
+fn nanoseconds(seconds: f64) -> Option<i128> {
+    const UNITS: [(f64, i128); 3] = [(1e-3, 1_000_000), (1e-6, 1_000), (1e-9, 1)];
+    UNITS.iter().find(|(own, _)| *own == seconds).map(|(_, each)| *each)
 }
 
 /// A whole number in two's complement, the highest byte first; `None` beyond 128 bits.

@@ -170,7 +170,7 @@ impl Recipe {
                 let more: Vec<Vec<f64>> = computed.iter().map(|c| c.values(&columns)).collect();
                 let all: Vec<&[f64]> =
                     columns.iter().copied().chain(more.iter().map(Vec::as_slice)).chain(turned.as_deref()).collect();
-                trace.push(&all, clock.times().get(stretch.rows.clone()));
+                trace.push_at(&all, clock.times().get(stretch.rows.clone()));
             }
         }
         trace.finish();
