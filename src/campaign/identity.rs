@@ -95,9 +95,9 @@ pub enum Condition {
     Number(f64),
     /// A number with its standard uncertainty, both in that unit.
     Measured {
-        /// The number.
+        /// The number, in the unit at the end of the condition's name.
         value: f64,
-        /// Its standard uncertainty.
+        /// Its standard uncertainty, in the same unit.
         u: f64,
     },
     /// The lowest and the highest number.

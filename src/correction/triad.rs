@@ -4,6 +4,10 @@
 //! norm = |g(s)|,  g affine in the readings s:  g = L s + g0
 //! s = b + K a,    K = L^-1,  b = -K g0,        a the vector along the axes in which the norm is written
 //! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrices are made of the counts of readings and parameters that the loops run over, in the same function"
+)]
 
 use super::calibration::CalibratedLine;
 use crate::algebra::{Expression, Scratch, Tape};

@@ -226,7 +226,7 @@ impl Begins {
     }
 
     fn shifted(&self, other: &Begins, by: i64) -> f64 {
-        let (words, bits) = (by.div_euclid(64), by.rem_euclid(64) as u32);
+        let (words, bits) = (by.div_euclid(64), by.rem_euclid(64));
         let word = |k: i64| usize::try_from(k).ok().and_then(|k| other.words.get(k)).copied().unwrap_or(0);
         let joined = |k: i64| word(k) >> bits | if bits > 0 { word(k + 1) << (64 - bits) } else { 0 };
         self.words.iter().zip(words..).map(|(own, k)| f64::from((own & joined(k)).count_ones())).sum()

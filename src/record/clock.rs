@@ -103,6 +103,8 @@ pub struct Clock {
     taken: Option<&'static str>,
     /// Resolution of the times, where several rows have one time: their step; else 0.
     tick: f64,
+    /// Rows since the time last changed, where several rows have one; `None` before it does.
+    still: Option<u64>,
     /// Times of the block's rows, s since the first row.
     times: Vec<f64>,
     title: String,
@@ -183,6 +185,7 @@ impl Clock {
             bare: false,
             taken: None,
             tick: 0.0,
+            still: None,
             times: Vec::new(),
             set_back: 0.0,
             pending_gap: false,
@@ -261,9 +264,10 @@ impl Clock {
             }
             let gap = matches!(kind, Some(JumpKind::Gap | JumpKind::Back));
             if gap {
+                self.still = None;
                 self.pending_gap = true;
             } else if self.rows > 0 {
-                self.steps = (self.steps.0 + step.max(0.0), self.steps.1 + 1);
+                self.count(step.max(0.0));
                 self.range = (self.range.0.min(step), self.range.1.max(step));
             }
             // times that changed places do not go back
@@ -307,9 +311,25 @@ impl Clock {
         let median = steps.get(steps.len() / 2).copied().unwrap_or(0.0); // no step forward
         // half of the rows and more share their time with the row before: the times are coarser than the samples
         let coarse = equal >= steps.len();
-        let (rows, tick) = (steps.len() + equal, if coarse { median } else { 0.0 });
-        self.tick = tick;
-        self.step = if coarse { median * steps.len() as f64 / rows.max(1) as f64 } else { median };
+        self.tick = if coarse { median } else { 0.0 };
+        // coarse times: rows between the first change and the last
+        let changed = |pair: (&f64, &f64)| pair.0 < pair.1;
+        let pairs = || times.iter().zip(times.iter().skip(1)).take(4001);
+        let (first, last) = (pairs().position(changed), pairs().collect::<Vec<_>>().into_iter().rposition(changed));
+        let rows = last.unwrap_or(0) - first.unwrap_or(0);
+        let changes = steps.len().saturating_sub(1);
+        self.step = if coarse && rows > 0 { median * changes as f64 / rows as f64 } else { median };
+    }
+
+    /// A step that is no gap. Where several rows have one time, the steps between the first change and the last are spread over the rows between.
+    fn count(&mut self, step: f64) {
+        if self.tick == 0.0 {
+            self.steps = (self.steps.0 + step, self.steps.1 + 1);
+        } else if step == 0.0 {
+            self.still = self.still.map(|rows| rows + 1);
+        } else if let Some(rows) = self.still.replace(0) {
+            self.steps = (self.steps.0 + step, self.steps.1 + rows + 1);
+        }
     }
 
     /// Times of the rows of the last block, s since the first row; times that changed places or were set back never go back here.

@@ -8,8 +8,10 @@ use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, Read};
 
-/// How much of a table its dialect is taken from.
+/// How much of a table its dialect is taken from; more where its first lines are longer.
 const HEAD: usize = 1 << 16;
+/// Lines that it takes at least.
+const LINES: usize = 8;
 /// How much is read at a time.
 const CHUNK: usize = 1 << 20;
 /// Longest row.
@@ -60,7 +62,14 @@ impl Delimited {
         let broken = |error: std::io::Error| text::broken(name, &error);
         let mut from = text::unpacked(from).map_err(broken)?;
         let mut buffer = Vec::with_capacity(HEAD);
-        (&mut from).take(HEAD as u64).read_to_end(&mut buffer).map_err(broken)?;
+        loop {
+            let wanted = HEAD.max(buffer.len()) as u64;
+            let read = (&mut from).take(wanted).read_to_end(&mut buffer).map_err(broken)?;
+            let lines = buffer.iter().filter(|byte| **byte == b'\n').count();
+            if read == 0 || lines >= LINES || buffer.len() >= LONGEST {
+                break;
+            }
+        }
         if buffer.contains(&0) {
             return Err(Malformed::new(Fault::Syntax, format!("'{name}' is not a table of text"))
                 .expected("CSV (also with semicolons, tabs or spaces; gzip), or Parquet")

@@ -14,7 +14,7 @@ pub fn title(text: &str) -> (String, Option<String>) {
         if let Some(rest) = text.strip_suffix(close)
             && let Some((name, unit)) = rest.rsplit_once(open)
             && !name.trim().is_empty()
-            && !(open == '[' && !name.ends_with(' ') && !unit.is_empty() && unit.bytes().all(|b| b.is_ascii_digit()))
+            && (open != '[' || name.ends_with(' ') || unit.is_empty() || unit.bytes().any(|b| !b.is_ascii_digit()))
         {
             return (name.trim().to_string(), Some(unit.trim().to_string()).filter(|unit| !unit.is_empty()));
         }

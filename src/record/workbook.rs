@@ -181,7 +181,7 @@ fn is_sound(bytes: &[u8]) -> bool {
     let (mut next, mut seen) = (word(0x44).unwrap_or(u32::MAX), 0);
     while (next as usize) < most {
         tables.extend(words(next, size / 4 - 1));
-        next = words(next, size / 4).last().unwrap_or(u32::MAX);
+        next = words(next, size / 4).next_back().unwrap_or(u32::MAX);
         seen += 1;
         if seen > most {
             return false;

@@ -84,7 +84,10 @@ pub fn segment(trace: &Trace, by: &By, guard: f64, least: f64) -> Segmentation {
             .collect();
         if !cuts.is_empty() {
             let (n, missing) = (cuts.len(), cuts.iter().sum::<f64>());
-            segment.notes.push(format!("{n} gap{} bridged, {missing:.3} s missing", if n == 1 { "" } else { "s" }));
+            segment.notes.push(match n {
+                1 => format!("1 gap bridged, {missing:.3} s missing"),
+                n => format!("{n} gaps bridged, {missing:.3} s missing"),
+            });
         }
         let pieces =
             segment.pieces.iter().map(|p| (p.start + margin).min(p.end)..p.end.saturating_sub(margin).max(p.start));

@@ -130,8 +130,12 @@ fn nothing_is_half_written() {
     };
     let campaign = data("bad/good.campaign.json");
     let campaign = campaign.to_str().expect("a path");
-    // a good report replaces an old one
-    std::fs::write(folder.path().join("report.json"), "old").expect("written");
+    // a good report replaces an old one, and no file of another kind
+    let old = folder.path().join("report.json");
+    std::fs::write(&old, "old").expect("written");
+    assert_eq!(tumble(folder.path(), &["fit", campaign, "--json", "report.json"]).0, 1);
+    assert_eq!(std::fs::read_to_string(&old).expect("kept"), "old");
+    std::fs::write(&old, r#"{ "tumble": "0.1.0", "report": "fit" }"#).expect("written");
     assert_eq!(tumble(folder.path(), &["fit", campaign, "--json", "report.json"]).0, 0);
     let report: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("report.json")).expect("a report"))

@@ -375,6 +375,11 @@ fn logical_types_of_parquet() {
         group.close().expect("a group");
         writer.close().expect("a file");
         let (block, _) = column(&path, &[As::Number; 8]).expect("numbers");
+        #[allow(
+            clippy::excessive_precision,
+            clippy::approx_constant,
+            reason = "decimal numbers as the file states them"
+        )]
         let expected = [
             [1.2345, -0.0005],
             [-1_234_567_890_123_456.78, 0.07],

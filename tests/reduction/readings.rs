@@ -324,7 +324,7 @@ fn means_over_turns_keep_the_noise_at_their_frequencies() {
                 let channel = &trace.channels[0];
                 let blocks: Vec<_> = (0..segments as u64)
                     .map(|k| {
-                        let pieces = vec![k * length as u64..(k + 1) * length as u64];
+                        let pieces = std::iter::once(k * length as u64..(k + 1) * length as u64).collect();
                         let segment = Segment { label: k.to_string(), pieces, notes: Vec::new() };
                         channel.block(&trace, &segment, Some(length as f64 / turns))
                     })
