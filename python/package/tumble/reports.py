@@ -495,7 +495,8 @@ class TrendReport(Node):
     id: str
     """Its name."""
     leaves: float | None
-    """Day on which the line leaves its limits, in days from 1970-01-01; null where it does not, or where no slope is significant."""
+    """Day on which the line leaves its limits, in days from 1970-01-01; before the last calibration where it has left them. Null where it does
+    not, or where no slope is significant."""
     limits: list[float] | None
     """Limits, where the last calibration states them."""
     per_day: float | None
@@ -528,7 +529,7 @@ class CompareHistoryReport(Report):
 
     _keys = frozenset(["calibrations", "level", "report", "trends", "tumble"])
 
-Condition: TypeAlias = "float | str"
+Condition: TypeAlias = "float | dict[str, Any] | list[float] | str"
 
 
 class GroupReport(Node):
@@ -1162,7 +1163,7 @@ class BudgetReport(Node):
     estimate: float | None
     """Estimate of the source, where it is one quantity, in the source's unit."""
     share: float
-    """Share of the variance, 0 to 1."""
+    """Share of the variance, 0 to 1; of correlated inputs also beyond, and negative."""
     source: str
     """Where it comes from."""
     source_u: float | None
@@ -1170,7 +1171,8 @@ class BudgetReport(Node):
     type: Evaluation
     """`A` or `B`."""
     u: float
-    """Contribution to the standard uncertainty, in the quantity's unit."""
+    """Contribution to the standard uncertainty, in the quantity's unit; negative for a correlated pair that takes from the variance (its
+    square)."""
 
     _keys = frozenset(["c", "distribution", "dof", "estimate", "share", "source", "source_u", "type", "u"])
 
@@ -1182,6 +1184,8 @@ class ChecksReport(Node):
     """For each parameter, the reading whose undetected fault would do most to it."""
     lack_of_fit: LackOfFitReport | None
     """Replicates against what the model leaves; null where nothing is replicated."""
+    lack_of_fit_by_position: LackOfFitReport | None
+    """What the model leaves between positions against the scatter of the readings of each, where nothing is replicated."""
     normality: NormalityReport | None
     """Shapiro-Francia test of normality; null with fewer than eight residuals."""
     runs: dict[str, RunsReport]
@@ -1191,7 +1195,7 @@ class ChecksReport(Node):
     verdict: list[str]
     """In words, one sentence for each thing found."""
 
-    _keys = frozenset(["external", "lack_of_fit", "normality", "runs", "snooping", "verdict"])
+    _keys = frozenset(["external", "lack_of_fit", "lack_of_fit_by_position", "normality", "runs", "snooping", "verdict"])
 
 
 class CircleReport(Node):
@@ -1643,9 +1647,9 @@ class LackOfFitReport(Node):
     p: float
     """Probability of a larger F if the model is right."""
     pure_error_dof: int
-    """Degrees of freedom of the replicates' scatter."""
+    """Degrees of freedom of the replicates' scatter, or of that within positions."""
     pure_error_sd: float
-    """Factor by which the replicates' standard deviation differs from the weights' (1 where uncertainties are right)."""
+    """Factor by which its standard deviation differs from the weights' (1 where uncertainties are right)."""
     rejected: bool
     """Is the model rejected?"""
 
@@ -2024,6 +2028,8 @@ class FitReport(Report):
     """How readings of this unit are corrected; absent where no sensor follows a rate or specific force that the fit determines."""
     correlation: CovarianceReport
     """Correlations of the estimated parameters."""
+    correlations: list[list[str | float]] | None
+    """Correlation coefficients of pairs of known parameters, as given; others are independent."""
     covariance: CovarianceReport
     """Covariance of the estimated parameters, readings and known inputs together."""
     derived: list[DerivedReport]
@@ -2066,7 +2072,7 @@ class FitReport(Report):
     tumble: str
     """Version of the program that wrote it."""
 
-    _keys = frozenset(["assumed_zero", "bench", "checks", "conditional", "conformity", "constraints", "convergence", "correction", "correlation", "covariance", "derived", "estimable_combinations", "estimator", "fit", "identity", "inputs", "known", "model", "monte_carlo", "nonlinear", "not_estimable", "parameters", "readings", "record", "report", "robust", "scatter", "site", "tumble"])
+    _keys = frozenset(["assumed_zero", "bench", "checks", "conditional", "conformity", "constraints", "convergence", "correction", "correlation", "correlations", "covariance", "derived", "estimable_combinations", "estimator", "fit", "identity", "inputs", "known", "model", "monte_carlo", "nonlinear", "not_estimable", "parameters", "readings", "record", "report", "robust", "scatter", "site", "tumble"])
 
 
 class ChannelReport(Node):
@@ -3404,7 +3410,7 @@ GapsReport._parts = {"after": (GapReport, False), "before": (GapReport, False), 
 UnexplainedReport._parts = {"cells": (CellReport, False)}
 DiagnoseReport._parts = {"constraints": (AssertedReport, False), "effects": (EffectReport, False), "gap": (GapsReport, False), "holdout": (HoldoutReport, False), "identity": (Identity, False), "inputs": (Input, False), "parameters": (ChangeReport, False), "residuals": (ResidualReport, False), "scatter": (ScatterReport, False), "steps": (GapStepReport, False), "unexplained": (UnexplainedReport, False), "where": (PlaceReport, False)}
 BinsReport._parts = {"bins": (BinReport, False)}
-ChecksReport._parts = {"external": (ExternalReport, True), "lack_of_fit": (LackOfFitReport, False), "normality": (NormalityReport, False), "runs": (RunsReport, True), "snooping": (SnoopingReport, False)}
+ChecksReport._parts = {"external": (ExternalReport, True), "lack_of_fit": (LackOfFitReport, False), "lack_of_fit_by_position": (LackOfFitReport, False), "normality": (NormalityReport, False), "runs": (RunsReport, True), "snooping": (SnoopingReport, False)}
 CombinationValueReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetReport, False)}
 ConformityReport._parts = {"quantities": (LimitedReport, False)}
 ConstraintsReport._parts = {"list": (ConstraintReport, False)}
