@@ -103,6 +103,8 @@ pub struct Clock {
     taken: Option<&'static str>,
     /// Resolution of the times, where several rows have one time: their step; else 0.
     tick: f64,
+    /// By how much the last step was shorter than usual, s, where it was a short one: the next may be longer by that.
+    owed: f64,
     /// Rows since the time last changed, where several rows have one; `None` before it does.
     still: Option<u64>,
     /// Times of the block's rows, s since the first row.
@@ -185,6 +187,7 @@ impl Clock {
             bare: false,
             taken: None,
             tick: 0.0,
+            owed: 0.0,
             still: None,
             times: Vec::new(),
             set_back: 0.0,
@@ -238,10 +241,11 @@ impl Clock {
             let kind = match self.rows {
                 0 => None,
                 _ if !(step > -GAP * usual) => Some(JumpKind::Back),
-                _ if step > GAP * usual => Some(JumpKind::Gap),
+                _ if step - self.owed > GAP * usual => Some(JumpKind::Gap),
                 _ if self.tick == 0.0 && step < SHORT * self.step => Some(JumpKind::Short),
                 _ => None,
             };
+            self.owed = if kind == Some(JumpKind::Short) { usual - step } else { 0.0 };
             if let Some(kind) = kind {
                 let [back, gaps, short] = &mut self.counts;
                 let count = match kind {

@@ -28,12 +28,13 @@ pub(super) fn moment(cell: &[u8]) -> Option<Moment> {
         return Some(Moment::OfDay(time.duration_since(civil::Time::midnight()).as_secs_f64()));
     }
     let written = format!("{}{rest}", iso(date)?);
+    // nanoseconds since 1970 have more digits than a double
+    let seconds = |at: Timestamp| at.as_second() as f64 + f64::from(at.subsec_nanosecond()) / 1e9;
     if let Ok(instant) = written.parse::<Timestamp>() {
-        return Some(Moment::Instant(instant.as_nanosecond() as f64 / 1e9));
+        return Some(Moment::Instant(seconds(instant)));
     }
     let there: civil::DateTime = written.parse().ok()?;
-    let instant = there.to_zoned(TimeZone::UTC).ok()?.timestamp();
-    Some(Moment::Instant(instant.as_nanosecond() as f64 / 1e9))
+    Some(Moment::Instant(seconds(there.to_zoned(TimeZone::UTC).ok()?.timestamp())))
 }
 
 /// A date in the order of ISO 8601. Of numbers parted by slashes the day must show: it is above 12.
