@@ -2,7 +2,7 @@
 //!
 //! The exported code does what [`Corrector::correct`](super::Corrector::correct) does, step for step with the same constants, so that the results agree to
 //! rounding. Each file holds test samples (readings of the exact lines at known inputs) and checks itself against them. One description of
-//! the unit serves all languages ([`source`]); a language is how it writes numbers and lists (`languages.rs`) and a template
+//! the unit serves all languages (`source`); a language is how it writes numbers and lists (`languages.rs`) and a template
 //! (`data/templates/export`).
 
 mod languages;
