@@ -55,6 +55,8 @@ mod families;
 mod finding;
 mod foresee;
 mod holdout;
+#[doc(hidden)]
+pub mod lab;
 mod level;
 mod missed;
 mod noise;
