@@ -101,11 +101,13 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     }
     let mut effects = vec![];
     let mut strength = vec![];
+    let mut signal = vec![0.0; model.design.rows.len()];
     let apart = sines(&model, &chosen);
     for (k, (c, u)) in chosen.iter().enumerate() {
         let t = random(&mut g, 10f64.ln(), 40f64.ln()).exp() / apart.get(k).copied().unwrap_or(1.0);
         let sign = if normal(&mut g) < 0.0 { -1.0 } else { 1.0 };
         effects.push(Hidden::new(&plan, &c.regressor, sign * t * u, c.sensor).unwrap());
+        signal.iter_mut().zip(&c.column).for_each(|(s, v)| *s += sign * t * u * v);
         strength.push(t);
     }
     let mut campaign = simulate(&plan, &Truth { point, noise, effects, scatter: vec![] }, seed).unwrap();
@@ -128,6 +130,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
             let s = t * sd / (left * (own.len() as f64).sqrt());
             v.iter_mut().for_each(|x| *x *= s);
             outside = Some(own.iter().map(|x| x * s).collect());
+            signal.iter_mut().zip(&own).for_each(|(a, x)| *a += x * s);
             break;
         }
         for (row, v) in campaign.readings.rows.iter_mut().zip(&v) { row.observations[0].value += v; }
@@ -152,7 +155,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         let gram = cosines(&model, &columns);
         (1..columns.len()).any(|j| gram[(0, j)].abs() >= 0.85) || hidden.iter().any(|h| is(n, h))
     };
-    let a_sum = right == catalogued && outside.as_ref().is_some_and(|o| found.after.as_ref().is_some_and(|after| left_of(after, o) < 0.436 * left_of(&model, o)));
+    let a_sum = found.after.as_ref().is_some_and(|after| left_of(after, &signal) < if outside.is_some() { 0.436 } else { 0.1 } * left_of(&model, &signal));
     let wrong = named.iter().filter(|n| !a_sum && !deserved(n)).count();
     let noticed = found.nothing < 0.5;
     let ok = match mode {
@@ -197,7 +200,7 @@ fn main() {
     for a in args.iter().skip(4) {
         let (k, v) = a.split_once('=').unwrap();
         let v: f64 = v.parse().unwrap();
-        match k { "outside" => settings.outside = v, "odds" => settings.odds = v, "alias" => settings.alias = v, "named" => settings.named = v, "rank" => settings.least_rank = v as usize, "smallest" => settings.smallest = v, "largest" => settings.largest = v, _ => panic!("{k}") }
+        match k { "outside" => settings.outside = v, "odds" => settings.odds = v, "alias" => settings.alias = v, "named" => settings.named = v, "vanishing" => settings.vanishing = v, "rank" => settings.least_rank = v as usize, "smallest" => settings.smallest = v, "largest" => settings.largest = v, _ => panic!("{k}") }
     }
     let catalogue = wire::built_in_effects().unwrap();
     let jobs: Vec<(usize, bool, usize)> = (0..MODES.len()).filter(|m| only.is_none_or(|o| o == MODES[*m])).flat_map(|m| [true, false].into_iter().flat_map(move |s| (0..each).map(move |k| (m, s, k)))).collect();

@@ -22,10 +22,12 @@ pub struct Settings {
     pub alias: f64,
     pub most: usize,
     pub least_rank: usize,
+    /// Share of what its inputs could make of it below which a term is as absurd as any.
+    pub vanishing: f64,
 }
 impl Default for Settings {
     fn default() -> Self {
-        Settings { smallest: 0.1, largest: 1e4, outside: 0.05, odds: 0.01, named: 0.95, suspected: 0.5, alias: 4.5, most: 6, least_rank: 3 }
+        Settings { smallest: 0.1, largest: 1e4, outside: 0.01, odds: 0.01, named: 0.95, suspected: 0.5, alias: 4.5, most: 6, least_rank: 3, vanishing: 0.02 }
     }
 }
 impl Settings {
@@ -53,11 +55,14 @@ pub struct Score<'a> {
     known: bool,
     nu: f64,
     zz: f64,
-    prior: &'a [f64],
+    prior: Vec<f64>,
+    given: &'a [f64],
     /// projected columns, unit norm
     c: Mat<f64>,
     pub visible: Vec<f64>,
     pub names: Vec<String>,
+    /// Candidates with the same column, by the one that stands for them.
+    pub alike: Vec<Vec<u16>>,
     norm: Vec<f64>,
     b: Vec<f64>,
     kernels: Vec<Prepared>,
@@ -101,7 +106,8 @@ impl<'a> Score<'a> {
         project(p.basis, &mut z);
         let dotz = |col: faer::ColRef<'_, f64>| -> f64 { col.iter().zip(z.col(0).iter()).map(|(a, b)| a * b).sum() };
         let zz = dotz(z.col(0));
-        let b = (0..k).map(|j| dotz(c.col(j))).collect();
+        let b: Vec<f64> = (0..k).map(|j| dotz(c.col(j))).collect();
+        let dot2 = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 { x.iter().zip(y.iter()).map(|(a, b)| a * b).sum() };
         let mut kernels = vec![Prepared { lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
         let (mut names, mut factors) = (vec!["none".to_string()], vec![]);
         for kernel in p.kernels {
@@ -126,8 +132,29 @@ impl<'a> Score<'a> {
             kernels.push(Prepared { lambda: keep.iter().map(|i| s[*i]).collect(), along_z, along_c });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
-        let norm = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
-        Score { settings, known: p.known, nu, zz, prior: p.prior, c, visible, names, norm, b, kernels, gram: vec![None; k], visited: HashMap::new(), best: f64::NEG_INFINITY }
+        let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
+        // one column for those that are the same: the first of the most probable stands for all
+        let b: Vec<f64> = b;
+        let mut order: Vec<usize> = (0..k).filter(|j| norm[*j] > 0.0).collect();
+        order.sort_by(|x, y| b[*x].abs().total_cmp(&b[*y].abs()));
+        let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
+        let mut prior = p.prior.to_vec();
+        let mut taken = vec![false; k];
+        for (n, &j) in order.iter().enumerate() {
+            if taken[j] { continue; }
+            let mut group = vec![j];
+            for &i in order[n + 1..].iter() {
+                if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() { break; }
+                if !taken[i] && dot2(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 { group.push(i); }
+            }
+            group.sort_by(|x, y| p.prior[*y].total_cmp(&p.prior[*x]).then(x.cmp(y)));
+            let first = group[0];
+            let top = p.prior[first];
+            prior[first] = top + group.iter().map(|i| (p.prior[*i] - top).exp()).sum::<f64>().ln();
+            for i in &group { taken[*i] = true; if *i != first { norm[*i] = 0.0; } }
+            alike[first] = group.iter().map(|i| *i as u16).collect();
+        }
+        Score { settings, known: p.known, nu, zz, prior, given: p.prior, alike, c, visible, names, norm, b, kernels, gram: vec![None; k], visited: HashMap::new(), best: f64::NEG_INFINITY }
     }
 
     fn gram0(&mut self, m: usize) -> Vec<f64> {
@@ -211,13 +238,17 @@ impl<'a> Score<'a> {
     }
 
     /// value of S + j for all j
-    fn additions(&self, state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64)) -> Vec<f64> {
+    fn additions(&self, state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), least: f64) -> Vec<f64> {
         let k = state.set.len();
+        let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
         let prior: f64 = state.set.iter().map(|j| self.prior[*j as usize]).sum();
         (0..self.b.len()).map(|j| {
             if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() { return f64::NEG_INFINITY; }
             let Some((h, d, bb)) = step(state, base, j) else { return f64::NEG_INFINITY };
             let q = state.q - bb * bb / d;
+            // sizes and volume cost: what a column takes off bounds what it gains
+            let gain = if self.known { 0.5 * (state.q - q) } else { 0.5 * (self.nu - k as f64) * (own_q / q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE)).ln() };
+            if state.value + gain + self.prior[j] + 2.0 < least { return f64::NEG_INFINITY; }
             let s2 = self.sigma2(q, k + 1);
             let bj = bb / d;
             let mut sizes = 0.5 * (bj * bj + s2 / d).ln();
@@ -324,14 +355,14 @@ impl<'a> Score<'a> {
             let mut options: Vec<(f64, Vec<u16>)> = vec![];
             let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
                 let top = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-                if let Some((j, v)) = top.filter(|(_, v)| v.is_finite()) {
+                if let Some((j, v)) = top.filter(|(_, v)| **v > f64::NEG_INFINITY) {
                     let mut next = of.to_vec();
                     next.push(j as u16);
                     options.push((*v, next));
                 }
             };
             if set.len() < self.settings.most {
-                let values = self.additions(&state, &base);
+                let values = self.additions(&state, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
                 self.record_all(kernel, &set, &values, shift);
                 consider(&mut options, &values, &set);
             }
@@ -340,7 +371,7 @@ impl<'a> Score<'a> {
                 let _gone = less.remove(place);
                 let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
                 self.record(kernel, &less, own.value + shift);
-                let values = self.additions(&own, &base);
+                let values = self.additions(&own, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
                 self.record_all(kernel, &less, &values, shift);
                 consider(&mut options, &values, &less);
                 options.push((own.value, less));
@@ -378,7 +409,7 @@ impl<'a> Score<'a> {
             let mut with = set.to_vec();
             with.push(j as u16);
             let Some(state) = self.state(kernel, &shrink, &base, &with) else { continue };
-            let values = self.additions(&state, &base);
+            let values = self.additions(&state, &base, best.max(self.best - 12.0 - self.kernel_prior(kernel) - shift));
             self.record_all(kernel, &with, &values, shift);
             for (i, v) in values.iter().enumerate() {
                 if *v > best {
@@ -457,7 +488,10 @@ impl<'a> Score<'a> {
                     if let [j] = extra[..] && j != member { class.push((j, *p)); }
                 }
                 let probability = sets.iter().filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j))).map(|(p, _)| p).sum();
-                classes.push(Class { member: member as usize, aliases: class.iter().skip(1).map(|(j, p)| (*j as usize, *p)).collect(), probability });
+                let given = |j: u16, p: f64| self.alike[j as usize].iter().map(move |i| (*i as usize, p * (self.given[*i as usize] - self.prior[j as usize]).exp()));
+                let mut all: Vec<(usize, f64)> = class.iter().flat_map(|(j, p)| given(*j, *p)).filter(|(j, _)| *j != member as usize).collect();
+                all.sort_by(|a, b| b.1.total_cmp(&a.1));
+                classes.push(Class { member: member as usize, aliases: all, probability });
             }
         }
         let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
