@@ -27,7 +27,7 @@ pub struct Settings {
 }
 impl Default for Settings {
     fn default() -> Self {
-        Settings { smallest: 0.1, largest: 1e4, outside: 0.01, odds: 0.01, named: 0.95, suspected: 0.5, alias: 4.5, most: 6, least_rank: 3, vanishing: 0.02 }
+        Settings { smallest: 0.1, largest: 1e4, outside: 0.01, odds: 0.01, named: 0.95, suspected: 0.5, alias: 4.5, most: 6, least_rank: 4, vanishing: 0.02 }
     }
 }
 impl Settings {

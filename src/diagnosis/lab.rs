@@ -38,13 +38,40 @@ pub fn start(campaign: &Campaign) -> Result<(Campaign, Vec<usize>, Vec<f64>)> {
 }
 
 /// Everything at one point.
-pub fn at(campaign: &Campaign, asked: &[usize], catalogue: &[Effect], point: &[f64]) -> Result<At> {
+///
+/// With a fit of these effects the model's columns are those of the augmented model, its derivatives to the tilts through the effects among them.
+pub fn at(
+    campaign: &Campaign,
+    asked: &[usize],
+    catalogue: &[Effect],
+    point: &[f64],
+    augmented: Option<(&Fit, &[&Candidate])>,
+) -> Result<At> {
     let model = Model::new(campaign)?;
     let mut design = design::assemble(campaign, &model, point)?;
     let given = campaign.reference_point();
+    let plain = |(_, effects): &(&Fit, &[&Candidate])| !effects.iter().any(|c| assumptions::is_assumption(c));
+    let augmented = augmented.filter(plain).filter(|(fit, _)| fit.design.predicted.len() == design.predicted.len());
+    if let Some((fit, effects)) = augmented {
+        let (rows, columns) = (design.jacobian.nrows(), fit.design.jacobian.ncols());
+        for (k, parameter) in campaign.parameters.iter().enumerate().take(design.jacobian.ncols()) {
+            if let Some(own) = fit.campaign.parameter_index(&parameter.id).filter(|own| *own < columns) {
+                let column = fit.design.jacobian.col_as_slice(own).to_vec();
+                design.jacobian.col_as_slice_mut(k).copy_from_slice(column.get(..rows).unwrap_or(&vec![0.0; rows]));
+            }
+        }
+        design.predicted.clone_from(&fit.design.predicted);
+        for effect in effects {
+            let Some(own) = fit.campaign.parameter_index(&effect.coefficient).filter(|own| *own < columns) else { continue };
+            let before = campaign.parameter_index(&effect.coefficient).and_then(|k| given.get(k)).copied();
+            let size = fit.design.point.get(own).copied().unwrap_or_default() - before.unwrap_or_default();
+            let column = fit.design.jacobian.col_as_slice(own);
+            design.predicted.iter_mut().zip(column).for_each(|(predicted, slope)| *predicted -= slope * size);
+        }
+    }
     for k in campaign.unknowns()..campaign.parameters.len().min(design.jacobian.ncols()) {
         let moved = point.get(k).zip(given.get(k)).map_or(0.0, |(point, given)| point - given);
-        if moved != 0.0 {
+        if moved != 0.0 && augmented.is_none() {
             let column = design.jacobian.col_as_slice(k);
             design.predicted.iter_mut().zip(column).for_each(|(predicted, slope)| *predicted -= slope * moved);
         }
