@@ -140,7 +140,7 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
         hidden.push(name);
     }
     let started = std::time::Instant::now();
-    let Some(found) = passes::diagnose(&campaign, catalogue, settings) else {
+    let Some(found) = ask(&campaign, catalogue, settings) else {
         return Trial { mode, stated, right: false, wrong: 0, noticed: false, stands, suspected: false, held: (0, 0), text: format!("{seed} {schedule_name} {hidden:?} FAILED"), seconds: 0.0 };
     };
     let seconds = started.elapsed().as_secs_f64();
@@ -167,14 +167,26 @@ fn trial(mode: &'static str, stated: bool, schedule_name: &'static str, seed: u6
     let mut held = (0, 0);
     let base = if found.after.is_none() { Some(fitted(&campaign)) } else { None };
     let fit = found.after.as_ref().or(base.as_ref());
-    if let Some(fit) = fit { for (id, t) in truth.iter().filter(|(id, _)| id != "V0") {
-        if let Some(p) = fit.parameters.iter().find(|p| p.id == *id) && let (Some(v), Some(u)) = (p.value, p.uncertainty.as_ref()) { held.1 += 1; held.0 += usize::from((v - t).abs() <= 1.96 * u.u); }
-    } }
+    let _ = fit;
+    for (id, t) in truth.iter().filter(|(id, _)| id != "V0") {
+        if let Some((_, Some(v), Some(u))) = found.changes.iter().find(|c| c.0 == *id) { held.1 += 1; held.0 += usize::from((v - t).abs() <= 1.96 * u); }
+    }
     let text = format!("{seed} {schedule_name} {} {hidden:?} t {:?}\n      -> right {right} wrong {wrong} nothing {:.3} outside {:.3} {:?} passes {} {:.3}s\n      named {}\n      top {}", if stated { "stated" } else { "unknown" },
         strength.iter().map(|t| *t as i32).collect::<Vec<_>>(), found.nothing, found.outside, found.kernels.iter().map(|(n, p)| format!("{n} {p:.2}")).collect::<Vec<_>>(), found.passes, seconds,
         found.named.iter().map(|n| format!("{} P {:.3} [{}]", n.effect.regressor, n.probability, n.aliases.iter().take(6).map(|a| a.0.regressor.clone()).collect::<Vec<_>>().join(" "))).collect::<Vec<_>>().join(", "),
         found.top.iter().map(|(p, s)| format!("{p:.3} {s:?}")).collect::<Vec<_>>().join("\n          "));
     Trial { mode, stated, right: ok, wrong, noticed, stands, suspected: suspected == catalogued, held, text, seconds }
+}
+
+/// The library itself.
+fn ask(campaign: &Campaign, catalogue: &[Effect], settings: &score::Settings) -> Option<passes::Answer> {
+    if std::env::var("LAB").is_ok() { return passes::diagnose(campaign, catalogue, settings); }
+    let found = tumble::diagnosis::diagnose(campaign, catalogue, &Default::default()).ok()?;
+    let blank = |a: &tumble::diagnosis::Alias, c: &Candidate| Candidate { regressor: a.regressor.clone(), ..c.clone() };
+    let named = found.effects.iter().map(|f| passes::Named { effect: f.effect.clone(), aliases: f.aliases.iter().map(|a| (blank(a, &f.effect), a.probability)).collect(), probability: f.probability }).collect();
+    use tumble::diagnosis::Verdict::*;
+    Some(passes::Answer { named, nothing: if found.verdict == NothingMissing { 1.0 } else { 0.0 }, outside: if matches!(found.verdict, PartlyExplained | Unexplained) { 1.0 } else { 0.0 },
+        kernels: vec![(found.verdict.name().to_string(), 1.0)], passes: 0, top: vec![], changes: found.changes.iter().map(|c| (c.id.clone(), c.after.0, c.u_in_all())).collect(), after: found.after })
 }
 
 fn is_seen(schedule_name: &str, tilt: &str) -> bool {
@@ -193,6 +205,23 @@ fn is_seen(schedule_name: &str, tilt: &str) -> bool {
 
 fn main() {
     let args: Vec<String> = std::env::args().collect();
+    if args.get(1).is_some_and(|a| a == "file") {
+        for name in &args[2..] {
+            let text = std::fs::read_to_string(name).unwrap();
+            let source = wire::Source { name: name.clone(), text };
+            let campaign = match wire::read_campaign(&source, &mut |_| unreachable!()) { Ok(c) => c, Err(e) => { println!("{name}: {e:?}"); continue } };
+            let started = std::time::Instant::now();
+            match tumble::diagnosis::diagnose(&campaign, &wire::built_in_effects().unwrap(), &Default::default()) {
+                Ok(found) => {
+                    println!("{name}: {} rows, {} in {:.2} s", campaign.readings.rows.len(), found.verdict.name(), started.elapsed().as_secs_f64());
+                    for f in &found.effects { println!("    {} {:?} = {:?} +- {:?} t {:.1} P {:.4} [{}]", f.effect.regressor, f.effect.sensor, f.value, f.u, f.t, f.probability, f.aliases.iter().take(8).map(|a| a.regressor.clone()).collect::<Vec<_>>().join(" ")); }
+                    if let Some(u) = &found.unexplained { println!("    {} | {:?} {:?} nearest {:?}", u.pattern, u.follows, u.sd, u.nearest.iter().map(|c| c.regressor.clone()).collect::<Vec<_>>()); }
+                }
+                Err(e) => println!("{name}: {e:?}"),
+            }
+        }
+        return;
+    }
     let each: usize = args.get(1).and_then(|a| a.parse().ok()).unwrap_or(8);
     let seed: u64 = args.get(2).and_then(|a| a.parse().ok()).unwrap_or(0);
     let only = args.get(3).filter(|m| *m != "all");

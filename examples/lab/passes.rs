@@ -8,7 +8,7 @@ use tumble::diagnosis::{Candidate, Effect};
 use tumble::fit::Fit;
 
 pub struct Named { pub effect: Candidate, pub aliases: Vec<(Candidate, f64)>, pub probability: f64 }
-pub struct Answer { pub named: Vec<Named>, pub nothing: f64, pub outside: f64, pub kernels: Vec<(String, f64)>, pub after: Option<Fit>, pub passes: usize, pub top: Vec<(f64, Vec<String>)> }
+pub struct Answer { pub named: Vec<Named>, pub nothing: f64, pub outside: f64, pub kernels: Vec<(String, f64)>, pub after: Option<Fit>, pub changes: Vec<(String, Option<f64>, Option<f64>)>, pub passes: usize, pub top: Vec<(f64, Vec<String>)> }
 
 fn scanned(family: &str) -> bool { ["{reading}", "{position}", "{break}", "{tau}", "{other}"].iter().any(|p| family.contains(p)) }
 
@@ -32,7 +32,7 @@ pub struct Seen { pub at: At, pub post: Posterior, pub scale: f64, pub kernels: 
 
 pub fn see(campaign: &Campaign, asked: &[usize], catalogue: &[Effect], point: &[f64], start: &Key, settings: &Settings) -> Option<Seen> {
     let clock = std::time::Instant::now();
-    let at = lab::at(campaign, asked, catalogue, point).ok()?;
+    let at = lab::at(campaign, asked, catalogue, point, None).ok()?;
     let t0 = clock.elapsed();
     let prior = priors(&at.candidates, settings);
     let kernels = bank(campaign, &at);
@@ -128,5 +128,5 @@ pub fn diagnose(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) 
     kernels.sort_by(|a, b| b.1.total_cmp(&a.1));
     kernels.truncate(3);
     let top = seen.post.sets.iter().take(5).map(|(p, s)| (*p, s.iter().map(|j| seen.at.candidates[*j as usize].regressor.clone()).collect())).collect();
-    Some(Answer { named, nothing: seen.post.nothing, outside: seen.post.outside, kernels, after, passes, top })
+    Some(Answer { named, nothing: seen.post.nothing, outside: seen.post.outside, kernels, after, changes: vec![], passes, top })
 }
