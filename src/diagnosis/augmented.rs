@@ -98,7 +98,7 @@ fn moves(candidate: &Candidate) -> bool {
 }
 
 /// Members of a family that stands for readings, positions, times or time constants share the odds of one effect.
-fn odds(candidates: &[Candidate], priors: &Priors) -> Vec<f64> {
+fn odds(candidates: &[Candidate], priors: &Priors, settings: &Settings) -> Vec<f64> {
     let shared = |c: &Candidate| ["{reading}", "{position}", "{break}", "{tau}", "{other}"].iter().any(|own| c.family.contains(own));
     let mut members: HashMap<(&str, Option<usize>), f64> = HashMap::new();
     for candidate in candidates.iter().filter(|c| shared(c)) {
@@ -106,7 +106,10 @@ fn odds(candidates: &[Candidate], priors: &Priors) -> Vec<f64> {
     }
     let own = |c: &Candidate| {
         let share = members.get(&(c.family.as_str(), c.sensor)).filter(|_| shared(c)).copied().unwrap_or(1.0);
-        priors.odds.ln() - share.ln() + c.size.clamp(priors.vanishing, 1.0).ln()
+        // among equals the first rank, and what was only asserted
+        let asserted = if assumptions::is_assumption(c) { settings.asserted } else { 0.0 };
+        let plain = 0.5 * (asserted - settings.rank_penalty * f64::from(c.rank));
+        priors.odds.ln() - share.ln() + c.size.clamp(priors.vanishing, 1.0).ln() + plain
     };
     candidates.iter().map(own).collect()
 }
@@ -168,7 +171,7 @@ impl Search<'_> {
         candidates.extend(assumptions::candidates(campaign, asked, &design)?);
         candidates.truncate(usize::from(u16::MAX));
         let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
-        let odds = odds(&candidates, &self.priors);
+        let odds = odds(&candidates, &self.priors, settings);
         let kernels = bank(campaign, &design, &weighted);
         let problem = Problem {
             residual: &weighted.residual,

@@ -34,7 +34,9 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
         let k = factor.ncols();
         let mut f = Mat::<f64>::zeros(n, k);
         for j in 0..k {
-            let col: Vec<f64> = (0..m).map(|i| factor[(i, j)] * unit[i]).collect();
+            let mut col: Vec<f64> = (0..m).map(|i| factor[(i, j)] * unit[i]).collect();
+            // rows of priors have none
+            col.resize(n, 0.0);
             f.col_as_slice_mut(j).copy_from_slice(&at.whiten(&col));
         }
         let trace: f64 = (0..k).map(|j| f.col(j).squared_norm_l2()).sum();
@@ -91,8 +93,8 @@ pub(super) fn bank(campaign: &Campaign, design: &DesignMatrix, at: &Weighted) ->
     }).collect();
     let (a, b) = time.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
     if b > a && m > 4 {
-        let most = (m / sensors.max(1)).saturating_sub(1).min(64);
-        for (name, length) in [("smooth", 0.3), ("smooth", 0.1), ("rough", 1.0), ("rough", 0.1)] {
+        let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
+        for (name, length) in [("smooth", 0.3), ("smooth", 0.1), ("rough", 1.0), ("rough", 0.1), ("rough", 0.02)] {
             let factor = Mat::from_fn(m, sensors * most, |i, j| {
                 let (s, h) = (j / most, (j % most + 1) as f64);
                 if s != rows[i].sensor { return 0.0; }
