@@ -210,6 +210,14 @@ fn main() {
             let text = std::fs::read_to_string(name).unwrap();
             let source = wire::Source { name: name.clone(), text };
             let campaign = match wire::read_campaign(&source, &mut |_| unreachable!()) { Ok(c) => c, Err(e) => { println!("{name}: {e:?}"); continue } };
+            if std::env::var("LAB").is_ok() {
+                if let Some(a) = passes::diagnose(&campaign, &wire::built_in_effects().unwrap(), &Default::default()) {
+                    println!("{name}: nothing {:.3} outside {:.3} {:?}", a.nothing, a.outside, a.kernels);
+                    for n in &a.named { println!("    {} P {:.3} [{}]", n.effect.regressor, n.probability, n.aliases.iter().take(8).map(|x| format!("{} {:.3}", x.0.regressor, x.1)).collect::<Vec<_>>().join(" ")); }
+                    for (p, t) in &a.top { println!("      {p:.4} {t:?}"); }
+                }
+                continue;
+            }
             let started = std::time::Instant::now();
             match tumble::diagnosis::diagnose(&campaign, &wire::built_in_effects().unwrap(), &Default::default()) {
                 Ok(found) => {

@@ -296,11 +296,15 @@ fn hypotheses(view: &View) -> Vec<Names> {
 fn outcome(search: &Search<'_>, (_, stood, point, view): (f64, Names, Vec<f64>, Rc<View>)) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = &view.posterior;
-    // of candidates with one column the one that was fitted stands for all
+    // of all that could stand in a place the most probable by itself; among equals the one that was fitted
     let front = |class: &Class| {
-        let fitted = |j: &usize| view.candidates.get(*j).is_some_and(|c| stood.contains(&(c.regressor.clone(), c.sensor)));
-        let alike = view.alike.get(class.member).into_iter().flatten().map(|j| usize::from(*j));
-        alike.into_iter().find(fitted).unwrap_or(class.member)
+        let fitted = |j: usize| view.candidates.get(j).is_some_and(|c| stood.contains(&(c.regressor.clone(), c.sensor)));
+        let all = class.aliases.iter().copied().chain([(class.member, class.own)]);
+        let best = all.max_by(|a, b| {
+            let weight = |(j, p): &(usize, f64)| if fitted(*j) { p * (1.0 + 1e-6) } else { *p };
+            weight(a).total_cmp(&weight(b))
+        });
+        best.map_or(class.member, |(j, _)| j)
     };
     let named: Vec<(usize, &Class)> = posterior
         .classes
