@@ -77,10 +77,10 @@ impl Source {
                     *to = conversion.map_or(at(column), |conversion| conversion.apply(at(column)));
                 }
                 let mut columns = inputs.iter();
-                for (value, (_, factor)) in
+                for (value, (_, conversion)) in
                     given.iter_mut().zip(&plan.given).filter_map(|(v, from)| Some((v, from.as_ref()?)))
                 {
-                    *value = columns.next().map_or(f64::NAN, at) * factor;
+                    *value = conversion.apply(columns.next().map_or(f64::NAN, at));
                 }
                 let (values, converged) = correction.row(&readings, &given);
                 counts.rows += 1;

@@ -68,8 +68,8 @@ pub(super) fn correct(correction: &Correction<'_>, input: impl Read, output: imp
             }
         }
         for (value, from) in given.iter_mut().zip(&plan.given) {
-            if let Some((column, factor)) = from {
-                *value = number(*column)? * factor;
+            if let Some((column, conversion)) = from {
+                *value = conversion.apply(number(*column)?);
             }
         }
         for k in &plan.kept {
