@@ -1,4 +1,4 @@
-"""The examples in the documentation of functions, and of the README."""
+"""The examples in the documentation of functions, of the README, and of the guide."""
 
 import doctest
 import re
@@ -27,3 +27,11 @@ def test_the_readme(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     fit = names["fit"]
     assert isinstance(fit, tumble.Fit)
     assert str(fit["dtheta_y2"]) == re.search(r"# (dtheta_y2 = .*)", readme).group(1)  # type: ignore[union-attr]
+
+
+def test_the_guide(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(HERE.parent)
+    blocks = re.findall(r"```python\n(.*?)```", Path("docs/guide/python.md").read_text(), re.DOTALL)
+    names: dict[str, object] = {}
+    exec(compile("\n".join(blocks), "python.md", "exec"), names)  # noqa: S102
+    assert isinstance(names["fit"], tumble.Fit)

@@ -1,7 +1,8 @@
-//! The manual is true: every `tumble` command that a README shows is run where the README stands, and prints what the README shows.
+//! The manual is true: every `tumble` command that a README or a page of the guide shows is run, and prints what is shown.
 //!
 //! A command is a fenced `sh` block with lines `tumble ...`; the `text` block that follows is its output (stdout, then stderr), or an excerpt of it
-//! where a line `...` stands for what is left out.
+//! where a line `...` stands for what is left out. The commands of an example run in a copy of its folder, those of the README and of the guide in a
+//! folder with a copy of `examples`.
 //! `UPDATE=1 cargo test --release --test program examples` writes the outputs anew; read the difference before you commit it.
 
 use crate::support::*;
@@ -12,9 +13,17 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The README and those of the examples.
-fn readmes() -> Vec<PathBuf> {
-    let mut found = vec![root().join("README.md")];
+/// Pages of Markdown in a folder.
+fn pages(folder: &str) -> Vec<PathBuf> {
+    let entries =
+        std::fs::read_dir(root().join(folder)).expect("a folder").map(|entry| entry.expect("an entry").path());
+    entries.filter(|path| path.extension().is_some_and(|kind| kind == "md")).collect()
+}
+
+/// The README, the guide, and the READMEs of the examples.
+fn manual() -> Vec<PathBuf> {
+    let mut found = pages("docs/guide");
+    found.push(root().join("README.md"));
     for entry in std::fs::read_dir(root().join("examples")).expect("examples") {
         let readme = entry.expect("an entry").path().join("README.md");
         if readme.exists() {
@@ -33,19 +42,27 @@ fn run(folder: &Path, line: &str) -> String {
     text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n").trim_end().to_string()
 }
 
-/// Where the commands of a README run: examples in a copy of their folder, so that what they write goes with it.
-fn place(folder: &Path) -> Option<tempfile::TempDir> {
-    if folder == root() {
-        return None;
-    }
-    let copy = tempfile::tempdir().expect("a folder");
-    for entry in std::fs::read_dir(folder).expect("the example") {
-        let from = entry.expect("an entry").path();
-        if from.is_file() {
-            std::fs::copy(&from, copy.path().join(from.file_name().expect("a name"))).expect("a copy");
+/// Copy a folder with all that is in it.
+fn copied(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder") {
+        let (from, to) = (entry.as_ref().expect("an entry").path(), to.join(entry.expect("an entry").file_name()));
+        if from.is_dir() {
+            copied(&from, &to);
+        } else {
+            std::fs::copy(&from, &to).expect("a copy");
         }
     }
-    Some(copy)
+}
+
+/// Where the commands of a page run, so that what they write goes with it.
+fn place(page: &Path) -> tempfile::TempDir {
+    let (copy, examples) = (tempfile::tempdir().expect("a folder"), root().join("examples"));
+    match page.parent().expect("a folder") {
+        folder if folder.starts_with(&examples) => copied(folder, copy.path()),
+        _ => copied(&examples, &copy.path().join("examples")),
+    }
+    copy
 }
 
 /// An excerpt of an output: its lines come in this order, `...` stands for any. It is kept as it is.
@@ -60,12 +77,10 @@ fn excerpt(shown: &[&str], printed: &str, path: &Path) -> String {
     shown.join("\n")
 }
 
-/// A README with the outputs of its commands as they are now, and how many there are.
+/// A page with the outputs of its commands as they are now, and how many there are.
 fn renewed(path: &Path) -> (String, usize) {
     let text = std::fs::read_to_string(path).expect("a README");
-    let folder = path.parent().expect("a folder");
-    let copy = place(folder);
-    let folder = copy.as_ref().map_or(folder, |copy| copy.path());
+    let copy = place(path);
     let (mut out, mut commands, mut shown) = (String::new(), Vec::new(), 0);
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
@@ -88,7 +103,7 @@ fn renewed(path: &Path) -> (String, usize) {
                 }
             }
         } else if line == "```text" && !commands.is_empty() {
-            let outputs: Vec<String> = commands.drain(..).map(|command| run(folder, &command)).collect();
+            let outputs: Vec<String> = commands.drain(..).map(|command| run(copy.path(), &command)).collect();
             shown += outputs.len();
             let output = outputs.join("\n");
             let before: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
@@ -101,9 +116,9 @@ fn renewed(path: &Path) -> (String, usize) {
 }
 
 #[test]
-fn readmes_show_what_the_program_prints() {
+fn pages_show_what_the_program_prints() {
     let mut total = 0;
-    for path in readmes() {
+    for path in manual() {
         let (text, shown) = renewed(&path);
         total += shown;
         if std::env::var_os("UPDATE").is_some() {
@@ -119,14 +134,30 @@ fn readmes_show_what_the_program_prints() {
     assert!(total >= 30, "{total}");
 }
 
+/// Links and pictures of every page lead to files that are there.
 #[test]
-fn pictures_of_readmes_are_there() {
-    for path in readmes() {
-        let text = std::fs::read_to_string(&path).expect("a README");
-        let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
-        for picture in links.filter(|link| link.ends_with(".svg") && !link.contains("://")) {
-            assert!(path.with_file_name(picture).exists(), "{}: {picture}", path.display());
+fn links_lead_somewhere() {
+    let others = ["", "docs", "docs/theory", "python", "sql"].map(pages).concat();
+    let mut links = 0;
+    for path in manual().iter().chain(&others) {
+        let text = std::fs::read_to_string(path).expect("a page");
+        let parts = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+        for link in parts.filter(|link| !link.is_empty() && !link.contains("://")) {
+            links += 1;
+            assert!(path.with_file_name("").join(link).exists(), "{}: {link}", path.display());
         }
+    }
+    assert!(links > 100, "{links}");
+}
+
+#[test]
+fn the_readme_is_short_and_the_book_has_every_page() {
+    let length = std::fs::metadata(root().join("README.md")).expect("the README").len();
+    assert!(length < 10_000, "{length} bytes: what is more belongs into docs/guide");
+    let summary = std::fs::read_to_string(root().join("docs/SUMMARY.md")).expect("the summary");
+    for path in ["docs/guide", "docs/theory"].map(pages).concat() {
+        let page = path.strip_prefix(root().join("docs")).expect("a page").to_string_lossy().replace('\\', "/");
+        assert!(summary.contains(&format!("({page})")), "docs/SUMMARY.md has no {page}");
     }
 }
 
