@@ -96,14 +96,14 @@ fit-table-known = known: { $known }
 correlated-inputs = correlated: { $list }
 assumed-zero = assumed zero: { $assumed_zero }
 note-one-linear-step-is-not-enough = note: one linear step is not enough here: Gauss-Newton would go on by more than 0.1 u in { $differ }; fit without --linear
-no-reading-responds-to-at-the-reference = no reading responds to { $moved } at the reference point, where all that they are multiplied by is zero: started beside it
-held-where-the-iteration-began-since-the = held where the iteration began, since the exact model determines them too weakly beyond it: { $held }
+no-reading-responds-to-at-the-reference = no reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby
+held-where-the-iteration-began-since-the = held at the starting value, because the exact model determines them too weakly elsewhere: { $held }
 the-linear-estimates-linear-are-the-same = the linear estimates (--linear) are the same within 0.1 u
 the-linear-estimates-linear-differ-by-more = the linear estimates (--linear) differ by more than 0.1 u (exact minus linear): { $differ }
 gauss-newton-converged-after = Gauss-Newton converged after { $steps }; { $linear }
 gauss-newton-not-converged-after = Gauss-Newton NOT converged after { $steps } ({ $stop })
 estimable-combination = estimable combination
-u-holds-only-for-as-held-another = U holds only for { $held } as held: another value of it, { $by } { $unit } away, changes { $shifts }
+u-holds-only-for-as-held-another = U holds only for { $held } as held: a value that differs by { $by } { $unit } changes { $shifts }
 derived-without-a-value = derived quantities without a value, because they need what is not estimable: { $names }
 not-estimable-is-free = NOT ESTIMABLE: { $text } is free
 no-reading-responds-to-it-at-this = no reading responds to it at this point
@@ -112,9 +112,9 @@ only-estimable-here = only { $only } { $n ->
     [one] is
    *[other] are
 } estimable here
-a-reading-of-would-separate-it = a reading of { $sensor } would separate it
-a-reading-of-at-would-separate-it = a reading of { $sensor } at { $keys } would separate it
-a-reading-at-would-separate-it = a reading at { $keys } would separate it
+a-reading-of-would-separate-it = a reading of { $sensor } would separate them
+a-reading-of-at-would-separate-it = a reading of { $sensor } at { $keys } would separate them
+a-reading-at-would-separate-it = a reading at { $keys } would separate them
 reading = reading
 position = position
 sensor = sensor
@@ -134,7 +134,7 @@ contribution = contribution
 share = share
 budget-of = budget of { $id }{ $unit }
 correlation = correlation
-less-than-half-weight-readings = ; less than half weight: readings { $named }
+less-than-half-weight-readings = ; weight below one half: readings { $named }
 fit-checks-table-constraints = constraints: { $verdict }
 is-at-a-bound-interval-to-of = { $id } is at a bound: { $level } % interval { $low } to { $high } { $unit } (of the free estimate, cut to what is allowed)
 is-at-a-bound-and-the-whole = { $id } is at a bound, and the whole { $level } % interval of the free estimate is not allowed: bound and readings disagree
@@ -151,13 +151,13 @@ coverage-ellipsoid-of-k-p = coverage ellipsoid of { $order }: k_p = { $k }
 
 # report/correction.rs
 the-lines-are-linear-in-the-inputs = The lines are linear in the inputs: this correction is exact.
-within-the-range-of-the-calibration-it = Within the range of the calibration ({ $within }) it leaves at most { $errors }
+within-the-range-of-the-calibration-it = Within the range of the calibration ({ $within }) the remaining error is at most { $errors }
 below-the-standard-uncertainty-of-the-calibration = , below the standard uncertainty of the calibration everywhere there.
-no-part = no part
+no-part = none
 within-of-that-range-it-stays-below = ; within { $part } of that range it stays below the standard uncertainty of the calibration. Beyond, use the exact lines: `tumble apply` does.
-the-exact-lines-tumble-apply-leave-nothing = ; the exact lines (`tumble apply`) leave nothing.
+the-exact-lines-tumble-apply-leave-nothing = ; with the exact lines (`tumble apply`) no error remains.
 correction-otherwise = { $id } (otherwise { $otherwise }{ $unit })
-these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: give it as a column beside the readings.
+these-sensors-do-not-determine-give-it = These sensors do not determine { $given }: supply it as a column of the record.
 correction-none-of-the-sensors-follows-a = correction: none of the sensors follows a rate w_* or a specific force a_* that the fit determines
 correction-first-order-inputs-matrix-readings-bias = correction, first order: inputs = matrix * (readings - bias)
 input = input
@@ -181,12 +181,12 @@ residuals-and-correlations = Residuals and correlations
 # report/html/fit_answer.rs
 result = Result
 not-everything-is-estimable-is-free-see = Not everything is estimable: `{ $text }` is free. See below.
-the-readings-scatter-more-than-their-stated = the readings scatter more than their stated uncertainties allow: the model misses something, or the uncertainties are too small
+the-readings-scatter-more-than-their-stated = the readings scatter more than their stated uncertainties allow: the model is incomplete, or the uncertainties are too small
 the-readings-scatter-as-their-stated-uncertainties = the readings scatter as their stated uncertainties say
 global-test-chi-square-with-p = Global test: { $words } (chi-square { $chi_square } with { $dof }, p = { $p }).
-the-readings-state-no-uncertainty-of-their = The readings state no uncertainty of their own: their scatter is estimated from the residuals, and only their replicates test the model.
-the-readings-state-no-uncertainty-of-their-2 = The readings state no uncertainty of their own: their scatter is estimated from the residuals, so these readings alone cannot test the model.
-no-degrees-of-freedom-the-readings-just = No degrees of freedom: the readings just determine the parameters, and nothing checks them.
+the-readings-state-no-uncertainty-of-their = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, and only replicates test the model.
+the-readings-state-no-uncertainty-of-their-2 = No uncertainty is stated for the readings: their standard deviation is estimated from the residuals, so these readings alone cannot test the model.
+no-degrees-of-freedom-the-readings-just = No degrees of freedom: there are as many readings as parameters, so the readings cannot test the model.
 the-readings-of-scatter-no-more-than = The readings of `{ $sensor }` scatter no more than their last digit shows: u is that of rounding to { $step }.
 one-linear-step-is-not-enough-gauss = One linear step is not enough: Gauss-Newton would go on by more than 0.1 u in { $what }. Fit without `--linear`.
 converged = converged
@@ -194,9 +194,9 @@ did-not-converge = did not converge
 the-linear-estimates-one-step-from-the = The linear estimates (one step from the reference point) are the same within 0.1 u.
 the-linear-estimates-one-step-from-the-2 = The linear estimates (one step from the reference point) differ by more than 0.1 u (exact minus linear): { $differ }.
 gauss-newton-after = Gauss-Newton { $word } after { $steps }{ $why }.{ $linear }
-no-reading-responds-to-at-the-reference-2 = No reading responds to { $moved } at the reference point, where all that they are multiplied by is zero: the fit started beside it.
-held-where-the-iteration-began-since-the-2 = Held where the iteration began, since the exact model determines them too weakly beyond it: { $held }.
-u-holds-only-for-as-held-another-2 = U holds only for `{ $held }` as held: another value of it, { $by } away, changes { $shifts }.
+no-reading-responds-to-at-the-reference-2 = No reading responds to { $moved } at the reference point, because every factor that multiplies it is zero there: the iteration started from a point nearby.
+held-where-the-iteration-began-since-the-2 = Held at the starting value, because the exact model determines them too weakly elsewhere: { $held }.
+u-holds-only-for-as-held-another-2 = U holds only for `{ $held }` as held: a value that differs by { $by } changes { $shifts }.
 from-the-fit-estimates-rank-of-freedom = From { $from } the fit estimates { $parameters } (rank { $rank }, { $dof }).
 at-every-angle-is-known-to-arcsec = At { $level }, every angle is known to { $high } arcsec.
 at-the-angles-are-known-to-between = At { $level }, the angles are known to between { $low } arcsec (`{ $best }`) and { $high } arcsec (`{ $worst }`).
@@ -218,7 +218,7 @@ the-rotation-from-the-sensors-axes-to = The rotation from the sensors' axes to t
    *[other] are
 } not estimable here.
 direction-cosines-of-the-corrected-inputs-on = Direction cosines of the corrected inputs on the mounting face
-a-corrected-input-points-along-the-sensors = A corrected input points along the sensors' own axes. On the mounting face (the frame after the last joint) these are turned by { $tilts }; a rate or force known there has this component along them:
+a-corrected-input-points-along-the-sensors = Corrected inputs are components along the sensors' axes. Relative to the mounting face (the frame after the last joint) these axes are turned by { $tilts }; a rate or force known in that frame has this component along them:
 
 # report/html/fit_estimates.rs
 angle = angle
@@ -232,12 +232,12 @@ only-determined = only { $only } { $n ->
     [one] is
    *[other] are
 } determined
-the-parameters-can-move-along-and-no = The parameters can move along `{ $text }` and no reading changes; { $instead }.
-what-would-separate-it-a-further-reading = What would separate it: a further reading at { $keys }.
+the-parameters-can-move-along-and-no = The parameters can change along `{ $text }` without changing any reading; { $instead }.
+what-would-separate-it-a-further-reading = A further reading that would separate them: { $keys }.
 fit-estimates-but = But { $nowhere }.
-no-position-of-this-bench-would-separate = No position of this bench would separate it: it takes another bench, or a known value.
+no-position-of-this-bench-would-separate = No position of this bench would separate them: another bench or a known value is needed.
 determined-instead = determined instead
-where-the-uncertainty-comes-from = Where the uncertainty comes from
+where-the-uncertainty-comes-from = Sources of uncertainty
 source-2 = source
 u-of-source = u of source
 angles-in-radians-c-sensitivity-coefficient-of = Angles in radians. c: sensitivity coefficient of a single source; ν: degrees of freedom; share: part of the variance.
@@ -275,20 +275,20 @@ fit-readings-warning = Warning: { $warning }.
 linear-rows-are-exact-derivatives-at-the = Linear: rows are exact derivatives at the reference point, and one step is taken from it.
 exact-rows-are-exact-derivatives-iterated-to = Exact: rows are exact derivatives, iterated to the solution.
 uncertainties-of-the-readings-are-as-stated = Uncertainties of the readings are as stated.
-readings-of-one-sensor-scatter-alike-and = Readings of one sensor scatter alike and independently; how much, their residuals say.
-beside-what-scatters-readings-scatter-alike = Beside the sources under "What scatters", readings of one sensor scatter alike and independently; how much, their residuals say.
-entered-as-rows-of-their-own = { $prior } entered as rows of their own.
+readings-of-one-sensor-scatter-alike-and = The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
+beside-what-scatters-readings-scatter-alike = In addition to the random effects listed above, the readings of one sensor have independent errors of equal standard deviation, estimated from the residuals.
+entered-as-rows-of-their-own = { $prior } entered as additional rows.
 known = known
 exact = exact
 what-was-assumed = What was assumed
 detectable = detectable
-redundancy-the-share-of-a-fault-that = Redundancy: the share of a fault that shows in the reading's own residual. Detectable: the smallest fault that a test at 0.1 % finds with 80 % power. Marked: studentized beyond { $limit }.
+redundancy-the-share-of-a-fault-that = Redundancy: the share of an error of the reading that appears in its residual. Detectable: the smallest error that a test at 0.1 % finds with a power of 80 % (MDB). Marked: studentized residual beyond { $limit }.
 the-first-of-are-listed-the-json = The first { $listed } of { $n } are listed; the JSON report has all.
 readings = Readings
 
 # report/html/checks_page.rs
-lack-of-fit-the-model-leaves-more = Lack of fit: the model leaves more than replicates scatter (p = { $p }).
-lack-of-fit-the-model-leaves-more-between-positions = Lack of fit: the model leaves more between positions than the readings of a position scatter (p = { $p }).
+lack-of-fit-the-model-leaves-more = Lack of fit: the residuals exceed the scatter of replicates (p = { $p }).
+lack-of-fit-the-model-leaves-more-between-positions = Lack of fit: the residuals between positions exceed the scatter of the readings of a position (p = { $p }).
 suspicious-see-the-checks = Suspicious: { $n ->
     [one] reading
    *[other] readings
@@ -305,18 +305,18 @@ runs-expected = { $runs } runs, { $expected } expected
 normality = normality
 suspicious-reading = suspicious reading
 shift = shift
-shift-how-far-the-reading-is-off = Shift: how far the reading is off what the others say. p: over all { $tested } readings (Sidak).
+shift-how-far-the-reading-is-off = Shift: difference between the reading and its prediction by the other readings. p: over all { $tested } readings (Sidak).
 weakest-reading = weakest reading
 effect = effect
 change-without-suspects = change without suspects
 external-reliability = External reliability
-effect-what-the-smallest-detectable-fault-of = Effect: what the smallest detectable fault of the reading named would do to the parameter, undetected.
+effect-what-the-smallest-detectable-fault-of = Effect: change of the parameter if the smallest detectable error of the reading remains undetected.
 constraints-and-weights = Constraints and weights
 constraint = constraint
 side = side
 cost-in-chi-square = cost in chi-square
-no-reading-lost-more-than-half-of = No reading lost more than half of its weight.
-less-than-half-of-their-weight-readings = Less than half of their weight: readings { $low }.
+no-reading-lost-more-than-half-of = No reading has a weight below one half.
+less-than-half-of-their-weight-readings = Readings with a weight below one half: { $low }.
 robust-estimator-of-reweighting = Robust estimator: { $method }, { $steps } of reweighting. { $down }
 checks-page-interval = interval ({ $level })
 shortest = shortest
@@ -333,7 +333,7 @@ outcome = outcome
 probability-that-the-quantity-is-inside-its = Probability: that the quantity is inside its limits, by Student's t about the estimate (JCGM 106, 7.3).
 
 # report/html/scatter_page.rs
-what-scatters = What scatters
+what-scatters = Random effects
 sources-of-scatter = Sources of scatter
 sd-standard-deviation-of-one-deviation-a = sd: standard deviation of one deviation. A source is stated by the campaign or estimated from these readings (restricted maximum likelihood); each is a line of every budget.
 
@@ -348,7 +348,7 @@ estimate-and-expanded-uncertainty = estimate and expanded uncertainty
 bars-type = { $name } (Type { $type_b })
 
 # report/html/compare_page.rs
-least-squares-beside-the-published-closed-forms = Least squares beside the published closed forms
+least-squares-beside-the-published-closed-forms = Least squares and the published closed forms
 comparison-with-the-published-closed-forms = Comparison with the published closed forms
 group-by-group-and-without-the-earth = Group by group and without the Earth rate, which the formulas ignore, they agree with least squares to { $difference } of the value: they are its square special case.
 group-by-group-and-without-the-earth-2 = Group by group and without the Earth rate, which the formulas ignore, they differ from least squares by up to { $difference } of the value: these positions are not their square case.
@@ -362,7 +362,7 @@ all = all
 group-by-group = Group by group
 what = what
 computed = computed
-what-seems-to-have-happened = what seems to have happened
+what-seems-to-have-happened = probable cause
 misprints-found = Misprints found
 
 # report/compare_table.rs
@@ -399,14 +399,14 @@ specific-risk-pass-where-conformity-is-at = specific risk: pass where conformity
 gravity-is-not-stated-and-taken-as = gravity is not stated and taken as { $standard_gravity_m_s2 } m/s^2; local gravity differs by up to 3000 ppm, and so do coefficients for m/s^2: give site.gravity, or site.latitude_deg with site.altitude_m
 
 # report/scatter.rs
-the-readings-scatter-no-more-than-without = the readings scatter no more than without it: estimated as zero; u and dof do not rely on its being zero
-the-readings-scatter-no-more-than-without-2 = the readings scatter no more than without it: estimated as zero
-no-reading-feels-it-here = no reading feels it here
-these-readings-cannot-tell-it-from-their = these readings cannot tell it from { $others }: their sum is used; repeated readings at one level would separate them
-the-unknowns-take-up-its-deviations = the estimated parameters take up its { $count ->
-    [one] one deviation, so that nothing shows how large it is
-   *[other] { $count } deviations, so that nothing shows how large they are
-}, and u of { $names } cannot be known: { $levels }
+the-readings-scatter-no-more-than-without = estimated as zero: the residuals show no variance due to it; u and dof do not assume that it is zero
+the-readings-scatter-no-more-than-without-2 = estimated as zero: the residuals show no variance due to it
+no-reading-feels-it-here = no reading depends on it here
+these-readings-cannot-tell-it-from-their = these readings cannot distinguish it from { $others }: the sum of the variances is used; repeated readings at one level would separate them
+the-unknowns-take-up-its-deviations = its { $count ->
+    [one] one deviation is
+   *[other] { $count } deviations are
+} absorbed by the estimated parameters, so that its size cannot be estimated and u of { $names } cannot be given: { $levels }
 more-readings = at least { $more ->
     [one] one more reading
    *[other] { $more } more readings
@@ -430,45 +430,45 @@ no-degrees-of-freedom-are-left-to = no degrees of freedom are left to estimate i
 in-each-reading-as-stated = in each reading as stated
 
 # report/separation.rs
-beyond-this-point-readings-respond-to-it = beyond this point readings respond to it, through what is zero here or hardly told from zero: state a value, a prior or a start
-no-position-of-this-bench-would-separate-2 = no position of this bench would separate it
-hides-in-and = { $last } hides in { $join } and { $before }
+beyond-this-point-readings-respond-to-it = readings respond to it only away from this point, through a parameter that is zero or nearly zero here: state a value, a prior or a start
+no-position-of-this-bench-would-separate-2 = no position of this bench would separate them
+hides-in-and = { $last } is absorbed by { $join } and { $before }
 
 # report/fit_checks.rs
 f-with-and-degrees-of-freedom-p = F = { $f } with { $between_dof } and { $pure_error_dof } degrees of freedom, p = { $p }
-lack-of-fit-the-model-leaves-more-2 = LACK OF FIT: the model leaves more than replicates scatter ({ $numbers })
-replicates-scatter-as-much-as-the-model = replicates scatter as much as the model leaves ({ $numbers })
-lack-of-fit-between-positions = LACK OF FIT by position: the model leaves more between positions than the readings of a position scatter ({ $numbers })
-positions-scatter-as-their-readings = the model leaves as much between positions as the readings of a position scatter ({ $numbers })
-diagnose-says-what-is-missing = `tumble diagnose` on this campaign says what the model lacks
+lack-of-fit-the-model-leaves-more-2 = LACK OF FIT: the residuals exceed the scatter of replicates ({ $numbers })
+replicates-scatter-as-much-as-the-model = the residuals agree with the scatter of replicates ({ $numbers })
+lack-of-fit-between-positions = LACK OF FIT by position: the residuals between positions exceed the scatter of the readings of a position ({ $numbers })
+positions-scatter-as-their-readings = the residuals between positions agree with the scatter of the readings of a position ({ $numbers })
+diagnose-says-what-is-missing = run `tumble diagnose` on this campaign to find what the model lacks
 residuals-of-have-too-runs-of-one = residuals of { $sensor } have too { $word } runs of one sign ({ $runs } for { $expected } expected, p = { $p }): something drifts or alternates
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
-lack-of-fit-over-an-input = LACK OF FIT over { $input }: steps in the eighths of its range explain more of { $sensor } than noise (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
-lack-of-fit-or-correlation = what the model leaves of { $sensor } over { $inputs } cannot be told from that correlation: say first how the noise is correlated
-means-of-rows-scatter-too-much = residuals of { $sensor } are NOT INDEPENDENT: means of { $rows } rows scatter { $ratio } times as much as those of independent rows (p = { $p }), and u is too small about as much; say how the noise is correlated in "scatter" ("over" a column of times)
-means-of-rows-scatter-too-little = means of { $rows } residuals of { $sensor } scatter { $ratio } times as much as those of independent rows (p = { $p }): less noise than is stated
+lack-of-fit-over-an-input = LACK OF FIT over { $input }: a step function over eighths of its range explains more of the residuals of { $sensor } than noise does (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
+lack-of-fit-or-correlation = a lack of fit of { $sensor } over { $inputs } cannot be distinguished from that correlation: state the correlation of the noise first
+means-of-rows-scatter-too-much = residuals of { $sensor } are NOT INDEPENDENT: the standard deviation of means of { $rows } rows is { $ratio } times that of independent rows (p = { $p }), and u is too small by about this factor; describe the correlation of the noise in "scatter" ("over" a column of times)
+means-of-rows-scatter-too-little = the standard deviation of means of { $rows } residuals of { $sensor } is { $ratio } times that of independent rows (p = { $p }): less noise than stated
 residuals-are-correlated = residuals of { $sensor } are correlated: { $correlation } at { $rows } rows (p = { $p } for all lags)
-row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } is { $residual } off the model (w = { $w }, p = { $p } over all rows)
-suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } is { $shift } off what the others say (w = { $w }, p = { $p } over all { $tested } readings)
+row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } differs from the model by { $residual } (w = { $w }, p = { $p } over all rows)
+suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } differs by { $shift } from its prediction by the other readings (w = { $w }, p = { $p } over all { $tested } readings)
 more-suspicious-readings = { $more } more suspicious readings: see the page or the JSON report
 
 # report/fit_constraints.rs
 no-values-meet-constraints-together-none-was = no values meet constraints { $named } together: none was applied
-the-constraints-were-not-applied-the-readings = the constraints were not applied: the readings leave parameters free, or the solver gave up
+the-constraints-were-not-applied-the-readings = the constraints were not applied: not all parameters are estimable, or the solver did not converge
 constraint-costs-in-chi-square = constraint { $index } ({ $text }) costs { $cost } in chi-square
 rejected-the-readings-contradict-the-bounds-p = REJECTED: the readings contradict the bounds (p = { $p })
 no-bound-is-active-the-estimate-is = no bound is active: the estimate is the free one
 
 # report/monte_carlo.rs
-the-first-order-does-not-describe-its = the first order does not describe { $id }: its { $level } % interval ends up to { $sd } u elsewhere; use the Monte Carlo interval
+the-first-order-does-not-describe-its = the first order does not describe { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
 
 # fit/remarks.rs
 all-values-of-lie-within-degrees-and = all values of { $name } lie within 6.3 degrees and would go round the circle as radians: are they radians?
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of this table are { $least } to { $most } deg/s; is it in rad/s or another unit?
 rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s and would be multiples of 5 deg/s if they were in rad/s: are they?
-tilt-is-no-small-rotation = { $id } = { $tilt } deg is no small tilt: beside { $factor } as it is known the readings of { $sensor } look too large by orders of magnitude; are they in { $unit }, or in a thousandth of it?
-every-row-stands-there-several-times = every row stands there { $times } times, equal to the last digit: if they were entered more than once, u is too small by the root of that number
-condition-the-readings-hardly-tell-some-parameters = condition { $condition }: the readings hardly tell some parameters apart; look at the units of the inputs and at the correlations
+tilt-is-no-small-rotation = { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } appear too large by orders of magnitude; are they in { $unit }, or in a thousandth of it?
+every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
+condition-the-readings-hardly-tell-some-parameters = condition { $condition }: some parameters are nearly confounded; check the units of the inputs and the correlations
 belongs-to-the-bench-and-stays-there = { $others } { $n ->
     [one] belongs to the bench and stays there
    *[other] belong to the bench and stay there
@@ -490,7 +490,7 @@ identity-note = Note
 instrument-no-longer-valid = the calibration of { $name } was valid to { $valid_to }, and the measurement was on { $date }
 
 # sources of scatter
-what-scatters-2 = what scatters
+what-scatters-2 = random effect
 scatter-sd = sd
 scatter-u-sd = u(sd)
 scatter-from = from
@@ -506,7 +506,7 @@ per-position = position
 per-campaign = campaign
 source-note = { $source }: { $note }
 source-note-sentence = `{ $source }`: { $note }.
-these-readings-cannot-tell-it-from-the-rest = these readings cannot tell it from what else scatters: their sum is used; repeated readings at one level would separate them
+these-readings-cannot-tell-it-from-the-rest = these readings cannot distinguish it from the other random effects: the sum of the variances is used; repeated readings at one level would separate them
 joined-sources = { $before } and { $other }
 
 # words of several reports
@@ -594,7 +594,7 @@ chi-square-with-degrees-of-freedom = chi-square { $statistic } with { $dof } deg
 all-parameters-together-p = all parameters together: { $test }, p = { $p }: { $verdict }
 shared-inputs-none-both-count-as-independent = shared inputs: none; both count as independent
 shared-inputs-not-counted-twice = shared inputs, not counted twice: { $shared }
-combined-estimate-u-holds-only-where-both = combined estimate; u holds only where both agree, that is, where the Birge ratio is not well above 1
+combined-estimate-u-holds-only-where-both = combined estimate; its u is valid only if the two agree, that is, if the Birge ratio is not well above 1
 birge-ratio = Birge ratio
 changes-only = only { $which }: { $ids }
 tumble-history-of-calibrations = tumble { $tumble }: history of { $calibrations } calibrations
@@ -614,7 +614,7 @@ two-calibrations-of-one-unit = Two calibrations of one unit
 what-changed-by-more-than-the-uncertainties = What changed, by more than the uncertainties allow
 title-before = Before
 title-after = After
-the-answer = The answer
+the-answer = Result
 the-unit-has-changed-all-parameters-together = The unit has changed: all parameters together differ with p = { $p }, though no single one is beyond doubt.
 no-quantity-changed-by-more-than-the = No quantity changed by more than the uncertainties of the two calibrations allow.
 changed-by-more-than-the-uncertainties-allow = Changed by more than the uncertainties allow: { $ids }.
@@ -623,8 +623,8 @@ shared-by-both-calibrations-and-therefore-not = Shared by both calibrations, and
 u-expanded-uncertainty-of-the-difference-e-2 = U: expanded uncertainty of the difference; E_n = difference/U. Marked: significant with all quantities tested together (Holm).
 difference-over-u-bars-u = difference over U (bars: U)
 differences-of-the-two-calibrations-over-their = Differences of the two calibrations over their expanded uncertainties
-each-difference-over-its-expanded-uncertainty-a = Each difference over its expanded uncertainty: a bar that misses zero is a change.
-the-weighted-mean-of-both-its-u = The weighted mean of both; its u holds where both agree, that is, where the Birge ratio is not well above 1.
+each-difference-over-its-expanded-uncertainty-a = Each difference divided by its expanded uncertainty: a bar that does not include zero is a change.
+the-weighted-mean-of-both-its-u = The weighted mean of both; its u is valid if the two agree, that is, if the Birge ratio is not well above 1.
 combined-estimate = Combined estimate
 history-of-calibrations = History of { $calibrations } calibrations
 each-quantity-over-time-with-its-trend = Each quantity over time, with its trend and its limits
@@ -660,12 +660,12 @@ misprint-of = { $what }:
 quantity-at = { $id } at { $value }
 
 # fit/azimuth.rs
-azimuth-is-any = both components may be zero, so every direction is possible: the interval is the whole circle, and u is that of an angle of which nothing is known
+azimuth-is-any = both components may be zero, so every direction is possible: the interval is the full circle, and u is that of a uniformly distributed angle
 azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, where it is not value - U to value + U
 
 # correction
 left-out-not-estimable = not estimable: { $names }
-its-line-does-not-bind = its line does not bind
+its-line-does-not-bind = its equation does not depend on an input
 its-line-has-no-slope-at-zero-input = its line has no slope at zero input
 its-line-follows-no-rate = its line follows no rate and no specific force to first order (a bench without a chain says with "in_use" which columns are rates and specific forces)
 its-norm-is-of-no-triad = its line is the norm of a vector that is not affine in as many readings, or its unit is none of rate or specific force
@@ -685,62 +685,62 @@ effects-are-missing = { $n ->
    *[other] { $n } effects are missing from the model: { $names }
 }
 effects-and = ; and{" "}
-what-remains-is-more-than-noise = { $found }; what remains is more than noise, and nothing in the catalogue explains it
-nothing-missing-scatter-estimated = no effect explains more than chance; how much scatters is estimated from these readings, so that is all they can say
+what-remains-is-more-than-noise = { $found }; the remaining residuals exceed the noise, and no effect of the catalogue explains them
+nothing-missing-scatter-estimated = no effect is significant; the variances of the random effects are estimated from these readings, so completeness cannot be tested
 the-gap-is-noise = the gap is noise
-nothing-missing-noise-from-residuals = no effect explains more than chance; the noise is known from the residuals alone, so that is all they can say
-something-is-missing = something is missing from the model, and nothing in the catalogue explains it
-nothing-can-be-diagnosed = nothing can be diagnosed: the readings only just determine the unknowns, and nothing is left to check them
+nothing-missing-noise-from-residuals = no effect is significant; the noise is estimated from the residuals, so completeness cannot be tested
+something-is-missing = the residuals exceed the noise, and no effect of the catalogue explains them
+nothing-can-be-diagnosed = nothing can be diagnosed: there are as many readings as unknowns, so no residuals remain
 effect-named = { $name } (`{ $regressor }`)
 effect-or-others = { $n ->
-    [one] { $name }, or one other that this schedule cannot tell from it
-   *[other] { $name }, or one of { $n } others that this schedule cannot tell from it
+    [one] { $name }, or one other effect that this schedule cannot distinguish from it
+   *[other] { $name }, or one of { $n } other effects that this schedule cannot distinguish from it
 }
 readings-were-averaged = ; { $from } readings were averaged to { $groups }, each of one setting in one stretch of time
 candidates-tried = { $candidates } candidates tried, { $distinct } of them distinct on this schedule; significance { $significance }{ $averaged }
-one-further-reading-would-help = one further reading would change that, best at { $positions }
+one-further-reading-would-help = one further reading would discriminate, best at { $positions }
 positions-or = ; or{" "}
-noise-from-residuals = from the residuals of the finished model: nothing else tells, so completeness cannot be tested
+noise-from-residuals = estimated from the residuals of the final model; there is no independent estimate, so lack of fit cannot be tested
 noise-as-stated = as stated
 noise-from-replicates = from replicates
 error-of = error of { $id }
 error-of-the-prior-of = error of the prior of { $id }
-it-misses-by = it misses by
+it-misses-by = its error is
 it-was-stated-as-exact = it was stated as exact
-within-its-stated-uncertainty = that is { $times } times its stated standard uncertainty: no mistake, but the readings know it better; estimate it, with what was stated as a prior
-beyond-its-stated-uncertainty = that is { $times } times its stated standard uncertainty: what was stated is wrong
+within-its-stated-uncertainty = this is { $times } times its stated standard uncertainty: consistent, but the readings determine it more precisely; estimate it with the stated value as a prior
+beyond-its-stated-uncertainty = this is { $times } times its stated standard uncertainty: the stated value is wrong
 is-estimated-no-longer-zero = { $id } is estimated, no longer taken as zero
 is-estimated-no-longer-known = { $id } is estimated, no longer taken as known
 is-estimated-without-its-prior = { $id } is estimated without its prior
-constraint-is-taken-away = constraint { $number } is taken away
+constraint-is-taken-away = constraint { $number } is removed
 together-with = with { $other }
-one-more-position-would-tell-it = one more position would tell it: { $positions }
-no-position-tells-it-from = no position of this bench tells it from: { $names }
-position-tells-from = { $at } (from { $n } of { $of })
-the-model-has-all-but = the model has all but { $share } of it
+one-more-position-would-tell-it = one more position discriminates them: { $positions }
+no-position-tells-it-from = no position of this bench distinguishes it from: { $names }
+position-tells-from = { $at } (discriminates { $n } of { $of })
+the-model-has-all-but = the model contains all but { $share } of it
 of-its-full-size = { $share } of its full size
-u-after-includes-aliases-and-remainder = u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability), and what is unexplained; the shift is over u without these
-u-after-includes-aliases = u after includes that an alias could be the effect (aliases move the estimates differently, each has its probability); the shift is over u without that
-u-after-includes-remainder = u after includes what is unexplained; the shift is over u without that
-what-is-unexplained-follows = what is unexplained follows { $name }
-what-is-unexplained-differs = what is unexplained differs from reading to reading
+u-after-includes-aliases-and-remainder = u after includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability), and the unexplained residuals; shift/u uses u without these
+u-after-includes-aliases = u after includes the possibility that an alias is the effect (each alias shifts the estimates differently, weighted by its probability); shift/u uses u without it
+u-after-includes-remainder = u after includes the unexplained residuals; shift/u uses u without them
+what-is-unexplained-follows = the unexplained residuals follow { $name }
+what-is-unexplained-differs = the unexplained residuals differ from reading to reading
 with-a-standard-deviation-of = { $follows }, with a standard deviation of { $sd } { $unit }
 probability-of-it-or-an-alias = { $p } that it or an alias is present, { $named } as named
-fit-takes-the-effect-as-named = fit of this campaign takes the effect as named ({ $named }); were it one of its aliases, the estimates would move, at most { $id } by { $by } { $unit } (u = { $u } as named); u_after of the diagnosis counts that
+fit-takes-the-effect-as-named = fit of this campaign assumes the effect as named ({ $named }); if it were one of its aliases, the estimates would change, most of all { $id } by { $by } { $unit } (u = { $u } as named); u_after of the diagnosis includes this
 constraint-kept = kept as an equality
-constraint-kept-at-its-limit = holds the estimate back: kept as an equality at its limit
-constraint-met = met without effort: it has no part
-constraint-wrong = found wrong: taken away by the repair
+constraint-kept-at-its-limit = active: kept as an equality at its limit
+constraint-met = inactive: met by the free estimate
+constraint-wrong = contradicted by the readings: removed in the repaired model
 constraint-left-out = left out: it contradicts others, or cannot be applied
 constraint-state = constraint { $index }, { $text }: { $state }
-holdout-after = , with what was found by { $after }
+holdout-after = , with the effects found by { $after }
 holdout-skipped = { $n ->
-    [one] ; { $n } cannot be left out, it alone determines a parameter
-   *[other] ; { $n } cannot be left out, each alone determines a parameter
+    [one] ; { $n } cannot be left out, because it alone determines a parameter
+   *[other] ; { $n } cannot be left out, because each alone determines a parameter
 }
 holdout = { $n ->
-    [one] left out in turn and predicted from the others, { $n } position misses by { $before } of its standard uncertainty (rms; 1 is expected){ $after }{ $skipped }
-   *[other] left out in turn and predicted from the others, { $n } positions miss by { $before } of their standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
+    [one] left out in turn and predicted from the others, { $n } position differs by { $before } of its standard uncertainty (rms; 1 is expected){ $after }{ $skipped }
+   *[other] left out in turn and predicted from the others, { $n } positions differ by { $before } of their standard uncertainties (rms; 1 is expected){ $after }{ $skipped }
 }
 further-sensors-are-not-drawn = { $n ->
     [one] { $n } further sensor is not drawn.
@@ -764,8 +764,8 @@ single-wrong-values = { $n ->
    *[other] { $n } single wrong values
 }
 ratio-unit = (ratio)
-cannot-be-told-here-from = cannot be told here from:
-would-tell-best-first = would tell, best first:
+cannot-be-told-here-from = cannot be distinguished here from:
+would-tell-best-first = discriminating runs, best first:
 run-tells-of = { $motion } ({ $tells } of { $possible }, by { $by } sd)
 phi-about-east = phi about east
 phi-about-north = phi about north
@@ -777,7 +777,7 @@ position-north = position north
 navigation-errors = Navigation errors
 causes-tried-until-the-refit-settled = { $tried } causes were tried, { $distinct } of them distinct in these data; every p accounts for that. The full simulation was flown { $times } times for it, until the refit settled.
 causes-tried-until-the-refit-was-given-up = { $tried } causes were tried, { $distinct } of them distinct in these data; every p accounts for that. The full simulation was flown { $times } times for it, until the refit was given up.
-what-was-found = what was found
+what-was-found = effects found
 two-u = two u
 count-device = { $n ->
     [one] { $n } device
@@ -808,14 +808,14 @@ not-diagnosable = NOT DIAGNOSABLE
 and-more-constraints = and { $more } more constraints
 table-sensor = (sensor { $sensor })
 seen-by-all-sensors = (seen by all sensors)
-the-repaired-model-does-not-determine-its = the repaired model does not determine its coefficient
+the-repaired-model-does-not-determine-its = its coefficient is not estimable in the repaired model
 not-determined = not determined
 explains-of-the-gap = explains { $share } % of the gap
 explains-of-the-gap-beyond-the-others = explains { $share } % of the gap beyond the others
 table-probability = probability { $effect }
-this-schedule-cannot-tell-it-from = this schedule cannot tell it from
-nor-fitting-not-significantly-worse-by-so = nor, fitting not significantly worse (by so many noise variances), from
-nor-but-only-through-small-terms-from = nor, but only through small terms, from
+this-schedule-cannot-tell-it-from = this schedule cannot distinguish it from
+nor-fitting-not-significantly-worse-by-so = nor, with a fit that is not significantly worse (difference in chi-square), from
+nor-but-only-through-small-terms-from = nor, through tilt-dependent terms only, from
 why = why
 confirm = confirm
 and-more = { $shown } and { $more } more
@@ -837,13 +837,13 @@ noise-floor-2 = noise floor: { $source }
 as-given = as given
 the-gap-shrinks = the gap shrinks
 strongest-further = strongest further
-nearest-of-the-catalogue-would-take-off = nearest of the catalogue: { $nearest } would take off { $share } % and leave more than noise: not accepted
+nearest-of-the-catalogue-would-take-off = nearest of the catalogue: { $nearest } would explain { $share } % and leave more than noise: not accepted
 readings-2 = readings
-mean-gap = mean gap
-where-the-gap-was = where the gap was
+mean-gap = mean residual
+where-the-gap-was = residuals by
 level = level
 p-alone = p alone
-what-it-does-to = what it does to
+what-it-does-to = change of
 shift-u = shift/u
 
 # report/html/diagnose_page.rs
@@ -851,54 +851,54 @@ diagnosis-where-the-readings-and-the-model = Diagnosis: where the readings and t
 what-is-missing = What is missing
 noise-floor-3 = Noise floor: { $source }. { $tried }
 unknown = unknown
-with-what-was-found-the-residual-standard = With what was found the residual standard deviation goes from { $before } to { $after } { $unit }
-with-what-was-found-chi-square-goes = With what was found chi-square goes from { $before } to { $after }
+with-what-was-found-the-residual-standard = With the effects found the residual standard deviation changes from { $before } to { $after } { $unit }
+with-what-was-found-chi-square-goes = With the effects found chi-square changes from { $before } to { $after }
 it-explains-of-the-gap = : it explains { $share } of the gap
 noise-sd = noise sd
 diagnose-page-with = { $chi_square } with { $dof }{ $p }
-chi-square-with-what-was-found = Chi-square: { $before }; with what was found { $after }.
+chi-square-with-what-was-found = Chi-square: { $before }; with the effects found { $after }.
 chi-square-2 = Chi-square: { $before }.
 regressor = Regressor
 common-to-all = common to all
 title-sensor = Sensor
 title-value = Value
-the-repaired-model-does-not-determine-it = the repaired model does not determine it
+the-repaired-model-does-not-determine-it = not estimable in the repaired model
 stated-2 = Stated
 evidence = Evidence
-t-among-all-that-was-tried = t = { $t }, { $p } among all that was tried
+t-among-all-that-was-tried = t = { $t }, { $p } over all candidates tried
 title-probability = Probability
 explains = Explains
 of-the-gap = { $share } of the gap
 of-the-gap-beyond-the-others = { $share } of the gap beyond the others
-cannot-be-told-from = Cannot be told from
+cannot-be-told-from = Cannot be distinguished from
 fits-not-significantly-worse = Fits not significantly worse
-only-through-small-terms = Only through small terms
-no-position-of-this-bench-tells-it = No position of this bench tells it from
+only-through-small-terms = Through tilt-dependent terms only
+no-position-of-this-bench-tells-it = No position of this bench distinguishes it from
 why-it-happens = Why it happens
 to-confirm = To confirm
 the-model = The model
 as-given-2 = As given:
-with-what-was-found = With what was found:
+with-what-was-found = With the effects found:
 the-pattern = The pattern
 mean-residual-at-each-state-of-the = Mean residual at each state of the joints, the most significant first
-nearest-of-the-catalogue-would-take-off-2 = Nearest of the catalogue: { $names } would take off { $share } and leave more than noise, so it is not accepted.
+nearest-of-the-catalogue-would-take-off-2 = Nearest of the catalogue: { $names } would explain { $share } and leave more than noise, so it is not accepted.
 shift-u-2 = shift / u
 marked-shifts-of-more-than-twice-their = Marked: shifts of more than twice their standard uncertainty.
 in-this-table = In this table, { $note }. { $marked }
-what-it-does-to-the-estimates = What it does to the estimates
-where-the-gap-is = Where the gap is
+what-it-does-to-the-estimates = Effect on the estimates
+where-the-gap-is = Where the residuals are
 factor = factor
-means-of-the-residuals-with-the-model = Means of the residuals with the model as given, each level by itself; bars are in standard deviations.
+means-of-the-residuals-with-the-model = Means of the residuals of the model as given, each level separately; bars are in standard deviations.
 in-the-model = in the model
 model-line = model line
 strongest-further-candidate = strongest further candidate
-p-of-what-is-left = p of what is left
+p-of-what-is-left = p of the remaining residuals
 the-gap-as-given-and-after-each = The gap as given, and after each effect
 at-the-end = At the end: { $decision }.
 the-gap-shrinks-step-by-step = The gap shrinks step by step
 taken-as-known = Taken as known: { $known }.
-priors-entered-as-rows-of-their-own = Priors entered as rows of their own: { $priors }.
-readings-of-one-sensor-scatter-alike-and-2 = Readings of one sensor scatter alike and independently; how much, only the residuals of the finished model say.
+priors-entered-as-rows-of-their-own = Priors entered as additional rows: { $priors }.
+readings-of-one-sensor-scatter-alike-and-2 = The readings of one sensor have independent errors of equal standard deviation, estimated from the residuals of the final model only.
 the-readings-scatter-independently-as-their-stated = The readings scatter independently, as their stated uncertainties say.
 the-readings-scatter-independently-as-their-replicates = The readings scatter independently, as their replicates say.
 the-models-are-fitted-exactly-gauss-newton = The models are fitted exactly (Gauss-Newton); the candidates are compared at their solution.
@@ -906,9 +906,9 @@ gauss-newton-does-not-converge-here-so = Gauss-Newton does not converge here, so
 
 # report/html/diagnose_figure.rs
 each-reading-minus-the-model-as-given = Each reading minus the model, as given.
-each-reading-minus-the-model-circles-with = Each reading minus the model: circles with the model as given, discs with what was found in it.
-readings-are-grouped-by-which-the-gap = Readings are grouped by { $factor }, which the gap follows most; a bar is the mean of a group before.
-one-reading-in-is-drawn-and-all = One reading in { $every } is drawn, and all that lie far out.
+each-reading-minus-the-model-circles-with = Each reading minus the model: circles for the model as given, discs for the model with the effects found.
+readings-are-grouped-by-which-the-gap = Readings are grouped by { $factor }, which explains most of the residuals; a bar is the mean of a group for the model as given.
+one-reading-in-is-drawn-and-all = One reading in { $every } is drawn, and all outlying ones.
 every-reading-is-drawn = Every reading is drawn.
 residual-sd-2 = { $id }: residual sd { $before } { $unit }
 residual-sd-before-and-after = { $id }: residual sd { $before } { $unit } before and { $after } after
@@ -920,41 +920,41 @@ noise-standard-deviations = noise, ±2 standard deviations
 
 # report/batch.rs
 by-accepted-rejected-malformed = { $devices } by { $by }: { $accepted } accepted, { $rejected } rejected, { $malformed } malformed
-fitted-by-a-common-schedule-by-themselves = fitted: { $common_schedule } by a common schedule, { $own_fit } by themselves
+fitted-by-a-common-schedule-by-themselves = fitted: { $common_schedule } with a common schedule, { $own_fit } individually
 with-suspicious-readings = { $devices } with suspicious readings
 conformity-pass-undecided-fail = conformity ({ $decision }): { $pass } pass, { $undecided } undecided, { $fail } fail
 sd-of-devices = sd of devices
 p-alike = p alike
-u-root-mean-square-of-the-devices = u: root mean square of the devices' standard uncertainties; sd of devices: what differs beyond the scatter of their readings; p alike: probability of such an sd if none did
-devices-apart-from-the-others = devices apart from the others: { $devices }{ $more }
+u-root-mean-square-of-the-devices = u: root mean square of the devices' standard uncertainties; sd of devices: standard deviation between devices beyond the scatter of their readings; p alike: probability of such an sd if all devices were alike
+devices-apart-from-the-others = outlying devices: { $devices }{ $more }
 verdict = verdict
 limits = limits
 
 # report/html/batch_page.rs
-distributions-devices-that-stand-apart-and-whether = Distributions, devices that stand apart, and whether devices differ more than they are measured
+distributions-devices-that-stand-apart-and-whether = Distributions, outlying devices, and the scatter between devices
 one-fit-for-each = One fit for each
 model-of = Model of { $sensor }
 all-are-accepted = All { $devices } are accepted.
-of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, no convergence), { $malformed } whose readings are no readings of this campaign.
+of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, no convergence), { $malformed } whose readings do not belong to this campaign.
 conformity-rule-pass-undecided-fail = Conformity (rule `{ $decision }`): { $pass } pass, { $undecided } undecided, { $fail } fail.
-in-no-quantity-do-devices-differ-by = In no quantity do devices differ by more than their readings scatter.
-devices-differ-by-more-than-their-readings = Devices differ by more than their readings scatter (p < 0.01) in { $names }: the line scatters more than it is measured.
-fitted-by-the-factorisation-of-a-schedule = { $common } fitted by the factorisation of a schedule that several devices share, { $alone } by themselves.
+in-no-quantity-do-devices-differ-by = In no quantity do devices differ by more than the scatter of their readings.
+devices-differ-by-more-than-their-readings = Devices differ by more than the scatter of their readings (p < 0.01) in { $names }: production scatters more than the measurement.
+fitted-by-the-factorisation-of-a-schedule = { $common } fitted with the factorisation of a schedule that several devices share, { $alone } individually.
 devices = devices
 p-if-alike = p if alike
 least = least
 most = most
-accepted-devices-only-sd-between-devices-u = Accepted devices only. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: what of the sd the scatter of their own readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
+accepted-devices-only-sd-between-devices-u = Accepted devices only. sd: between devices; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
 batch-page-over = { $id } over { $devices }
-histogram-of-curve-what-the-scatter-of = Histogram of `{ $id }`; curve: what the scatter of each device's readings alone would leave; dashed: limits.
-histogram-of-curve-what-the-scatter-of-2 = Histogram of `{ $id }`; curve: what the scatter of each device's readings alone would leave.
+histogram-of-curve-what-the-scatter-of = Histogram of `{ $id }`; curve: expected from the scatter of the readings alone; dashed: limits.
+histogram-of-curve-what-the-scatter-of-2 = Histogram of `{ $id }`; curve: expected from the scatter of the readings alone.
 distributions = Distributions
-each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is what the scatter of each device's own readings alone would leave, dashed lines are limits. Values far out are counted in the last bar.
+each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the last bar.
 devices-that-are-not-in-order = Devices that are not in order
 the-first-devices-that-are-not-in-order = The first { $listed } of them:
-devices-that-stand-apart = Devices that stand apart
-no-accepted-device-stands-apart-from-the = No accepted device stands apart from the others at 1 % over all devices and quantities.
-z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond what a normal distribution leaves at 1 % over all devices and quantities; the farthest first, at most 50. A single report: `tumble fit` with the readings of that device.
+devices-that-stand-apart = Outlying devices
+no-accepted-device-stands-apart-from-the = No accepted device is an outlier at 1 % over all devices and quantities.
+z-value-median-mad-beyond-what-a = z = (value - median) / (1.4826 MAD), beyond the limit of a normal distribution at 1 % over all devices and quantities; largest first, at most 50. For a single report run `tumble fit` with the readings of that device.
 by-lot = { $id } by lot
 mean-of-in-each-lot-line-mean = Mean of `{ $id }` in each lot; line: mean of all devices; dashed: three standard deviations of a lot's mean, from the scatter within lots; triangles lie beyond.
 control-charts = Control charts
@@ -969,55 +969,55 @@ navigate-diagnose-table-measured = measured: { $runs }{ $left_out }
 where = where
 motion = motion
 time-h = time, h
-single-values-far-off = single values far off
+single-values-far-off = outliers
 time-s = time, s
 these-data-cannot-show = these data cannot show: { $sources }
-something-is-missing-that-no-error-of = something is missing that no error of the unit, the start or the reference explains
+something-is-missing-that-no-error-of = the residuals exceed the noise, and no error of the unit, the start or the reference explains them
 nothing-can-be-diagnosed-fewer-than-three = nothing can be diagnosed: fewer than three values were measured
 causes-tried-of-them-distinct-here-significance = { $candidates } causes tried, { $distinct } of them distinct here; significance { $significance }
 the-mission-had-and-has-with-it = the mission had { $before }, and has { $after } with it
 and-more-2 = and { $more } more
-absurd = (absurd)
-gap-in-u = gap, in u
+absurd = (implausible size)
+gap-in-u = residual, in u
 rms = rms
-noise-u-is-not-stated-everywhere-so = noise: u is not stated everywhere, so it comes from what is left of each channel (completeness cannot be tested)
+noise-u-is-not-stated-everywhere-so = noise: u is not stated for every channel, so it is estimated from the residuals (lack of fit cannot be tested)
 noise-the-stated-standard-uncertainties = noise: the stated standard uncertainties
-gap-rms = gap, rms
+gap-rms = residual, rms
 from-residuals = (from residuals)
 
 # report/html/navigate_diagnose.rs
 navigate-diagnose-diagnosis = { $title }: diagnosis
 measured-navigation-errors = Measured navigation errors: { $runs }
-where-this-comes-from = Where this comes from
+where-this-comes-from = Origin of these errors
 these-data-cannot-show-2 = These data cannot show { $sources }.
 error = error
-what-it-is = what it is
+what-it-is = description
 explains-2 = explains
 values-are-changes-of-the-missions-errors = Values are changes of the mission's errors.
-what-else-could-be = What else { $effect } could be
-these-data-cannot-tell-it-from = These data cannot tell it from:
-tells-it-by-standard-deviations-or-more = { $run }: tells it by { $by } standard deviations or more from { $names }
-a-further-run-would-tell-best-first = A further run would tell, best first:
-gap-in-standard-uncertainties = gap, in standard uncertainties
+what-else-could-be = Alternatives to { $effect }
+these-data-cannot-tell-it-from = These data cannot distinguish it from:
+tells-it-by-standard-deviations-or-more = { $run }: distinguishes it by { $by } standard deviations or more from { $names }
+a-further-run-would-tell-best-first = Further runs that would discriminate, best first:
+gap-in-standard-uncertainties = residual, in standard uncertainties
 largest = largest
 channel = channel
 values = values
 rms-before = rms before
 rms-after = rms after
-no-standard-uncertainties-are-stated-for-some = No standard uncertainties are stated for some channels: theirs can only come from what is left, so that completeness cannot be tested.
+no-standard-uncertainties-are-stated-for-some = No standard uncertainties are stated for some channels; they are estimated from the residuals, so lack of fit cannot be tested.
 the-gap-measured-minus-predicted = The gap: measured minus predicted
 measured-minus-predicted = { $what } ({ $motion }), measured minus predicted
-with-what-was-found-2 = with what was found
-gap-of = Gap of `{ $name }`{ $where_ }
-gap-of-root-mean-square-before-after = Gap of { $name }{ $where_ }: root mean square { $before } before, { $after } after
-what-is-left = what is left
-what-is-left-of-with-two-standard = What is left of `{ $name }`{ $where_ }, with two standard uncertainties
+with-what-was-found-2 = with the effects found
+gap-of = Residuals of `{ $name }`{ $where_ }
+gap-of-root-mean-square-before-after = Residuals of { $name }{ $where_ }: root mean square { $before } before, { $after } after
+what-is-left = remaining residuals
+what-is-left-of-with-two-standard = Remaining residuals of `{ $name }`{ $where_ }, with two standard uncertainties
 in-time = In time
 in-standard-deviations = in standard deviations
 in-standard-uncertainties = in standard uncertainties
 where-it-is = Where it is
 a-mission = a mission
-title-one-more-position-would-tell-it = One more position would tell it
+title-one-more-position-would-tell-it = One more position discriminates them
 effect-2 = effect
 
 # cli
@@ -1031,14 +1031,14 @@ error-at = at { $path }
 
 # plan, foresight, navigate, reduce, noise
 correlation-with = { $r } with { $partner }
-uncertainty-depends-on-a-value = the uncertainty of { $untold } depends on the value of { $needs }, and none is stated: at zero the effect vanishes; --at { $first }=VALUE or a "start" tells it
+uncertainty-depends-on-a-value = the uncertainty of { $untold } depends on the value of { $needs }, and none is stated: at zero the effect vanishes; state it with --at { $first }=VALUE or a "start"
 values-checked-by-no-other = { $n ->
-    [one] { $n } value is checked by no other
-   *[other] { $n } values are checked by no other
+    [one] { $n } value has no redundancy
+   *[other] { $n } values have no redundancy
 }
 bounds-not-counted = { $n ->
-    [one] { $n } bound is not counted: a bound lowers an uncertainty only where it is reached
-   *[other] { $n } bounds are not counted: a bound lowers an uncertainty only where it is reached
+    [one] { $n } bound is not taken into account: a bound lowers an uncertainty only where it is active
+   *[other] { $n } bounds are not taken into account: a bound lowers an uncertainty only where it is active
 }
 is-not-estimable = { $text } is not estimable
 value-times = { $value } ({ $count } times)
@@ -1053,9 +1053,9 @@ moves-by = { $parameter } by { $u } u
 shows-from = shows from
 then-at-a-reading = then at{"\u00A0"}a{"\u00A0"}reading
 and-shifts = and shifts
-title-cannot-be-told-from = cannot be told from
-never-shows = Never shows, because estimated parameters take it up:
-hides-in = { $effects } (hides in { $place })
+title-cannot-be-told-from = cannot be distinguished from
+never-shows = Never detectable, because estimated parameters absorb it:
+hides-in = { $effects } (absorbed by { $place })
 with-criterion = { $proof } (criterion { $criterion })
 readings-at-a-spot = { $n } at { $across } { $x }, { $up } { $y }
 title-effect = Effect
@@ -1114,7 +1114,7 @@ below = below (95 %)
 their-sum-does-not-describe-the-deviations = Their sum does not describe the deviations
 no-coefficients-constant = No coefficients: all samples are equal
 no-coefficients-short = No coefficients: fewer than five octaves of averaging times, which take 80 samples
-no-coefficients-undescribed = No coefficients: no sum of the terms gives such deviations
+no-coefficients-undescribed = No coefficients: no sum of the terms describes these deviations
 random-walk-sampled = The rate random walk is taken as sampled at the end of each interval of { $interval } s rather than averaged over it: this describes the deviations better
 their-sum-describes-the-deviations = Their sum describes the deviations
 chi-square-dof-p = chi-square { $chi }, { $dof } dof, p { $p }
@@ -1137,10 +1137,10 @@ allan-deviation = Allan deviation, { $unit }
 # report/reduction_table.rs
 samples-a-second-by = { $record }: { $samples } samples, { $rate } a second; { $segments } by { $by }
 segments-begin-and-end-with-blocks-of = Segments begin and end with blocks of { $block } samples.
-u-u-on-either-side-of-the = u: 1.96 u on either side of the mean covers 95 %. It is learnt from all segments of a column together whose noise is alike.
+u-u-on-either-side-of-the = u: the mean +- 1.96 u covers 95 %. The noise is estimated from all segments of a column that have similar noise.
 of-means-have-a-slope-p-more = { $sloping } of { $all } means have a slope (p < 0.01), more than their noise explains.
 in-segment-is-times-noisier-than-elsewhere = { $column } in segment { $segment } is { $times } times noisier than elsewhere: its u is as much larger.
-in-segment-the-noise-is-another = { $column } in segment { $segment } is { $times } times noisier from sample to sample than elsewhere: its u rests on its own noise, and on that of segments like it.
+in-segment-the-noise-is-another = { $column } in segment { $segment } is { $times } times noisier from sample to sample than elsewhere: its u is based on its own noise and on that of similar segments.
 reduction-table-segment = segment { $segment }: { $notes }
 segment-in-the-mean = segment { $segment }, { $column }: { $events } (in the mean)
 not-used = Not used:
@@ -1162,7 +1162,7 @@ the-whole-record-segments-are-shaded = The whole record; segments are shaded.
 panels-one-for-each-column-against-time = { $panels } panels, one for each column, against time; { $segments } shaded segments.
 record = Record
 means = Means
-u-on-either-side-of-a-mean = 1.96 `u` on either side of a mean covers 95 %. `u` is learnt from all segments of a column together and holds what that costs; beside it what it would be for noise without memory, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
+u-on-either-side-of-a-mean = The mean +- 1.96 `u` covers 95 %. `u` is estimated from all segments of a column together and includes the uncertainty of this estimate. For comparison: u for white noise, with the sum of the autocorrelations, and as the Allan deviation at the segment's length.
 column = column
 autocorr-2 = autocorr.
 effective-n = effective n
@@ -1200,7 +1200,7 @@ errors-in-time = Errors in time: { $scenario }
 at-most-at-the-end = { $label }: at most { $most } { $unit }, { $last } { $unit } at the end
 of-against-time = { $what } of { $of } against time; { $ends }.
 after-h-the-position-is-off-by = { $motion }: after { $time } h the position is off by { $position } m (rms { $position_rms } m), the azimuth by { $azimuth } arcsec (rms { $azimuth_rms })
-with-most-of-it-from-position-rms = { $text } with `{ $scenario }`; most of it from { $sources } (position, rms)
+with-most-of-it-from-position-rms = { $text } with `{ $scenario }`; mainly from { $sources } (position, rms)
 perfect-unit-a-perfect-unit-the-navigators-2 = `perfect_unit`: a perfect unit, the navigator's own error.
 tilt-arcsec-2 = tilt, arcsec
 azimuth-arcsec-2 = azimuth, arcsec
@@ -1224,33 +1224,33 @@ predicted-u = predicted u
 strongest-correlation = strongest correlation
 undetected-fault = undetected fault
 plan-table-rank = rank { $rank }, { $dof }
-so-many-values-what-a-diagnosis-could = so many values: what a diagnosis could find is not foreseen, and values are not listed
+so-many-values-what-a-diagnosis-could = too many values: the effects that a diagnosis could find are not predicted, and the values are not listed
 a-drift-of-one-standard-deviation-over = a drift of one standard deviation over the run shifts a parameter by at most { $drift } of its u
-counted-above-with-tilts-of-arcsec-the = counted above: with tilts of { $tilts } arcsec, the uncertainty of { $known } adds { $u }{ $unit } to { $parameter }
-not-counted-the-uncertainty-of-acts-through = not counted: the uncertainty of { $known } acts through the tilts, whose size no schedule tells; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } counts it)
+counted-above-with-tilts-of-arcsec-the = included above: with tilts of { $tilts } arcsec, the uncertainty of { $known } adds { $u }{ $unit } to { $parameter }
+not-counted-the-uncertainty-of-acts-through = not included: the uncertainty of { $known } acts through the tilts, whose size is unknown before the measurement; tilts of { $tilts } arcsec would add { $u }{ $unit } to { $parameter } (--tilts { $tilts } includes it)
 plan-table-times = { $length } times
 the-best-all-choices-of-these-candidates = the best: all { $all } choices of these candidates at this cost were tried (proven 100 %)
 the-best-all-choices-of-these-candidates-2 = the best: all { $all } choices of these candidates were tried (proven 100 %)
 proven-to-be-at-least-as-good = proven to be at least { $share } as good as the best possible choice of these candidates at this cost
 proven-to-be-at-least-as-good-2 = proven to be at least { $share } as good as the best possible choice of these candidates
 the-bound-allows-more-mountings-than-the = the bound allows more mountings than the cost does, so the choice may well be the best
-so-few-portions-cannot-follow-the-best = so few portions cannot follow the best weights; more of them, or smaller ones, come nearer
+so-few-portions-cannot-follow-the-best = so few portions cannot approximate the optimal weights; more or smaller portions come nearer
 the-bound-itself-may-be-too-high = the bound itself may be { $gap } too high
-no-angle-is-worth-moving = no angle is worth moving off the candidates, in steps down to { $resolution } deg
+no-angle-is-worth-moving = moving angles off the candidates does not improve the schedule, in steps down to { $resolution } deg
 angles-moved-off-the-candidates = angles moved off the candidates at { $mountings }, in steps down to { $resolution } deg: { $gain } % better than the choice
-angles-moved-as-far-as-the-effort-went = angles moved off the candidates at { $mountings }, in steps down to { $resolution } deg, as far as the effort went: { $gain } % better than the choice
+angles-moved-as-far-as-the-effort-went = angles moved off the candidates at { $mountings }, in steps down to { $resolution } deg (search stopped at its limit): { $gain } % better than the choice
 within-a-budget-of-for-what-was = within a budget of { $cost } for what was chosen
 at-no-more-cost-than-the-given = at no more cost than the given schedule, { $cost } for so many readings (--any-cost: at any)
-without-it-nothing-determines = without it nothing determines { $parameter }
+without-it-nothing-determines = without it { $parameter } is not estimable
 without-it-u-of-grows-by = without it u of { $parameter } grows by { $share } %
 it-adds-little = it adds little
 u-of-their-coefficients-and = u of their coefficients { $p } and { $q }
-nothing-tells-them-apart = nothing tells them apart
+nothing-tells-them-apart = nothing distinguishes them
 and-both-in-the-model-before = { $a } and { $b }, both in the model: before, { $before }
 with-the-added-positions = with the added positions, { $after }
-no-candidate-tells-them-apart-so-nothing = no candidate tells them apart, so nothing is added
+no-candidate-tells-them-apart-so-nothing = no candidate discriminates them, so nothing is added
 positions-share-deviations-planned-for = readings share deviations ({ $line }); the chosen positions are planned for { $levels } (a sweep takes the value of the schedule's first reading; --candidates FILE offers others)
-no-candidate-would-separate-it-but-all = no candidate would separate it, but all candidates have { $held } only (--candidates FILE takes others)
+no-candidate-would-separate-it-but-all = no candidate would separate them, but all candidates have { $held } only (--candidates FILE takes others)
 of-is-found-with-probability-where-the = { $effect } of { $size } is found with probability { $power } where the u of its coefficient { $coefficient } is at most { $u }
 the-goal-counts = the goal counts { $counted }
 the-goal-counts-but-not = the goal counts { $counted }, but not { $derived }
@@ -1258,7 +1258,7 @@ this-is-the-cheapest-schedule-that-was = this is the cheapest schedule that was 
 determined-instead-2 = determined instead: { $instead }
 leverage = leverage
 its-largest-effect-on-an-angle = its largest effect on an angle
-no-candidate-tells-and-apart-so-nothing = No candidate tells { $a } and { $b } apart, so nothing is added.
+no-candidate-tells-and-apart-so-nothing = No candidate discriminates { $a } and { $b }, so nothing is added.
 the-better-schedule = The better schedule: { $work }
 still-to-run = still to run: { $work }
 seed-of-starts-ended-here = , seed { $seed }, { $hits } of { $starts } starts ended here
@@ -1286,12 +1286,12 @@ the-two-effects = The two effects
 the-given-schedule = The given schedule
 the-better-schedule-in-full = The better schedule in full
 its-readings = Its readings
-what-rests-on-each-reading = What rests on each reading
+what-rests-on-each-reading = Reliability of each reading
 model-and-noise = Model and noise
 the-better-schedule-2 = The better schedule
 the-goal-is-reached-the-largest-uncertainty-2 = The goal is reached: the largest uncertainty is { $share } of its limit.
 the-goal-is-not-reached-at-best-2 = The goal is not reached: at best, the largest uncertainty is { $share } of its limit.
-the-rest = The rest: { $why }.
+the-rest = Others: { $why }.
 still-to-run-2 = Still to run: { $work }.
 title-parameter = Parameter
 predicted-standard-uncertainties = Predicted standard uncertainties
@@ -1305,16 +1305,16 @@ where-the-positions-lie = Where the positions lie
 squares-the-schedules-positions = Squares: the schedule's positions.
 dots-candidates-squares-the-given-schedule-discs = Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position.
 then-at-a-reading-in-its-u = then at a reading, in its u
-cannot-be-told-from-2 = cannot be told from
+cannot-be-told-from-2 = cannot be distinguished from
 effects-that-would-show-on-the-better = Effects that would show on the better schedule, one line for each direction
 effects-that-would-show-on-this-schedule = Effects that would show on this schedule, one line for each direction
-nearly-alike-cosine-beside-the-model-and = { $rule } Nearly alike: cosine beside the model, and the size from which the first is not taken for the other.
+nearly-alike-cosine-beside-the-model-and = { $rule } Nearly alike: cosine after projection on the model, and the size from which the two can be distinguished.
 plan-page-nearly = nearly { $near }
-taken-up-by = taken up by
-effects-that-never-show-estimated-parameters-take = Effects that never show: estimated parameters take them up, and are wrong by them
+taken-up-by = absorbed by
+effects-that-never-show-estimated-parameters-take = Effects that can never be detected: estimated parameters absorb them and are biased
 zero-at-every-position = Zero at every position: { $effects }
 not-tried-without-a-column-kinds-of-2 = Not tried without a column `{ $column }`: { $families }
-effects-of-the-catalogue-were-tried-in = { $tried } effects of the catalogue were tried, in { $distinct } distinct directions beside the model.
+effects-of-the-catalogue-were-tried-in = { $tried } effects of the catalogue were tried, in { $distinct } distinct directions after projection on the model.
 what-a-diagnosis-could-find = What a diagnosis could find
 not-every-unknown-has-a-predicted-uncertainty = Not every unknown has a predicted uncertainty at the point that was judged.
 every-unknown-can-be-estimated-the-least = Every unknown can be estimated; the least certain angle is `{ $id }` with u = { $u } arcsec.
@@ -1334,9 +1334,9 @@ deg-across-deg-up = { $across } (deg) across, { $up } (deg) up
 # report/foresight.rs
 foresight-nearly = nearly { $regressor } ({ $cosine })
 apart-from = { $regressor } ({ $cosine }, apart from { $apart })
-none-would-show-the-estimated-parameters-take = none would show: the estimated parameters take up every effect that these positions exercise
-u-where-only-the-residuals-tell-the = ; { $more } u where only the residuals tell the noise
-nothing-where-only-the-residuals-would-tell = ; nothing where only the residuals would tell the noise
+none-would-show-the-estimated-parameters-take = none would be detectable: the estimated parameters absorb every effect that these positions excite
+u-where-only-the-residuals-tell-the = ; { $more } u where the noise is known from the residuals only
+nothing-where-only-the-residuals-would-tell = ; nothing where the noise would be known from the residuals only
 smallest-size-that-shows-u-significance-for = smallest size that shows: { $size } u (significance { $significance } for { $directions } together, power { $power }){ $residuals }
 event-absent = absent
 event-saturation = saturation

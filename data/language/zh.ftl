@@ -42,7 +42,7 @@ side-norm = 范数
 
 # report/fit_table.rs
 tumble-fit-on = tumble { $tumble }：{ $bench } 的{ $estimator }拟合
-derived = 导出量
+derived = 间接量
 parameter = 参数
 estimate = 估计值
 dof = 自由度
@@ -78,7 +78,7 @@ gauss-newton-converged-after = 高斯-牛顿法经 { $steps }收敛；{ $linear 
 gauss-newton-not-converged-after = 高斯-牛顿法经 { $steps }仍未收敛（{ $stop }）
 estimable-combination = 可估计的组合
 u-holds-only-for-as-held-another = U 仅在 { $held } 保持现值时成立：将其改变 { $by } { $unit }，则 { $shifts } 随之改变
-derived-without-a-value = 以下导出量没有结果，因为它们依赖不可估计的参数：{ $names }
+derived-without-a-value = 以下间接量没有结果，因为它们依赖不可估计的参数：{ $names }
 not-estimable-is-free = 不可估计：{ $text } 不受约束
 no-reading-responds-to-it-at-this = 在该点没有读数对其有响应
 no-reading-responds-to-it = 没有读数对其有响应
@@ -433,7 +433,7 @@ stop-out-of-range = 数值超出双精度范围
 
 # campaign/identity.rs
 identity-unit = 被测件
-identity-serial = 编号 { $serial }
+identity-serial = 出厂编号 { $serial }
 identity-date = 日期
 identity-place = 地点
 identity-operator = 操作者
@@ -513,7 +513,7 @@ birge-ratio = Birge 比
 changes-only = 仅{ $which }有：{ $ids }
 tumble-history-of-calibrations = tumble { $tumble }：{ $calibrations } 次标定的历史
 date = 日期
-serial = 编号
+serial = 出厂编号
 file = 文件
 leaves-its-limits-about = 约于 { $day } 超限
 left-its-limits-about = 约于 { $day } 已超限
@@ -832,7 +832,7 @@ histogram-of-curve-what-the-scatter-of = `{ $id }` 的直方图；曲线为仅�
 histogram-of-curve-what-the-scatter-of-2 = `{ $id }` 的直方图；曲线为仅由各被测件读数的分散所致的分布。
 distributions = 分布
 each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被测件；曲线为仅由各自读数的分散所致的分布，虚线为限值。远离的值计入最末一格。
-devices-that-are-not-in-order = 不合格的器件
+devices-that-are-not-in-order = 异常被测件
 the-first-devices-that-are-not-in-order = 仅列出前 { $listed } 个：
 devices-that-stand-apart = 离群的被测件
 no-accepted-device-stands-apart-from-the = 就全部被测件和全部量而言，在 1 % 水平上没有离群的被测件。

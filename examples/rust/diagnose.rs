@@ -17,7 +17,7 @@ fn main() -> Result<()> {
         }
         println!("  takes {:.0} % of the gap's sum of squares off, p = {:.1e}", 100.0 * found.explains, found.p);
         for alias in &found.aliases {
-            println!("  this schedule cannot tell it from {} ({})", alias.name, alias.regressor);
+            println!("  this schedule cannot distinguish it from {} ({})", alias.name, alias.regressor);
         }
     }
     if let Some(repaired) = &diagnosis.repaired {

@@ -218,15 +218,15 @@ fn the_page_says_what_the_report_says() {
         "Result",
         "What is missing",
         "The model",
-        "What it does to the estimates",
-        "Where the gap is",
+        "Effect on the estimates",
+        "Where the residuals are",
         "The gap shrinks step by step",
         "What was assumed",
     ] {
         assert!(headings.iter().any(|h| h == heading), "{heading} is not in {headings:?}");
     }
     assert!(page.contains("<mark>D_S*a_S</mark>"));
-    assert!(page.contains("gamma_deg_s*cos(2*alpha)") && page.contains("the model has all but"));
+    assert!(page.contains("gamma_deg_s*cos(2*alpha)") && page.contains("the model contains all but"));
     assert!(!page.contains("src=") && !page.contains("<script"));
     // before and after of each of the 30 readings, and the two marks of the legend
     let picture = read("p.svg");

@@ -105,7 +105,7 @@ fn another_value_of_a_column_separates() {
     let [(column, x)] = &defect.columns[..] else { panic!("{:?}", defect.columns) };
     assert!(column == "x" && *x != 2.0, "{x}");
     let table = report::table::fit(&report::fit_report(&fit), false, Language::English);
-    assert!(table.contains(&format!("a reading at x = {x} would separate it")), "{table}");
+    assert!(table.contains(&format!("a reading at x = {x} would separate them")), "{table}");
     let fit = fitted(&parse(&text(&format!(r#", {{"x": {x}, "Y": 1.2, "Y_u": 0.1}}"#))));
     assert!(fit.not_estimable.is_empty());
 }
@@ -123,7 +123,7 @@ fn a_sensor_that_is_not_read_separates() {
     let [defect] = &fit.not_estimable[..] else { panic!("{:?}", fit.not_estimable) };
     assert_eq!((defect.separate_by.as_deref(), defect.sensor), (Some(&[][..]), Some(1)));
     let table = report::table::fit(&report::fit_report(&fit), false, Language::English);
-    assert!(table.contains("a reading of Z would separate it"), "{table}");
+    assert!(table.contains("a reading of Z would separate them"), "{table}");
     assert!(fitted(&parse(&text(r#", {"Z": 0.2, "Z_u": 0.1}"#))).not_estimable.is_empty());
 }
 

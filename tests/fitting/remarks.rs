@@ -30,7 +30,7 @@ fn other_units_and_rows_that_stand_twice_are_seen() {
     let mut twice = table();
     let rows = twice["readings"].as_array_mut().expect("readings");
     rows.extend(rows.clone());
-    assert!(remarks(&twice).contains("every row stands there 2 times"), "{}", remarks(&twice));
+    assert!(remarks(&twice).contains("every row occurs 2 times"), "{}", remarks(&twice));
     // one row more than once is a matter of chance where readings are coarse
     twice["readings"].as_array_mut().expect("readings").pop();
     assert_eq!(remarks(&twice), "");

@@ -294,7 +294,7 @@ fn what_scatters_stands_in_the_certificate() {
         text
     };
     check_structure(&element(&text));
-    let section = text.split("What scatters").nth(1).expect("a result of its own");
+    let section = text.split("Random effects").nth(1).expect("a result of its own");
     for (k, source) in told.iter().enumerate() {
         let own = section.split(&format!("id=\"scatter_{}\"", k + 1)).nth(1).unwrap();
         let value = own.split("<si:value>").nth(1).unwrap().split('<').next().unwrap();

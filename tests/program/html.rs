@@ -71,7 +71,7 @@ fn the_page_of_table_1_says_what_the_report_says() {
         "Result",
         "Estimates",
         "The correction to apply",
-        "Where the uncertainty comes from",
+        "Sources of uncertainty",
         "Residuals and correlations",
         "Comparison with the published closed forms",
         "What was assumed",
