@@ -16,64 +16,15 @@
 //! # Ok::<(), tumble::Malformed>(())
 //! ```
 //!
-//! # The pipeline, and the map of the modules
+//! A question that is malformed is an [`Malformed`] with its place, what was expected and what was found. What readings say (a rank defect, a failed
+//! test, no convergence) is part of the answer. Answers and their reports ([`report`]) print as the program prints them: `println!("{fit}")`.
 //!
-//! Data flows one way; a module knows only the modules that stand before it. The edge, [`wire`], is beside the line: it knows the types of every
-//! module that has files; built-in data, reports and the program use it.
+//! Data flows one way, [`bench`](mod@bench) → [`campaign`] → [`design`] → [`estimate`] → [`fit`](mod@fit) → [`diagnosis`], [`plan`], [`report`]; files are read by [`wire`], and
+//! [`theory`] has the equations with their sources. Ground: x east, y north, z up; rotations are active. Tilts are in radians, the rest is in the
+//! bench's units. Nothing panics; only [`cli`] reads, writes and prints.
 //!
-//! | module | what is in it |
-//! |---|---|
-//! | [`error`] | the question is malformed: where, what was expected, what was found |
-//! | [`language`] | the sentences and terms of the reports in English and Chinese |
-//! | [`units`] | the field's units: parsed, converted, their dimensions |
-//! | [`algebra`] | a model line: parsed, printed, differentiated |
-//! | [`mod@bench`] | the chain of rotations, the site, the sensors; the built-in benches |
-//! | [`record`] | tables of samples: CSV in its dialects, gzip, Parquet, in blocks |
-//! | [`reduce`] | segments of a record, their means, the uncertainty of means of correlated samples |
-//! | [`noise`] | Allan deviations of a record, and the coefficients of IEEE Std 952 |
-//! | [`campaign`] | parameters, readings, constraints; a schedule is a campaign without values |
-//! | [`design`] | inputs at each instant, means over turns, rows from exact derivatives |
-//! | [`estimate`] | weighted, scaled, pivoted QR; rank; covariance; rows in blocks; what scatters |
-//! | [`uncertainty`] | quantiles, budgets, degrees of freedom |
-//! | [`quality`] | residuals, redundancy numbers, detectable faults, the global test |
-//! | [`mod@fit`] | the pipeline in one call: campaign in, every parameter with its uncertainty out |
-//! | [`batch`] | many devices through one schedule: what they share done once, one row for each |
-//! | [`mod@compare`] | the published closed forms beside least squares; misprints; calibrations of one unit |
-//! | [`correction`] | readings of a calibrated unit turned back into rates and forces; the same as source code |
-//! | [`mod@simulate`] | readings from a truth, with noise and hidden effects |
-//! | [`plan`] | a schedule judged before anyone measures; the best positions |
-//! | [`diagnosis`] | the gap, the effects catalogue, the search, the repair, the verdict |
-//! | [`navigate`] | what calibration errors do to a strapdown navigator over hours, and which explain measured ones |
-//! | [`wire`] | bench, campaign, mission, truth and CSV files in and out, their JSON Schemas; the same in code |
-//! | [`report`] | results as stable JSON and as tables |
-//! | [`stop`] | work that may be stopped while it runs |
-//! | [`theory`] | the equations with their sources, page by page, each with a number worked by hand |
-//! | [`cli`] | the program: the only module that reads files, writes files and prints |
-//!
-//! # Features
-//!
-//! All are on unless `default-features = false`, which leaves the engine: benches, campaigns, fits, diagnoses, plans, simulations, records, reports as
-//! JSON and as tables.
-//!
-//! | feature | what it adds |
-//! |---|---|
-//! | `cli` | the program (and all other features) |
-//! | `html` | reports as pages and Markdown, their pictures |
-//! | `dcc` | the digital calibration certificate |
-//! | `navigate` | missions, and diagnoses of navigation errors |
-//! | `parquet` | records and series as Parquet |
-//! | `excel` | records and readings in workbooks (`.xlsx`, `.xls`, `.xlsb`, `.ods`) |
-//! | `hdf5` | records and readings in HDF5 and MATLAB 7.3 |
-//! | `mcap` | records in MCAP logs of ROS 1 and 2 |
-//!
-//! # Invariants
-//!
-//! * Frames: ground x east, y north, z up; rotations are active and take sensor components to the ground.
-//! * Inside, tilts are in radians and everything else is in the bench's declared units; a bare number's name carries its unit.
-//! * No small angles: rows are exact derivatives at the reference point. The papers' rows fall out at zero tilts.
-//! * No normal equations, no hidden prior, damping, clipping or repair. A prior is a row; what is assumed zero is listed.
-//! * Outcomes (rank defect, failed test, no convergence) are values. [`error::Malformed`] means that the question is malformed.
-//! * Nothing panics, whatever the input; the library neither prints nor reads files.
+//! Features, all on by default: `cli` (the program, with all others), `html` (pages, Markdown), `dcc` (certificates), `navigate` (missions), `parquet`,
+//! `excel`, `hdf5`, `mcap` (formats). `default-features = false` leaves the engine.
 
 #![cfg_attr(
     not(test),

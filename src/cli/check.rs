@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 /// One file: a bench if its name says so, else a campaign.
-fn check(path: &Path) -> Result<String> {
+pub(super) fn check(path: &Path) -> Result<String> {
     if path.to_string_lossy().ends_with(".bench.json") {
         let bench = wire::read_bench(&files::read(path)?)?;
         let joints: Vec<&str> = bench.joints().collect();

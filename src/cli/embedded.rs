@@ -23,6 +23,11 @@ thread_local! {
     static PRINTED: RefCell<Option<Printed>> = const { RefCell::new(None) };
 }
 
+/// Is this a command within another process, which nobody answers?
+pub(super) fn is_embedded() -> bool {
+    PRINTED.with_borrow(Option::is_some)
+}
+
 /// Keep what goes to stdout, if this thread is asked to; false where it should be printed.
 pub(super) fn keeps(bytes: &[u8]) -> bool {
     PRINTED.with_borrow_mut(|printed| printed.as_mut().map(|printed| printed.stdout.extend_from_slice(bytes)).is_some())

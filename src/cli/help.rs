@@ -81,6 +81,18 @@ pub(super) const BENCH: &str = "Examples:
   tumble bench list
   tumble bench show gyro-turntable > mine.bench.json";
 
+/// `new`.
+pub(super) const NEW: &str = "Examples:
+  tumble new rates.csv
+  tumble new rates.csv --bench gyro-rate-steps --latitude 52.1
+  tumble new head.xlsx --bench own --chain 'theta:x,~mount:z' --model 'A [V] = K0 + K1*a_y'
+  tumble new phone.csv --samples still --bench accelerometer-triad-norm --position norm=9.81 --start 's_x=1'
+  tumble new lab
+
+At a terminal, what no option says is asked for. Nothing is ever replaced.
+
+Exit codes: 0 done; 1 an answer is missing or malformed; 2 files were written, and these readings do not determine some unknown.";
+
 /// `check`.
 pub(super) const CHECK: &str = "Example:
   tumble check mine.bench.json table1.campaign.json

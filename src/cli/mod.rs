@@ -24,6 +24,7 @@ mod help;
 mod log;
 mod navigate;
 mod navigate_diagnose;
+mod new;
 mod noise;
 mod outputs;
 mod own;
@@ -89,6 +90,9 @@ enum Command {
     /// Built-in benches: list them, or show one as a file.
     #[command(subcommand, after_help = help::BENCH, arg = help::no_language().global(true))]
     Bench(bench::Arguments),
+    /// Bench and campaign for a table of readings or a logger's record; a lab file for certificates.
+    #[command(after_help = help::NEW, arg = help::no_language().global(true))]
+    New(Box<new::Arguments>),
     /// Check bench and campaign files without fitting anything.
     #[command(after_help = help::CHECK, arg = help::no_language())]
     Check(check::Arguments),
@@ -152,10 +156,13 @@ const TRANSLATED: &str = "fit, compare, apply, export, diagnose, simulate, navig
 fn speaks(command: &Command, lang: Language) -> Result<()> {
     match command {
         _ if lang == Language::English => Ok(()),
-        Command::Bench(_) | Command::Check(_) | Command::Schema(_) | Command::Completions(_) | Command::Man(_) => {
-            Err(Malformed::new(Fault::Value, format!("this command has no '--lang {}'", lang.code()))
-                .expected(format!("one of the commands that have it: {TRANSLATED}")))
-        }
+        Command::Bench(_)
+        | Command::New(_)
+        | Command::Check(_)
+        | Command::Schema(_)
+        | Command::Completions(_)
+        | Command::Man(_) => Err(Malformed::new(Fault::Value, format!("this command has no '--lang {}'", lang.code()))
+            .expected(format!("one of the commands that have it: {TRANSLATED}"))),
         _ => Ok(()),
     }
 }
@@ -174,6 +181,7 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         Command::Noise(arguments) => noise::run(&arguments, lang),
         Command::Plan(arguments) => plan::run(&arguments, lang),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::New(arguments) => new::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => check::run_schema(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),

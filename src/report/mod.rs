@@ -21,6 +21,7 @@
 //! | `separation.rs` | what is not estimable, and what would separate it |
 //! | `provenance.rs` | files that a report was made from |
 //! | `series.rs` | a mission over time as CSV or Parquet |
+//! | `shown.rs` | answers and reports as text (`Display`) |
 //! | `table.rs` | how tables and numbers are set for a terminal |
 //! | `dcc/` | the digital calibration certificate |
 //! | `html/`, `markdown.rs` | reports as pages |
@@ -76,6 +77,7 @@ mod scatter;
 mod separation;
 #[cfg(all(feature = "navigate", feature = "parquet"))]
 pub mod series;
+mod shown;
 mod site;
 pub mod table;
 pub mod wrap;

@@ -3,6 +3,7 @@
 use crate::support::*;
 use assert_cmd::Command;
 use serde_json::Value;
+use std::path::Path;
 
 struct Run {
     code: i32,
@@ -54,6 +55,20 @@ fn exit_codes() {
         assert_eq!(run.stdout.is_empty(), code == 1, "{arguments:?}: results on stdout");
         assert_eq!(run.stderr.is_empty(), code != 1, "{arguments:?}: errors on stderr");
     }
+}
+
+/// What a Rust program prints of an answer is what the program prints.
+#[test]
+fn answers_print_as_the_program_prints_them() {
+    let campaign =
+        tumble::Campaign::from_path(Path::new(env!("CARGO_MANIFEST_DIR")).join(TABLE_1)).expect("a campaign");
+    let fit = tumble::fit(&campaign, &Default::default()).expect("a fit");
+    assert_eq!(fit.to_string(), tumble(&["fit", TABLE_1]).stdout.trim_end());
+    let report = tumble(&["diagnose", TABLE_1, "--json", "-"]).stdout;
+    let report: tumble::report::DiagnoseReport = serde_json::from_str(&report).expect("a report");
+    assert_eq!(report.to_string(), tumble(&["diagnose", TABLE_1]).stdout.trim_end());
+    let comparison = tumble::compare(&campaign).expect("a comparison");
+    assert_eq!(comparison.to_string(), tumble(&["compare", TABLE_1]).stdout.trim_end());
 }
 
 #[test]
@@ -206,7 +221,7 @@ fn completions_and_manual_pages_are_printed() {
 
 #[test]
 fn every_command_of_work_shows_examples_and_exit_codes() {
-    for command in ["fit", "compare", "diagnose", "simulate", "navigate", "plan", "check"] {
+    for command in ["fit", "compare", "diagnose", "simulate", "navigate", "plan", "new", "check"] {
         let help = tumble(&[command, "--help"]).stdout;
         assert!(help.contains(&format!("  tumble {command} ")) && help.contains("Exit codes"), "{command}: {help}");
     }

@@ -150,6 +150,17 @@ fn links_lead_somewhere() {
     assert!(links > 100, "{links}");
 }
 
+/// A page of an example begins with a picture or a result, and is two screens long at most.
+#[test]
+fn examples_show_a_result_first() {
+    for path in manual().iter().filter(|path| path.starts_with(root().join("examples"))) {
+        let text = std::fs::read_to_string(path).expect("a page");
+        let first = text.lines().position(|line| line == "```text" || line.starts_with("!["));
+        assert!(first.is_some_and(|line| line < 20), "{}: no picture and no result at the top", path.display());
+        assert!(text.lines().count() <= 140, "{}: {} lines", path.display(), text.lines().count());
+    }
+}
+
 #[test]
 fn the_readme_is_short_and_the_book_has_every_page() {
     let length = std::fs::metadata(root().join("README.md")).expect("the README").len();

@@ -20,6 +20,7 @@ mod languages;
 mod markup;
 mod missing_names;
 mod mutated;
+mod new;
 mod schemas;
 #[path = "../support/mod.rs"]
 mod support;

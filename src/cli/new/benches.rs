@@ -1,0 +1,167 @@
+//! Which bench: a built-in one, a file, or one that is made here.
+
+use super::answers::Answers;
+use super::columns::{complete, proposed};
+use super::{Arguments, beside, free};
+use crate::bench::{self, Bench, Link};
+use crate::cli::files;
+use crate::error::{Fault, Malformed, Result};
+use crate::record::{Column, find, title};
+use crate::wire::{self, BenchFile, BenchRef, SensorFile, SiteFile, Source};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// How a campaign refers to its bench.
+pub(super) struct Chosen {
+    pub reference: BenchRef,
+    /// A bench that is made here, and the file that it goes to.
+    pub new: Option<BenchFile>,
+    pub path: PathBuf,
+    /// Is it the user's, with its site?
+    pub is_theirs: bool,
+}
+
+/// A chain in one line, from the ground to the sensors: joints in brackets, `~` for a tilt.
+pub(super) fn drawn(bench: &Bench) -> String {
+    let mut line = String::from(if bench.chain.is_empty() { "no chain" } else { "ground" });
+    for link in &bench.chain {
+        match link {
+            Link::Joint { name, about, .. } => line += &format!("--({name} {})", format!("{about:?}").to_lowercase()),
+            Link::Tilt { .. } => line += "~",
+        }
+    }
+    let sensors: Vec<&str> = bench.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
+    format!("{line}--[{}]", sensors.join(" "))
+}
+
+fn built_in(id: &str) -> Option<Bench> {
+    let own = bench::built_in(id)?;
+    wire::read_bench(&Source { name: own.id.into(), text: own.text.into() }).ok()
+}
+
+/// The bench of the campaign.
+pub(super) fn chosen(
+    arguments: &Arguments,
+    answers: &Answers,
+    columns: &[Column],
+    stem: &str,
+    folder: &Path,
+) -> Result<(Bench, Chosen)> {
+    let fits = |bench: &Bench| {
+        let keys: Vec<String> = proposed(bench, columns).into_iter().flatten().collect();
+        complete(bench, &keys, &[], Path::new(""), columns).is_ok()
+    };
+    let all: Vec<Bench> = bench::built_ins().iter().filter_map(|own| built_in(own.id)).collect();
+    let (fitting, others): (Vec<&Bench>, Vec<&Bench>) = all.iter().partition(|bench| fits(bench));
+    if answers.asks() && arguments.bench.is_none() {
+        let line = |bench: &&Bench| format!("{}\n    {}\n    {}\n", bench.id, bench.title, drawn(bench));
+        let list: String = fitting.iter().chain(&others).map(line).collect();
+        crate::cli::note(&format!(
+            "{list}own\n    made here, joint by joint\n( ) a joint, ~ a small unknown tilt, [ ] sensors"
+        ));
+    }
+    let ids: Vec<&str> = fitting.iter().map(|bench| bench.id.as_str()).collect();
+    let hint = match ids.is_empty() {
+        true => "the bench: a built-in one (tumble bench list), a file, or own".to_string(),
+        false => format!("the bench: {} (whose columns this table has), another, a file, or own", ids.join(", ")),
+    };
+    // a person may take the first that fits; nobody takes one unasked
+    let proposal = ids.first().copied().filter(|_| answers.asks());
+    answers.one(arguments.bench.as_deref(), ("--bench ID|FILE|own", &hint), proposal, |name| {
+        let of = |reference: &str, is_theirs| Chosen {
+            reference: BenchRef::Named(reference.to_string()),
+            new: None,
+            path: PathBuf::new(),
+            is_theirs,
+        };
+        if name == "own" {
+            let path = folder.join(format!("{stem}.bench.json"));
+            free(&path)?;
+            let file = own(arguments, answers, columns, stem)?;
+            let bench = file.clone().into_bench()?.checked()?;
+            let chosen = Chosen { new: Some(file), ..of(&format!("{stem}.bench.json"), false) };
+            return Ok((bench, Chosen { path, ..chosen }));
+        }
+        match built_in(name) {
+            Some(bench) => Ok((bench, of(name, false))),
+            None if Path::new(name).exists() => {
+                let bench = wire::read_bench(&files::read(Path::new(name))?)?;
+                Ok((bench, of(&beside(folder, Path::new(name)), true)))
+            }
+            None => Err(Malformed::new(Fault::UnknownName, format!("there is no bench '{name}'"))
+                .expected("a built-in bench (tumble bench list), a bench file, or own")),
+        }
+    })
+}
+
+/// A bench of one's own.
+fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str) -> Result<BenchFile> {
+    let given: Vec<String> = arguments.chain.iter().flat_map(|text| text.split(',')).map(|s| s.trim().into()).collect();
+    if given.is_empty() && !answers.asks() {
+        return Err(Malformed::new(Fault::Missing, "not given, and no terminal to ask at: the chain of the bench")
+            .expected(
+                "--chain beta:x,~dtheta_y:y (joints, and tilts with ~, from the ground to the sensor), or --chain none",
+            ));
+    }
+    let question =
+        ("--chain", "joints and tilts from the ground (x east, y north, z up) to the sensor, as beta:x or ~dtheta_y:y");
+    let chain = answers.several(&given, question, |text| {
+        let (kind, name) = text.strip_prefix('~').map_or(("joint", text), |name| ("tilt", name));
+        match name.rsplit_once(':') {
+            _ if text == "none" => Ok(None),
+            Some((name, about @ ("x" | "y" | "z"))) => Ok(Some(json!({ kind: name.trim(), "about": about }))),
+            _ => Err(Malformed::new(Fault::Value, "this is no joint and no tilt")
+                .expected("NAME:AXIS or ~NAME:AXIS, the axis x, y or z")
+                .found(format!("'{text}'"))),
+        }
+    })?;
+    let question =
+        "sensors, as V [mV] = V0 + k*a_x (rates w_x, w_y, w_z and specific forces a_x, a_y, a_z in the last frame)";
+    let sensors = answers.several(&arguments.model, ("--model", question), |text| {
+        let (name, model) = super::pair(text)?;
+        let (id, unit) = title(&name);
+        // a unit that is not said is that of the column
+        let named = arguments.columns.iter().filter_map(|text| super::pair(text).ok()).find(|(key, _)| *key == id);
+        let column = find(columns, named.as_ref().map_or(&id, |(_, title)| title)).and_then(|k| columns.get(k));
+        let unit = unit.or_else(|| column?.unit.clone()).unwrap_or_default();
+        crate::algebra::Expression::parse(&model)?;
+        Ok((id, SensorFile { unit, axes: wire::Named::default(), turn: None, model }))
+    })?;
+    if sensors.is_empty() {
+        return Err(Malformed::new(Fault::Missing, "a bench has a sensor").expected("--model 'V [mV] = V0 + k*a_x'"));
+    }
+    let mut file: BenchFile = serde_json::from_value(json!({
+        "id": stem, "title": format!("Made by tumble new for {stem}"),
+        "notes": [
+            "readings give each joint NAME as NAME_deg where it stands, or NAME_deg_s where it turns (the mean over whole turns)",
+            "a tilt is a small unknown angle, estimated in rad and arcsec; every other name in a model line is a column of the readings or a coefficient"
+        ],
+        "chain": chain.into_iter().flatten().collect::<Vec<_>>(), "sensors": {}
+    }))
+    .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
+    file.sensors = wire::Named(sensors);
+    Ok(file)
+}
+
+/// Where the bench stands, if that matters: the Earth turns every gyro.
+pub(super) fn site(
+    arguments: &Arguments,
+    answers: &Answers,
+    bench: &Bench,
+    is_theirs: bool,
+) -> Result<Option<SiteFile>> {
+    let rates = bench.sensors.iter().any(|sensor| sensor.model.names().iter().any(|name| name.starts_with("w_")));
+    if arguments.latitude.is_none() && (!rates || bench.chain.is_empty() || (is_theirs && bench.site.is_some())) {
+        return Ok(None);
+    }
+    let question = (
+        "--latitude DEG",
+        "the latitude of the bench in degrees, north positive (the Earth's rate is in the readings)",
+    );
+    answers.one(arguments.latitude.as_deref(), question, None, |text| {
+        let latitude = text.parse().ok().filter(|deg: &f64| deg.abs() <= 90.0).ok_or_else(|| {
+            Malformed::new(Fault::Value, "this is no latitude").expected("-90 to 90").found(format!("'{text}'"))
+        })?;
+        Ok(Some(SiteFile { latitude_deg: Some(latitude), ..SiteFile::default() }))
+    })
+}

@@ -1,0 +1,244 @@
+//! `tumble new TABLE`: bench and campaign for a table of readings or a logger's record; `tumble new lab`: a lab file for certificates.
+//!
+//! ```text
+//! titles and units of the table -> bench -> what each column is -> what is known -> campaign, checked -> files, written at once
+//! ```
+//!
+//! Every answer is an option; what is not given is asked for at a terminal, and elsewhere is an error that names the option. Nothing is replaced.
+
+mod answers;
+mod benches;
+mod columns;
+mod lab;
+
+use super::{Outcome, files, outputs::Outputs, session};
+use crate::error::{Fault, Malformed, Result};
+use crate::fit;
+use crate::record::{self, Record, parted};
+use crate::wire::{self, BenchRef, CampaignFile, EstimateFile, KnownFile, ReadingsRef, SamplesAs, Source};
+use answers::{Answers, Quantity, pair};
+use clap::{Args, Subcommand};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Options of `new`.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    other: Option<Other>,
+    /// The table of readings, or the logger's record (CSV, Parquet, workbook, MATLAB, HDF5, MCAP; FILE#NAME: one table of several).
+    #[arg(required = true)]
+    table: Option<PathBuf>,
+    /// A built-in bench, a bench file, or `own`: a bench made of `--chain` and `--model`.
+    #[arg(long, value_name = "ID|FILE|own")]
+    bench: Option<String>,
+    /// Own bench: joints and tilts (with `~`) from the ground to the sensor, each with its axis, for example `beta:x,~dtheta_y:y`; `none`.
+    #[arg(long, value_name = "LINKS")]
+    chain: Option<String>,
+    /// Own bench: a sensor with its model line, for example `V [mV] = V0 + kI*a_x`.
+    #[arg(long, value_name = "LINE")]
+    model: Vec<String>,
+    /// Latitude of the bench in degrees, where the Earth's rate is in the readings.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    latitude: Option<String>,
+    /// Which column is what, beyond what titles and units say: `gamma_deg_s=Rate,V=Output (mV)`.
+    #[arg(long, value_name = "KEY=TITLE", value_delimiter = ',')]
+    columns: Vec<String>,
+    /// The table is a logger's record: means where it stands still, every sample a reading (rows), or means by labels in this column.
+    #[arg(long, value_name = "still|rows|COLUMN")]
+    samples: Option<String>,
+    /// Samples a second of a record without a column of times.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// A position of the record, in the order taken, or one for all: `pitch_deg=0,roll_deg=180`.
+    #[arg(long, value_name = "KEY=VALUE,...")]
+    position: Vec<String>,
+    /// A known parameter: `kI=-2.92+-0.004 V/(deg/s)`; `NAME=0` alone leaves it out of the model. All others are estimated.
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    known: Vec<String>,
+    /// Where an estimate begins, where the model is not linear in it: `s_x=0.0024 m/s^2`.
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    start: Vec<String>,
+    /// The campaign file; TABLE.campaign.json beside the table unless given.
+    #[arg(long, value_name = "FILE")]
+    to: Option<PathBuf>,
+}
+
+/// What else can be new.
+#[derive(Debug, Subcommand)]
+enum Other {
+    /// The identities of a calibration certificate (`tumble fit --dcc --lab`).
+    Lab(lab::Arguments),
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
+    let answers = Answers::here();
+    match (&arguments.other, &arguments.table) {
+        (Some(Other::Lab(lab)), _) => lab::run(lab, &answers),
+        (None, Some(table)) => campaign(arguments, table, &answers),
+        (None, None) => Ok(Outcome::Done), // clap asks for one of them
+    }
+}
+
+fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Outcome> {
+    let (file, _) = parted(table);
+    let stem = file.file_name().unwrap_or_default().to_string_lossy();
+    let stem = stem.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("new").to_string();
+    let to = arguments.to.clone().unwrap_or_else(|| table.with_file_name(format!("{stem}.campaign.json")));
+    let folder = to.parent().map(Path::to_path_buf).unwrap_or_default();
+    free(&to)?;
+    let samples = answers.one(
+        arguments.samples.as_deref(),
+        ("--samples", "a logger's record? still, rows or a column of labels; empty: each row is a reading"),
+        Some(""),
+        |text| Ok(text.to_string()),
+    )?;
+    let record = if samples.is_empty() { Record::at_titled(table)? } else { Record::at(table)? };
+    session::reads(&file);
+    let titles: Vec<record::Column> = record.columns().to_vec();
+    drop(record);
+    super::show(&format!("{}: {}\n", table.display(), record::listed(&titles)))?;
+
+    let (bench, own) = benches::chosen(arguments, answers, &titles, &stem, &folder)?;
+    let map = columns::mapped(&bench, &titles, &arguments.columns, answers)?;
+    let mut campaign: CampaignFile = serde_json::from_value(json!({ "bench": "", "readings": [] }))
+        .map_err(|error| Malformed::new(Fault::Value, error.to_string()))?;
+    campaign.bench = own.reference;
+    campaign.site = benches::site(arguments, answers, &bench, own.is_theirs)?;
+    campaign.columns = wire::Named(map.renamed);
+    campaign.note = Some(format!(
+        "Made by tumble new from {}. What is under \"estimate\" is determined by the readings, what is under \"known\" is \
+         taken as given, and what stands under neither is taken as zero.",
+        table.display()
+    ));
+    let name = beside(&folder, table);
+    campaign.readings = match samples.as_str() {
+        "" => {
+            columns::complete(&bench, &map.keys, &[], table, &titles)?;
+            ReadingsRef::Path(name)
+        }
+        how => {
+            let positions = columns::positions(&arguments.position, answers)?;
+            columns::complete(&bench, &map.keys, &positions, table, &titles)?;
+            ReadingsRef::Samples(Box::new(wire::SamplesFile {
+                samples: name,
+                taken_as: (how == "rows").then_some(SamplesAs::Rows),
+                by: (how != "rows" && how != "still").then(|| how.to_string()),
+                rate_hz: arguments.rate,
+                positions,
+                ..wire::SamplesFile::default()
+            }))
+        }
+    };
+    // what the bench has and the columns leave as parameters: nothing is asked for yet
+    let read = |campaign: &CampaignFile| -> Result<(crate::campaign::Campaign, Option<fit::Fit>)> {
+        let mut file = campaign.clone();
+        if let Some(bench) = &own.new {
+            file.bench = BenchRef::Inline(Box::new(bench.clone()));
+        }
+        let source = Source { name: to.display().to_string(), text: files::json(&file)? };
+        let mut folder = files::Beside::new(&to);
+        if file.has_rows() {
+            return Ok((wire::read_rows_of(&file, &source, &mut folder)?.0, None));
+        }
+        let campaign = wire::campaign_from(file, &source, &mut folder)?;
+        let fitted = if campaign.unknowns() > 0 && campaign.is_measured() {
+            Some(fit::fit(&campaign, &fit::Settings::default())?)
+        } else {
+            None
+        };
+        Ok((campaign, fitted))
+    };
+    let parameters: Vec<(String, String)> =
+        read(&campaign)?.0.parameters.into_iter().map(|own| (own.id, own.unit)).collect();
+    let known = |given: &[String], ask: &str| -> Result<Vec<Quantity>> {
+        answers.several(given, ("--known", ask), |text| Quantity::of(text, &parameters))
+    };
+    let listed: Vec<String> = parameters.iter().map(|(id, unit)| format!("{id} [{unit}]")).collect();
+    let ask = format!("known values among {} (NAME=VALUE[+-U] [UNIT]; NAME=0: not in the model)", listed.join(", "));
+    let mut given = known(&arguments.known, &ask)?;
+    let starts = arguments.start.iter().map(|text| Quantity::of(text, &parameters)).collect::<Result<Vec<_>>>()?;
+    let doubts = loop {
+        let estimated = parameters.iter().filter(|(id, _)| given.iter().all(|own| own.name != *id));
+        campaign.estimate = wire::Named(
+            estimated
+                .map(|(id, _)| {
+                    let start = starts.iter().find(|own| own.name == *id);
+                    let unit = start.and_then(|own| own.unit.clone());
+                    (id.clone(), EstimateFile { start: start.map(|own| own.value), unit, ..EstimateFile::default() })
+                })
+                .collect(),
+        );
+        let stated = given.iter().filter(|own| !own.is_zero());
+        let named = stated.map(|own| {
+            let known = KnownFile { value: own.value, unit: own.unit.clone(), u: own.u, ..KnownFile::default() };
+            (own.name.clone(), known)
+        });
+        campaign.known = wire::Named(named.collect()).into();
+        let (_, fitted) = read(&campaign)?;
+        let doubts = fitted.map_or(Vec::new(), |fit| fit.not_estimable);
+        let names: Vec<&str> = doubts.iter().flat_map(|d| &d.direction.terms).map(|(id, _)| id.as_str()).collect();
+        if names.is_empty() || !answers.asks() {
+            break doubts;
+        }
+        let ask = format!("these readings do not tell apart {}: which is known, or zero?", names.join(", "));
+        let more = known(&[], &ask)?;
+        if more.is_empty() {
+            break doubts;
+        }
+        given.extend(more);
+    };
+    let mut texts = vec![(to.clone(), headed("campaign", &campaign)?)];
+    if let Some(bench) = &own.new {
+        texts.push((own.path.clone(), headed("bench", bench)?));
+    }
+    for kind in if own.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] } {
+        let path = to.with_file_name(format!("{kind}.schema.json"));
+        if let (false, Some(schema)) = (path.exists(), crate::report::schema(kind)) {
+            texts.push((path, files::json(&schema)?));
+        }
+    }
+    let names: Vec<String> = texts.iter().map(|(path, _)| path.display().to_string()).collect();
+    let mut outputs = Outputs::plan(texts.iter().map(|(path, _)| Some(path.as_path())))?;
+    outputs.extend(texts);
+    outputs.write()?;
+    super::show(&format!("wrote {}\n{}: {}\n", names.join(", "), to.display(), super::check::check(&to)?))?;
+    for doubt in &doubts {
+        let names: Vec<&str> = doubt.direction.terms.iter().map(|(id, _)| id.as_str()).collect();
+        super::show(&format!(
+            "NOT DETERMINED: no reading changes if {} change together; take one of them from \"estimate\" to \"known\", or out of both\n",
+            names.join(", ")
+        ))?;
+    }
+    super::show(&format!("next: tumble fit {}\n", to.display()))?;
+    Ok(if doubts.is_empty() { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// A file as JSON with the schema that stands beside it.
+fn headed(kind: &str, value: &impl serde::Serialize) -> Result<String> {
+    let text = files::json(value)?;
+    let rest = text.strip_prefix("{\n").unwrap_or(&text);
+    Ok(format!("{{\n  \"$schema\": \"{kind}.schema.json\",\n{rest}"))
+}
+
+/// Is a name free?
+fn free(path: &Path) -> Result<()> {
+    match path.exists() {
+        false => Ok(()),
+        true => Err(Malformed::new(Fault::File, format!("'{}' exists, and is not replaced", path.display()))
+            .expected("a name that is free: --to FILE")),
+    }
+}
+
+/// A path as a file in `folder` names it: its bare name where it stands beside.
+fn beside(folder: &Path, path: &Path) -> String {
+    let there = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if there == folder {
+        return name;
+    }
+    let there = there.canonicalize().ok().filter(|whole| !whole.as_os_str().is_empty());
+    let there = there.or_else(|| std::env::current_dir().ok()).unwrap_or_default();
+    there.join(name).display().to_string()
+}

@@ -1,0 +1,213 @@
+//! `tumble new`: from tables that no example has to campaigns that run, asked of options and at a terminal.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
+
+fn tumble(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::cargo_bin("tumble").expect("the program");
+    let output = command.current_dir(folder).args(arguments).output().expect("a run");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+/// The report of a fit that was accepted.
+fn report(folder: &Path, campaign: &str) -> Value {
+    let (code, out, told) = tumble(folder, &["fit", campaign, "--json", "-"]);
+    assert_eq!(code, 0, "{told}");
+    serde_json::from_str(&out).expect("a report")
+}
+
+fn estimate(report: &Value, id: &str) -> (f64, f64) {
+    let own = report["parameters"].as_array().expect("parameters").iter().find(|p| p["id"] == id).expect("a parameter");
+    (own["value"].as_f64().expect("a value"), own["u"].as_f64().expect("a u"))
+}
+
+const LATITUDE_DEG: f64 = 52.1;
+const EARTH_RATE_DEG_S: f64 = 15.041067 / 3600.0;
+
+/// A German spreadsheet of a gyro of 20 mV/(deg/s) and 2.5 mV on a rate table, to the last digit that it shows.
+fn rates(folder: &Path) {
+    let mut table = String::from("Messung;Drehrate (°/s);Ausgang [mV]\n");
+    for (k, rate) in [10.0, -10.0, 25.0, -25.0, 50.0, -50.0, 100.0, -100.0, 150.0, -150.0].iter().enumerate() {
+        let input = rate + EARTH_RATE_DEG_S * LATITUDE_DEG.to_radians().sin();
+        writeln!(table, "{};{rate};{:.6}", k + 1, 2.5 + 20.0 * input).expect("written");
+    }
+    std::fs::write(folder.join("Drehtisch.csv"), table.replace('.', ",")).expect("a table");
+}
+
+#[test]
+fn a_table_becomes_a_campaign_that_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    rates(folder);
+    // what is missing is named, nothing is asked, nothing is written
+    for (given, option) in [
+        (&["new", "Drehtisch.csv"][..], "--bench"),
+        (&["new", "Drehtisch.csv", "--bench", "gyro-rate-steps"], "--latitude"),
+        (&["new", "Drehtisch.csv", "--bench", "own"], "--chain"),
+        (&["new", "Drehtisch.csv", "--bench", "own", "--chain", "none"], "--model"),
+        (&["new", "Drehtisch.csv", "--bench", "gyro-turntable", "--latitude", "52.1"], "--columns gamma_deg=TITLE"),
+    ] {
+        let (code, _, told) = tumble(folder, given);
+        assert!(code == 1 && told.contains(option), "{given:?}: {told}");
+    }
+    let (_, _, told) = tumble(folder, &["new", "Drehtisch.csv"]);
+    assert!(told.contains("gyro-rate-steps"), "{told}");
+    assert_eq!(std::fs::read_dir(folder).expect("a folder").count(), 1);
+
+    let given = ["new", "Drehtisch.csv", "--bench", "gyro-rate-steps", "--latitude", "52.1"];
+    let (code, out, told) = tumble(folder, &given);
+    assert_eq!(code, 0, "{out}{told}");
+    assert!(out.contains("next: tumble fit Drehtisch.campaign.json"), "{out}");
+    let report = report(folder, "Drehtisch.campaign.json");
+    // six digits of mV are shown: half of the last is 5e-10 V, over ten readings of up to 150 deg/s
+    let ((k, _), (v0, _)) = (estimate(&report, "K"), estimate(&report, "V0"));
+    assert!((k - 0.02).abs() < 5e-10 && (v0 - 0.0025).abs() < 5e-9, "{k} {v0}");
+
+    // it belongs to its user now: it is not replaced, and editors find its schema beside it
+    let before = std::fs::read_to_string(folder.join("Drehtisch.campaign.json")).expect("a campaign");
+    let (code, _, told) = tumble(folder, &given);
+    assert!(code == 1 && told.contains("is not replaced"), "{told}");
+    assert_eq!(std::fs::read_to_string(folder.join("Drehtisch.campaign.json")).expect("a campaign"), before);
+    let file: Value = serde_json::from_str(&before).expect("JSON");
+    let schema = folder.join(file["$schema"].as_str().expect("a schema"));
+    let schema: Value = serde_json::from_str(&std::fs::read_to_string(schema).expect("the schema")).expect("JSON");
+    assert!(jsonschema::validator_for(&schema).expect("a schema").is_valid(&file));
+    assert_eq!(file["columns"]["V"], "Ausgang [mV]");
+}
+
+/// What is known is taken with its unit and u; what the readings do not determine is said, and is exit code 2.
+#[test]
+fn what_is_known_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    rates(folder);
+    let own = ["new", "Drehtisch.csv", "--latitude", "52.1", "--bench", "own", "--chain", "turn:z"];
+    let columns = ["--columns", "turn_deg_s=Drehrate,V=Ausgang", "--model", "V [mV] = V0 + s*k*w_z"];
+    let (code, out, told) = tumble(folder, &[&own[..], &columns, &["--start", "k=15", "--start", "s=1"]].concat());
+    assert!(code == 2 && out.contains("NOT DETERMINED") && out.contains("s, k"), "{out}{told}");
+    let named = ["--known", "s=1+-0.0005", "--start", "k=15 mV/(deg/s)", "--to", "known.campaign.json"];
+    let (code, out, told) = tumble(folder, &[&own[..], &columns, &named].concat());
+    assert_eq!(code, 1, "the bench of the same name stays: {out}{told}");
+    let bench = ["new", "Drehtisch.csv", "--bench", "Drehtisch.bench.json", "--latitude", "52.1"];
+    let (code, out, told) =
+        tumble(folder, &[&bench[..], &["--columns", "turn_deg_s=Drehrate,V=Ausgang"], &named].concat());
+    assert_eq!(code, 0, "{out}{told}");
+    let report = report(folder, "known.campaign.json");
+    let (k, u) = estimate(&report, "k");
+    // GUM 5.1: k = 20/s, so that u(k) = 20 u(s)/s; the table's own digits are 1e6 times smaller
+    assert!((k - 20.0).abs() < 1e-6 && (u - 0.01).abs() < 1e-6, "{k} {u}");
+    for wrong in ["q=1", "s", "s=high", "s=1+-x", "V0=1 kg"] {
+        let given = [&bench[..], &["--columns", "turn_deg_s=Drehrate,V=Ausgang", "--to", "x.json", "--known", wrong]];
+        let (code, _, told) = tumble(folder, &given.concat());
+        assert!(code == 1 && told.contains("error"), "{wrong}: {told}");
+    }
+}
+
+/// A telephone laid down in fourteen attitudes: 100 samples a second, offsets and scale errors as phones have them.
+#[test]
+fn a_loggers_record_becomes_a_campaign_that_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let (bias, scale) = ([0.12, -0.08, 0.21], [1.004, 0.997, 1.011]);
+    let mut seed = 1_u64;
+    let mut noise = move || {
+        // sum of twelve uniform numbers less six: sd 1
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    };
+    let mut attitudes: Vec<[f64; 3]> = Vec::new();
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let mut up = [0.0; 3];
+            up[axis] = sign;
+            attitudes.push(up);
+        }
+    }
+    for corner in 0..8 {
+        attitudes.push([0, 1, 2].map(|k| if corner >> k & 1 == 0 { 1.0 } else { -1.0 } / 3.0_f64.sqrt()));
+    }
+    let mut table = String::from("timestamp (s),ax (m/s^2),ay (m/s^2),az (m/s^2)\n");
+    for k in 0..attitudes.len() * 500 {
+        let (up, moving) = (attitudes[k / 500], k % 500 >= 400);
+        write!(table, "{:.2}", k as f64 * 0.01).expect("written");
+        for axis in 0..3 {
+            let swing = if moving { 3.0 * (k as f64 * 0.3).sin() } else { 0.0 };
+            let read = (9.81 * up[axis] + swing) / scale[axis] + bias[axis] + 0.01 * noise();
+            write!(table, ",{read:.5}").expect("written");
+        }
+        table.push('\n');
+    }
+    std::fs::write(folder.join("phone.csv"), table).expect("a record");
+    let given =
+        ["new", "phone.csv", "--samples", "still", "--bench", "accelerometer-triad-norm", "--position", "norm=9.81"];
+    let start = ["--start", "s_x=1", "--start", "s_y=1", "--start", "s_z=1"];
+    let (code, out, told) = tumble(folder, &[&given[..], &start].concat());
+    assert_eq!(code, 0, "{out}{told}");
+    let report = report(folder, "phone.campaign.json");
+    assert_eq!(report["fit"]["readings"], 14);
+    for (k, axis) in ["x", "y", "z"].iter().enumerate() {
+        for (id, truth) in [(format!("b_{axis}"), bias[k]), (format!("s_{axis}"), scale[k])] {
+            let (value, u) = estimate(&report, &id);
+            assert!((value - truth).abs() < 4.0 * u && u < 1e-3, "{id}: {value} {u}");
+        }
+    }
+}
+
+#[test]
+fn a_lab_file_is_one_that_certificates_take() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let (code, _, told) = tumble(folder, &["new", "lab", "--id", "C-1"]);
+    assert!(code == 1 && told.contains("--country"), "{told}");
+    let given = "new lab --id C-1 --country DE --issued 2026-11-20 --laboratory Lab --city Bremen --person A --customer B --customer-city Jena";
+    let given: Vec<&str> = given.split(' ').collect();
+    let (code, out, told) = tumble(folder, &given);
+    assert_eq!(code, 0, "{out}{told}");
+    let campaign = root("data/campaigns/li2012-table1.campaign.json");
+    let text = std::fs::read_to_string(campaign).expect("a campaign");
+    let text = text.replacen('{', r#"{ "unit": { "serial": "7" }, "date": "2026-11-19","#, 1);
+    std::fs::write(folder.join("c.json"), text).expect("written");
+    let (code, _, told) = tumble(folder, &["fit", "c.json", "--dcc", "c.xml", "--lab", "lab.json"]);
+    assert!(code == 0 && folder.join("c.xml").exists(), "{told}");
+    assert_eq!(tumble(folder, &given).0, 1);
+}
+
+fn root(path: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// At a terminal everything is asked for, a wrong answer once more; `script` of util-linux makes the terminal.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_person_is_asked() {
+    use std::io::Write as _;
+    use std::process::{Command, Stdio};
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    rates(folder);
+    let program = assert_cmd::cargo::cargo_bin("tumble");
+    let asked = format!("{} new Drehtisch.csv", program.display());
+    let mut script = Command::new("script");
+    script.args(["-qec", &asked, "/dev/null"]).current_dir(folder);
+    let spawned = script.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+    let Ok(mut child) = spawned else {
+        println!("no `script` here: not tried");
+        return;
+    };
+    // no record; a bench that is not there, one that is; the three columns; a latitude; known values, one of them malformed
+    let answers = "\nno-bench\ngyro-rate-steps\n-\n\n\nnorth\n52.1\nA=0\nK2=none\n\n";
+    child.stdin.take().expect("a terminal").write_all(answers.as_bytes()).expect("answers");
+    let output = child.wait_with_output().expect("an end");
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && told.contains("there is no bench 'no-bench'"), "{told}");
+    assert!(told.contains("ground--(gamma z)--[V]") && told.contains("this is no latitude"), "{told}");
+    let report = report(folder, "Drehtisch.campaign.json");
+    assert!((estimate(&report, "K").0 - 0.02).abs() < 5e-10);
+    assert_eq!(report["assumed_zero"], serde_json::json!(["A"]));
+}
