@@ -67,7 +67,8 @@ fn answers_print_as_the_program_prints_them() {
     let report = tumble(&["diagnose", TABLE_1, "--json", "-"]).stdout;
     let report: tumble::report::DiagnoseReport = serde_json::from_str(&report).expect("a report");
     assert_eq!(report.to_string(), tumble(&["diagnose", TABLE_1]).stdout.trim_end());
-    let comparison = tumble::compare(&campaign).expect("a comparison");
+    let forms = tumble::compare::closed_forms(&campaign.bench.id).expect("closed forms");
+    let comparison = tumble::compare(&campaign, &forms, &Default::default()).expect("a comparison");
     assert_eq!(comparison.to_string(), tumble(&["compare", TABLE_1]).stdout.trim_end());
 }
 
