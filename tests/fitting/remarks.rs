@@ -24,7 +24,10 @@ fn changed(key: &str, by: impl Fn(f64) -> f64) -> Value {
 fn other_units_and_rows_that_stand_twice_are_seen() {
     assert_eq!(remarks(&table()), "");
     let thousand = remarks(&changed("V", |v| v * 1000.0));
-    assert!(thousand.contains("not a small tilt") && thousand.contains("kI") && thousand.contains("in V"), "{thousand}");
+    assert!(
+        thousand.contains("not a small tilt") && thousand.contains("kI") && thousand.contains("in V"),
+        "{thousand}"
+    );
     let radians = remarks(&changed("gamma_deg_s", |rate| (rate.to_radians() * 1e6).round() / 1e6));
     assert!(radians.contains("gamma_deg_s") && radians.contains("rad/s"), "{radians}");
     let mut twice = table();

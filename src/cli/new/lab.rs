@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &Arguments, answers: &Answers) -> Result<Outcome> {
     // read as `fit --lab` reads it, and written with its keys in the order of the type
     let name = arguments.to.display().to_string();
     let lab = wire::read_lab(&Source { name: name.clone(), text: files::json(&lab)? })?;
-    let mut texts = vec![(arguments.to.clone(), headed("lab", &lab)?)];
+    let mut texts = vec![(arguments.to.clone(), headed("lab", "equipment, method and statements may be added", &lab)?)];
     let schema = arguments.to.with_file_name("lab.schema.json");
     if let (false, Some(own)) = (schema.exists(), crate::report::schema("lab")) {
         texts.push((schema, files::json(&own)?));

@@ -107,11 +107,6 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     campaign.bench = own.reference;
     campaign.site = benches::site(arguments, answers, &bench, own.is_theirs)?;
     campaign.columns = wire::Named(map.renamed);
-    campaign.note = Some(format!(
-        "Made by tumble new from {}. What is under \"estimate\" is determined by the readings, what is under \"known\" is \
-         taken as given, and what stands under neither is taken as zero.",
-        table.display()
-    ));
     let name = beside(&folder, table);
     campaign.readings = match samples.as_str() {
         "" => {
@@ -182,16 +177,16 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         if names.is_empty() || !answers.asks() {
             break doubts;
         }
-        let ask = format!("these readings do not tell apart {}: which is known, or zero?", names.join(", "));
+        let ask = format!("these readings do not separate {}: which is known, or zero?", names.join(", "));
         let more = known(&[], &ask)?;
         if more.is_empty() {
             break doubts;
         }
         given.extend(more);
     };
-    let mut texts = vec![(to.clone(), headed("campaign", &campaign)?)];
+    let mut texts = vec![(to.clone(), headed("campaign", REMARK, &campaign)?)];
     if let Some(bench) = &own.new {
-        texts.push((own.path.clone(), headed("bench", bench)?));
+        texts.push((own.path.clone(), headed("bench", "see the notes", bench)?));
     }
     for kind in if own.new.is_some() { &["campaign", "bench"][..] } else { &["campaign"] } {
         let path = to.with_file_name(format!("{kind}.schema.json"));
@@ -215,11 +210,14 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     Ok(if doubts.is_empty() { Outcome::Done } else { Outcome::Rejected })
 }
 
-/// A file as JSON with the schema that stands beside it.
-fn headed(kind: &str, value: &impl serde::Serialize) -> Result<String> {
-    let text = files::json(value)?;
+/// What a campaign says to the person who goes on with it.
+const REMARK: &str = "\"estimate\" is determined by the readings, \"known\" is taken as given with its u, what stands under neither is zero";
+
+/// A file as JSON with the schema that stands beside it, and a remark.
+fn headed(kind: &str, remark: &str, value: &impl serde::Serialize) -> Result<String> {
+    let (text, remark) = (files::json(value)?, files::json(&remark)?);
     let rest = text.strip_prefix("{\n").unwrap_or(&text);
-    Ok(format!("{{\n  \"$schema\": \"{kind}.schema.json\",\n{rest}"))
+    Ok(format!("{{\n  \"$schema\": \"{kind}.schema.json\",\n  \"$comment\": {},\n{rest}", remark.trim_end()))
 }
 
 /// Is a name free?
