@@ -135,7 +135,13 @@ impl Devices {
 
     /// The page.
     fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
-        let page = report::html::batch_page(&self.template, &self.summed(), &self.summary(), &Default::default(), language(lang)?);
+        let page = report::html::batch_page(
+            &self.template,
+            &self.summed(),
+            &self.summary(),
+            &Default::default(),
+            language(lang)?,
+        );
         page.and_then(|page| report::html::render(&page)).map_err(|error| raised(py, &error, None))
     }
 }

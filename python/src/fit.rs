@@ -118,6 +118,19 @@ impl Fit {
         Ok(report::table::fit(&*self.made()?, listed, language(lang)?))
     }
 
+    /// What the model says of further readings, rows of a schedule as JSON: for each sensor its value in every row.
+    fn predict<'py>(&self, py: Python<'py>, rows: &str) -> PyResult<Vec<(String, Bound<'py, PyByteArray>)>> {
+        let rows = serde_json::from_str(rows).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let found = self.predicted(rows).map_err(|error| raised(py, &error, None))?;
+        let sensors = &found.bench.sensors;
+        let of = |k: usize| {
+            let all = found.readings.rows.iter().flat_map(|row| &row.observations);
+            all.filter(|own| own.sensor == k).map(|own| own.value).collect::<Vec<f64>>()
+        };
+        let bytes = |values: Vec<f64>| numbers(py, values.len(), |k| values.get(k).copied().unwrap_or(f64::NAN));
+        sensors.iter().enumerate().map(|(k, sensor)| Ok((sensor.id.clone(), bytes(of(k))?))).collect()
+    }
+
     /// The page.
     fn page(&self, py: Python<'_>, lang: &str) -> PyResult<String> {
         let lang = language(lang)?;
@@ -127,6 +140,22 @@ impl Fit {
 }
 
 impl Fit {
+    /// A schedule with the values of the fitted model.
+    fn predicted(&self, rows: Vec<tumble::wire::ReadingFile>) -> Result<Campaign, Malformed> {
+        let campaign = &self.fit.campaign;
+        let mut schedule = campaign.with_readings(tumble::wire::read_rows(&campaign.bench, rows)?);
+        schedule.scatter.clear();
+        let mut point = schedule.reference_point();
+        for (place, own) in point.iter_mut().zip(&self.fit.parameters) {
+            *place = own.value.ok_or_else(|| {
+                Malformed::new(Fault::Value, format!("'{}' is not estimable, so nothing can be predicted", own.id))
+                    .expected("a fit that determines every parameter")
+            })?;
+        }
+        let noise = vec![tumble::simulate::DrawnNoise::default(); schedule.bench.sensors.len()];
+        tumble::simulate(&schedule, &tumble::simulate::Truth { point, noise, effects: vec![], scatter: vec![] }, 0)
+    }
+
     fn made(&self) -> PyResult<Arc<FitReport>> {
         self.reported().map_err(|error| PyValueError::new_err(error.to_string()))
     }
@@ -143,6 +172,13 @@ impl Fit {
         }
         Ok(self.report.get_or_init(|| Arc::new(report)).clone())
     }
+}
+
+/// The table of the terminal, of a report as JSON.
+#[pyfunction]
+pub fn report_table(text: &str, listed: bool, lang: &str) -> PyResult<String> {
+    let report: FitReport = serde_json::from_str(text).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(report::table::fit(&report, listed, language(lang)?))
 }
 
 /// So many numbers as bytes that numpy takes without a copy.

@@ -26,6 +26,7 @@ fn _tumble(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<devices::Devices>()?;
     module.add_function(wrap_pyfunction!(question::sensors, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::report_table, module)?)?;
     module.add_function(wrap_pyfunction!(fit::engine_seconds, module)?)?;
     module.add_function(wrap_pyfunction!(devices::fit_array, module)?)?;
     module.add_function(wrap_pyfunction!(devices::fit_table, module)?)?;

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, Optional, Union
@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _tumble, reports
+from ._kept import Kept
 from ._question import Asked, Question, dumps
 from ._report import Figure, Lang, RejectedWarning, State, excerpt, figures
-from ._tables import Frames, Table
+from ._tables import Frames, Table, rows_of
 from ._types import How
 
 Robust = Literal["huber", "tukey", "l1"]
@@ -86,7 +87,7 @@ class Readings(Frames):
 class Fit(Mapping[str, Parameter], Frames):
     """A fit. `fit["dtheta_y2"]` is a `Parameter`, the whole report is `fit.report`; `print(fit)` shows the program's table."""
 
-    def __init__(self, core: _tumble.Fit) -> None:
+    def __init__(self, core: Union[_tumble.Fit, Kept]) -> None:
         self._core = core
         self.rejected: bool = core.rejected()
         """Exit code 2 of the program: a rank defect, a failed global test, outside the limits."""
@@ -156,6 +157,83 @@ class Fit(Mapping[str, Parameter], Frames):
         with open(path, "w", encoding="utf-8") as file:
             file.write(self._core.report() + "\n")
 
+    @classmethod
+    def load(cls, path: Union[str, "os.PathLike[str]"]) -> Fit:
+        """A fit from the JSON that `save` or `tumble fit --json` wrote; it has everything but its page and `predict`."""
+        with open(path, encoding="utf-8") as file:
+            return cls(Kept(file.read()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # another process gets the report: a fit without its page and without predictions
+        return _kept, (self._core.report(),)
+
+    def __copy__(self) -> Fit:
+        return Fit(self._core)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Fit:
+        # what the engine found never changes
+        return Fit(self._core)
+
+    def _of(self, key: str) -> list[float]:
+        return [math.nan if own.get(key) is None else own[key] for own in self.report.data["parameters"]]
+
+    def _series(self, values: Sequence[float], name: str) -> Any:
+        try:
+            import pandas
+        except ImportError:
+            return dict(zip(self.order, values))
+        return pandas.Series(values, index=self.order, name=name)
+
+    @property
+    def params(self) -> Any:
+        """Estimates in the units of `covariance` (tilts in rad): a pandas Series where pandas is installed, else a dict."""
+        return self._series(self._of("value"), "value")
+
+    @property
+    def bse(self) -> Any:
+        """Standard uncertainties in the units of `covariance`, as `params`."""
+        return self._series(self._of("u"), "u")
+
+    @property
+    def cov(self) -> Any:
+        """The covariance with names: a pandas DataFrame where pandas is installed, else the array."""
+        try:
+            import pandas
+        except ImportError:
+            return self.covariance
+        return pandas.DataFrame(self.covariance, index=self.order, columns=self.order)
+
+    def conf_int(self) -> Any:
+        """`value -+ U` at the level of the fit, in the units of `covariance`: a DataFrame (lower, upper), else a dict of pairs."""
+        pairs = [(value - half, value + half) for value, half in zip(self._of("value"), self._of("U"))]
+        try:
+            import pandas
+        except ImportError:
+            return dict(zip(self.order, pairs))
+        return pandas.DataFrame(pairs, index=self.order, columns=["lower", "upper"])
+
+    def predict(self, readings: Optional[Table] = None) -> dict[str, NDArray[np.float64]]:
+        """What the fitted model says of further readings (a table without the sensors' columns), by sensor; of its own without an argument."""
+        if readings is None:
+            own = self.readings
+            return {name: own.fitted[[sensor == name for sensor in own.sensor]] for name in dict.fromkeys(own.sensor)}
+        values = self._core.predict(dumps(rows_of(readings)))
+        return {sensor: np.frombuffer(flat, dtype=np.float64) for sensor, flat in values}
+
+    def plot(self, ax: Any = None) -> Any:
+        """Residuals over the number of the reading, a colour for each sensor, with matplotlib; the axes."""
+        import matplotlib.pyplot
+
+        ax = matplotlib.pyplot.subplots()[1] if ax is None else ax
+        own = self.readings
+        for name in dict.fromkeys(own.sensor):
+            of = [sensor == name for sensor in own.sensor]
+            ax.plot(own.index[of], own.residual[of], "o", label=name)
+        ax.axhline(0, color="0.7", zorder=0)
+        ax.set(xlabel="reading", ylabel="residual, in the sensor's unit")
+        ax.legend()
+        return ax
+
     def _columns(self) -> dict[str, Any]:
         rows = list(self.parameters.values())
         texts = {name: [getattr(p, name) for p in rows] for name in ("id", "unit", "state")}
@@ -170,6 +248,10 @@ class Fit(Mapping[str, Parameter], Frames):
 
     def _repr_html_(self) -> str:
         return excerpt(self.page())
+
+
+def _kept(report: str) -> Fit:
+    return Fit(Kept(report))
 
 
 def settings(linear: bool, relative: bool, level: float, robust: Optional[str], remount: Optional[Remount]) -> How:

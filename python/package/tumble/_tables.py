@@ -60,6 +60,17 @@ def column_of(column: Any) -> Any:
     return column
 
 
+def rows_of(table: Table) -> list[dict[str, Any]]:
+    """A table as a list of rows."""
+    columns = columns_of(table)
+    if not isinstance(columns, Mapping):
+        import pyarrow
+
+        columns = pyarrow.table(columns).to_pydict()
+    lists = [column.tolist() if hasattr(column, "tolist") else list(column) for column in columns.values()]
+    return [dict(zip(columns, row)) for row in zip(*lists, strict=True)]
+
+
 def write(table: Table, folder: str, name: str) -> str:
     """A table as a file that the program reads; its path."""
     if type(table).__module__.partition(".")[0] == "polars" and hasattr(table, "write_parquet"):
