@@ -55,3 +55,10 @@ def test_the_plot(fit: tumble.Fit) -> None:
     pytest.importorskip("matplotlib").use("agg")
     line = fit.plot().get_lines()[0]
     assert np.allclose(line.get_ydata(), fit.readings.residual)
+
+
+def test_the_warning_says_why() -> None:
+    with pytest.warns(tumble.RejectedWarning, match="a .* is not estimable"):
+        tumble.fit({**LINE, "bench": {"id": "sum", "sensors": {"y": {"model": "a + b + 0*x"}}}}, {"x": X, "y": X})
+    with pytest.warns(tumble.RejectedWarning, match="global test has p = "):
+        tumble.fit(LINE, {"x": X, "y": [1.0, 3.0, 4.0, 6.5], "y_u": [0.01] * 4})

@@ -254,6 +254,18 @@ def _kept(report: str) -> Fit:
     return Fit(Kept(report))
 
 
+def why(report: Mapping[str, Any]) -> str:
+    """What of a report makes the fit rejected, in words."""
+    found = [f"{own['text']} is not estimable" for own in report["not_estimable"]]
+    if report["fit"].get("global_test_rejected"):
+        found.append(f"the global test has p = {report['fit']['p']:.3g}")
+    if not (report.get("convergence") or {}).get("converged", True):
+        found.append("no convergence")
+    limited = (report.get("conformity") or {}).get("quantities", [])
+    found += [f"{own['id']} lies outside its limits" for own in limited if own["outcome"] == "fail"]
+    return "; ".join(found) or "print it to see why"
+
+
 def settings(linear: bool, relative: bool, level: float, robust: Optional[str], remount: Optional[Remount]) -> How:
     """How to fit, as the engine takes it."""
     word = None if remount is None else str(remount)
@@ -294,5 +306,5 @@ def fit(
     how = settings(linear, relative, level, robust, remount)
     found = Fit(_tumble.fit(asked.content, asked.name, asked.folder, dumps, asked.table, how, trials))
     if found.rejected:
-        warnings.warn("the fit is rejected; print it to see why", RejectedWarning, stacklevel=2)
+        warnings.warn(f"the fit is rejected: {why(found.report.data)}", RejectedWarning, stacklevel=2)
     return found

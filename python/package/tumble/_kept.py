@@ -21,7 +21,7 @@ class Kept:
 
     def rejected(self) -> bool:
         conformity = self._data.get("conformity") or {}
-        return bool(self._data["fit"]["rejected"]) or conformity.get("outcome") == "fail"
+        return bool(self._data["fit"].get("rejected")) or conformity.get("outcome") == "fail"
 
     def parameters(self) -> list[tuple[Any, ...]]:
         found = []
