@@ -12,7 +12,7 @@ use tumble::bench::{Bench, built_in};
 use tumble::campaign::{Campaign, Readings};
 use tumble::error::{Fault, Malformed};
 use tumble::record::Record;
-use tumble::wire::{self, BenchRef, CampaignFile, Cell, Named, ReadingFile, ReadingsRef, Source, Table};
+use tumble::wire::{self, BenchRef, CampaignFile, Cell, Named, ReadingFile, ReadingsRef, Source};
 
 /// Questions that are kept.
 const KEPT: usize = 8;
@@ -272,7 +272,7 @@ pub fn sensors<'py>(
 /// Readings of a table.
 fn of_columns(template: &Template, columns: Columns) -> tumble::Result<Readings> {
     let table = table::held("readings", columns)?;
-    wire::read_readings(&template.bench, Table::Record(Record::Held(table)), &template.file.columns)
+    wire::read_readings(&template.bench, Record::Held(table), &template.file.columns)
 }
 
 /// What a value of JSON is, so that equal ones are equal in bytes; `None` for what JSON has not.

@@ -145,7 +145,7 @@ impl Parameter {
                 }
                 // what went in comes out
                 let value = finite(Some(value), "prior")?.unwrap_or_default();
-                Some(Prior { value, u: to.apply(u) })
+                Some(Prior { value, u: to.of_differences().apply(u) })
             }
         };
         Ok(Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::Estimated { start, prior } })
@@ -171,7 +171,7 @@ impl Parameter {
                 .found(dof.to_string())
                 .at_path(format!("{path}.dof")));
         }
-        let known = Known { value: to.apply(value), u: to.apply(u), dof, distribution };
+        let known = Known { value: to.apply(value), u: to.of_differences().apply(u), dof, distribution };
         Ok(Parameter { id: id.into(), kind, unit, meaning: meaning(bench, id), role: Role::Known(known) })
     }
 

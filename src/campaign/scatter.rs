@@ -456,7 +456,7 @@ impl ScatterRequest {
             _ => false,
         };
         let factor = |unit: &str| -> Result<f64> {
-            let one = campaign.conversion(unit, &own, name).map_err(|error| error.at_path("unit"))?.apply(1.0);
+            let one = campaign.conversion(unit, &own, name).map_err(|error| error.at_path("unit"))?.factor();
             Ok(1.0 / one)
         };
         match self.unit.as_deref() {

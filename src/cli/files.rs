@@ -5,7 +5,7 @@ use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Record, parted};
 use crate::report::Input;
-use crate::wire::{self, Folder, MissionFile, Source, Table};
+use crate::wire::{self, Folder, MissionFile, Source};
 use serde::Serialize;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -107,12 +107,9 @@ impl Beside {
     }
 
     /// A table of readings at a path of the user's.
-    pub(super) fn table_at(&mut self, path: &Path) -> Result<Table> {
-        if Record::is_text(path) {
-            return self.text_at(path).map(Table::Text);
-        }
+    pub(super) fn table_at(&mut self, path: &Path) -> Result<Record> {
         self.seen(path)?;
-        Record::at_titled(path).map(Table::Record)
+        Record::at_titled(path)
     }
 
     fn text_at(&mut self, path: &Path) -> Result<Source> {
@@ -137,7 +134,7 @@ impl Folder for Beside {
         self.text_at(&self.folder.join(name))
     }
 
-    fn table(&mut self, name: &str) -> Result<Table> {
+    fn table(&mut self, name: &str) -> Result<Record> {
         self.table_at(&self.folder.join(name))
     }
 

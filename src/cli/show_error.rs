@@ -65,10 +65,22 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
     if !help.is_empty() {
         diagnostic = diagnostic.with_help(help);
     }
-    let excerpt = place.span.and_then(|(start, len)| match text {
-        Some(text) => Excerpt::around(text, &place.file, start, len),
-        None => Excerpt::around(&quoted(&place.file)?, &place.file, start, len),
-    });
+    let excerpt = || {
+        if place.span.is_none() && place.line == 0 {
+            return None;
+        }
+        let read = if text.is_none() { quoted(&place.file) } else { None };
+        let text = text.or(read.as_deref())?;
+        // a row of a table has its line alone
+        let of_line = || {
+            let before: usize = text.split_inclusive('\n').take(place.line.checked_sub(1)?).map(str::len).sum();
+            let line = text.get(before..)?.lines().next()?;
+            (!line.is_empty()).then_some((before, line.len()))
+        };
+        let (start, len) = place.span.or_else(of_line)?;
+        Excerpt::around(text, &place.file, start, len)
+    };
+    let excerpt = excerpt();
     let report = match excerpt {
         Some(excerpt) => {
             let diagnostic = diagnostic.with_label(LabeledSpan::underline(excerpt.span));

@@ -96,6 +96,13 @@ impl Meaning {
         !matches!(self, Meaning::Plain | Meaning::Uuid | Meaning::Unread)
     }
 
+    /// Are the values of a reader numbers? (A date is a text, unless numbers are asked for.)
+    fn is_number_of(self, reader: &ColumnReader) -> bool {
+        let bytes =
+            matches!(reader, ColumnReader::ByteArrayColumnReader(_) | ColumnReader::FixedLenByteArrayColumnReader(_));
+        self != Meaning::Date && (self.is_number() || !bytes)
+    }
+
     /// A whole number as what it says.
     fn whole(self, value: i64, as_unsigned: u64) -> f64 {
         match self {
@@ -151,6 +158,22 @@ impl Meaning {
 fn nanoseconds(seconds: f64) -> Option<i128> {
     const UNITS: [(f64, i128); 3] = [(1e-3, 1_000_000), (1e-6, 1_000), (1e-9, 1)];
     UNITS.iter().find(|(own, _)| *own == seconds).map(|(_, each)| *each)
+}
+
+/// Labels that are numbers become these, each looked at once.
+fn mixed(column: &mut [f64], texts: &[String]) {
+    let mut seen: HashMap<u64, f64> = HashMap::new();
+    for cell in column.iter_mut().filter(|cell| !cell.is_nan()) {
+        let label = *cell;
+        *cell = *seen.entry(label.to_bits()).or_insert_with(|| {
+            let text = texts.get(crate::number::count(label)).map_or("", |text| text.trim());
+            match super::number::number(text.as_bytes(), b'.') {
+                _ if text.is_empty() => f64::NAN,
+                Some(value) if !value.is_nan() => value,
+                _ => super::text_cell(label),
+            }
+        });
+    }
 }
 
 /// A whole number in two's complement, the highest byte first; `None` beyond 128 bits.
@@ -282,7 +305,7 @@ impl Columnar {
                 let open = |(column, kind): &(usize, As)| {
                     let own = group.metadata().column(*column);
                     Ok(match kind {
-                        As::Label
+                        As::Label | As::Mixed
                             if columnar_labels::reads(own) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
                         {
                             let is_optional = own.column_descr().max_def_level() > 0;
@@ -307,7 +330,15 @@ impl Columnar {
                         let name = logical.map(|(old, new)| new.unwrap_or_else(|| old.to_string())).unwrap_or_default();
                         Err(ParquetError::NYI(format!("values of the type {name}")))
                     }
-                    (_, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels),
+                    (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.labels).map(|()| {
+                        if *kind == As::Mixed {
+                            mixed(to, &self.labels.texts);
+                        }
+                    }),
+                    (As::Mixed, Open::Values(reader)) if !meaning.is_number_of(reader) => {
+                        labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
+                            .map(|()| mixed(to, &self.labels.texts))
+                    }
                     (As::Label, Open::Values(reader)) => {
                         labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
                     }

@@ -3,7 +3,7 @@
 use super::dialect::{Line, cells, is_blank, is_remark, row_end};
 use super::number::{leading, number};
 use super::times::Times;
-use super::{As, Block, Dialect, Labels, UNREADABLE, text};
+use super::{As, Block, Dialect, Labels, UNREADABLE, text, text_cell};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::io::{BufRead, Read};
@@ -27,6 +27,8 @@ pub struct Delimited {
     /// One past the last column that is wanted.
     needed: usize,
     selected: usize,
+    /// Are lines said?
+    is_mixed: bool,
     buffer: Vec<u8>,
     ended: bool,
     line: u64,
@@ -87,6 +89,7 @@ impl Delimited {
             wanted,
             needed: 0,
             selected: 0,
+            is_mixed: false,
             buffer,
             ended: false,
             line,
@@ -124,12 +127,14 @@ impl Delimited {
         }
         self.needed = self.wanted.iter().rposition(Option::is_some).map_or(0, |k| k + 1);
         self.selected = columns.len();
+        self.is_mixed = columns.iter().any(|(_, kind)| *kind == As::Mixed);
     }
 
     /// The rows of the next megabyte.
     pub fn next(&mut self, block: &mut Block) -> Result<bool> {
         block.columns.resize_with(self.selected, Vec::new);
         block.columns.iter_mut().for_each(Vec::clear);
+        block.lines.clear();
         while block.rows() == 0 {
             if self.ended && self.buffer.is_empty() {
                 return Ok(false);
@@ -175,6 +180,9 @@ impl Delimited {
             let rows = block.rows();
             if let Some(length) = self.fast(rest, block, delimiter, mark) {
                 self.line += 1;
+                if self.is_mixed {
+                    block.lines.push(self.line);
+                }
                 rest = rest.part(length..);
                 continue;
             }
@@ -212,7 +220,7 @@ impl Delimited {
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
-                Some((place, As::Label | As::Time)) => {
+                Some((place, As::Label | As::Time | As::Mixed)) => {
                     let rest = text.get(at..)?;
                     let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
                     let cell = rest.get(..length)?;
@@ -225,6 +233,7 @@ impl Delimited {
                             Some((value, length)) if length == cell.len() => value,
                             _ => self.times.seconds(cell)?,
                         },
+                        Some((_, As::Mixed)) => mixed(&mut self.labels, cell, mark),
                         _ => self.labels.number(cell),
                     };
                     block.columns.get_mut(*place)?.push(value);
@@ -271,7 +280,7 @@ impl Delimited {
         while found.len() > width && found.last().is_some_and(|cell| cell.is_empty()) {
             found.pop();
         }
-        if found.len() < width && unended {
+        if found.len() < width && unended && !self.is_mixed {
             self.cut = true;
             return Ok(());
         }
@@ -289,6 +298,7 @@ impl Delimited {
             let value = match kind {
                 As::Label => self.labels.number(cell),
                 As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell))?,
+                As::Mixed => mixed(&mut self.labels, cell, mark),
                 As::Time => match number(cell, mark) {
                     Some(value) => value,
                     None => self.times.seconds(cell).ok_or_else(|| self.no_time(k, cell))?,
@@ -303,6 +313,9 @@ impl Delimited {
             values.iter_mut().skip(*place).take(1).for_each(|slot| *slot = value);
         }
         block.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        if self.is_mixed {
+            block.lines.push(self.line);
+        }
         Ok(())
     }
 
@@ -325,5 +338,14 @@ impl Delimited {
             .at_line(crate::number::index(self.line), 1)
             .at_path(title)
             .in_file(&self.name)
+    }
+}
+
+/// A number, or else a text; a word that says that nothing was read is a text.
+fn mixed(labels: &mut Labels, cell: &[u8], mark: u8) -> f64 {
+    match number(cell, mark) {
+        _ if cell.is_empty() => f64::NAN,
+        Some(value) if !value.is_nan() => value,
+        _ => text_cell(labels.number(cell)),
     }
 }

@@ -241,16 +241,31 @@ impl Dialect {
         let mut seen = HashSet::new();
         if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
             return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
-                .expected("each column once"));
+                .expected("each column once")
+                .at_line(line + 1, 1));
         }
-        let rest =
-            || all.iter().skip(first + 1).filter(|(_, line)| is_row(line)).flat_map(|(_, line)| cells(line, delimiter));
-        let comma = |cell: &[u8]| cell.contains(&b',') && number(cell, b',').is_some_and(f64::is_finite);
-        let point = |cell: &[u8]| cell.contains(&b'.') && number(cell, b'.').is_some_and(f64::is_finite);
-        let commas = delimiter != b',' && rest().any(|cell| comma(&cell)) && !rest().any(|cell| point(&cell));
+        // the first number with this mark beside labels of positions: its line, column and text
+        let marked = |mark: u8| {
+            let rest = all.iter().skip(first + 1).filter(|(_, line)| is_row(line));
+            let mut of_rows = rest.flat_map(|(line, row)| {
+                let cells = cells(row, delimiter).into_iter().zip(&columns);
+                cells.filter(|(_, own)| own.title != "position").map(move |(cell, own)| (line + 1, own, cell))
+            });
+            of_rows.find(|(_, _, cell)| cell.contains(&mark) && number(cell, mark).is_some_and(f64::is_finite))
+        };
+        let mark = match (marked(b',').filter(|_| delimiter != b','), marked(b'.')) {
+            (Some((at, own, found)), Some((other, _, pointed))) => {
+                return Err(Malformed::new(Fault::Value, format!("'{}' has a decimal comma", own.title))
+                    .expected(format!("one decimal mark in the whole file; line {other} has '{}'", decoded(&pointed)))
+                    .found(format!("'{}'", decoded(&found)))
+                    .at_line(at, 1)
+                    .at_path(&own.title));
+            }
+            (Some(_), None) => b',',
+            (None, _) => b'.',
+        };
         let lines = all.get(first + 1).map_or_else(|| line + 1, |(line, _)| *line);
         let skip = if all.len() > first + 1 { after(head, lines) } else { head.len() };
-        let mark = if commas { b',' } else { b'.' };
         Ok(Dialect { delimiter, mark, columns, named: true, skip, lines: lines as u64 })
     }
 }

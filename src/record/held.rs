@@ -182,7 +182,7 @@ impl Cells {
 
 fn numbers(own: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
     match kind {
-        As::Number | As::Cell | As::Time => to.extend_from_slice(own),
+        As::Number | As::Cell | As::Time | As::Mixed => to.extend_from_slice(own),
         As::Label => to.extend(own.iter().map(|value| match value.is_nan() {
             true => f64::NAN,
             false => labels.number(value.to_string().as_bytes()),
@@ -202,6 +202,10 @@ fn texts<'a>(
         to.push(match (text.trim(), kind) {
             ("", _) => f64::NAN,
             (_, As::Label) => labels.number(text.as_bytes()),
+            (cell, As::Mixed) => match super::number::number(cell.as_bytes(), b'.') {
+                Some(value) if !value.is_nan() => value,
+                _ => super::text_cell(labels.number(cell.as_bytes())),
+            },
             (cell, As::Cell) => cell.parse().unwrap_or(UNREADABLE),
             (cell, As::Number) => cell.parse().map_err(|_| text.as_str())?,
             (cell, As::Time) => cell.parse().ok().or_else(|| times.seconds(cell.as_bytes())).ok_or(text.as_str())?,

@@ -84,6 +84,8 @@ impl Column {
 pub struct Block {
     /// One list for each selected column, all of the same length. A column of labels holds their numbers (see [`Record::labels`]).
     pub columns: Vec<Vec<f64>>,
+    /// Lines of a table of text in which the rows begin; empty unless a column is read as [`As::Mixed`].
+    pub lines: Vec<u64>,
 }
 
 impl Block {
@@ -104,6 +106,36 @@ pub enum As {
     Cell,
     /// Numbers, or times as people write them in seconds since 1970.
     Time,
+    /// Numbers and labels, see [`said`]; a table of text says the lines of its rows with them.
+    Mixed,
+}
+
+/// What a cell says that is read as [`As::Mixed`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Said {
+    /// A number.
+    Number(f64),
+    /// Nothing.
+    Nothing,
+    /// A text, by its number among the labels.
+    Text(usize),
+}
+
+/// The upper half of a NaN whose lower half is the number of a label.
+const TEXT: u64 = 0x7FF8_0001;
+
+/// What a cell says that was read as [`As::Mixed`].
+pub fn said(cell: f64) -> Said {
+    match cell.to_bits() {
+        bits if bits >> 32 == TEXT => Said::Text(crate::number::index(bits & 0xFFFF_FFFF)),
+        _ if cell.is_nan() => Said::Nothing,
+        _ => Said::Number(cell),
+    }
+}
+
+/// A cell with a text, by the number of its label.
+fn text_cell(label: f64) -> f64 {
+    f64::from_bits((TEXT << 32) | (crate::number::count_u64(label) & 0xFFFF_FFFF))
 }
 
 /// A NaN that stands for a cell which is neither a number nor empty.
@@ -209,6 +241,13 @@ impl Record {
         }
         let read = File::open(path).and_then(|file| file.take(FIRST as u64).read_to_end(&mut first));
         read.is_err() || first.is_empty() || matches!(Format::of(&first), Format::Text | Format::Unread(_))
+    }
+
+    /// A table of text whose first line names the columns.
+    ///
+    /// Errors: those of [`Record::open`].
+    pub fn of_text(name: &str, text: impl Into<Vec<u8>>) -> Result<Self> {
+        Delimited::open_titled(name, std::io::Cursor::new(text.into())).map(Record::Delimited)
     }
 
     fn opened(

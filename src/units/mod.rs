@@ -5,8 +5,8 @@
 //! ```
 //!
 //! A plane angle is a dimension of its own, so that `V/(deg/s)` is not `V/Hz`; only what is an angle altogether, or a power of one, and a
-//! pure number stand for each other, the radian being 1 (`ppm` and `urad` of a misalignment). Deliberately absent: offsets of scales
-//! (0 degC is not 0 K: a value in `K` is refused where `degC` is wanted, not shifted), logarithmic units, numbers inside a unit.
+//! pure number stand for each other, the radian being 1 (`ppm` and `urad` of a misalignment). A value in `K` where `degC` is wanted is shifted by
+//! 273.15. Deliberately absent: logarithmic units, numbers inside a unit.
 
 mod dimension;
 mod parse;

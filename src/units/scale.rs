@@ -32,7 +32,7 @@ impl Scale {
     /// One of this unit in the other's.
     pub(super) fn over(self, unit: Scale) -> Conversion {
         let ratio = self.times(unit, -1.0);
-        let mut conversion = Conversion { numerator: 1.0, denominator: 1.0 };
+        let mut conversion = Conversion::NONE;
         conversion.multiply(ratio.other, 1.0);
         conversion.multiply(std::f64::consts::PI / 180.0, ratio.degree);
         conversion.multiply(STANDARD_GRAVITY_M_S2, ratio.gravity);
@@ -42,7 +42,7 @@ impl Scale {
     }
 }
 
-/// From one unit to another: `value * numerator / denominator`, each exact where the factors are whole.
+/// From one unit to another: `value * numerator / denominator + offset`, each exact where the factors are whole. Only temperatures have an offset.
 ///
 /// ```
 /// use tumble::units::Unit;
@@ -54,11 +54,22 @@ impl Scale {
 pub struct Conversion {
     numerator: f64,
     denominator: f64,
+    offset: f64,
 }
 
 impl Conversion {
     /// The conversion that changes nothing.
-    pub const NONE: Conversion = Conversion { numerator: 1.0, denominator: 1.0 };
+    pub const NONE: Conversion = Conversion { numerator: 1.0, denominator: 1.0, offset: 0.0 };
+
+    /// The same between scales whose zeros differ.
+    pub(super) fn shifted(self, offset: f64) -> Conversion {
+        Conversion { offset, ..self }
+    }
+
+    /// The conversion of a difference of two values, such as a standard uncertainty.
+    pub fn of_differences(self) -> Conversion {
+        Conversion { offset: 0.0, ..self }
+    }
 
     fn multiply(&mut self, factor: f64, power: f64) {
         let raised = |power: f64| match power.round() {
@@ -74,16 +85,16 @@ impl Conversion {
 
     /// A value in the other unit.
     pub fn apply(self, value: f64) -> f64 {
-        value * self.numerator / self.denominator
+        value * self.numerator / self.denominator + self.offset
     }
 
-    /// The factor.
+    /// The factor, of differences.
     pub fn factor(self) -> f64 {
         self.numerator / self.denominator
     }
 
     /// Are both units of one size, but for rounding?
     pub fn is_none(self) -> bool {
-        (self.factor() - 1.0).abs() < 1e-12
+        (self.factor() - 1.0).abs() < 1e-12 && self.offset == 0.0
     }
 }

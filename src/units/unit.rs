@@ -145,18 +145,18 @@ impl Unit {
 
     /// From this unit to the one that is wanted, or a sentence with the wanted unit.
     ///
-    /// A value in `K` is no value in `degC`: between the two stands an offset which a difference does not have, and which of
-    /// both is meant cannot be told.
+    /// Between `K` and `degC` a value is shifted by 273.15; [`Conversion::of_differences`] is without the shift.
     pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
-        let shifted =
-            |a: &str, b: &str| matches!((a, b), ("K" | "mK", "degC" | "\u{b0}C") | ("degC" | "\u{b0}C", "K" | "mK"));
-        if shifted(&self.symbol, &to.symbol) {
-            return Err(Malformed::new(Fault::Value, format!("{what} is a temperature in another scale"))
-                .expected(format!(
-                    "a value in {} (the scales differ by 273.15, temperature differences do not)",
-                    to.symbol
-                ))
-                .found(format!("'{}'", self.symbol)));
+        let is_celsius = |unit: &Unit| matches!(unit.symbol.as_str(), "degC" | "\u{b0}C");
+        let is_kelvin = |unit: &Unit| matches!(unit.symbol.as_str(), "K" | "mK");
+        if let Some(plain) = self.conversion(to) {
+            const ZERO_CELSIUS: f64 = 273.15;
+            if is_kelvin(self) && is_celsius(to) {
+                return Ok(plain.shifted(-ZERO_CELSIUS));
+            }
+            if is_celsius(self) && is_kelvin(to) {
+                return Ok(plain.shifted(ZERO_CELSIUS * plain.factor()));
+            }
         }
         self.conversion(to).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of {what} has another dimension"))

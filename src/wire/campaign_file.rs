@@ -6,7 +6,7 @@ use super::locate::in_source;
 use super::readings_file::{self, ReadingFile};
 use super::{
     BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, ScatterFile, SiteFile, Source, read_bench,
-    table_readings,
+    readings_table,
 };
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
@@ -321,7 +321,7 @@ impl CampaignFile {
             ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
             ReadingsRef::Path(path) => {
                 let table = folder.table(&path).map_err(|e| e.at_path("readings"))?;
-                table_readings::read(&bench, table, &self.columns)?
+                readings_table::read(&bench, table, &self.columns)?
             }
             ReadingsRef::Samples(samples) => self.reduced(&bench, *samples, folder)?,
         };

@@ -5,9 +5,11 @@
 
 use super::Named;
 use crate::bench::Bench;
+use crate::campaign::column_unit;
 use crate::error::{Fault, Malformed, Result};
-use crate::record::title;
+use crate::record;
 use crate::units::{Conversion, Unit};
+use std::collections::HashSet;
 
 /// A column as the readings have it.
 pub(super) struct Column {
@@ -20,9 +22,14 @@ pub(super) struct Column {
 /// What each title of a table stands for.
 ///
 /// Errors: a column that the map names and the table has not, a title that stands for two keys, two columns for one key, a unit that does not convert.
-pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, file: &str) -> Result<Vec<Column>> {
+pub(super) fn columns(
+    bench: &Bench,
+    titles: &[record::Column],
+    map: &Named<String>,
+    file: &str,
+) -> Result<Vec<Column>> {
     let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 1).in_file(file);
-    let stands_for = |wanted: &str, found: &str| found == wanted || title(found).0 == wanted;
+    let stands_for = |wanted: &str, found: &record::Column| found.title == wanted || found.name == wanted;
     for (key, wanted) in &map.0 {
         let found = titles.iter().filter(|found| stands_for(wanted, found)).count();
         if found != 1 {
@@ -32,13 +39,15 @@ pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, file:
             };
             return Err(fault(Fault::Missing, what)
                 .expected("one of the titles in the file's first line")
-                .found(titles.iter().map(|found| format!("'{found}'")).collect::<Vec<_>>().join(", ")));
+                .found(titles.iter().map(|found| format!("'{}'", found.title)).collect::<Vec<_>>().join(", ")));
         }
     }
+    let used: HashSet<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
     let mut columns: Vec<Column> = Vec::with_capacity(titles.len());
-    for found in titles {
-        let mut keys = map.0.iter().filter(|(_, wanted)| stands_for(wanted, found)).map(|(key, _)| key);
-        let (name, unit) = title(found);
+    let mut seen: HashSet<String> = HashSet::new();
+    for own in titles {
+        let (found, name, unit) = (own.title.as_str(), own.name.clone(), own.unit.clone());
+        let mut keys = map.0.iter().filter(|(_, wanted)| stands_for(wanted, own)).map(|(key, _)| key);
         let key = match (keys.next(), keys.next()) {
             (Some(first), Some(second)) => {
                 return Err(fault(Fault::NameClash, format!("the column '{found}' stands for two keys"))
@@ -50,12 +59,17 @@ pub(super) fn columns(bench: &Bench, titles: &[&str], map: &Named<String>, file:
             (None, _) => found.to_string(),
         };
         let conversion = match (unit, key_unit(bench, &key)) {
-            (Some(from), Some(to)) => {
-                from_title(&format!("the column '{found}'"), &from, &to).map_err(|e| e.at_line(1, 1).in_file(file))?
-            }
+            (Some(from), Some(to)) => match from_title(&format!("the column '{found}'"), &from, &to) {
+                // a difference of temperatures has no zero
+                Ok(to) if key.ends_with("_u") => to.map(Conversion::of_differences),
+                Ok(to) => to,
+                // what nothing reads may be in any unit
+                Err(_) if !is_read(bench, &used, &key) && map.get(&key).is_none() => None,
+                Err(error) => return Err(error.at_line(1, 1).in_file(file)),
+            },
             _ => None,
         };
-        if columns.iter().any(|other| other.key == key) {
+        if !seen.insert(key.clone()) {
             return Err(fault(Fault::NameClash, format!("two columns are '{key}'"))
                 .expected("one column for each key; \"columns\" of the campaign says which")
                 .found(format!("'{found}' is the second")));
@@ -83,6 +97,13 @@ pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
     Ok(Some(own.conversion_for(&wanted, what)?).filter(|conversion| !conversion.is_none()))
 }
 
+/// Is a key a sensor's, a joint's, or a name in a model line?
+fn is_read(bench: &Bench, used: &HashSet<&str>, key: &str) -> bool {
+    let sensor = |id: &str| bench.sensors.iter().any(|own| own.id == id);
+    let joint = |end: &str| key.strip_suffix(end).is_some_and(|name| bench.joints().any(|joint| joint == name));
+    used.contains(key) || sensor(key) || key.strip_suffix("_u").is_some_and(sensor) || joint("_deg") || joint("_deg_s")
+}
+
 /// The unit that a key of a reading has; `None` where it says nothing of one.
 pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<String> {
     let joint = |suffix: &str| key.strip_suffix(suffix).is_some_and(|name| bench.joints().any(|joint| joint == name));
@@ -92,7 +113,8 @@ pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<String> {
     } else if joint("_deg") {
         "deg".to_string()
     } else {
-        sensor(key).or_else(|| key.strip_suffix("_u").and_then(sensor))?
+        let column = || column_unit(key).map(str::to_string);
+        sensor(key).or_else(|| key.strip_suffix("_u").and_then(sensor)).or_else(column)?
     };
     Some(text).filter(|text| !text.is_empty())
 }

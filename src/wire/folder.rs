@@ -1,27 +1,15 @@
-//! What stands beside a campaign file: benches as texts, readings as texts or tables, records of samples.
+//! What stands beside a campaign file: benches as texts, tables of readings, records of samples.
 
 use super::{Fetch, Source};
 use crate::error::{Fault, Malformed, Result};
 use crate::record::Record;
-
-/// Readings in a file of their own.
-///
-/// One is made for a campaign and taken apart at once, so that its size does not matter.
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant)]
-pub enum Table {
-    /// A table of text.
-    Text(Source),
-    /// A table in another format (Parquet, a workbook, a MATLAB or HDF5 file).
-    Record(Record),
-}
 
 /// Finds what a campaign refers to by a path of its own (relative to its file).
 pub trait Folder {
     /// A text: a bench file.
     fn text(&mut self, name: &str) -> Result<Source>;
     /// A table of readings.
-    fn table(&mut self, name: &str) -> Result<Table>;
+    fn table(&mut self, name: &str) -> Result<Record>;
     /// A record of samples.
     fn record(&mut self, name: &str) -> Result<Record>;
     /// Something that was found on the way and should be told.
@@ -36,8 +24,9 @@ impl Folder for Texts<'_> {
         (self.0)(name)
     }
 
-    fn table(&mut self, name: &str) -> Result<Table> {
-        (self.0)(name).map(Table::Text)
+    fn table(&mut self, name: &str) -> Result<Record> {
+        let source = (self.0)(name)?;
+        Record::of_text(&source.name, source.text)
     }
 
     fn record(&mut self, name: &str) -> Result<Record> {

@@ -1,7 +1,7 @@
 //! The front door for programs: questions from texts and files in one call.
 
 use super::{
-    BenchRef, Folder, Source, Table, bench_file, campaign_of, locate, read_bench, read_campaign, read_campaign_in,
+    BenchRef, Folder, Source, bench_file, campaign_of, locate, read_bench, read_campaign, read_campaign_in,
     read_rows_of,
 };
 use crate::bench::Bench;
@@ -97,9 +97,8 @@ impl Folder for Beside<'_> {
         source(&self.0.join(name))
     }
 
-    fn table(&mut self, name: &str) -> Result<Table> {
-        let path = self.0.join(name);
-        if Record::is_text(&path) { source(&path).map(Table::Text) } else { Record::at(&path).map(Table::Record) }
+    fn table(&mut self, name: &str) -> Result<Record> {
+        Record::at_titled(&self.0.join(name))
     }
 
     fn record(&mut self, name: &str) -> Result<Record> {

@@ -1,13 +1,12 @@
 //! Measured navigation errors from a CSV file, with the columns that `tumble navigate --csv` writes, and back.
 
 use super::Source;
-use super::csv_readings::{at_line, csv_error, delimiter, is_decimal_comma, line_of};
-use super::locate::csv_place;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::measured::{CHANNEL_NAMES, CHANNELS, Measured, MeasuredRow, si_per_unit};
 use crate::navigate::mission::Mission;
 use crate::navigate::study;
+use crate::record::{self, As, Block, Record, Said};
 use std::collections::HashMap;
 
 /// What a column of the file holds.
@@ -29,29 +28,38 @@ enum Column {
 /// Errors: an unknown or repeated column, no `time_s`, nothing measured, cells that are no finite number, a `u` that is not positive or
 /// missing in some rows, a value measured twice at one time, a time outside the mission, an unknown motion, several scenarios without `all`; with line and column.
 pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .delimiter(delimiter(&source.text))
-        .comment(Some(b'#'))
-        .from_reader(source.text.as_bytes());
-    let headers = reader.headers().map_err(|error| csv_error(&error, source))?.clone();
-    let first = line_of(&headers, &source.text).max(1);
-    let columns = columns(&headers, first, source).map_err(|error| at_line(error, source))?;
-    let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
-    let records = records.map_err(|error| csv_error(&error, source))?;
+    let mut table = Record::of_text(&source.name, source.text.as_str())?;
+    let columns = columns(table.columns(), &source.name)?;
+    let headers: Vec<String> = table.columns().iter().map(|own| own.title.clone()).collect();
+    let kind = |own: &Column| if matches!(own, Column::Motion | Column::Scenario) { As::Label } else { As::Mixed };
+    table.select(&columns.iter().enumerate().map(|(k, own)| (k, kind(own))).collect::<Vec<_>>());
+    let (mut records, mut block): (Vec<Row>, Block) = Default::default();
+    while table.next(&mut block)? {
+        for (k, line) in (0..block.rows()).zip(&block.lines) {
+            let label = |label: usize| table.labels().get(label).cloned().unwrap_or_default();
+            let cell = |(own, column): (&Column, &Vec<f64>)| match record::said(column.at(k)) {
+                Said::Number(number) if kind(own) == As::Label => label(crate::number::count(number)),
+                Said::Number(number) => number.to_string(),
+                Said::Nothing => String::new(),
+                Said::Text(text) => label(text),
+            };
+            records.push(Row { line: *line, cells: columns.iter().zip(&block.columns).map(cell).collect() });
+        }
+    }
     let motions: Vec<String> = study::motions(mission).into_iter().map(|(name, _)| name).collect();
     let scenario = scenario(&columns, &records, source)?;
     let mut measured = Measured::default();
     let mut lines: HashMap<(usize, u64, usize), u64> = HashMap::new();
     for record in &records {
-        let text = |wanted: Column| columns.iter().zip(record).find(|(c, _)| **c == wanted).map(|(_, text)| text);
+        let text = |wanted: Column| {
+            columns.iter().zip(&record.cells).find(|(c, _)| **c == wanted).map(|(_, text)| text.as_str())
+        };
         if scenario.as_deref().is_some_and(|wanted| text(Column::Scenario) != Some(wanted)) {
             measured.left_out += 1;
             continue;
         }
         let here = |error: Malformed, name: &str| {
-            let line = line_of(record, &source.text);
-            at_line(error.moved_to(format!("{}{name}", csv_place(line, &source.name))), source)
+            error.at_line(crate::number::index(record.line), 1).in_file(&source.name).moved_to(name)
         };
         let motion = match text(Column::Motion) {
             None => 0,
@@ -61,7 +69,7 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
             })?,
         };
         let mut row = MeasuredRow { time: f64::NAN, value: [None; CHANNELS], u: [None; CHANNELS] };
-        for ((column, name), text) in columns.iter().zip(&headers).zip(record) {
+        for ((column, name), text) in columns.iter().zip(&headers).zip(&record.cells) {
             let fault = |error| here(error, name);
             match column {
                 Column::Motion | Column::Scenario => {}
@@ -91,7 +99,7 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
                 return Err(here(error, &format!("{name}_u")));
             }
         }
-        let line = line_of(record, &source.text);
+        let line = record.line;
         for (channel, name) in
             CHANNEL_NAMES.iter().enumerate().filter(|(k, _)| row.value.get(*k).is_some_and(Option::is_some))
         {
@@ -112,11 +120,17 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
     Ok(measured)
 }
 
+/// A row of the file.
+struct Row {
+    line: u64,
+    cells: Vec<String>,
+}
+
 /// What each column is.
-fn columns(headers: &csv::StringRecord, line: u64, source: &Source) -> Result<Vec<Column>> {
+fn columns(headers: &[record::Column], file: &str) -> Result<Vec<Column>> {
     let mut columns: Vec<Column> = Vec::new();
-    let place = |name: &str| format!("{}{name}", csv_place(line, &source.name));
-    for name in headers {
+    let at = |error: Malformed| error.at_line(1, 1).in_file(file);
+    for name in headers.iter().map(|own| own.title.as_str()) {
         let plain = name.strip_suffix("_u").unwrap_or(name);
         let channel = CHANNEL_NAMES.iter().position(|own| *own == plain);
         let column = match (name, channel) {
@@ -126,28 +140,23 @@ fn columns(headers: &csv::StringRecord, line: u64, source: &Source) -> Result<Ve
             (_, Some(channel)) if plain == name => Column::Value(channel),
             (_, Some(channel)) => Column::Uncertainty(channel),
             _ => {
-                return Err(Malformed::new(Fault::UnknownKey, format!("unknown column '{name}'"))
+                return Err(at(Malformed::new(Fault::UnknownKey, format!("unknown column '{name}'"))
                     .expected(format!(
                         "time_s, motion, scenario, {}, or one of these with _u for its standard uncertainty",
                         CHANNEL_NAMES.join(", ")
                     ))
                     .found(format!("'{name}'"))
-                    .at_path(place(name)));
+                    .at_path(name)));
             }
         };
         if columns.contains(&column) {
-            return Err(Malformed::new(Fault::NameClash, format!("the column '{name}' stands twice"))
+            return Err(at(Malformed::new(Fault::NameClash, format!("the column '{name}' stands twice"))
                 .expected("each column once")
-                .at_path(place(name)));
+                .at_path(name)));
         }
         columns.push(column);
     }
-    let missing = |what: &str, expected: String| {
-        Malformed::new(Fault::Missing, what)
-            .expected(expected)
-            .at_line(crate::number::index(line), 1)
-            .in_file(&source.name)
-    };
+    let missing = |what: &str, expected: String| at(Malformed::new(Fault::Missing, what).expected(expected));
     if !columns.contains(&Column::Time) {
         return Err(missing("the column 'time_s' is missing", "the time since the start, s".into()));
     }
@@ -163,9 +172,10 @@ fn columns(headers: &csv::StringRecord, line: u64, source: &Source) -> Result<Ve
 }
 
 /// The scenario whose rows count; `None` where there is no such column.
-fn scenario(columns: &[Column], records: &[csv::StringRecord], source: &Source) -> Result<Option<String>> {
+fn scenario(columns: &[Column], records: &[Row], source: &Source) -> Result<Option<String>> {
     let Some(place) = columns.iter().position(|column| *column == Column::Scenario) else { return Ok(None) };
-    let mut names: Vec<&str> = records.iter().filter_map(|record| record.get(place)).collect();
+    let mut names: Vec<&str> =
+        records.iter().filter_map(|record| record.cells.get(place)).map(String::as_str).collect();
     names.sort_unstable();
     names.dedup();
     match names.as_slice() {
@@ -184,11 +194,7 @@ fn number(text: &str, name: &str) -> Result<f64> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(Malformed::new(Fault::Value, format!("'{name}' is not a number"))
-            .expected(if is_decimal_comma(text) {
-                "a finite number (write a decimal point)"
-            } else {
-                "a finite number"
-            })
+            .expected("a finite number with a decimal point")
             .found(format!("'{text}'"))),
     }
 }

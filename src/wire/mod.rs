@@ -10,9 +10,7 @@ mod campaign_file;
 mod columns;
 mod constraint_file;
 mod correction_file;
-mod csv_readings;
 mod derived_file;
-mod device_readings;
 mod effects_file;
 mod folder;
 mod front;
@@ -30,6 +28,7 @@ mod mission_file;
 mod motion_file;
 mod named;
 mod readings_file;
+mod readings_table;
 mod recipe;
 mod record_rows;
 mod reduced;
@@ -39,7 +38,6 @@ mod scatter_file;
 mod schema;
 mod site_file;
 mod strict;
-mod table_readings;
 mod truth_file;
 mod write;
 
@@ -55,9 +53,8 @@ pub use correction_file::{
     CorrectedSensorFile, CorrectionFile, CorrectionParametersFile, InputFile, MountingFile, QuantityFile, ValidityFile,
 };
 pub use derived_file::{DerivedFile, DerivedLine};
-pub use device_readings::{device_readings, inline_devices};
 pub use effects_file::{AppliesFile, EffectFile, EffectsFile, built_in_effects, read_effects};
-pub use folder::{Folder, Table};
+pub use folder::Folder;
 pub use front::{bench_ref, fit_rows, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub use imu_errors_file::{AxesFile, DriftCoefficients, DriftFile, ErrorsFile, InstallationAngles, InstallationFile};
@@ -76,6 +73,7 @@ pub use mission_file::{CalibrationFile, CovarianceFile, MissionFile, MissionSite
 pub use motion_file::{LegFile, LegsFile, MotionFile, OscillationFile, StaticFile, SwingFile};
 pub use named::Named;
 pub use readings_file::{Cell, ReadingFile};
+pub use readings_table::{device_readings, inline_devices, table_layout};
 pub use recipe::{ClockFrom, Encoder, Recipe, SegmentsBy, times};
 pub use record_rows::{RecordRows, read_rows_of};
 pub use reduced::{Computed, ReducedReading, Schedule, read_schedule};
@@ -85,7 +83,6 @@ pub use scatter_file::{EstimateWord, NumberOrEstimate, OneOrSeveral, ScatterFile
 pub(crate) use schema::identified;
 pub use schema::{SCHEMAS, schema};
 pub use site_file::{GravityFile, SiteFile};
-pub use table_readings::table_layout;
 pub use truth_file::{HiddenFile, NoiseFile, TrueScatterFile, TrueValueFile, TruthFile, read_truth};
 pub use write::{bench_file, campaign_file};
 
@@ -183,8 +180,12 @@ pub fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folde
 }
 
 /// Readings of a table, whose columns may have the names that `columns` gives them.
-pub fn read_readings(bench: &Bench, table: Table, columns: &Named<String>) -> Result<crate::campaign::Readings> {
-    table_readings::read(bench, table, columns)
+pub fn read_readings(
+    bench: &Bench,
+    table: crate::record::Record,
+    columns: &Named<String>,
+) -> Result<crate::campaign::Readings> {
+    readings_table::read(bench, table, columns)
 }
 
 /// Readings of rows as a campaign file has them; lists of a schedule are expanded.

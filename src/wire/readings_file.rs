@@ -7,6 +7,7 @@ use crate::campaign::{JointState, Observation, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 
 /// One reading: keys `<joint>_deg`, `<joint>_deg_s`, `<joint>_turns`, `<sensor>`, `<sensor>_u`, `n`, `position`, and any further column.
 pub type ReadingFile = Named<Cell>;
@@ -125,23 +126,37 @@ pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
 /// Meanings of keys, looked up once where rows have the same keys in the same order.
 struct Meanings<'a> {
     bench: &'a Bench,
-    seen: Vec<(String, Meaning)>,
+    seen: Vec<(String, Meaning, Option<usize>)>,
+    /// Places of the numeric columns.
+    slots: HashMap<String, usize>,
 }
 
 impl Meanings<'_> {
-    /// The meaning of the key that stands at a place of its row.
-    fn of(&mut self, place: usize, key: &str) -> Meaning {
-        if let Some((own, meaning)) = self.seen.get(place)
+    /// The meaning of the key that stands at a place of its row, and its place among the numeric columns.
+    fn of(&mut self, place: usize, key: &str) -> (Meaning, Option<usize>) {
+        if let Some((own, meaning, slot)) = self.seen.get(place)
             && own == key
         {
-            return *meaning;
+            return (*meaning, *slot);
         }
-        let found = meaning(self.bench, key);
+        let found = (meaning(self.bench, key), self.slots.get(key).copied());
         self.seen.truncate(place);
         if self.seen.len() == place {
-            self.seen.push((key.to_string(), found));
+            self.seen.push((key.to_string(), found.0, found.1));
         }
         found
+    }
+
+    /// The place of a key with a number.
+    fn slot(&mut self, place: usize, key: &str, columns: &mut Vec<String>) {
+        let next = columns.len();
+        let slot = *self.slots.entry(key.to_string()).or_insert(next);
+        if slot == next {
+            columns.push(key.to_string());
+        }
+        if let Some((_, _, own)) = self.seen.get_mut(place) {
+            *own = Some(slot);
+        }
     }
 }
 
@@ -174,17 +189,15 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
     let joints: Vec<&str> = bench.joints().collect();
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
-    let mut meanings = Meanings { bench, seen: Vec::new() };
+    let mut meanings = Meanings { bench, seen: Vec::new(), slots: HashMap::new() };
     let mut count = 0_usize;
     rows.visit(&mut |_, row| {
         count += 1;
         for (at, (key, cell)) in row.0.iter().enumerate() {
-            let input = matches!(
-                meanings.of(at, key),
-                Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_)
-            );
-            if input && matches!(cell, Cell::Number(_)) && !columns.contains(key) {
-                columns.push(key.clone());
+            let (meaning, slot) = meanings.of(at, key);
+            let input = matches!(meaning, Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_));
+            if input && slot.is_none() && matches!(cell, Cell::Number(_)) {
+                meanings.slot(at, key, &mut columns);
             }
         }
         Ok(())
@@ -216,6 +229,8 @@ pub(super) fn from_cells(bench: &Bench, rows: impl CellRows) -> Result<Readings>
             .at_path(format!("{place}.{column}")));
         }
     }
+    // every place is known now
+    meanings.seen.clear();
     let mut made: Vec<Reading> = Vec::with_capacity(count);
     rows.visit(&mut |place, row| {
         made.push(reading(&mut meanings, &joints, &columns, place(), row)?);
@@ -256,7 +271,7 @@ fn reading(
     let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; joints.len()];
     let mut numbers: Vec<Option<f64>> = vec![None; columns.len()];
     for (at, (key, cell)) in row.0.iter().enumerate() {
-        let meaning = meanings.of(at, key);
+        let (meaning, slot) = meanings.of(at, key);
         let number = match (cell, &meaning) {
             (Cell::Nothing(()), _) => continue,
             (Cell::Text(text), Meaning::Position) => {
@@ -267,7 +282,7 @@ fn reading(
                 position = value.to_string();
                 continue;
             }
-            (Cell::Text(text), Meaning::Column) if !columns.contains(key) => {
+            (Cell::Text(text), Meaning::Column) if slot.is_none() => {
                 remarks.push((key.clone(), text.clone()));
                 continue;
             }
@@ -278,7 +293,7 @@ fn reading(
             }
             (Cell::Number(value), _) => *value,
         };
-        if let Some(slot) = columns.iter().position(|column| column == key).and_then(|k| numbers.get_mut(k)) {
+        if let Some(slot) = slot.and_then(|k| numbers.get_mut(k)) {
             *slot = Some(number);
         }
         let path = || format!("{place}.{key}");
@@ -340,8 +355,13 @@ fn set<T>(list: &mut [T], k: usize, change: impl FnOnce(&mut T)) {
 }
 
 fn not_a_number(place: &str, key: &str, found: &str) -> Malformed {
+    let comma = found.trim_matches('\'');
+    let comma = comma.matches(',').count() == 1 && comma.replace(',', ".").parse::<f64>().is_ok();
     Malformed::new(Fault::Value, format!("{key} is not a number"))
-        .expected("a finite number; leave the value out where nothing was read")
+        .expected(match comma {
+            true => "a number with a decimal point (or a file whose cells are parted by semicolons, with one decimal mark in all)",
+            false => "a finite number; leave the value out where nothing was read",
+        })
         .found(found.to_string())
         .at_path(format!("{place}.{key}"))
 }

@@ -104,8 +104,7 @@ impl<'a> RecordRows<'a> {
         let path = samples.samples.clone();
         let record = folder.record(&path).map_err(|e| e.at_path("readings.samples"))?;
         let map = if samples.columns.is_empty() { &file.columns } else { &samples.columns };
-        let titles: Vec<&str> = record.columns().iter().map(|column| column.title.as_str()).collect();
-        let keys = columns(&bench, &titles, map, record.name())?;
+        let keys = columns(&bench, record.columns(), map, record.name())?;
         let over: Vec<&str> = file.scatter.iter().filter_map(|line| line.over.as_deref()).collect();
         let used: Vec<String> =
             bench.sensors.iter().flat_map(|own| own.model.names().into_iter().map(str::to_string)).collect();

@@ -139,7 +139,8 @@ impl TruthFile {
                     }
                     None => Conversion::NONE,
                 };
-                *noise = DrawnNoise { sd: to.apply(own.sd), stated: own.stated, decimals: own.decimals };
+                *noise =
+                    DrawnNoise { sd: to.of_differences().apply(own.sd), stated: own.stated, decimals: own.decimals };
             }
         }
         let mut effects = Vec::with_capacity(self.effects.len());
@@ -157,7 +158,8 @@ impl TruthFile {
             if let Some(unit) = &own.unit {
                 let to = hidden.unit(campaign).unwrap_or_default();
                 let to = campaign.conversion(unit, &to, &format!("the effect '{}'", own.regressor));
-                hidden.value = to.map_err(|error| error.at_path(format!("{path}.unit")))?.apply(own.value);
+                hidden.value =
+                    to.map_err(|error| error.at_path(format!("{path}.unit")))?.of_differences().apply(own.value);
             }
             effects.push(hidden);
         }

@@ -270,17 +270,19 @@ fn what_does_not_fit_is_refused_with_the_unit_that_would() {
 }
 
 #[test]
-fn a_temperature_in_kelvin_is_no_temperature_in_degrees_celsius() {
+fn a_temperature_in_kelvin_is_another_number_in_degrees_celsius() {
     let text = |unit: &str| {
         format!(
             r#"{{ "bench": {{ "id": "t", "sensors": {{ "y": {{ "unit": "V", "model": "a + b*(temperature_c - T0)" }} }} }},
-                "known": {{ "T0": {{ "value": 293.15, "unit": "{unit}" }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
+                "known": {{ "T0": {{ "value": 293.15, "unit": "{unit}", "u": 0.5 }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
                 "readings": [ {{"temperature_c": 20, "y": 1}}, {{"temperature_c": 30, "y": 2}} ] }}"#
         )
     };
-    let error =
-        read_campaign(&Source { name: "c".into(), text: text("K") }, &mut |_| unreachable!()).expect_err("an offset");
-    assert!(error.to_string().contains("273.15"), "{error}");
+    let campaign = parse(&text("K"));
+    let known = campaign.parameters.iter().find(|p| p.id == "T0").expect("T0");
+    let tumble::campaign::Role::Known(own) = &known.role else { panic!("{known:?}") };
+    // 293.15 K is 20 degC, and an uncertainty of 0.5 K is one of 0.5 degC
+    assert!((own.value - 20.0).abs() < 1e-12 && own.u == 0.5 && known.unit == "degC", "{known:?}");
     assert_eq!(parse(&text("degC")).parameters.iter().find(|p| p.id == "b").expect("b").unit, "V/degC");
 }
 

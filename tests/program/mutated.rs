@@ -11,9 +11,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use tumble::algebra::Expression;
 use tumble::language::Language;
-use tumble::record::{As, Block, Delimited};
+use tumble::record::{As, Block, Delimited, Record};
 use tumble::report::FitReport;
-use tumble::wire::{self, MissionFile, Named, Source, Table, parse, read_effects, read_lab, read_readings, read_truth};
+use tumble::wire::{self, MissionFile, Named, Source, parse, read_effects, read_lab, read_readings, read_truth};
 use tumble::{Bench, Campaign};
 
 /// Largest file that is damaged: a report of hundreds of kilobytes costs milliseconds an input.
@@ -281,8 +281,8 @@ fn tables() {
     let count = draws(2_000, 100_000);
     let tables = corpus(&ALL, &[".csv"]);
     hold("readings", &tables, count, |bytes| {
-        let Ok(source) = Source::from_bytes("readings.csv", bytes.to_vec()) else { return false };
-        read_readings(&bench, Table::Text(source), &Named::default()).is_ok()
+        let Ok(record) = Record::of_text("readings.csv", bytes) else { return false };
+        read_readings(&bench, record, &Named::default()).is_ok()
     });
     let records = corpus(&ALL, &[".csv", ".csv.gz"]);
     hold("record", &records, count, |bytes| {

@@ -81,8 +81,11 @@ impl Source {
                 for ((to, column), conversion) in readings.iter_mut().zip(&sensors).zip(&plan.conversions) {
                     *to = conversion.map_or(column.at(row), |conversion| conversion.apply(column.at(row)));
                 }
-                for (value, from) in given.iter_mut().zip(&inputs) {
-                    *value = from.map_or(*value, |(column, factor)| column.at(row) * factor);
+                let mut columns = inputs.iter();
+                for (value, (_, conversion)) in
+                    given.iter_mut().zip(&plan.given).filter_map(|(v, from)| Some((v, from.as_ref()?)))
+                {
+                    *value = conversion.apply(columns.next().map_or(f64::NAN, at));
                 }
                 let (values, converged) = correction.row(&readings, &given);
                 counts.rows += 1;

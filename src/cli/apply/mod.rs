@@ -55,8 +55,8 @@ struct Plan {
     sensors: Vec<usize>,
     /// From the unit of each of these columns to the sensor's.
     conversions: Vec<Option<Conversion>>,
-    /// Column of each given input and the factor to its unit; `None` where its fallback stands.
-    given: Vec<Option<(usize, f64)>>,
+    /// Column of each given input and the conversion to its unit; `None` where its fallback stands.
+    given: Vec<Option<(usize, Conversion)>>,
     /// Columns that are copied.
     kept: Vec<usize>,
 }
@@ -283,18 +283,24 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
         conversions.push(wire::from_title(&format!("the column for '{}'", line.sensor), own, &line.unit)?);
         sensors.push(k);
     }
-    let given: Vec<Option<(usize, f64)>> = calibration
+    // what the title says, or else the end of the name
+    let converted = |k: usize, name: &str, to: &str| -> Result<(usize, Conversion)> {
+        let own = header.get(k).and_then(|own| own.unit.as_deref()).unwrap_or_default();
+        Ok((k, wire::from_title(&format!("the column for '{name}'"), own, to)?.unwrap_or(Conversion::NONE)))
+    };
+    let radian = crate::units::Unit::parse("deg")?.conversion(&crate::units::Unit::parse("rad")?);
+    let given: Vec<Option<(usize, Conversion)>> = calibration
         .inputs
         .iter()
         .filter(|input| input.role == InputRole::Given)
-        .map(|input| match (column(&input.name), input.quantity) {
-            (Some(k), _) => Some((k, 1.0)),
-            (None, Quantity::Angle) => {
-                column(&format!("{}_deg", input.name)).map(|k| (k, std::f64::consts::PI / 180.0))
-            }
-            _ => None,
+        .map(|input| match (column(&input.name), input.quantity, crate::campaign::column_unit(&input.name)) {
+            (Some(k), _, Some(unit)) => converted(k, &input.name, unit).map(Some),
+            (Some(k), Quantity::Angle, None) => converted(k, &input.name, "rad").map(Some),
+            (Some(k), ..) => Ok(Some((k, Conversion::NONE))),
+            (None, Quantity::Angle, _) => Ok(column(&format!("{}_deg", input.name)).zip(radian)),
+            _ => Ok(None),
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let solved: Vec<&str> = calibration.solved().map(|i| i.name.as_str()).collect();
     let kept = (0..header.len())
         .filter(|k| !sensors.contains(k) && header.get(*k).is_none_or(|own| !solved.contains(&own.name.as_str())))

@@ -93,8 +93,8 @@ pub(super) fn correct(
             }
         }
         for (value, from) in given.iter_mut().zip(&plan.given) {
-            if let Some((column, factor)) = from {
-                *value = number(*column)? * factor;
+            if let Some((column, conversion)) = from {
+                *value = conversion.apply(number(*column)?);
             }
         }
         let (values, converged) = correction.row(&readings, &given);

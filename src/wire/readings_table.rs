@@ -1,0 +1,215 @@
+//! Readings from a table of any format that a record may have, and from the rows of one device of a table of many.
+
+use super::Named;
+use super::columns::{Column, columns};
+use super::locate::{csv_place, table_place};
+use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
+use crate::batch::{Device, Layout, Use};
+use crate::bench::Bench;
+use crate::campaign::Readings;
+use crate::elements::Elements;
+use crate::error::{Fault, Malformed, Result};
+use crate::record::{self, As, Block, Record, Said, UNREADABLE};
+
+/// The readings of a table; `map` has the titles of columns with names of their own. Empty cells are absent values, `position` is a text, every other cell
+/// that looks like a number is one.
+///
+/// Errors: those of the record; a joint, sensor or uncertainty that is not a number, with its line (of other formats the row, from 1) and column.
+pub(super) fn read(bench: &Bench, mut record: Record, map: &Named<String>) -> Result<Readings> {
+    let keys = columns(bench, record.columns(), map, record.name())?;
+    if keys.is_empty() {
+        return Err(Malformed::new(Fault::Missing, "the table has no column").in_file(record.name()));
+    }
+    let kind = |own: &Column| if own.key == "position" { As::Label } else { As::Mixed };
+    record.select(&keys.iter().enumerate().map(|(k, own)| (k, kind(own))).collect::<Vec<_>>());
+    let (mut blocks, mut count) = (Vec::new(), 0);
+    loop {
+        let mut block = Block::default();
+        if !record.next(&mut block)? {
+            break;
+        }
+        count += block.rows();
+        if count as f64 > MOST_READINGS {
+            return Err(too_many(count).in_file(record.name()));
+        }
+        for (own, column) in keys.iter().zip(&mut block.columns) {
+            if let Some(conversion) = own.conversion {
+                column.iter_mut().filter(|v| !v.is_nan()).for_each(|v| *v = conversion.apply(*v));
+            }
+        }
+        blocks.push(block);
+    }
+    from_cells(bench, Rows { keys: &keys, blocks: &blocks, labels: record.labels(), file: record.name() })
+}
+
+/// The rows of a table that was read.
+struct Rows<'a> {
+    keys: &'a [Column],
+    blocks: &'a [Block],
+    labels: &'a [String],
+    file: &'a str,
+}
+
+impl CellRows for Rows<'_> {
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> String, &ReadingFile) -> Result<()>) -> Result<()> {
+        let mut row = Named(self.keys.iter().map(|own| (own.key.clone(), Cell::Nothing(()))).collect());
+        let text = |label: usize| self.labels.get(label).cloned().unwrap_or_default();
+        let mut before = 0;
+        for block in self.blocks {
+            for k in 0..block.rows() {
+                for ((key, cell), column) in row.0.iter_mut().zip(&block.columns) {
+                    let own = column.at(k);
+                    *cell = match record::said(own) {
+                        Said::Number(label) if *key == "position" => match text(crate::number::count(label)) {
+                            empty if empty.is_empty() => Cell::Nothing(()),
+                            label => Cell::Text(label),
+                        },
+                        Said::Number(value) => Cell::Number(value),
+                        Said::Nothing => Cell::Nothing(()),
+                        Said::Text(label) => Cell::Text(text(label)),
+                    };
+                }
+                // a spreadsheet has empty rows below its table, too
+                if row.0.iter().all(|(_, cell)| matches!(cell, Cell::Nothing(()))) {
+                    continue;
+                }
+                let place = || match block.lines.get(k) {
+                    Some(line) => csv_place(*line, self.file),
+                    None => table_place(before + k + 1, self.file),
+                };
+                see(&place, &row)?;
+            }
+            before += block.rows();
+        }
+        Ok(())
+    }
+}
+
+/// The columns of a table that matter to a campaign, under the keys that `map` gives them.
+///
+/// Errors: a column that the map names and the table has not, two columns for one key, a unit that does not convert.
+pub fn table_layout(
+    bench: &Bench,
+    record: &Record,
+    by: Option<usize>,
+    map: &Named<String>,
+    others: impl Fn(&str) -> bool,
+) -> Result<Layout> {
+    let keys = columns(bench, record.columns(), map, record.name())?;
+    let keys: Vec<_> = keys.into_iter().map(|column| (column.key, column.conversion)).collect();
+    Ok(Layout::keyed(bench, &keys, by, others))
+}
+
+/// The readings of a device, with the numeric columns of the whole table.
+///
+/// Errors: those of a file of readings; places are readings of the device, counted from 1.
+pub fn device_readings(bench: &Bench, layout: &Layout, device: &Device) -> Result<Readings> {
+    let rows: Vec<_> =
+        (0..device.rows).map(|row| (format!("reading {}", row + 1), cells(layout, device, row))).collect();
+    let mut readings = from_cells(bench, rows)?;
+    // a column that this device has no number in is a column all the same
+    let mut wanted = layout.numeric(bench);
+    wanted.extend(readings.columns.iter().filter(|own| !wanted.contains(own)).cloned().collect::<Vec<_>>());
+    if wanted != readings.columns {
+        let from: Vec<Option<usize>> =
+            wanted.iter().map(|name| readings.columns.iter().position(|own| own == name)).collect();
+        for reading in &mut readings.rows {
+            reading.columns = from.iter().map(|k| k.and_then(|k| reading.columns.get(k).copied().flatten())).collect();
+        }
+        readings.columns = wanted;
+    }
+    Ok(readings)
+}
+
+/// A row of a device. What it holds is ordered by use: each list is walked on its own.
+fn cells(layout: &Layout, device: &Device, row: usize) -> ReadingFile {
+    let width = |of: &dyn Fn(&Use) -> bool| layout.uses.iter().filter(|kind| of(kind)).count();
+    let from = |all: usize| row * all;
+    let mut inputs = device.inputs.iter().skip(from(width(&|kind| *kind == Use::Input)));
+    let mut values = device.values.iter().skip(from(width(&|kind| matches!(kind, Use::Value(_)))));
+    let mut others = device.others.iter().skip(from(width(&|kind| *kind == Use::Other)));
+    let cell = |(key, kind): (&String, &Use)| {
+        let cell = match kind {
+            Use::Input => number(inputs.next()),
+            Use::Value(_) => number(values.next()),
+            Use::Other => text(key, others.next().map_or("", String::as_str)),
+        };
+        (key.clone(), cell)
+    };
+    Named(layout.keys.iter().zip(&layout.uses).map(cell).collect())
+}
+
+fn number(cell: Option<&f64>) -> Cell {
+    match cell {
+        None => Cell::Nothing(()),
+        Some(value) if value.to_bits() == UNREADABLE.to_bits() => Cell::Text("a cell that is no number".into()),
+        Some(value) if value.is_nan() => Cell::Nothing(()),
+        Some(value) => Cell::Number(*value),
+    }
+}
+
+fn text(key: &str, cell: &str) -> Cell {
+    match cell.parse::<f64>() {
+        _ if cell.is_empty() => Cell::Nothing(()),
+        Ok(value) if key != "position" => Cell::Number(value),
+        _ => Cell::Text(cell.into()),
+    }
+}
+
+/// A table of many devices from readings that stand in a campaign file itself.
+///
+/// Errors: lists (they belong to schedules).
+pub fn inline_devices(
+    bench: &Bench,
+    rows: Vec<ReadingFile>,
+    by: &str,
+    others: impl Fn(&str) -> bool,
+) -> Result<(Layout, Vec<Device>)> {
+    use crate::record::Column as Title;
+    let mut columns: Vec<Title> = Vec::new();
+    for (key, _) in rows.iter().flat_map(|row| &row.0) {
+        if !columns.iter().any(|own| own.title == *key) {
+            columns.push(Title { name: key.clone(), title: key.clone(), unit: None });
+        }
+    }
+    let Some(by_column) = columns.iter().position(|own| own.title == by) else {
+        return Err(Malformed::new(Fault::UnknownName, format!("the readings have no column '{by}'"))
+            .expected(format!("one of {}", crate::record::listed(&columns)))
+            .found(format!("'{by}'")));
+    };
+    let layout = Layout::of(bench, &columns, Some(by_column), others);
+    let mut devices: Vec<Device> = Vec::new();
+    let mut places = std::collections::HashMap::<String, usize>::new();
+    for (k, row) in rows.iter().enumerate() {
+        if let Some((key, _)) = row.0.iter().find(|(_, cell)| matches!(cell, Cell::List(_))) {
+            return Err(Malformed::new(Fault::Value, "readings of many devices have no lists")
+                .expected("one number")
+                .at_path(format!("readings[{k}].{key}")));
+        }
+        let written = |cell: Option<&Cell>| match cell {
+            Some(Cell::Number(x)) => x.to_string(),
+            Some(Cell::Text(text)) => text.clone(),
+            _ => String::new(),
+        };
+        let label = written(row.get(by));
+        let place = *places.entry(label.clone()).or_insert_with(|| {
+            devices.push(Device { label, first_row: k as u64 + 1, ..Device::default() });
+            devices.len() - 1
+        });
+        let Some(device) = devices.get_mut(place) else { continue };
+        device.rows += 1;
+        for (key, kind) in layout.keys.iter().zip(&layout.uses) {
+            let number = match row.get(key) {
+                Some(Cell::Number(x)) => *x,
+                Some(Cell::Text(_)) => UNREADABLE,
+                _ => f64::NAN,
+            };
+            match kind {
+                Use::Input => device.inputs.push(number),
+                Use::Value(_) => device.values.push(number),
+                Use::Other => device.others.push(written(row.get(key))),
+            }
+        }
+    }
+    Ok((layout, devices))
+}
