@@ -10,6 +10,6 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| Bench::named("gyro-turntable").
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(record) = Record::of_text("readings.csv", bytes) {
-        let _ = read_readings(&BENCH, record, &Named::default());
+        let _ = read_readings(&BENCH, record, &Named::default(), &[]);
     }
 });

@@ -209,12 +209,9 @@ impl Asking {
 
 /// Is a column that the model does not use needed for what scatters?
 fn is_wanted(file: &CampaignFile, key: &str) -> bool {
-    let named = |line: &wire::ScatterFile| {
-        line.over.as_deref() == Some(key)
-            || line.per.as_deref() == Some(key)
-            || (key == "position" && line.per.as_deref() == Some("position"))
-    };
-    file.scatter.iter().any(named) || (key == "position" && !file.scatter.is_empty()) || key.ends_with("_u")
+    wire::ScatterFile::use_key(&file.scatter, key)
+        || (key == "position" && !file.scatter.is_empty())
+        || key.ends_with("_u")
 }
 
 /// One schedule, and the values of many devices on it.
@@ -451,7 +448,7 @@ fn fit_files(
     let names = files.iter().map(|path| path.display().to_string()).collect();
     let open = move |k: usize| {
         let path = files.get(k).ok_or_else(|| Malformed::new(Fault::File, "there is no such file"))?;
-        Record::at_titled(path)
+        Record::at(path)
     };
     fit_records(py, question, template, file, names, open, by, settings, source)
 }

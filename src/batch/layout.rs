@@ -62,10 +62,10 @@ impl Layout {
         layout
     }
 
-    /// Numbers of a block in the units of their keys.
+    /// Numbers of a block in the units of their keys; labels stay.
     pub fn convert(&self, block: &mut Block) {
-        for (column, conversion) in block.columns.iter_mut().zip(&self.conversions) {
-            if let Some(conversion) = conversion {
+        for ((column, conversion), kind) in block.columns.iter_mut().zip(&self.conversions).zip(&self.uses) {
+            if let Some(conversion) = conversion.filter(|_| *kind != Use::Other) {
                 let numbers = column.iter_mut().filter(|v| !v.is_nan());
                 numbers.for_each(|v| *v = conversion.apply(*v));
             }

@@ -19,7 +19,7 @@ fn looks_like(name: &str, column: &str) -> bool {
         let mut rest = whole.as_str();
         while let Some((stem, end)) = rest.rsplit_once('_')
             && !stem.is_empty()
-            && (Unit::parse(end).is_ok() || super::units::column_unit(rest).is_some())
+            && (Unit::parse(end).is_ok() || crate::units::of_column(rest).is_some())
         {
             forms.push(plain(stem));
             rest = stem;

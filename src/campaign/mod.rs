@@ -21,7 +21,6 @@ pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Derived, Distribution, Kind, Known, Parameter, Prior, Role};
 pub use readings::{JointState, Observation, Reading, Readings};
 pub use scatter::{Deviating, Over, Per, Scatter, ScatterRequest, Size};
-pub(crate) use units::column_unit;
 pub use units::{Inferred, coefficient_unit};
 
 use crate::algebra::Expression;

@@ -6,7 +6,7 @@
 use crate::algebra::{Expression, Powers, Reason};
 use crate::bench::Bench;
 use crate::error::Result;
-use crate::units::{Conversion, Unit};
+use crate::units::{self, Conversion, Unit};
 use std::collections::{BTreeMap, HashMap};
 
 /// What the model lines of a bench tell about units.
@@ -348,51 +348,7 @@ fn meaning(bench: &Bench, columns: &[String], name: &str) -> Meaning {
     let is_joint_key =
         || bench.joints().any(|joint| name.strip_prefix(joint).is_some_and(|rest| rest.starts_with('_')));
     if columns.iter().any(|column| column == name) || is_joint_key() {
-        return column_unit(name).map_or(Meaning::Open(Open::Column), known);
+        return units::of_column(name).map_or(Meaning::Open(Open::Column), |unit| known(&unit));
     }
     Meaning::Open(Open::Coefficient)
-}
-
-/// The unit that the end of a column's name says.
-pub(crate) fn column_unit(name: &str) -> Option<&'static str> {
-    // the longest first: `gamma_deg_s` is no time
-    const ENDS: &[(&str, &str)] = &[
-        ("_arcsec_s", "arcsec/s"),
-        ("_deg_s", "deg/s"),
-        ("_deg_h", "deg/h"),
-        ("_rad_s", "rad/s"),
-        ("_m_s2", "m/s^2"),
-        ("_arcsec", "arcsec"),
-        ("_turns", "turn"),
-        ("_here", "1"),
-        ("_urad", "urad"),
-        ("_mrad", "mrad"),
-        ("_rad", "rad"),
-        ("_deg", "deg"),
-        ("_min", "min"),
-        ("_mbar", "mbar"),
-        ("_hpa", "hPa"),
-        ("_kpa", "kPa"),
-        ("_bar", "bar"),
-        ("_ppm", "ppm"),
-        ("_mg", "mg"),
-        ("_mv", "mV"),
-        ("_uv", "uV"),
-        ("_us", "us"),
-        ("_ma", "mA"),
-        ("_mm", "mm"),
-        ("_um", "um"),
-        ("_ms", "ms"),
-        ("_hz", "Hz"),
-        ("_pa", "Pa"),
-        ("_s", "s"),
-        ("_h", "h"),
-        ("_c", "degC"),
-        ("_k", "K"),
-        ("_g", "g"),
-        ("_v", "V"),
-        ("_m", "m"),
-    ];
-    let lower = name.to_ascii_lowercase();
-    ENDS.iter().find(|(end, _)| lower.ends_with(end)).map(|(_, unit)| *unit)
 }

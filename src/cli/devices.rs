@@ -122,7 +122,7 @@ impl DeviceCampaign {
         };
         let bench = self.bench(&mut inputs)?;
         let table = folder.table_at(path)?;
-        let readings = wire::read_readings(&bench, table, &self.file.columns)
+        let readings = wire::read_readings(&bench, table, &self.file.columns, &self.file.scatter)
             .map_err(|error| wire::locate(error, &self.source))?;
         inputs.extend(folder.inputs);
         let campaign = self.file.clone().with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
@@ -243,11 +243,7 @@ impl DeviceTable<'_> {
         match self.others {
             Others::All => Some(key) != self.by.as_deref(),
             Others::Named(file) => {
-                let named = file.scatter.iter().any(|line| {
-                    line.over.as_deref() == Some(key)
-                        || line.per.as_deref() == Some(key)
-                        || (key == "position" && line.per.as_deref() == Some("position"))
-                });
+                let named = wire::ScatterFile::use_key(&file.scatter, key);
                 named || (key == "position" && !file.scatter.is_empty()) || key.ends_with("_u")
             }
         }
@@ -356,5 +352,5 @@ fn lot(columns: &[Column]) -> Option<String> {
 }
 
 fn open(path: &Path) -> Result<Record> {
-    Record::at_titled(path)
+    Record::at(path)
 }

@@ -109,7 +109,7 @@ impl Beside {
     /// A table of readings at a path of the user's.
     pub(super) fn table_at(&mut self, path: &Path) -> Result<Record> {
         self.seen(path)?;
-        Record::at_titled(path)
+        Record::at(path)
     }
 
     fn text_at(&mut self, path: &Path) -> Result<Source> {

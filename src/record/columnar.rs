@@ -305,7 +305,7 @@ impl Columnar {
                 let open = |(column, kind): &(usize, As)| {
                     let own = group.metadata().column(*column);
                     Ok(match kind {
-                        As::Label | As::Mixed
+                        As::Label | As::Written | As::Mixed
                             if columnar_labels::reads(own) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
                         {
                             let is_optional = own.column_descr().max_def_level() > 0;
@@ -339,7 +339,7 @@ impl Columnar {
                         labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
                             .map(|()| mixed(to, &self.labels.texts))
                     }
-                    (As::Label, Open::Values(reader)) => {
+                    (As::Label | As::Written, Open::Values(reader)) => {
                         labels(reader, &mut self.scratch, to, meaning, &mut self.labels)
                     }
                     (_, Open::Values(reader)) => {

@@ -29,6 +29,10 @@ pub struct Delimited {
     selected: usize,
     /// Are lines said?
     is_mixed: bool,
+    /// Is a last row that is cut off a fault?
+    is_strict: bool,
+    /// What is wrong with the row below those that were given.
+    failed: Option<Malformed>,
     buffer: Vec<u8>,
     ended: bool,
     line: u64,
@@ -48,19 +52,6 @@ impl Delimited {
     ///
     /// Errors as [`Dialect::of`].
     pub fn open(name: &str, from: impl Read + Send + 'static) -> Result<Self> {
-        Delimited::opened(name, from, Dialect::of)
-    }
-
-    /// Open a table whose first line is known to name the columns.
-    pub fn open_titled(name: &str, from: impl Read + Send + 'static) -> Result<Self> {
-        Delimited::opened(name, from, Dialect::titled)
-    }
-
-    fn opened(
-        name: &str,
-        from: impl Read + Send + 'static,
-        dialect: impl Fn(&[u8]) -> Result<Dialect>,
-    ) -> Result<Self> {
         let broken = |error: std::io::Error| text::broken(name, &error);
         let mut from = text::unpacked(from).map_err(broken)?;
         let mut buffer = Vec::with_capacity(HEAD);
@@ -78,7 +69,7 @@ impl Delimited {
                 .found("a zero byte")
                 .in_file(name));
         }
-        let dialect = dialect(&buffer).map_err(|error| error.in_file(name))?;
+        let dialect = Dialect::of(&buffer).map_err(|error| error.in_file(name))?;
         buffer.drain(..dialect.skip);
         let line = dialect.lines;
         let wanted = vec![None; dialect.columns.len()];
@@ -90,6 +81,8 @@ impl Delimited {
             needed: 0,
             selected: 0,
             is_mixed: false,
+            is_strict: false,
+            failed: None,
             buffer,
             ended: false,
             line,
@@ -128,6 +121,7 @@ impl Delimited {
         self.needed = self.wanted.iter().rposition(Option::is_some).map_or(0, |k| k + 1);
         self.selected = columns.len();
         self.is_mixed = columns.iter().any(|(_, kind)| *kind == As::Mixed);
+        self.is_strict = columns.iter().any(|(_, kind)| matches!(kind, As::Mixed | As::Written));
     }
 
     /// The rows of the next megabyte.
@@ -135,6 +129,10 @@ impl Delimited {
         block.columns.resize_with(self.selected, Vec::new);
         block.columns.iter_mut().for_each(Vec::clear);
         block.lines.clear();
+        block.written.clear();
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
         while block.rows() == 0 {
             if self.ended && self.buffer.is_empty() {
                 return Ok(false);
@@ -149,7 +147,15 @@ impl Delimited {
             let result = self.rows(buffer.part(..whole), block);
             self.buffer = buffer;
             // a row that does not end here waits for more
-            let left = result?;
+            let left = match result {
+                Ok(left) => left,
+                Err(error) if block.rows() > 0 => {
+                    // the rows before come first
+                    self.failed = Some(error);
+                    return Ok(true);
+                }
+                Err(error) => return Err(error),
+            };
             self.buffer.drain(..whole - left);
         }
         Ok(true)
@@ -220,7 +226,7 @@ impl Delimited {
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
-                Some((place, As::Label | As::Time | As::Mixed)) => {
+                Some((place, As::Label | As::Time | As::Mixed | As::Written)) => {
                     let rest = text.get(at..)?;
                     let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
                     let cell = rest.get(..length)?;
@@ -234,6 +240,7 @@ impl Delimited {
                             _ => self.times.seconds(cell)?,
                         },
                         Some((_, As::Mixed)) => mixed(&mut self.labels, cell, mark),
+                        Some((_, As::Written)) => written(&mut block.written, cell, mark),
                         _ => self.labels.number(cell),
                     };
                     block.columns.get_mut(*place)?.push(value);
@@ -280,7 +287,7 @@ impl Delimited {
         while found.len() > width && found.last().is_some_and(|cell| cell.is_empty()) {
             found.pop();
         }
-        if found.len() < width && unended && !self.is_mixed {
+        if found.len() < width && unended && !self.is_strict {
             self.cut = true;
             return Ok(());
         }
@@ -299,6 +306,7 @@ impl Delimited {
                 As::Label => self.labels.number(cell),
                 As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell))?,
                 As::Mixed => mixed(&mut self.labels, cell, mark),
+                As::Written => written(&mut block.written, cell, mark),
                 As::Time => match number(cell, mark) {
                     Some(value) => value,
                     None => self.times.seconds(cell).ok_or_else(|| self.no_time(k, cell))?,
@@ -348,4 +356,10 @@ fn mixed(labels: &mut Labels, cell: &[u8], mark: u8) -> f64 {
         Some(value) if !value.is_nan() => value,
         _ => text_cell(labels.number(cell)),
     }
+}
+
+/// A cell as it stands, but for the decimal mark of a number.
+fn written(to: &mut super::Written, cell: &[u8], mark: u8) -> f64 {
+    let pointed = mark != b'.' && number(cell, mark).is_some_and(f64::is_finite);
+    to.push(cell.iter().map(|byte| if pointed && *byte == mark { b'.' } else { *byte }))
 }

@@ -143,8 +143,8 @@ impl Dialect {
     /// From the first lines of a table (`head` need not end at a line's end, unless it is the whole table).
     ///
     /// The delimiter is the first of tab, `;`, `,`, `|` and space that parts the last lines of `head` into the same number of cells, two or more, most of
-    /// them numbers. With another delimiter than the comma, a comma is a decimal mark where no cell has a point. Names are the last line without numbers before the first
-    /// row; a line of units below them is taken as that.
+    /// them numbers. With another delimiter than the comma, a comma is the decimal mark where columns have it. Names are the last line without numbers and empty cells
+    /// before the first row; a line of units below them is taken as that.
     ///
     /// Errors: nothing but remarks; no two lines that are parted alike; cells with both marks; a name twice.
     pub fn of(head: &[u8]) -> Result<Dialect> {
@@ -165,30 +165,41 @@ impl Dialect {
             let cells = cells(line, delimiter);
             cells.len() == width && cells.iter().any(|cell| is_value(cell, mark))
         };
-        let filled = rows.iter().filter(|(_, line)| !is_blank(line, delimiter));
-        let first = filled.clone().position(|(_, line)| values(line) && mostly_numbers(line, delimiter, mark));
-        let titles: Vec<&[u8]> = filled.clone().take(first.unwrap_or(usize::MAX)).map(|(_, line)| *line).collect();
-        let texts = |line: &[u8]| -> Vec<String> { cells(line, delimiter).iter().map(|cell| decoded(cell)).collect() };
-        let lines_before = match first {
-            Some(first) => filled.clone().nth(first).map_or(0, |(k, _)| *k),
-            None => head.iter().filter(|b| **b == b'\n').count() + 1,
+        let filled: Vec<(usize, &[u8])> = rows.iter().copied().filter(|(_, line)| !is_blank(line, delimiter)).collect();
+        let is_row = |line: &[u8]| values(line) && mostly_numbers(line, delimiter, mark);
+        // a row of readings may have more texts than numbers, a table of labels none at all
+        let first = match filled.iter().position(|(_, line)| is_row(line)) {
+            Some(first) => first - filled.iter().take(first).rev().take_while(|(_, line)| values(line)).count(),
+            None => filled.iter().position(|(_, line)| values(line)).unwrap_or(1),
         };
-        let above = titles.clone();
-        let titles: Vec<&[u8]> = titles.into_iter().filter(|line| cells(line, delimiter).len() == width).collect();
+        let texts = |line: &[u8]| -> Vec<String> { cells(line, delimiter).iter().map(|cell| decoded(cell)).collect() };
+        let above: Vec<Vec<String>> = filled.iter().take(first).map(|(_, line)| texts(line)).collect();
         // TOA5 (Campbell Scientific): the station, names, units, and what became of the samples
-        let is_toa5 = above.first().is_some_and(|line| texts(line).first().is_some_and(|cell| cell == "TOA5"));
-        let (names, units) = match (above.as_slice(), titles.as_slice()) {
+        let is_toa5 = above.first().and_then(|line| line.first()).is_some_and(|cell| cell == "TOA5");
+        let is_wide = |line: &&Vec<String>| line.len() == width;
+        let is_units = |line: &&Vec<String>| is_wide(line) && heading::is_units(line);
+        let units = above.last().filter(|line| is_units(line) && above.iter().filter(is_wide).count() > 1);
+        let titles = above.iter().take(above.len() - usize::from(units.is_some())).filter(is_wide);
+        // what has no number and empty cells is a row below the names
+        let is_full = |line: &&Vec<String>| line.iter().all(|cell| !cell.is_empty());
+        let (names, units, first) = match (above.as_slice(), titles.clone().rfind(is_full).or(titles.last())) {
             ([_, names, units, ..], _) if is_toa5 => {
                 // a time stamp and the record's number have no unit
-                let none = |unit: &String| matches!(unit.as_str(), "TS" | "RN");
-                (
-                    Some(texts(names)),
-                    Some(texts(units).into_iter().map(|unit| if none(&unit) { String::new() } else { unit }).collect()),
-                )
+                let of = |unit: &String| if matches!(unit.as_str(), "TS" | "RN") { String::new() } else { unit.clone() };
+                (Some(names.clone()), Some(units.iter().map(of).collect()), first)
             }
-            (_, []) => (remark_titles(&all, lines_before, delimiter, width), None),
-            (_, [.., names, units]) if heading::is_units(&texts(units)) => (Some(texts(names)), Some(texts(units))),
-            (_, [.., names]) => (Some(texts(names)), None),
+            (_, Some(names)) => {
+                let place = above.iter().rposition(|line| line == names).map_or(first, |k| k + 1);
+                (Some(names.clone()), units.cloned(), if units.is_some() { first } else { place })
+            }
+            (_, None) => {
+                let before = filled.get(first).map_or(0, |(k, _)| *k);
+                (remark_titles(&all, before, delimiter, width), None, first)
+            }
+        };
+        let lines_before = match filled.get(first) {
+            Some((k, _)) => *k,
+            None => head.iter().filter(|b| **b == b'\n').count() + 1,
         };
         let named = names.is_some();
         let mut columns: Vec<Column> = match names {
@@ -199,7 +210,7 @@ impl Dialect {
             column.unit = column.unit.take().or_else(|| Some(heading::bare(&unit)).filter(|u| !u.is_empty()));
         }
         let mut seen = HashSet::new();
-        if let Some(twice) = columns.iter().find(|own| !own.name.is_empty() && !seen.insert(own.name.as_str())) {
+        if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
             return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
                 .expected("each column once"));
         }
@@ -221,53 +232,6 @@ fn remark_titles(all: &[(usize, &[u8])], before: usize, delimiter: u8, width: us
 fn after(head: &[u8], lines: usize) -> usize {
     let mut breaks = head.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(k, _)| k + 1);
     lines.checked_sub(1).map_or(0, |k| breaks.nth(k).unwrap_or(head.len()))
-}
-
-impl Dialect {
-    /// The dialect of a table whose first line is known to name the columns: readings of a campaign.
-    ///
-    /// Cells are parted by what parts the names most often: a comma, a semicolon or a tab. Errors as [`Dialect::of`].
-    pub fn titled(head: &[u8]) -> Result<Dialect> {
-        let all = rows(head);
-        let is_row = |line: &[u8]| !line.trim_ascii().is_empty() && !is_remark(line);
-        let Some((first, (line, title))) = all.iter().enumerate().find(|(_, (_, line))| is_row(line)) else {
-            return Err(Malformed::new(Fault::Missing, "the table is empty")
-                .expected("a first line that names the columns, and rows of numbers"));
-        };
-        let times = |delimiter: &u8| title.iter().filter(|b| *b == delimiter).count();
-        // the last of several that are as frequent is taken
-        let delimiter = b"\t;,".iter().copied().max_by_key(times).unwrap_or(b',');
-        let columns: Vec<Column> = cells(title, delimiter).iter().map(|cell| Column::titled(&decoded(cell))).collect();
-        let mut seen = HashSet::new();
-        if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
-            return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
-                .expected("each column once")
-                .at_line(line + 1, 1));
-        }
-        // the first number with this mark beside labels of positions: its line, column and text
-        let marked = |mark: u8| {
-            let rest = all.iter().skip(first + 1).filter(|(_, line)| is_row(line));
-            let mut of_rows = rest.flat_map(|(line, row)| {
-                let cells = cells(row, delimiter).into_iter().zip(&columns);
-                cells.filter(|(_, own)| own.title != "position").map(move |(cell, own)| (line + 1, own, cell))
-            });
-            of_rows.find(|(_, _, cell)| cell.contains(&mark) && number(cell, mark).is_some_and(f64::is_finite))
-        };
-        let mark = match (marked(b',').filter(|_| delimiter != b','), marked(b'.')) {
-            (Some((at, own, found)), Some((other, _, pointed))) => {
-                return Err(Malformed::new(Fault::Value, format!("'{}' has a decimal comma", own.title))
-                    .expected(format!("one decimal mark in the whole file; line {other} has '{}'", decoded(&pointed)))
-                    .found(format!("'{}'", decoded(&found)))
-                    .at_line(at, 1)
-                    .at_path(&own.title));
-            }
-            (Some(_), None) => b',',
-            (None, _) => b'.',
-        };
-        let lines = all.get(first + 1).map_or_else(|| line + 1, |(line, _)| *line);
-        let skip = if all.len() > first + 1 { after(head, lines) } else { head.len() };
-        Ok(Dialect { delimiter, mark, columns, named: true, skip, lines: lines as u64 })
-    }
 }
 
 /// Are at least half of the filled cells of a line numbers?
@@ -295,24 +259,35 @@ fn parted(rows: &[(usize, &[u8])]) -> (u8, u8, usize) {
             continue;
         }
         let alike = last.iter().filter(|line| cells(line, delimiter).len() == width).count();
-        let all = || last.iter().flat_map(|line| cells(line, delimiter));
-        let comma = delimiter != b',' && all().any(|c| c.contains(&b',')) && !all().any(|c| is_pointed(&c));
-        let mark = if comma { b',' } else { b'.' };
+        let mark = if delimiter == b',' { b'.' } else { decimal_mark(rows, delimiter) };
         let numbers = last.iter().filter(|line| mostly_numbers(line, delimiter, mark)).count();
         let score = alike + 2 * numbers;
         if best.is_none_or(|(most, ..)| score > most) {
             best = Some((score, delimiter, mark, width));
         }
     }
-    let (_, delimiter, mark, width) = best.unwrap_or_else(|| {
-        let comma = last.iter().any(|line| number(line, b',').is_some()) && !last.iter().any(|line| is_pointed(line));
-        // a single column: the delimiter is a byte that no text has
-        (0, 0x1F, if comma { b',' } else { b'.' }, 1)
-    });
+    // a single column: the delimiter is a byte that no text has
+    let (_, delimiter, mark, width) = best.unwrap_or_else(|| (0, 0x1F, decimal_mark(rows, 0x1F), 1));
     (delimiter, mark, width)
 }
 
-/// Is a cell a number with a decimal point?
-fn is_pointed(cell: &[u8]) -> bool {
-    cell.contains(&b'.') && number(cell, b'.').is_some_and(f64::is_finite)
+/// The decimal mark: a comma where as many columns have numbers with no other mark as have numbers with a point.
+fn decimal_mark(rows: &[(usize, &[u8])], delimiter: u8) -> u8 {
+    let mut marks: Vec<(bool, bool)> = Vec::new();
+    for (_, line) in rows {
+        let cells = cells(line, delimiter);
+        marks.resize(marks.len().max(cells.len()), (false, false));
+        for ((comma, point), cell) in marks.iter_mut().zip(&cells) {
+            *comma |= is_marked(cell, b',');
+            *point |= is_marked(cell, b'.');
+        }
+    }
+    let commas = marks.iter().filter(|(comma, point)| *comma && !point).count();
+    let points = marks.iter().filter(|(_, point)| *point).count();
+    if commas > 0 && commas >= points { b',' } else { b'.' }
+}
+
+/// Is a cell a number with this decimal mark?
+fn is_marked(cell: &[u8], mark: u8) -> bool {
+    cell.contains(&mark) && number(cell, mark).is_some_and(f64::is_finite)
 }

@@ -1,5 +1,7 @@
 //! Titles of columns: a name, and the unit that stands behind it in brackets.
 
+use crate::units::Unit;
+
 /// Name and unit of a title such as `Acc X [m/s^2]`, `Winkel (Grad)`, `rate / deg/s` or `temp, °C`. A number in brackets is an index of the name.
 ///
 /// ```
@@ -33,21 +35,5 @@ pub(super) fn bare(unit: &str) -> String {
 /// Can a line of texts be the units of the columns named above it?
 pub(super) fn is_units(cells: &[String]) -> bool {
     let filled: Vec<String> = cells.iter().map(|cell| bare(cell)).filter(|cell| !cell.is_empty()).collect();
-    !filled.is_empty() && filled.iter().all(|cell| cell == "-" || cell == "1" || is_unit(cell))
-}
-
-/// Symbols that occur in units of this field.
-const SYMBOLS: [&str; 40] = [
-    "s", "ms", "us", "µs", "ns", "min", "h", "deg", "°", "Grad", "rad", "mrad", "urad", "µrad", "arcsec", "arcmin",
-    "g", "mg", "ug", "µg", "m", "mm", "V", "mV", "uV", "µV", "LSB", "counts", "count", "Hz", "pulses", "C", "degC",
-    "°C", "K", "%", "ppm", "gn", "turn", "gn0",
-];
-
-/// Is a text a product or quotient of the field's symbols?
-pub(super) fn is_unit(text: &str) -> bool {
-    text.split(['/', '*', '·', '.', ' '])
-        .map(|part| part.trim_matches(|c| matches!(c, '(' | ')')))
-        .filter(|part| !part.is_empty())
-        .map(|part| part.trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, '^' | '-' | '²' | '³' | '√')))
-        .all(|part| SYMBOLS.contains(&part.trim_start_matches('√')))
+    !filled.is_empty() && filled.iter().all(|cell| cell == "-" || Unit::parse(cell).is_ok())
 }

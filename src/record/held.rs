@@ -126,6 +126,11 @@ impl Held {
         &self.name
     }
 
+    /// Does a column hold texts, not numbers?
+    pub fn is_text(&self, column: usize) -> bool {
+        matches!(self.values.get(column), Some(Cells::Texts(_)))
+    }
+
     /// How many rows it has.
     pub fn rows(&self) -> u64 {
         self.values.first().map_or(0, |own| own.len() as u64)
@@ -183,7 +188,7 @@ impl Cells {
 fn numbers(own: &[f64], kind: As, to: &mut Vec<f64>, labels: &mut Labels) {
     match kind {
         As::Number | As::Cell | As::Time | As::Mixed => to.extend_from_slice(own),
-        As::Label => to.extend(own.iter().map(|value| match value.is_nan() {
+        As::Label | As::Written => to.extend(own.iter().map(|value| match value.is_nan() {
             true => f64::NAN,
             false => labels.number(value.to_string().as_bytes()),
         })),
@@ -201,7 +206,7 @@ fn texts<'a>(
     for text in own {
         to.push(match (text.trim(), kind) {
             ("", _) => f64::NAN,
-            (_, As::Label) => labels.number(text.as_bytes()),
+            (_, As::Label | As::Written) => labels.number(text.as_bytes()),
             (cell, As::Mixed) => match super::number::number(cell.as_bytes(), b'.') {
                 Some(value) if !value.is_nan() => value,
                 _ => super::text_cell(labels.number(cell.as_bytes())),

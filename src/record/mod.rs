@@ -86,6 +86,36 @@ pub struct Block {
     pub columns: Vec<Vec<f64>>,
     /// Lines of a table of text in which the rows begin; empty unless a column is read as [`As::Mixed`].
     pub lines: Vec<u64>,
+    /// Cells of columns that are read as [`As::Written`].
+    pub written: Written,
+}
+
+/// Cells as a table of text has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Written {
+    bytes: Vec<u8>,
+    ends: Vec<usize>,
+}
+
+impl Written {
+    /// A cell by its number.
+    pub fn cell(&self, number: f64) -> &[u8] {
+        let end = |k: usize| self.ends.get(k).copied();
+        let place = crate::number::count(number);
+        let start = place.checked_sub(1).and_then(end).unwrap_or(0);
+        end(place).and_then(|end| self.bytes.get(start..end)).unwrap_or_default()
+    }
+
+    fn push(&mut self, cell: impl Iterator<Item = u8>) -> f64 {
+        self.bytes.extend(cell);
+        self.ends.push(self.bytes.len());
+        (self.ends.len() - 1) as f64
+    }
+
+    fn clear(&mut self) {
+        self.bytes.clear();
+        self.ends.clear();
+    }
 }
 
 impl Block {
@@ -108,6 +138,8 @@ pub enum As {
     Time,
     /// Numbers and labels, see [`said`]; a table of text says the lines of its rows with them.
     Mixed,
+    /// Numbers of cells in [`Block::written`], which a table of text has; of other formats labels.
+    Written,
 }
 
 /// What a cell says that is read as [`As::Mixed`].
@@ -169,28 +201,31 @@ impl Record {
     /// Open a record by its first bytes, whatever its name says; `name` is for messages.
     ///
     /// Errors: an empty file, a format that is not read (named), a table without rows that are parted alike.
-    pub fn open(name: &str, file: File) -> Result<Self> {
-        Record::opened(name, file, Delimited::open)
-    }
-
-    /// The same where the first line of a table of text is known to name the columns.
-    pub fn open_titled(name: &str, file: File) -> Result<Self> {
-        Record::opened(name, file, Delimited::open_titled)
+    pub fn open(name: &str, mut file: File) -> Result<Self> {
+        let mut first = [0_u8; FIRST];
+        let read = file.read(&mut first).map_err(|error| self::text::broken(name, &error))?;
+        let first = first.part(..read);
+        match Format::of(first) {
+            Format::Parquet => return Columnar::open(name, file).map(Record::Columnar),
+            Format::Text => {}
+            other => {
+                return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {}", other.name()))
+                    .expected("CSV (also with semicolons, tabs or spaces; gzip), Parquet, a workbook, MATLAB, HDF5 or MCAP, in a file")
+                    .in_file(name));
+            }
+        }
+        // what cannot be rewound (a pipe) is read on from behind its first bytes
+        let stream: Box<dyn Read + Send> = match file.rewind() {
+            Ok(()) => Box::new(file),
+            Err(_) => Box::new(std::io::Cursor::new(first.to_vec()).chain(file)),
+        };
+        Delimited::open(name, stream).map(Record::Delimited)
     }
 
     /// Open the record at a path; `FILE#NAME` is the table `NAME` of a file that has several: a sheet, a variable, a group, a topic.
     ///
     /// Errors: a file that cannot be read, several tables and none named, and those of [`Record::open`].
     pub fn at(path: &Path) -> Result<Self> {
-        Record::at_path(path, Delimited::open)
-    }
-
-    /// The same where the first line of a table of text is known to name the columns.
-    pub fn at_titled(path: &Path) -> Result<Self> {
-        Record::at_path(path, Delimited::open_titled)
-    }
-
-    fn at_path(path: &Path, text: impl Fn(&str, Box<dyn Read + Send>) -> Result<Delimited>) -> Result<Self> {
         let (path, table) = parted(path);
         let (name, table) = (path.display().to_string(), table.as_deref());
         let mut file = opened(&path)?;
@@ -210,7 +245,7 @@ impl Record {
         };
         let unread = |error: std::io::Error| self::text::broken(&name, &error);
         match (format, table) {
-            (Format::Text | Format::Parquet | Format::Unread(_), None) => Record::opened(&name, file, text),
+            (Format::Text | Format::Parquet | Format::Unread(_), None) => Record::open(&name, file),
             (Format::Text | Format::Parquet | Format::Unread(_), Some(table)) => {
                 Err(Malformed::new(Fault::File, format!("'{name}' is one table, and has none by name"))
                     .expected("the file's name without '#' and what follows it")
@@ -220,7 +255,7 @@ impl Record {
             (Format::Matlab, table) => matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held),
             #[cfg(feature = "excel")]
             (Format::Workbook, table) => {
-                workbook::open(&name, whole(&mut file).map_err(unread)?, table, text).map(Record::Delimited)
+                workbook::open(&name, whole(&mut file).map_err(unread)?, table).map(Record::Delimited)
             }
             #[cfg(feature = "hdf5")]
             (Format::Hdf5, table) => hdf5::open(&name, &path, table).map(Record::Held),
@@ -233,46 +268,11 @@ impl Record {
         }
     }
 
-    /// Is there a table of text (also packed by gzip) at a path? What cannot be read is taken for one.
-    pub fn is_text(path: &Path) -> bool {
-        let (path, mut first) = (parted(path).0, Vec::new());
-        if !path.is_file() {
-            return true;
-        }
-        let read = File::open(path).and_then(|file| file.take(FIRST as u64).read_to_end(&mut first));
-        read.is_err() || first.is_empty() || matches!(Format::of(&first), Format::Text | Format::Unread(_))
-    }
-
-    /// A table of text whose first line names the columns.
+    /// A table of text.
     ///
     /// Errors: those of [`Record::open`].
     pub fn of_text(name: &str, text: impl Into<Vec<u8>>) -> Result<Self> {
-        Delimited::open_titled(name, std::io::Cursor::new(text.into())).map(Record::Delimited)
-    }
-
-    fn opened(
-        name: &str,
-        mut file: File,
-        text: impl Fn(&str, Box<dyn Read + Send>) -> Result<Delimited>,
-    ) -> Result<Self> {
-        let mut first = [0_u8; FIRST];
-        let read = file.read(&mut first).map_err(|error| self::text::broken(name, &error))?;
-        let first = first.part(..read);
-        match Format::of(first) {
-            Format::Parquet => return Columnar::open(name, file).map(Record::Columnar),
-            Format::Text => {}
-            other => {
-                return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {}", other.name()))
-                    .expected("CSV (also with semicolons, tabs or spaces; gzip), Parquet, a workbook, MATLAB, HDF5 or MCAP, in a file")
-                    .in_file(name));
-            }
-        }
-        // what cannot be rewound (a pipe) is read on from behind its first bytes
-        let stream: Box<dyn Read + Send> = match file.rewind() {
-            Ok(()) => Box::new(file),
-            Err(_) => Box::new(std::io::Cursor::new(first.to_vec()).chain(file)),
-        };
-        text(name, stream).map(Record::Delimited)
+        Delimited::open(name, std::io::Cursor::new(text.into())).map(Record::Delimited)
     }
 
     /// Its columns.

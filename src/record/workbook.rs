@@ -4,7 +4,7 @@ use super::Delimited;
 use super::guard::guarded;
 use crate::error::{Fault, Malformed, Result};
 use calamine::{Data, Reader, Sheets, open_workbook_auto_from_rs};
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 
 /// Seconds of a day: dates are numbers of days there.
 const DAY_S: f64 = 86_400.0;
@@ -12,12 +12,7 @@ const DAY_S: f64 = 86_400.0;
 /// Read the sheet that is meant, as a table of text whose lines are the sheet's rows.
 ///
 /// Errors: a file that cannot be read, no sheet with numbers, several; with those found.
-pub(super) fn open(
-    name: &str,
-    bytes: Vec<u8>,
-    table: Option<&str>,
-    text: impl Fn(&str, Box<dyn Read + Send>) -> Result<Delimited>,
-) -> Result<Delimited> {
+pub(super) fn open(name: &str, bytes: Vec<u8>, table: Option<&str>) -> Result<Delimited> {
     let broken = |error: &dyn std::fmt::Display| {
         Malformed::new(Fault::File, format!("'{name}' cannot be read as a workbook"))
             .expected("a whole .xlsx, .xls, .xlsb or .ods file")
@@ -30,7 +25,7 @@ pub(super) fn open(
     }
     let read = || read(name, bytes, table, &broken);
     let lines = guarded(read).ok_or_else(|| broken(&"its structure is damaged"))??;
-    text(name, Box::new(Cursor::new(lines.into_bytes())))
+    Delimited::open(name, Cursor::new(lines.into_bytes()))
 }
 
 /// The sheet that is meant, as lines.

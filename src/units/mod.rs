@@ -17,6 +17,7 @@ mod unit;
 pub use dimension::Dimension;
 pub use scale::{Conversion, STANDARD_GRAVITY_M_S2};
 pub use table::names;
+pub(crate) use table::of_column;
 #[cfg(feature = "dcc")]
 pub(crate) use table::plain;
 pub use unit::Unit;

@@ -44,59 +44,60 @@ const fn other(factor: f64, degree: f64) -> Scale {
 
 const GRAVITY: Scale = Scale { gravity: 1.0, ..ONE };
 
-/// Name, dimension, size, and whether SI prefixes (n u m k M) may stand before it.
-const TABLE: &[(&str, [f64; BASES], Scale, bool)] = &[
+/// Name, dimension, size, whether SI prefixes (n u m k M) may stand before it, and the ends of a column's name that say it (`supply_mv`).
+const TABLE: &[(&str, [f64; BASES], Scale, bool, &str)] = &[
     // electrical outputs, and what is counted
-    ("V", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0), (CURRENT, -1.0)]), ONE, true),
-    ("A", is(&[(CURRENT, 1.0)]), ONE, true),
-    ("ohm", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0), (CURRENT, -2.0)]), ONE, true),
-    ("LSB", A_COUNT, ONE, false),
-    ("count", A_COUNT, ONE, false),
-    ("counts", A_COUNT, ONE, false),
-    ("digit", A_COUNT, ONE, false),
-    ("digits", A_COUNT, ONE, false),
-    ("pulse", A_COUNT, ONE, false),
-    ("pulses", A_COUNT, ONE, false),
-    ("Hz", is(&[(TIME, -1.0)]), ONE, true),
+    ("V", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0), (CURRENT, -1.0)]), ONE, true, "v mv uv"),
+    ("A", is(&[(CURRENT, 1.0)]), ONE, true, "ma"),
+    ("ohm", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0), (CURRENT, -2.0)]), ONE, true, ""),
+    ("LSB", A_COUNT, ONE, false, ""),
+    ("count", A_COUNT, ONE, false, ""),
+    ("counts", A_COUNT, ONE, false, ""),
+    ("digit", A_COUNT, ONE, false, ""),
+    ("digits", A_COUNT, ONE, false, ""),
+    ("pulse", A_COUNT, ONE, false, ""),
+    ("pulses", A_COUNT, ONE, false, ""),
+    ("Hz", is(&[(TIME, -1.0)]), ONE, true, "hz khz"),
     // angles
-    ("rad", AN_ANGLE, ONE, true),
-    ("deg", AN_ANGLE, sixty(0.0, 1.0), false),
-    ("arcmin", AN_ANGLE, sixty(-1.0, 1.0), false),
-    ("arcsec", AN_ANGLE, sixty(-2.0, 1.0), false),
-    ("turn", AN_ANGLE, other(360.0, 1.0), false),
-    ("turns", AN_ANGLE, other(360.0, 1.0), false),
-    ("rev", AN_ANGLE, other(360.0, 1.0), false),
-    ("gon", AN_ANGLE, other(0.9, 1.0), false),
+    ("rad", AN_ANGLE, ONE, true, "rad mrad urad"),
+    ("deg", AN_ANGLE, sixty(0.0, 1.0), false, "deg"),
+    ("arcmin", AN_ANGLE, sixty(-1.0, 1.0), false, "arcmin"),
+    ("arcsec", AN_ANGLE, sixty(-2.0, 1.0), false, "arcsec"),
+    ("turn", AN_ANGLE, other(360.0, 1.0), false, ""),
+    ("turns", AN_ANGLE, other(360.0, 1.0), false, "turns"),
+    ("rev", AN_ANGLE, other(360.0, 1.0), false, ""),
+    ("gon", AN_ANGLE, other(0.9, 1.0), false, ""),
     // a turn a minute
-    ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false),
-    ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true),
+    ("rpm", is(&[(ANGLE, 1.0), (TIME, -1.0)]), Scale { other: 360.0, degree: 1.0, sixty: -1.0, ..ONE }, false, "rpm"),
+    ("dps", is(&[(ANGLE, 1.0), (TIME, -1.0)]), sixty(0.0, 1.0), true, "dps"),
     // time
-    ("s", IN_TIME, ONE, true),
-    ("min", IN_TIME, sixty(1.0, 0.0), false),
-    ("h", IN_TIME, sixty(2.0, 0.0), false),
-    ("day", IN_TIME, Scale { sixty: 2.0, other: 24.0, ..ONE }, false),
+    ("s", IN_TIME, ONE, true, "s ms us ns"),
+    ("min", IN_TIME, sixty(1.0, 0.0), false, "min"),
+    ("h", IN_TIME, sixty(2.0, 0.0), false, "h"),
+    ("day", IN_TIME, Scale { sixty: 2.0, other: 24.0, ..ONE }, false, ""),
     // acceleration: g is standard gravity, so mg and ug are thousandths and millionths of it
-    ("g", ACCELERATION, GRAVITY, true),
-    ("Gal", ACCELERATION, ten(-2.0), true),
+    ("g", ACCELERATION, GRAVITY, true, "g mg ug"),
+    ("Gal", ACCELERATION, ten(-2.0), true, ""),
     // temperature: intervals
-    ("K", is(&[(TEMPERATURE, 1.0)]), ONE, true),
-    ("degC", is(&[(TEMPERATURE, 1.0)]), ONE, false),
+    ("K", is(&[(TEMPERATURE, 1.0)]), ONE, true, "k mk"),
+    ("degC", is(&[(TEMPERATURE, 1.0)]), ONE, false, "c degc"),
+    ("degF", is(&[(TEMPERATURE, 1.0)]), other(5.0 / 9.0, 0.0), false, "degf"),
     // pure numbers
-    ("1", NUMBER, ONE, false),
-    ("%", NUMBER, ten(-2.0), false),
-    ("ppm", NUMBER, ten(-6.0), false),
-    ("ppb", NUMBER, ten(-9.0), false),
+    ("1", NUMBER, ONE, false, "here"),
+    ("%", NUMBER, ten(-2.0), false, ""),
+    ("ppm", NUMBER, ten(-6.0), false, "ppm"),
+    ("ppb", NUMBER, ten(-9.0), false, ""),
     // lengths, and what else a test records beside the sensor
-    ("m", is(&[(LENGTH, 1.0)]), ONE, true),
-    ("cm", is(&[(LENGTH, 1.0)]), ten(-2.0), false),
-    ("kg", is(&[(MASS, 1.0)]), ONE, false),
-    ("N", is(&[(MASS, 1.0), (LENGTH, 1.0), (TIME, -2.0)]), ONE, true),
-    ("Pa", PRESSURE, ONE, true),
-    ("hPa", PRESSURE, ten(2.0), false),
-    ("bar", PRESSURE, ten(5.0), true),
-    ("W", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0)]), ONE, true),
-    ("T", FLUX_DENSITY, ONE, true),
-    ("gauss", FLUX_DENSITY, ten(-4.0), false),
+    ("m", is(&[(LENGTH, 1.0)]), ONE, true, "m mm um"),
+    ("cm", is(&[(LENGTH, 1.0)]), ten(-2.0), false, "cm"),
+    ("kg", is(&[(MASS, 1.0)]), ONE, false, ""),
+    ("N", is(&[(MASS, 1.0), (LENGTH, 1.0), (TIME, -2.0)]), ONE, true, ""),
+    ("Pa", PRESSURE, ONE, true, "pa kpa"),
+    ("hPa", PRESSURE, ten(2.0), false, "hpa"),
+    ("bar", PRESSURE, ten(5.0), true, "bar mbar"),
+    ("W", is(&[(MASS, 1.0), (LENGTH, 2.0), (TIME, -3.0)]), ONE, true, ""),
+    ("T", FLUX_DENSITY, ONE, true, "ut nt"),
+    ("gauss", FLUX_DENSITY, ten(-4.0), false, "gauss"),
 ];
 
 const PLURALS: &[&str] = &["counts", "digits", "pulses", "turns"];
@@ -110,7 +111,9 @@ pub(crate) fn plain(name: &str) -> &str {
         "\u{b0}" => "deg",
         "\u{2032}" => "arcmin",
         "\u{2033}" => "arcsec",
-        "\u{b0}C" => "degC",
+        "\u{b0}C" | "C" | "Celsius" => "degC",
+        "\u{b0}F" | "Fahrenheit" => "degF",
+        "gn" => "g",
         "degree" | "degrees" | "Grad" => "deg",
         "radian" | "radians" => "rad",
         "r" => "rev",
@@ -125,7 +128,7 @@ pub(crate) fn plain(name: &str) -> &str {
 /// What a name stands for; `None` where the table does not have it.
 pub(super) fn find(name: &str) -> Option<Entry> {
     let plain = plain(name);
-    let entry = |(own, base, scale, _): &(&str, [f64; BASES], Scale, bool), power: f64| Entry {
+    let entry = |(own, base, scale, ..): &(&str, [f64; BASES], Scale, bool, &str), power: f64| Entry {
         base: *base,
         scale: scale.times(ten(power), 1.0),
         hertz: *own == "Hz",
@@ -136,7 +139,39 @@ pub(super) fn find(name: &str) -> Option<Entry> {
     let first = plain.chars().next()?;
     let (_, power) = PREFIXES.iter().find(|(prefix, _)| *prefix == first)?;
     let rest = plain.get(first.len_utf8()..)?;
-    TABLE.iter().find(|(own, _, _, prefixed)| *prefixed && *own == rest).map(|own| entry(own, *power))
+    TABLE.iter().find(|(own, _, _, prefixed, _)| *prefixed && *own == rest).map(|own| entry(own, *power))
+}
+
+/// The unit that the end of a column's name says: `temperature_c`, `gamma_deg_s`, `force_m_s2`.
+pub(crate) fn of_column(name: &str) -> Option<String> {
+    let lower = name.to_ascii_lowercase();
+    let (rest, last) = lower.rsplit_once('_')?;
+    let of = |end: &str| {
+        let named = TABLE.iter().find(|(.., ends)| ends.split(' ').any(|own| own == end && !end.is_empty()))?;
+        // the letter before a unit is its prefix
+        let prefix = end.strip_suffix(&named.0.to_ascii_lowercase()).unwrap_or_default();
+        Some(format!("{prefix}{}", named.0))
+    };
+    let time = match last {
+        "s" => Some("s"),
+        "s2" => Some("s^2"),
+        "h" => Some("h"),
+        _ => None,
+    };
+    let above = rest.rsplit('_').next().and_then(of).filter(|own| find(own).is_some_and(|own| own.base != IN_TIME));
+    match (above, time) {
+        (Some(above), Some(time)) => Some(format!("{above}/{time}")),
+        _ => of(last),
+    }
+}
+
+/// Where the zero of a scale of temperatures lies above 0 K, in its degrees.
+pub(super) fn zero(name: &str) -> f64 {
+    match plain(name) {
+        "degC" => 273.15,
+        "degF" => 459.67,
+        _ => 0.0,
+    }
 }
 
 /// The names of the table, as messages list them.

@@ -1,6 +1,6 @@
 //! A unit: what a person writes, its dimension and its size.
 
-use super::dimension::{COUNT, Dimension, SAME};
+use super::dimension::{COUNT, Dimension, SAME, TEMPERATURE};
 use super::scale::{Conversion, ONE, Scale};
 use super::table;
 use crate::error::{Fault, Malformed, Result};
@@ -145,20 +145,14 @@ impl Unit {
 
     /// From this unit to the one that is wanted, or a sentence with the wanted unit.
     ///
-    /// Between `K` and `degC` a value is shifted by 273.15; [`Conversion::of_differences`] is without the shift.
+    /// Between scales of temperature a value is shifted (by 273.15 from `degC` to `K`); [`Conversion::of_differences`] is without the shift.
     pub fn conversion_for(&self, to: &Unit, what: &str) -> Result<Conversion> {
-        let is_celsius = |unit: &Unit| matches!(unit.symbol.as_str(), "degC" | "\u{b0}C");
-        let is_kelvin = |unit: &Unit| matches!(unit.symbol.as_str(), "K" | "mK");
-        if let Some(plain) = self.conversion(to) {
-            const ZERO_CELSIUS: f64 = 273.15;
-            if is_kelvin(self) && is_celsius(to) {
-                return Ok(plain.shifted(-ZERO_CELSIUS));
-            }
-            if is_celsius(self) && is_kelvin(to) {
-                return Ok(plain.shifted(ZERO_CELSIUS * plain.factor()));
-            }
-        }
-        self.conversion(to).ok_or_else(|| {
+        let is_temperature = self.dimension.base.get(TEMPERATURE) == Some(&1.0) && self.factors.len() == 1;
+        let shifted = |plain: Conversion| match is_temperature {
+            true => plain.shifted(table::zero(&self.symbol) * plain.factor() - table::zero(&to.symbol)),
+            false => plain,
+        };
+        self.conversion(to).map(shifted).ok_or_else(|| {
             Malformed::new(Fault::Value, format!("the unit of {what} has another dimension"))
                 .expected(format!("{}, or a unit that converts to it", to.symbol))
                 .found(format!("'{}'", self.symbol))

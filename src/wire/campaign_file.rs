@@ -321,7 +321,7 @@ impl CampaignFile {
             ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
             ReadingsRef::Path(path) => {
                 let table = folder.table(&path).map_err(|e| e.at_path("readings"))?;
-                readings_table::read(&bench, table, &self.columns)?
+                readings_table::read(&bench, table, &self.columns, &self.scatter)?
             }
             ReadingsRef::Samples(samples) => self.reduced(&bench, *samples, folder)?,
         };

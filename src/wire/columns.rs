@@ -5,10 +5,9 @@
 
 use super::Named;
 use crate::bench::Bench;
-use crate::campaign::column_unit;
 use crate::error::{Fault, Malformed, Result};
 use crate::record;
-use crate::units::{Conversion, Unit};
+use crate::units::{self, Conversion, Unit};
 use std::collections::HashSet;
 
 /// A column as the readings have it.
@@ -19,13 +18,14 @@ pub(super) struct Column {
     pub conversion: Option<Conversion>,
 }
 
-/// What each title of a table stands for.
+/// What each title of a table stands for; `others` are keys that are read beside sensors, joints and names of model lines.
 ///
 /// Errors: a column that the map names and the table has not, a title that stands for two keys, two columns for one key, a unit that does not convert.
 pub(super) fn columns(
     bench: &Bench,
     titles: &[record::Column],
     map: &Named<String>,
+    others: &dyn Fn(&str) -> bool,
     file: &str,
 ) -> Result<Vec<Column>> {
     let fault = |fault, what: String| Malformed::new(fault, what).at_line(1, 1).in_file(file);
@@ -64,7 +64,7 @@ pub(super) fn columns(
                 Ok(to) if key.ends_with("_u") => to.map(Conversion::of_differences),
                 Ok(to) => to,
                 // what nothing reads may be in any unit
-                Err(_) if !is_read(bench, &used, &key) && map.get(&key).is_none() => None,
+                Err(_) if !is_read(bench, &used, &key) && !others(&key) && map.get(&key).is_none() => None,
                 Err(error) => return Err(error.at_line(1, 1).in_file(file)),
             },
             _ => None,
@@ -89,7 +89,10 @@ pub(crate) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
     }
     let unknown = |unit: &str| {
         Malformed::new(Fault::Value, format!("{what} ends in '{from}', and '{unit}' is no unit that is known"))
-            .expected(format!("a unit that converts to {to}, or a title without one where the numbers are in {to}"))
+            .expected(format!(
+                "a unit that converts to {to}, or a title without one where the numbers are in {to} (known are {})",
+                units::names()
+            ))
             .found(format!("'{from}'"))
     };
     let own = Unit::parse(from).map_err(|_| unknown(from))?;
@@ -113,7 +116,7 @@ pub(super) fn key_unit(bench: &Bench, key: &str) -> Option<String> {
     } else if joint("_deg") {
         "deg".to_string()
     } else {
-        let column = || column_unit(key).map(str::to_string);
+        let column = || units::of_column(key);
         sensor(key).or_else(|| key.strip_suffix("_u").and_then(sensor)).or_else(column)?
     };
     Some(text).filter(|text| !text.is_empty())

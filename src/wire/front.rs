@@ -98,7 +98,7 @@ impl Folder for Beside<'_> {
     }
 
     fn table(&mut self, name: &str) -> Result<Record> {
-        Record::at_titled(&self.0.join(name))
+        Record::at(&self.0.join(name))
     }
 
     fn record(&mut self, name: &str) -> Result<Record> {

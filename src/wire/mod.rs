@@ -179,13 +179,14 @@ pub fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folde
     file.into_campaign(folder).map_err(|error| in_source(error, source))
 }
 
-/// Readings of a table, whose columns may have the names that `columns` gives them.
+/// Readings of a table, whose columns may have the names that `columns` gives them; `scatter` says which are read beside those of the model lines.
 pub fn read_readings(
     bench: &Bench,
     table: crate::record::Record,
     columns: &Named<String>,
+    scatter: &[ScatterFile],
 ) -> Result<crate::campaign::Readings> {
-    readings_table::read(bench, table, columns)
+    readings_table::read(bench, table, columns, scatter)
 }
 
 /// Readings of rows as a campaign file has them; lists of a schedule are expanded.

@@ -1,6 +1,6 @@
 //! Readings from a table of any format that a record may have, and from the rows of one device of a table of many.
 
-use super::Named;
+use super::{Named, ScatterFile};
 use super::columns::{Column, columns};
 use super::locate::{csv_place, table_place};
 use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
@@ -10,13 +10,14 @@ use crate::campaign::Readings;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{self, As, Block, Record, Said, UNREADABLE};
+use crate::units::Conversion;
 
-/// The readings of a table; `map` has the titles of columns with names of their own. Empty cells are absent values, `position` is a text, every other cell
+/// The readings of a table; `map` has the titles of columns with names of their own, `scatter` says what is read beside the model lines. Empty cells are absent values, `position` is a text, every other cell
 /// that looks like a number is one.
 ///
 /// Errors: those of the record; a joint, sensor or uncertainty that is not a number, with its line (of other formats the row, from 1) and column.
-pub(super) fn read(bench: &Bench, mut record: Record, map: &Named<String>) -> Result<Readings> {
-    let keys = columns(bench, record.columns(), map, record.name())?;
+pub(super) fn read(bench: &Bench, mut record: Record, map: &Named<String>, scatter: &[ScatterFile]) -> Result<Readings> {
+    let keys = columns(bench, record.columns(), map, &|key| ScatterFile::use_key(scatter, key), record.name())?;
     if keys.is_empty() {
         return Err(Malformed::new(Fault::Missing, "the table has no column").in_file(record.name()));
     }
@@ -95,7 +96,7 @@ pub fn table_layout(
     map: &Named<String>,
     others: impl Fn(&str) -> bool,
 ) -> Result<Layout> {
-    let keys = columns(bench, record.columns(), map, record.name())?;
+    let keys = columns(bench, record.columns(), map, &others, record.name())?;
     let keys: Vec<_> = keys.into_iter().map(|column| (column.key, column.conversion)).collect();
     Ok(Layout::keyed(bench, &keys, by, others))
 }
@@ -128,15 +129,19 @@ fn cells(layout: &Layout, device: &Device, row: usize) -> ReadingFile {
     let mut inputs = device.inputs.iter().skip(from(width(&|kind| *kind == Use::Input)));
     let mut values = device.values.iter().skip(from(width(&|kind| matches!(kind, Use::Value(_)))));
     let mut others = device.others.iter().skip(from(width(&|kind| *kind == Use::Other)));
-    let cell = |(key, kind): (&String, &Use)| {
+    let cell = |((key, kind), conversion): ((&String, &Use), &Option<Conversion>)| {
         let cell = match kind {
             Use::Input => number(inputs.next()),
             Use::Value(_) => number(values.next()),
-            Use::Other => text(key, others.next().map_or("", String::as_str)),
+            // a label is converted here: the others are when they are read
+            Use::Other => match (text(key, others.next().map_or("", String::as_str)), conversion) {
+                (Cell::Number(value), Some(conversion)) => Cell::Number(conversion.apply(value)),
+                (cell, _) => cell,
+            },
         };
         (key.clone(), cell)
     };
-    Named(layout.keys.iter().zip(&layout.uses).map(cell).collect())
+    Named(layout.keys.iter().zip(&layout.uses).zip(&layout.conversions).map(cell).collect())
 }
 
 fn number(cell: Option<&f64>) -> Cell {

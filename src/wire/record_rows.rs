@@ -5,7 +5,7 @@ use super::columns::columns;
 use super::locate::table_place;
 use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
 use super::samples_file::{SamplesFile, SegmentSource};
-use super::{Folder, Named, Source, locate};
+use super::{Folder, Named, ScatterFile, Source, locate};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, JointState, Observation, Reading};
 use crate::error::{Fault, Malformed, Result};
@@ -104,8 +104,8 @@ impl<'a> RecordRows<'a> {
         let path = samples.samples.clone();
         let record = folder.record(&path).map_err(|e| e.at_path("readings.samples"))?;
         let map = if samples.columns.is_empty() { &file.columns } else { &samples.columns };
-        let keys = columns(&bench, record.columns(), map, record.name())?;
-        let over: Vec<&str> = file.scatter.iter().filter_map(|line| line.over.as_deref()).collect();
+        let used_by_scatter = |key: &str| ScatterFile::use_key(&file.scatter, key);
+        let keys = columns(&bench, record.columns(), map, &used_by_scatter, record.name())?;
         let used: Vec<String> =
             bench.sensors.iter().flat_map(|own| own.model.names().into_iter().map(str::to_string)).collect();
         let mut rows = RecordRows {
@@ -116,7 +116,7 @@ impl<'a> RecordRows<'a> {
             patterns: Vec::new(),
             segments: Segments::All,
             label: None,
-            titles: titles.iter().map(|title| title.to_string()).collect(),
+            titles: record.columns().iter().map(|own| own.title.clone()).collect(),
             rate: samples.rate_hz,
             origin: None,
             record: None,
@@ -136,7 +136,7 @@ impl<'a> RecordRows<'a> {
             let kind = meaning(&rows.bench, &key);
             let wanted = match kind {
                 Meaning::Position => false,
-                Meaning::Column => key == "time_s" || over.contains(&key.as_str()) || used.contains(&key),
+                Meaning::Column => key == "time_s" || used_by_scatter(&key) || used.contains(&key),
                 _ => true,
             };
             if !wanted {

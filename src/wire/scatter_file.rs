@@ -74,6 +74,11 @@ impl NumberOrEstimate {
 }
 
 impl ScatterFile {
+    /// Does one of the lines read a column?
+    pub fn use_key(lines: &[ScatterFile], key: &str) -> bool {
+        lines.iter().any(|line| [&line.over, &line.per].into_iter().any(|own| own.as_deref() == Some(key)))
+    }
+
     pub(super) fn into_request(self) -> ScatterRequest {
         let is_word = |value: Option<NumberOrEstimate>| matches!(value, Some(NumberOrEstimate::Estimate(_)));
         ScatterRequest {

@@ -1,6 +1,5 @@
 //! One table through every door: whatever its dialect or format, each entrance reads the same numbers, or says the same of it.
 
-use crate::support::*;
 use assert_cmd::Command;
 use std::io::Write;
 use std::path::Path;

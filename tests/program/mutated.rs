@@ -282,7 +282,7 @@ fn tables() {
     let tables = corpus(&ALL, &[".csv"]);
     hold("readings", &tables, count, |bytes| {
         let Ok(record) = Record::of_text("readings.csv", bytes) else { return false };
-        read_readings(&bench, record, &Named::default()).is_ok()
+        read_readings(&bench, record, &Named::default(), &[]).is_ok()
     });
     let records = corpus(&ALL, &[".csv", ".csv.gz"]);
     hold("record", &records, count, |bytes| {

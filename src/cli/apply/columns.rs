@@ -1,17 +1,19 @@
-//! A record in blocks of columns, from or to Parquet: numbers that stay are doubles (times in seconds), texts are texts.
+//! A record corrected in blocks of columns, to CSV or Parquet. Cells of a table of text that stay are copied as they stand; numbers of other formats are doubles (times in
+//! seconds), texts are texts.
 
-use super::text::{Table, cell, unwritten};
 use super::{Correction, Counts, Plan, Stream, plan, titles};
 use crate::elements::Elements;
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::number;
-use crate::record::{As, Block, Record, UNREADABLE};
+use crate::record::{As, Block, Record, UNREADABLE, Written};
+use crate::units::Conversion;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
+use std::borrow::Cow;
 use std::io::Write;
 use std::sync::Arc;
 
@@ -20,18 +22,18 @@ struct Source {
     record: Record,
     titles: Vec<String>,
     plan: Plan,
-    /// Is each column that stays a text?
-    texts: Vec<bool>,
+    /// What each column that stays is read as.
+    kept: Vec<As>,
     /// The columns that are read, each once.
     read: Vec<usize>,
 }
 
 impl Source {
-    fn open(correction: &Correction<'_>, open: &dyn Fn() -> Result<Record>) -> Result<Self> {
+    /// What is kept of a table of text is `written`, or else numbers and texts.
+    fn open(correction: &Correction<'_>, open: &mut dyn FnMut() -> Result<Record>, written: bool) -> Result<Self> {
         let mut record = open()?;
         let titles: Vec<String> = record.columns().iter().map(|column| column.title.clone()).collect();
-        let columns = record.columns().to_vec();
-        let plan = plan(correction.arguments, correction.calibration, &columns)
+        let plan = plan(correction.arguments, correction.calibration, record.columns())
             .map_err(|error| error.at_line(1, 1).in_file(record.name()))?;
         let numbers = plan.sensors.iter().copied().chain(plan.given.iter().flatten().map(|(column, _)| *column));
         let mut wanted: Vec<(usize, As)> = Vec::new();
@@ -42,19 +44,22 @@ impl Source {
         }
         let others: Vec<usize> =
             plan.kept.iter().copied().filter(|k| !wanted.iter().any(|(own, _)| own == k)).collect();
-        let of_others = texts(open, &others)?;
-        wanted.extend(others.iter().zip(&of_others).map(|(k, text)| (*k, if *text { As::Label } else { As::Number })));
-        let is_text = |k: &usize| others.iter().zip(&of_others).any(|(own, text)| own == k && *text);
-        let texts = plan.kept.iter().map(is_text).collect();
+        let of_others = match (&record, written) {
+            (Record::Delimited(_), true) => vec![As::Written; others.len()],
+            _ => kinds(&record, open, &others)?,
+        };
+        wanted.extend(others.into_iter().zip(of_others));
+        let kind = |k: &usize| wanted.iter().find(|(own, _)| own == k).map_or(As::Number, |(_, kind)| *kind);
+        let kept = plan.kept.iter().map(kind).collect();
         record.select(&wanted);
-        Ok(Source { record, titles, plan, texts, read: wanted.into_iter().map(|(column, _)| column).collect() })
+        Ok(Source { record, titles, plan, kept, read: wanted.into_iter().map(|(column, _)| column).collect() })
     }
 
     /// Titles of all columns that are written.
-    fn header(&self, correction: &Correction<'_>) -> Vec<(String, bool)> {
+    fn header(&self, correction: &Correction<'_>) -> Vec<(String, As)> {
         let kept = self.plan.kept.iter().filter_map(|k| self.titles.get(*k).cloned());
-        let kept = kept.zip(self.texts.iter().copied());
-        kept.chain(titles(correction).into_iter().map(|title| (title, false))).collect()
+        let kept = kept.zip(self.kept.iter().copied());
+        kept.chain(titles(correction).into_iter().map(|title| (title, As::Number))).collect()
     }
 
     /// Correct block after block: the columns that stay, then the corrected ones.
@@ -62,7 +67,7 @@ impl Source {
         &mut self,
         correction: &Correction<'_>,
         counts: &mut Counts,
-        mut take: impl FnMut(&[&[f64]], &[Vec<f64>], &[String]) -> Result<()>,
+        mut take: impl FnMut(&[&[f64]], &[Vec<f64>], &Texts<'_>) -> Result<()>,
     ) -> Result<()> {
         let plan = &self.plan;
         counts.given = plan.given.iter().map(Option::is_some).collect();
@@ -74,101 +79,125 @@ impl Source {
             // every column of the plan is among those read
             let column = |k: usize| block.columns.at(self.read.iter().position(|own| *own == k).unwrap_or(usize::MAX));
             let sensors: Vec<&[f64]> = plan.sensors.iter().map(|k| column(*k)).collect();
-            let inputs: Vec<Option<(&[f64], f64)>> =
-                plan.given.iter().map(|from| from.map(|(k, factor)| (column(k), factor))).collect();
+            let inputs: Vec<Option<(&[f64], Conversion)>> =
+                plan.given.iter().map(|from| from.map(|(k, conversion)| (column(k), conversion))).collect();
             let kept: Vec<&[f64]> = plan.kept.iter().map(|k| column(*k)).collect();
             for row in 0..block.rows() {
                 for ((to, column), conversion) in readings.iter_mut().zip(&sensors).zip(&plan.conversions) {
                     *to = conversion.map_or(column.at(row), |conversion| conversion.apply(column.at(row)));
                 }
-                let mut columns = inputs.iter();
-                for (value, (_, conversion)) in
-                    given.iter_mut().zip(&plan.given).filter_map(|(v, from)| Some((v, from.as_ref()?)))
-                {
-                    *value = conversion.apply(columns.next().map_or(f64::NAN, at));
+                for (value, from) in given.iter_mut().zip(&inputs) {
+                    *value = from.map_or(*value, |(column, conversion)| conversion.apply(column.at(row)));
                 }
                 let (values, converged) = correction.row(&readings, &given);
                 counts.rows += 1;
                 counts.failed += u64::from(!converged);
                 corrected.iter_mut().zip(&values).for_each(|(to, value)| to.push(*value));
             }
-            take(&kept, &corrected, self.record.labels())?;
+            take(&kept, &corrected, &Texts { labels: self.record.labels(), written: &block.written })?;
         }
         Ok(())
     }
 }
 
-/// Which of these columns hold texts, by their first rows.
-fn texts(open: &dyn Fn() -> Result<Record>, kept: &[usize]) -> Result<Vec<bool>> {
-    if kept.is_empty() {
-        return Ok(Vec::new());
-    }
-    let mut texts = Vec::with_capacity(kept.len());
-    match open()? {
-        Record::Columnar(table) => {
-            texts.extend(kept.iter().map(|k| table.is_text(*k)));
-        }
-        Record::Held(_) => texts.resize(kept.len(), false),
-        mut record @ Record::Delimited(_) => {
-            record.select(&kept.iter().map(|k| (*k, As::Cell)).collect::<Vec<_>>());
-            let mut block = Block::default();
-            texts.resize(kept.len(), false);
+/// Whether these columns hold numbers or texts, of a table of text by all of its rows.
+fn kinds(record: &Record, open: &mut dyn FnMut() -> Result<Record>, columns: &[usize]) -> Result<Vec<As>> {
+    let texts: Vec<bool> = match record {
+        _ if columns.is_empty() => Vec::new(),
+        Record::Columnar(table) => columns.iter().map(|k| table.is_text(*k)).collect(),
+        Record::Held(table) => columns.iter().map(|k| table.is_text(*k)).collect(),
+        Record::Delimited(_) => {
+            let mut record = open()?;
+            record.select(&columns.iter().map(|k| (*k, As::Cell)).collect::<Vec<_>>());
+            let (mut block, mut texts) = (Block::default(), vec![false; columns.len()]);
             while record.next(&mut block)? {
                 for (text, column) in texts.iter_mut().zip(&block.columns) {
                     *text |= column.iter().any(|v| v.to_bits() == UNREADABLE.to_bits());
                 }
             }
+            texts
         }
-    }
-    Ok(texts)
+    };
+    Ok(texts.into_iter().map(|text| if text { As::Label } else { As::Number }).collect())
 }
 
-/// A label by its number.
-fn label(labels: &[String], number: f64) -> &str {
-    let place = number.is_finite().then_some(number::count(number));
-    place.and_then(|k| labels.get(k)).map_or("", String::as_str)
+/// The texts of a block.
+struct Texts<'a> {
+    labels: &'a [String],
+    written: &'a Written,
+}
+
+impl Texts<'_> {
+    /// A label by its number.
+    fn label(&self, number: f64) -> &str {
+        let place = number.is_finite().then_some(number::count(number));
+        place.and_then(|k| self.labels.get(k)).map_or("", String::as_str)
+    }
+
+    /// What a cell that is kept is written as.
+    fn cell(&self, kind: As, number: f64) -> Cow<'_, [u8]> {
+        match kind {
+            As::Written => Cow::Borrowed(self.written.cell(number)),
+            As::Label => Cow::Borrowed(self.label(number).as_bytes()),
+            _ => Cow::Owned(cell(number)),
+        }
+    }
+}
+
+/// A number, or an empty cell where there is none.
+fn cell(value: f64) -> Vec<u8> {
+    if value.is_finite() { value.to_string().into_bytes() } else { Vec::new() }
+}
+
+fn unwritten(error: &dyn std::fmt::Display) -> Malformed {
+    Malformed::new(Fault::File, format!("the corrected record cannot be written: {error}")).expected("room to write to")
 }
 
 /// A record as CSV.
 pub(super) fn to_text(
     correction: &Correction<'_>,
-    open: &dyn Fn() -> Result<Record>,
+    record: Record,
     counts: &mut Counts,
     output: impl Write,
 ) -> Result<()> {
-    let mut source = Source::open(correction, open)?;
-    let texts = source.texts.clone();
+    let mut record = Some(record);
+    let once = || Malformed::new(Fault::File, "the record can be read once only");
+    let mut source = Source::open(correction, &mut || record.take().ok_or_else(once), true)?;
+    let kinds = source.kept.clone();
     let titles: Vec<String> = source.header(correction).into_iter().map(|(title, _)| title).collect();
-    let mut writer = Table::new(titles, output);
-    source.each(correction, counts, |kept, corrected, labels| {
+    let mut writer = csv::Writer::from_writer(std::io::BufWriter::with_capacity(1 << 16, output));
+    // the titles go before the first row, or before the end, so that a fault in the first row finds nothing written
+    let mut titles = Some(titles);
+    source.each(correction, counts, |kept, corrected, texts| {
+        titles.take().map_or(Ok(()), |titles| writer.write_record(titles)).map_err(|error| unwritten(&error))?;
         for row in 0..corrected.first().map_or(0, Vec::len) {
-            let kept = kept.iter().zip(&texts).map(|(column, text)| match text {
-                true => label(labels, column.at(row)).to_string(),
-                false => cell(column.at(row)),
-            });
-            writer.row(kept.chain(corrected.iter().map(|column| cell(column.at(row)))))?;
+            let kept = kept.iter().zip(&kinds).map(|(column, kind)| texts.cell(*kind, column.at(row)));
+            let corrected = corrected.iter().map(|column| Cow::Owned(cell(column.at(row))));
+            writer.write_record(kept.chain(corrected)).map_err(|error| unwritten(&error))?;
         }
         Ok(())
     })?;
-    writer.finish()
+    titles.map_or(Ok(()), |titles| writer.write_record(titles)).map_err(|error| unwritten(&error))?;
+    writer.flush().map_err(|error| unwritten(&error))
 }
 
 /// A record as Parquet, a row group for each block.
 pub(super) fn to_columns(
     correction: &Correction<'_>,
-    open: &dyn Fn() -> Result<Record>,
+    open: &mut dyn FnMut() -> Result<Record>,
     counts: &mut Counts,
     stream: Stream,
 ) -> Result<Stream> {
-    let mut source = Source::open(correction, open)?;
+    let mut source = Source::open(correction, open, false)?;
     let header = source.header(correction);
     let failed = |error: ParquetError| unwritten(&error);
     let fields = header
         .iter()
-        .map(|(title, text)| {
-            let physical = if *text { Physical::BYTE_ARRAY } else { Physical::DOUBLE };
+        .map(|(title, kind)| {
+            let text = *kind == As::Label;
+            let physical = if text { Physical::BYTE_ARRAY } else { Physical::DOUBLE };
             let builder = Type::primitive_type_builder(title, physical).with_repetition(Repetition::OPTIONAL);
-            let builder = if *text { builder.with_logical_type(Some(LogicalType::String)) } else { builder };
+            let builder = if text { builder.with_logical_type(Some(LogicalType::String)) } else { builder };
             builder.build().map(Arc::new)
         })
         .collect::<std::result::Result<_, _>>()
@@ -178,27 +207,27 @@ pub(super) fn to_columns(
     let properties =
         WriterProperties::builder().set_compression(Compression::SNAPPY).set_created_by(written_by).build();
     let mut writer = SerializedFileWriter::new(stream, Arc::new(schema), Arc::new(properties)).map_err(failed)?;
-    let texts = source.texts.clone();
-    source.each(correction, counts, |kept, corrected, labels| {
-        group(&mut writer, &texts, kept, corrected, labels).map_err(failed)
+    let kinds = source.kept.clone();
+    source.each(correction, counts, |kept, corrected, texts| {
+        group(&mut writer, &kinds, kept, corrected, texts).map_err(failed)
     })?;
     writer.into_inner().map_err(failed)
 }
 
 fn group(
     writer: &mut SerializedFileWriter<Stream>,
-    texts: &[bool],
+    kinds: &[As],
     kept: &[&[f64]],
     corrected: &[Vec<f64>],
-    labels: &[String],
+    texts: &Texts<'_>,
 ) -> std::result::Result<(), ParquetError> {
     let mut group = writer.next_row_group()?;
     for (k, column) in kept.iter().copied().chain(corrected.iter().map(Vec::as_slice)).enumerate() {
         let Some(mut to) = group.next_column()? else { break };
         let levels: Vec<i16> = column.iter().map(|v| i16::from(!v.is_nan())).collect();
         let values = column.iter().filter(|v| !v.is_nan());
-        if texts.get(k).copied().unwrap_or(false) {
-            let values: Vec<ByteArray> = values.map(|v| ByteArray::from(label(labels, *v))).collect();
+        if kinds.get(k) == Some(&As::Label) {
+            let values: Vec<ByteArray> = values.map(|v| ByteArray::from(texts.label(*v))).collect();
             to.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
         } else {
             let values: Vec<f64> = values.copied().collect();

@@ -1,10 +1,8 @@
 //! `tumble apply CALIBRATION LOG`: a record corrected, row by row.
 //!
-//! A table of text becomes a table of text cell by cell, so that what is not corrected stays as it was written (`text.rs`); where one
-//! of both is Parquet, it goes in blocks of columns (`columns.rs`).
+//! In blocks of columns (`columns.rs`); of a table of text, what is not corrected stays as it was written.
 
 mod columns;
-mod text;
 
 use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
@@ -14,9 +12,8 @@ use crate::record::{Column, Delimited, Record};
 use crate::units::Conversion;
 use crate::wire;
 use clap::{Args, ValueEnum};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// What to correct, and where to write it.
 #[derive(Debug, Args)]
@@ -96,8 +93,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
                 return Err(Malformed::new(Fault::Value, "a stream of text cannot be written as Parquet")
                     .expected("a record in a file, or --out with a name that ends in .csv"));
             }
-            let open = || super::log::open(&arguments.log);
-            outputs.finish(columns::to_columns(&correction, &open, &mut counts, stream)?);
+            let mut open = || super::log::open(&arguments.log);
+            outputs.finish(columns::to_columns(&correction, &mut open, &mut counts, stream)?);
         }
         Some(mut stream) => {
             rows(&correction, &mut counts, &mut stream)?;
@@ -115,65 +112,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(if counts.failed > 0 { Outcome::Rejected } else { Outcome::Done })
 }
 
-/// CSV, from text or from columns.
+/// CSV.
 fn rows(correction: &Correction<'_>, counts: &mut Counts, output: impl Write) -> Result<()> {
     let log = &correction.arguments.log;
-    let beginning = Beginning::of(log)?;
-    match beginning {
-        // cells of plain CSV are copied as they stand; other dialects are read as every record is
-        Beginning::Plain(input) => text::correct(correction, input, counts, output),
-        other => columns::to_text(correction, &|| other.record(log), counts, output),
-    }
-}
-
-/// How a record begins.
-enum Beginning {
-    /// Plain CSV, from its first byte.
-    Plain(Box<dyn Read>),
-    /// All of what came through a pipe, in another dialect.
-    Held(Arc<[u8]>),
-    /// A file to be opened.
-    File,
-}
-
-impl Beginning {
-    /// Errors: a record that cannot be read.
-    fn of(log: &Path) -> Result<Self> {
-        let unreadable = |error: std::io::Error| {
-            Malformed::new(Fault::File, format!("cannot read '{}': {error}", log.display()))
-                .expected("a readable record (CSV, Parquet, a workbook, MATLAB, HDF5 or MCAP)")
-        };
-        let stdin = log == Path::new("-");
-        if !stdin && !Record::is_text(log) {
-            return Ok(Beginning::File);
-        }
-        let mut input: Box<dyn Read> = match stdin {
-            true => Box::new(std::io::stdin().lock()),
-            false => Box::new(std::fs::File::open(log).map_err(unreadable)?),
-        };
-        let mut first = Vec::new();
-        input.by_ref().take(1 << 16).read_to_end(&mut first).map_err(unreadable)?;
-        if text::is_plain(&first) {
-            super::session::reads(log);
-            return Ok(Beginning::Plain(Box::new(std::io::Cursor::new(first).chain(input))));
-        }
-        if log.is_file() {
-            return Ok(Beginning::File);
-        }
-        input.read_to_end(&mut first).map_err(unreadable)?;
-        Ok(Beginning::Held(first.into()))
-    }
-
-    /// The record, from its beginning, as often as it is asked for.
-    fn record(&self, log: &Path) -> Result<Record> {
-        match self {
-            Beginning::Held(bytes) => {
-                let name = log.display().to_string();
-                Delimited::open(&name, std::io::Cursor::new(bytes.clone())).map(Record::Delimited)
-            }
-            Beginning::Plain(_) | Beginning::File => super::log::open(log),
-        }
-    }
+    let record = match log == Path::new("-") {
+        true => Record::Delimited(Delimited::open("-", std::io::stdin())?),
+        false => super::log::open(log)?,
+    };
+    columns::to_text(correction, record, counts, output)
 }
 
 fn is_parquet(path: &Path) -> bool {
@@ -293,8 +239,8 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
         .inputs
         .iter()
         .filter(|input| input.role == InputRole::Given)
-        .map(|input| match (column(&input.name), input.quantity, crate::campaign::column_unit(&input.name)) {
-            (Some(k), _, Some(unit)) => converted(k, &input.name, unit).map(Some),
+        .map(|input| match (column(&input.name), input.quantity, crate::units::of_column(&input.name)) {
+            (Some(k), _, Some(unit)) => converted(k, &input.name, &unit).map(Some),
             (Some(k), Quantity::Angle, None) => converted(k, &input.name, "rad").map(Some),
             (Some(k), ..) => Ok(Some((k, Conversion::NONE))),
             (None, Quantity::Angle, _) => Ok(column(&format!("{}_deg", input.name)).zip(radian)),
