@@ -66,15 +66,14 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let schedule = arguments.schedule.as_deref().map(schedule).transpose()?;
+    let mut schedule = arguments.schedule.as_deref().map(schedule).transpose()?;
     let to_campaign = arguments.to.as_deref().is_some_and(|to| to.extension().is_none_or(|e| e != "csv"));
     if to_campaign && schedule.is_none() {
         return Err(Malformed::new(Fault::Missing, "a campaign needs the schedule that was run")
             .expected("--for SCHEDULE beside --to, or a name that ends in .csv for a table of readings")
             .at_path("--to"));
     }
-    let mut record = log::open(&arguments.log)?;
-    let reduced = recipe(arguments)?.reduce(&mut record, schedule.as_ref())?;
+    let (record, reduced) = recipe(arguments)?.reduce_for(&mut || log::open(&arguments.log), schedule.as_mut())?;
     reduced.notes.iter().for_each(|note| super::note(&format!("note: {note}")));
     if let Some(why) = &reduced.nothing {
         why.iter().enumerate().for_each(|(k, line)| super::note(&format!("{}{line}", if k > 0 { "  " } else { "" })));

@@ -22,6 +22,16 @@ use std::collections::HashSet;
 /// Passes over a long campaign before what has no column is left alone.
 const SCREENED: usize = 4;
 
+/// A column below this share of its norm is none.
+const VANISHED: f64 = 1e-6;
+
+/// Norms of the columns of the unknowns, by name.
+fn norms(campaign: &Campaign, design: &DesignMatrix) -> Vec<(String, f64)> {
+    let norm = |k: usize| design.jacobian.col_as_slice(k).iter().map(|v| v * v).sum::<f64>().sqrt();
+    let unknowns = campaign.estimated().iter().enumerate().take(design.jacobian.ncols());
+    unknowns.map(|(k, own)| (own.id.clone(), norm(k))).collect()
+}
+
 /// What the passes of a diagnosis share, and where the next one stands.
 pub(super) struct Pass<'a> {
     campaign: &'a Campaign,
@@ -31,6 +41,8 @@ pub(super) struct Pass<'a> {
     settings: Settings,
     model: Model,
     point: Vec<f64>,
+    /// The columns of the unknowns at the model as given, by name: their norms.
+    given: Vec<(String, f64)>,
     finished: Option<Finished>,
     /// Candidates whose repair did not do what their column promised.
     banned: Vec<(String, Option<usize>)>,
@@ -66,8 +78,10 @@ impl<'a> Pass<'a> {
         point: Vec<f64>,
     ) -> Result<Self> {
         let model = Model::new(campaign)?;
+        let given = norms(campaign, &design::assemble(campaign, &model, &point)?);
         Ok(Pass {
             campaign,
+            given,
             asked,
             catalogue,
             settings,
@@ -110,7 +124,10 @@ impl<'a> Pass<'a> {
             _ => false,
         };
         if !set.iter().filter_map(|j| seen.candidates.get(*j)).any(delicate) {
-            return super::fit_exactly(repaired);
+            let home = super::fit_exactly(repaired)?;
+            if !self.is_trivial(&home) {
+                return Ok(home);
+            }
         }
         let mut beside = repaired.clone();
         for (parameter, value) in self.campaign.parameters.iter().zip(&self.point) {
@@ -131,6 +148,13 @@ impl<'a> Pass<'a> {
         Ok(if squares(&here) < squares(&home) { here } else { home })
     }
 
+    /// Does a column of the given model vanish at a solution? A norm with an offset may explain all readings without its triad: scale factors 0, offset = g.
+    pub fn is_trivial(&self, fit: &Fit) -> bool {
+        let there = norms(&fit.campaign, &fit.design);
+        let at = |id: &str| there.iter().find(|(own, _)| own == id).map(|(_, norm)| *norm);
+        self.given.iter().any(|(id, norm)| at(id).is_some_and(|own| own < VANISHED * norm))
+    }
+
     /// Stand there again.
     pub fn go_back(&mut self, stand: Stand) {
         (self.point, self.finished) = stand;
@@ -143,6 +167,9 @@ impl<'a> Pass<'a> {
 
     /// Does the exact fit with a set take off what its columns promised, but for less than half of what its least member adds?
     pub fn is_confirmed(&self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
+        if self.is_trivial(after) {
+            return false;
+        }
         let left = seen.weighted.squares(&after.estimate.residuals);
         let promised = seen.evidence.rss_of(set);
         let least = (0..set.len()).map(|place| seen.evidence.rss_of(&without(set, place)) - promised);
@@ -155,7 +182,7 @@ impl<'a> Pass<'a> {
     pub fn keeps_its_promise(&mut self, seen: &Seen, set: &[usize], after: &Fit) -> bool {
         let left = seen.weighted.squares(&after.estimate.residuals);
         let promised = seen.evidence.rss - seen.evidence.rss_of(set);
-        if seen.evidence.rss - left >= self.settings.kept_promise * promised {
+        if seen.evidence.rss - left >= self.settings.kept_promise * promised && !self.is_trivial(after) {
             return true;
         }
         // of a set the least visible is the one that fails

@@ -197,6 +197,9 @@ impl Dialect {
                 (remark_titles(&all, before, delimiter, width), None, first)
             }
         };
+        // the line of the names, from 1
+        let is_names = |line: &[u8]| names.as_ref().is_some_and(|names| texts(line) == *names);
+        let titled = filled.iter().take(first).rfind(|(_, line)| is_names(line)).map_or(1, |(k, _)| k + 1);
         let lines_before = match filled.get(first) {
             Some((k, _)) => *k,
             None => head.iter().filter(|b| **b == b'\n').count() + 1,
@@ -212,7 +215,8 @@ impl Dialect {
         let mut seen = HashSet::new();
         if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
             return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
-                .expected("each column once"));
+                .expected("each column once")
+                .at_line(titled, 1));
         }
         Ok(Dialect { delimiter, mark, columns, named, skip: after(head, lines_before), lines: lines_before as u64 })
     }

@@ -18,7 +18,7 @@ const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
 const DATA_END: u8 = 15;
 /// Longest record that is read: a chunk is a few megabytes.
-const LONGEST: u64 = 1 << 32;
+pub(super) const LONGEST: u64 = 1 << 32;
 
 /// Columns of a message after its time: name and unit.
 const COLUMNS: [(&str, &str); 6] =
@@ -41,7 +41,11 @@ pub(super) fn open(name: &str, mut from: impl BufRead, table: Option<&str>) -> R
             .found(error.to_string())
             .in_file(name)
     })?;
-    let mut topics: Vec<Topic> = log.topics.into_values().collect();
+    choose(name, log.topics.into_values().collect(), table)
+}
+
+/// The topic that is meant, of those of a log.
+pub(super) fn choose(name: &str, mut topics: Vec<Topic>, table: Option<&str>) -> Result<Held> {
     topics.sort_by(|a, b| a.name.cmp(&b.name));
     if !topics.iter().any(|topic| topic.serial.is_some()) {
         let found: Vec<String> = topics.iter().map(|topic| format!("{} ({})", topic.name, topic.kind)).collect();
@@ -56,22 +60,28 @@ pub(super) fn open(name: &str, mut from: impl BufRead, table: Option<&str>) -> R
 
 /// How a message's numbers are laid out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Serial {
+pub(super) enum Serial {
     Ros1,
     Cdr,
 }
 
 #[derive(Debug, Default)]
-struct Topic {
-    name: String,
-    kind: String,
-    serial: Option<Serial>,
+pub(super) struct Topic {
+    pub name: String,
+    pub kind: String,
+    pub serial: Option<Serial>,
     /// Times of the heads and of the log, ns.
     stamps: Vec<(i128, u64)>,
     values: Vec<[f64; 6]>,
 }
 
 impl Topic {
+    /// Takes a message: times of its head and of the log in nanoseconds, rates and specific forces.
+    pub fn push(&mut self, stamp: i128, time: u64, values: [f64; 6]) {
+        self.stamps.push((stamp, time));
+        self.values.push(values);
+    }
+
     fn sheet(self) -> Sheet {
         let by_log = self.stamps.iter().all(|(head, _)| *head == 0);
         let ns = |(head, log): &(i128, u64)| if by_log { i128::from(*log) } else { *head };
@@ -214,8 +224,7 @@ impl Log {
                 let Some(topic) = self.topics.get_mut(&id) else { return Some(()) };
                 let Some(serial) = topic.serial else { return Some(()) };
                 let (stamp, values) = imu(at.0, serial)?;
-                topic.stamps.push((stamp, time));
-                topic.values.push(values);
+                topic.push(stamp, time, values);
                 Some(())
             })(),
             _ => Some(()),
@@ -225,7 +234,7 @@ impl Log {
 }
 
 /// Time of the head in nanoseconds, rates and specific forces of a message.
-fn imu(data: &[u8], serial: Serial) -> Option<(i128, [f64; 6])> {
+pub(super) fn imu(data: &[u8], serial: Serial) -> Option<(i128, [f64; 6])> {
     let mut at = Bytes(data);
     let mut big = false;
     if serial == Serial::Cdr {
@@ -262,7 +271,7 @@ fn imu(data: &[u8], serial: Serial) -> Option<(i128, [f64; 6])> {
 }
 
 /// Bytes that are taken from the front, in little-endian order.
-struct Bytes<'a>(&'a [u8]);
+pub(super) struct Bytes<'a>(pub &'a [u8]);
 
 impl<'a> Bytes<'a> {
     fn take(&mut self, count: usize) -> Option<&'a [u8]> {
@@ -279,8 +288,13 @@ impl<'a> Bytes<'a> {
         Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
     }
 
-    fn text(&mut self) -> Option<String> {
+    /// As many as the four bytes before them say.
+    pub fn part(&mut self) -> Option<&'a [u8]> {
         let length = u32::from_le_bytes(self.take(4)?.try_into().ok()?) as usize;
-        Some(String::from_utf8_lossy(self.take(length)?).into_owned())
+        self.take(length)
+    }
+
+    fn text(&mut self) -> Option<String> {
+        Some(String::from_utf8_lossy(self.part()?).into_owned())
     }
 }

@@ -16,7 +16,8 @@
 //! | `columnar_labels.rs` | texts of a Parquet column as numbers of labels |
 //! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
 //! | `matlab.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
-//! | `mcap.rs` | logs of robots: messages `sensor_msgs/Imu` (feature `mcap`) |
+//! | `mcap.rs`, `bag.rs` | logs of robots, MCAP and bags of ROS 1: messages `sensor_msgs/Imu` (feature `mcap`) |
+//! | `ulog.rs` | logs of PX4 |
 //! | `guard.rs` | panics of foreign readers |
 //! | `held.rs` | a table in memory, and which of a file's tables is meant |
 //! | `times.rs` | times as people write them |
@@ -24,6 +25,8 @@
 //!
 //! Deliberately absent: what the columns mean (`wire`, `reduce`).
 
+#[cfg(feature = "mcap")]
+mod bag;
 mod clock;
 #[cfg_attr(not(feature = "parquet"), path = "columnar_absent.rs")]
 mod columnar;
@@ -43,6 +46,7 @@ mod mcap;
 mod number;
 mod text;
 mod times;
+mod ulog;
 #[cfg(feature = "excel")]
 mod workbook;
 
@@ -210,7 +214,7 @@ impl Record {
             Format::Text => {}
             other => {
                 return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {}", other.name()))
-                    .expected("CSV (also with semicolons, tabs or spaces; gzip), Parquet, a workbook, MATLAB, HDF5 or MCAP, in a file")
+                    .expected("CSV (also with semicolons, tabs or spaces; gzip), Parquet, a workbook, MATLAB, HDF5, MCAP, a bag of ROS 1 or a ULog, in a file")
                     .in_file(name));
             }
         }
@@ -253,6 +257,7 @@ impl Record {
                     .in_file(name))
             }
             (Format::Matlab, table) => matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held),
+            (Format::Ulog, table) => ulog::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::Held),
             #[cfg(feature = "excel")]
             (Format::Workbook, table) => {
                 workbook::open(&name, whole(&mut file).map_err(unread)?, table).map(Record::Delimited)
@@ -261,6 +266,8 @@ impl Record {
             (Format::Hdf5, table) => hdf5::open(&name, &path, table).map(Record::Held),
             #[cfg(feature = "mcap")]
             (Format::Mcap, table) => mcap::open(&name, std::io::BufReader::new(file), table).map(Record::Held),
+            #[cfg(feature = "mcap")]
+            (Format::Bag, table) => bag::open(&name, std::io::BufReader::new(file), table).map(Record::Held),
             #[allow(unreachable_patterns, reason = "a program without some of the features")]
             (other, _) => Err(Malformed::new(Fault::File, format!("'{name}' is {}", other.name()))
                 .expected("a format that this program was built for (Cargo features excel, hdf5, mcap)")
@@ -434,6 +441,8 @@ enum Format {
     Matlab,
     Hdf5,
     Mcap,
+    Bag,
+    Ulog,
     /// Recognised and not read; its name.
     Unread(&'static str),
 }
@@ -450,13 +459,11 @@ impl Format {
             [b'M', b'A', b'T', b'L', b'A', b'B', ..] => Format::Matlab,
             [0x89, b'M', b'C', b'A', b'P', ..] => Format::Mcap,
             [0x28, 0xB5, 0x2F, 0xFD, ..] => Format::Unread("compressed by zstd"),
-            [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => {
-                Format::Unread("a bag of ROS 1, which `mcap convert FILE.bag FILE.mcap` makes an MCAP log of")
-            }
+            [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => Format::Bag,
             [b'S', b'Q', b'L', b'i', b't', b'e', b' ', b'f', ..] => {
                 Format::Unread("an SQLite database (a rosbag2 .db3?), which `ros2 bag convert` makes an MCAP log of")
             }
-            [b'U', b'L', b'o', b'g', 0x01, ..] => Format::Unread("a ULog of PX4, which `ulog2csv` makes tables of"),
+            [b'U', b'L', b'o', b'g', 0x01, ..] => Format::Ulog,
             [b'T', b'D', b'S', b'm', ..] => Format::Unread("a TDMS file of LabVIEW, which is exported as CSV or HDF5"),
             [0xFD, b'7', b'z', b'X', b'Z', 0, ..] => Format::Unread("compressed by xz"),
             [b'B', b'Z', b'h', b'1'..=b'9', b'1', b'A', b'Y', b'&'] => Format::Unread("compressed by bzip2"),
@@ -472,6 +479,8 @@ impl Format {
             Format::Matlab => "a MATLAB file",
             Format::Hdf5 => "an HDF5 file (or a MATLAB file of level 7.3)",
             Format::Mcap => "an MCAP log",
+            Format::Bag => "a bag of ROS 1",
+            Format::Ulog => "a ULog of PX4",
             Format::Unread(name) => name,
         }
     }

@@ -9,7 +9,11 @@ use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::Bench;
 use crate::campaign::Readings;
 use crate::error::{Fault, Malformed, Result};
+use crate::fit;
 use crate::units::Conversion;
+
+/// Relative change of a solution that counts for none.
+const SAME: f64 = 1e-9;
 
 /// A reading as a reduction gives it.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +32,8 @@ pub struct Schedule {
     file: CampaignFile,
     bench: Bench,
     rows: Vec<ReadingFile>,
+    /// Where the readings put what is estimated, by name; empty before they are there.
+    solution: Vec<(String, f64)>,
 }
 
 /// Read a schedule for reduced readings.
@@ -53,7 +59,7 @@ impl Schedule {
         for (k, row) in list.iter().enumerate() {
             readings_file::expand(&bench, row.clone(), &format!("{path}[{k}]"), &mut rows)?;
         }
-        Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file })
+        Ok(Schedule { bench, rows: rows.into_iter().map(|(_, row)| row).collect(), file, solution: Vec::new() })
     }
 
     /// The unit that a column of samples is carried in, and how its own unit converts to it; `own` is the one in its title.
@@ -66,7 +72,7 @@ impl Schedule {
     }
 }
 
-/// A sensor whose value the schedule states: its model line at the samples of other columns, with the schedule's start values.
+/// A sensor whose value the schedule states: its model line at the samples of other columns.
 #[derive(Debug, Clone)]
 pub struct Computed {
     /// The sensor.
@@ -114,12 +120,40 @@ impl Schedule {
                 if let Some(column) = columns.iter().position(|c| c == name) {
                     return Some(Ok(column));
                 }
-                let estimated = self.file.estimate.get(name).map(|e| e.start.or(e.prior).unwrap_or(0.0));
+                let start = || self.file.estimate.get(name).map(|e| e.start.or(e.prior).unwrap_or(0.0));
+                let solved = self.solution.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
+                let estimated = solved.or_else(start);
                 self.file.known.get(name).map(|k| k.value).or(estimated).map(Err)
             })
             .collect::<Option<_>>()?;
         inputs.iter().any(std::result::Result::is_ok).then_some(())?;
         Some(Computed { name: id.into(), unit: unit.into(), tape: Tape::compile(model, &names).ok()?, inputs })
+    }
+
+    /// Go to the solution that reduced readings give, where lines are computed; `false` where that was no way.
+    ///
+    /// The uncertainty of a norm is that of its model line, whose slopes are the scale factors: at the start these may be any.
+    pub(super) fn moves(&mut self, reduced: &[ReducedReading], places: &[usize]) -> bool {
+        let names: Vec<&String> = reduced.iter().take(1).flat_map(|own| own.values.iter().map(|(name, ..)| name)).collect();
+        let stated = |own: &&crate::bench::Sensor| self.rows.iter().all(|row| matches!(row.get(&own.id), Some(Cell::Number(_))));
+        if !self.bench.sensors.iter().filter(stated).any(|own| names.contains(&&own.id)) {
+            return false;
+        }
+        let rows = self.filled(reduced, places).into_iter().map(|row| (String::new(), row));
+        let readings = readings_file::from_cells(&self.bench, rows.collect::<Vec<_>>());
+        let file = CampaignFile { readings: ReadingsRef::Inline(Vec::new()), ..self.file.clone() };
+        let campaign = readings.and_then(|readings| file.with(self.bench.clone(), readings));
+        // what is wrong with the campaign is said where it is asked for
+        let Ok(fit) = campaign.and_then(|campaign| fit::fit(&campaign, &fit::Settings::default())) else { return false };
+        if fit.convergence.as_ref().is_some_and(|own| !own.converged) {
+            return false;
+        }
+        let found: Vec<(String, f64)> =
+            fit.campaign.estimated().iter().zip(&fit.point).map(|(own, value)| (own.id.clone(), *value)).collect();
+        let is_near = |((_, a), (_, b)): (&(String, f64), &(String, f64))| (a - b).abs() <= SAME * a.abs().max(b.abs());
+        let moved = found.len() != self.solution.len() || !found.iter().zip(&self.solution).all(is_near);
+        self.solution = found;
+        moved
     }
 
     /// The names that the bench reads from a reading: sensors, and what stands in their model lines.
@@ -220,15 +254,16 @@ impl CampaignFile {
         let recipe = samples
             .recipe(&self.columns, folder)
             .map_err(|e| if e.place().file.is_empty() { e.under("readings") } else { e })?;
-        let mut record = folder.record(&samples.samples).map_err(|e| e.at_path("readings.samples"))?;
         let mut positions = samples.positions;
         let path = if positions.is_empty() { "readings" } else { "readings.positions" };
         if positions.is_empty() {
             positions.push(Named(Vec::new()));
         }
         let file = CampaignFile { readings: ReadingsRef::Inline(positions), ..self.clone() };
-        let schedule = Schedule::new(file, bench.clone(), path)?;
-        let reduced = recipe.reduce(&mut record, Some(&schedule)).map_err(|e| e.at_path(path))?;
+        let mut schedule = Schedule::new(file, bench.clone(), path)?;
+        let mut open = || folder.record(&samples.samples).map_err(|e| e.at_path("readings.samples"));
+        let (record, reduced) =
+            recipe.reduce_for(&mut open, Some(&mut schedule)).map_err(|e| if e.place().path.is_empty() { e.at_path(path) } else { e })?;
         let from = samples.samples;
         if let Some(why) = reduced.nothing {
             return Err(Malformed::new(Fault::Value, format!("'{from}' gives no reading"))

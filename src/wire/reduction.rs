@@ -36,8 +36,29 @@ pub struct Reduced {
     pub nothing: Option<Vec<String>>,
 }
 
+/// Fits until the uncertainties of computed values no longer change.
+const ROUNDS: usize = 20;
+
 impl Recipe {
-    /// Carry it out.
+    /// Carry it out; what a schedule computes from samples is computed at the solution of its readings, for which the record is read again.
+    ///
+    /// Errors: those of opening the record, and of [`Recipe::reduce`].
+    pub fn reduce_for(
+        &self,
+        open: &mut dyn FnMut() -> Result<Record>,
+        mut schedule: Option<&mut Schedule>,
+    ) -> Result<(Record, Reduced)> {
+        let mut rounds = 0..ROUNDS;
+        loop {
+            let mut record = open()?;
+            let reduced = self.reduce(&mut record, schedule.as_deref())?;
+            if rounds.next().is_none() || !schedule.as_mut().is_some_and(|own| own.moves(&reduced.readings(), &reduced.places)) {
+                return Ok((record, reduced));
+            }
+        }
+    }
+
+    /// Carry it out, with lines that a schedule computes where it stands.
     ///
     /// Errors: columns that are not there, times that are not sorted, another number of segments than of positions.
     pub fn reduce(&self, record: &mut Record, schedule: Option<&Schedule>) -> Result<Reduced> {

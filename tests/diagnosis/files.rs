@@ -270,3 +270,14 @@ fn long_campaigns_are_diagnosed_like_short_ones() {
         assert!(found["distinct_candidates"].as_u64().unwrap() > 11_900);
     }
 }
+
+/// A norm needs its triad: offsets at which all scale factors are zero leave nothing of the readings, and explain nothing.
+#[test]
+fn a_norm_is_not_explained_by_offsets_of_its_size() {
+    let campaign = tumble::Campaign::from_path(root("tests/data/norm/mpu9150.campaign.json")).expect("a campaign");
+    let catalogue = tumble::wire::built_in_effects().unwrap();
+    let found = tumble::diagnose(&campaign, &catalogue, &Default::default()).expect("a diagnosis");
+    let sizes: Vec<f64> = found.effects.iter().filter_map(|own| own.value).collect();
+    assert!(sizes.iter().all(|size| size.abs() < 0.1), "{:?} {sizes:?}", found.verdict);
+    assert_eq!(found.verdict, tumble::diagnosis::Verdict::Unexplained);
+}

@@ -4,16 +4,14 @@ use assert_cmd::Command;
 use std::io::Write;
 use std::path::Path;
 
-const ANGLES: [f64; 6] = [0.0, 45.0, 90.0, 135.0, 180.0, 270.0];
 const BENCH: &str = r#"{ "id": "line", "chain": [], "sensors": { "V": { "unit": "V", "model": "a + b*x + c*temperature_c + d*time_s" } } }"#;
 
 /// Rows of serial, x, temperature in kelvin, time in minutes, volts in millivolts; exactly on the line a = 1, b = 0.5, c = 0.02, d = 0.001.
 fn rows() -> Vec<(&'static str, [f64; 4])> {
     let mut rows = Vec::new();
     for serial in ["6\" rotor, left", "B"] {
-        for (k, x) in ANGLES.into_iter().enumerate() {
-            let celsius = [20.0, 21.0, 25.0, 22.0, 27.0, 23.0][k];
-            let seconds = 30.0 * (k * k) as f64;
+        for k in 0..16 {
+            let (x, celsius, seconds) = (22.5 * f64::from(k), 20.0 + f64::from(7 * k % 9), 30.0 * f64::from(k * k));
             let volts = 1.0 + 0.5 * x + 0.02 * celsius + 0.001 * seconds;
             rows.push((serial, [x, celsius + 273.15, seconds / 60.0, 1000.0 * volts]));
         }
@@ -62,8 +60,16 @@ fn parquet(path: &Path) {
     writer.close().expect("a file");
 }
 
-/// The table in each dialect and format, as a file of this name.
-fn tables(at: &Path) -> Vec<&'static str> {
+/// A table in one dialect or format.
+struct Door {
+    file: &'static str,
+    /// How the column of angles is titled.
+    x: &'static str,
+    serials: [&'static str; 2],
+}
+
+/// The table in each dialect and format; those of foreign libraries are made by tests/scripts/doors.py.
+fn doors(at: &Path) -> Vec<Door> {
     let utf16 = |text: Vec<u8>| {
         let units = String::from_utf8(text).expect("UTF-8");
         std::iter::once(0xFEFF).chain(units.encode_utf16()).flat_map(u16::to_le_bytes).collect::<Vec<u8>>()
@@ -74,12 +80,27 @@ fn tables(at: &Path) -> Vec<&'static str> {
         packed.finish().expect("packed")
     };
     let plain = || text(',', '.', "", "\n");
+    let with_head = |head: &str| {
+        let text = String::from_utf8(plain()).expect("UTF-8");
+        let rows = text.split_once('\n').expect("a first line").1;
+        format!("{head}{rows}").into_bytes()
+    };
+    let station = "\"TOA5\",\"CR1000\",\"CR1000\",\"1234\",\"CR1000.Std.31\",\"CPU:x.CR1\",\"5555\",\"Table1\"\n";
+    let toa5 = "\"serial\",\"x\",\"Temp\",\"t\",\"V\"\n\"\",\"\",\"K\",\"min\",\"mV\"\n\"\",\"\",\"Smp\",\"Smp\",\"Smp\"\n";
+    let blanks = with_head("serial,x,Temp(K),t(min),V[mV]\n");
+    let blanks = String::from_utf8(blanks).expect("UTF-8").replace("\"6\"\" rotor, left\"", "A1").replace('"', "").replace(',', "   ");
     for (name, bytes) in [
         ("plain.csv", plain()),
         ("crlf.csv", text(',', '.', "", "\r\n")),
         ("german.csv", text(';', ',', "", "\r\n")),
         ("tabs.txt", text('\t', '.', "", "\n")),
+        ("bars.txt", text('|', ',', "", "\n")),
+        ("blanks.txt", blanks.into_bytes()),
         ("remarks.csv", text(',', '.', "% a logger of MATLAB\n# and one of numpy\n\n", "\n")),
+        ("station.dat", with_head(&format!("{station}{toa5}"))),
+        ("euroc.csv", with_head("#serial,x,Temp [K],t [min],V [mV]\n")),
+        ("units.csv", with_head("serial,x,Temp,t,V\n,,K,min,mV\n")),
+        ("px4.csv", with_head("serial,x[0],Temp (K),t (min),V [mV]\n")),
         ("marked.csv", [b"\xef\xbb\xbf".to_vec(), plain()].concat()),
         ("wide.csv", utf16(text(';', ',', "", "\r\n"))),
         ("packed.csv.gz", gzip(plain())),
@@ -87,17 +108,25 @@ fn tables(at: &Path) -> Vec<&'static str> {
         std::fs::write(at.join(name), bytes).expect("a table");
     }
     parquet(&at.join("table.parquet"));
-    vec![
-        "plain.csv",
-        "crlf.csv",
-        "german.csv",
-        "tabs.txt",
-        "remarks.csv",
-        "marked.csv",
-        "wide.csv",
-        "packed.csv.gz",
-        "table.parquet",
+    let made = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/doors");
+    for name in ["table.xlsx", "table.ods", "table.h5"] {
+        std::fs::copy(made.join(name), at.join(name)).expect("a copy");
+    }
+    let door = |file| Door {
+        file,
+        x: if file == "px4.csv" { "x[0]" } else { "x" },
+        serials: match file {
+            "table.h5" => ["1", "2"],
+            "blanks.txt" => ["A1", "B"],
+            _ => ["6\" rotor, left", "B"],
+        },
+    };
+    [
+        "plain.csv", "crlf.csv", "german.csv", "tabs.txt", "bars.txt", "blanks.txt", "remarks.csv", "station.dat", "euroc.csv",
+        "units.csv", "px4.csv", "marked.csv", "wide.csv", "packed.csv.gz", "table.parquet", "table.xlsx", "table.ods", "table.h5",
     ]
+    .map(door)
+    .into()
 }
 
 fn run(at: &Path, arguments: &[&str]) -> (i32, String, String) {
@@ -108,7 +137,6 @@ fn run(at: &Path, arguments: &[&str]) -> (i32, String, String) {
 }
 
 const ASKED: &str = r#""estimate": { "a": {}, "b": {}, "c": {}, "d": {} }"#;
-const MAP: &str = r#""columns": { "temperature_c": "Temp (K)", "time_s": "t (min)" }"#;
 const TRUTH: [(&str, f64); 4] = [("a", 1.0), ("b", 0.5), ("c", 0.02), ("d", 0.001)];
 
 #[track_caller]
@@ -121,6 +149,24 @@ fn check(report: &str, what: &str) {
     }
 }
 
+/// What a report says, but for the names of files and devices.
+fn nameless(report: &str, door: &Door) -> serde_json::Value {
+    fn walk(value: &mut serde_json::Value, of: &dyn Fn(&str) -> Option<String>) {
+        match value {
+            serde_json::Value::String(text) => *text = of(text).unwrap_or_else(|| text.clone()),
+            serde_json::Value::Array(list) => list.iter_mut().for_each(|own| walk(own, of)),
+            serde_json::Value::Object(map) => map.values_mut().for_each(|own| walk(own, of)),
+            _ => {}
+        }
+    }
+    let mut report = serde_json::from_str(report).unwrap_or_else(|_| panic!("{}: {report}", door.file));
+    walk(&mut report, &|text| {
+        let serial = door.serials.iter().position(|own| *own == text).map(|k| format!("device {k}"));
+        serial.or_else(|| (text == door.x).then(|| "x".into())).or_else(|| text.contains(door.file).then(String::new))
+    });
+    report
+}
+
 #[test]
 fn every_table_through_every_door() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -128,15 +174,30 @@ fn every_table_through_every_door() {
     let campaign = |name: &str, rest: &str| {
         std::fs::write(at.join(name), format!(r#"{{ "bench": {BENCH}, {ASKED}, {rest} }}"#)).expect("a campaign");
     };
-    let tables = tables(at);
-    for table in &tables {
+    let table1 = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/01-gyro-table/table1.campaign.json");
+    run(at, &["fit", table1.to_str().expect("a path"), "--json", "gyro.json"]);
+    let inline: Vec<serde_json::Value> = rows()
+        .iter()
+        .map(|(serial, [x, kelvin, minutes, millivolts])| {
+            serde_json::json!({ "serial": serial, "x": x, "temperature_c": kelvin - 273.15, "time_s": 60.0 * minutes, "V": millivolts / 1000.0 })
+        })
+        .collect();
+    campaign("i.campaign.json", &format!(r#""readings": {}"#, serde_json::Value::from(inline)));
+    let (code, out, error) = run(at, &["fit", "i.campaign.json", "--json", "-"]);
+    assert_eq!(code, 0, "{error}");
+    check(&out, "inline");
+    let doors = doors(at);
+    let mut first: Vec<serde_json::Value> = Vec::new();
+    for door in &doors {
+        let table = door.file;
+        let map = format!(r#""columns": {{ "temperature_c": "Temp", "time_s": "t", "x": "{}" }}"#, door.x);
         // the campaign's own file, with units of time, temperature and volts in its titles
-        campaign("c.campaign.json", &format!(r#"{MAP}, "readings": "{table}""#));
+        campaign("c.campaign.json", &format!(r#"{map}, "readings": "{table}""#));
         let (code, out, error) = run(at, &["fit", "c.campaign.json", "--json", "-"]);
         assert_eq!(code, 0, "{table}: {error}");
         check(&out, table);
         // another campaign's readings replaced
-        campaign("r.campaign.json", &format!(r#"{MAP}, "readings": "plain.csv""#));
+        campaign("r.campaign.json", &format!(r#"{map}, "readings": "{}""#, if door.x == "x" { "plain.csv" } else { "px4.csv" }));
         let (code, replaced, error) = run(at, &["fit", "r.campaign.json", "--readings", table, "--json", "-"]);
         assert_eq!(code, 0, "{table}: {error}");
         check(&replaced, table);
@@ -146,7 +207,7 @@ fn every_table_through_every_door() {
         let mut reader = csv::Reader::from_reader(devices.as_bytes());
         let headers = reader.headers().expect("titles").clone();
         let found: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
-        assert_eq!(found.iter().map(|row| row[0].to_string()).collect::<Vec<_>>(), ["6\" rotor, left", "B"], "{table}");
+        assert_eq!(found.iter().map(|row| row[0].to_string()).collect::<Vec<_>>(), door.serials, "{table}");
         for (id, truth) in TRUTH {
             let place = headers.iter().position(|title| title == id).expect(id);
             assert!(
@@ -155,29 +216,53 @@ fn every_table_through_every_door() {
             );
         }
         // every row of a record
-        let rows = format!(r#""readings": {{ "samples": "{table}", "as": "rows", {MAP} }}"#);
+        let rows = format!(r#""readings": {{ "samples": "{table}", "as": "rows", {map} }}"#);
         campaign("s.campaign.json", &rows);
-        let (code, streamed, error) = run(at, &["fit", "s.campaign.json", "--json", "-"]);
-        assert_eq!(code, 0, "{table}: {error}");
+        let (_, streamed, error) = run(at, &["fit", "s.campaign.json", "--json", "-"]);
+        assert!(streamed.starts_with('{'), "{table}: {error}");
         check(&streamed, table);
-        // means of segments by a column of labels
-        let arguments = ["reduce", table, "--by", "serial", "--columns", "x,V", "--rate", "1", "--json", "-"];
-        let (code, reduced, error) = run(at, &arguments);
+        // means of segments by a column of labels, and Allan deviations: the same as of the first table
+        let columns = format!("{},V", door.x);
+        let (code, reduced, error) = run(at, &["reduce", table, "--by", "serial", "--columns", &columns, "--rate", "1", "--json", "-"]);
         assert_eq!(code, 0, "{table}: {error}");
-        let reduced: serde_json::Value = serde_json::from_str(&reduced).expect("JSON");
-        assert!(reduced["segments"].as_array().is_some_and(|all| all.len() == 2), "{table}: {reduced}");
+        let (_, noise, error) = run(at, &["noise", table, "--columns", "V", "--rate", "1", "--json", "-"]);
+        assert!(noise.starts_with('{'), "{table}: {error}");
+        // a correction of every row, what is not corrected beside it
+        let (_, applied, error) = run(at, &["apply", "gyro.json", table]);
+        let mut reader = csv::Reader::from_reader(applied.as_bytes());
+        let cells: Vec<Vec<String>> = reader
+            .records()
+            .map(|row| row.expect("a row").iter().map(str::to_string).collect())
+            .collect();
+        assert_eq!(cells.len(), 32, "{table}: {error}");
+        let applied = cells.iter().map(|row| {
+            let cells = row.iter().map(|cell| cell.parse::<f64>().map_or(cell.as_str().into(), serde_json::Value::from));
+            // serials that are numbers
+            cells.enumerate().map(|(k, cell)| if k == 0 { row[0].as_str().into() } else { cell }).collect()
+        });
+        let applied = serde_json::Value::Array(applied.collect());
+        let found = vec![nameless(&reduced, door), nameless(&noise, door), nameless(&applied.to_string(), door)];
+        if first.is_empty() {
+            assert_eq!(found[0]["segments"].as_array().map(Vec::len), Some(2), "{table}");
+            first = found;
+        } else {
+            assert_eq!(found, first, "{table}");
+        }
     }
     // a question that none of them answers gets one sentence from all
     for map in [
-        r#""columns": { "temperature_c": "Temp (K)", "time_s": "t (min)", "x": "angle" }"#,
-        r#""columns": { "temperature_c": "Temp (K)", "time_s": "t (min)", "V": "serial" }"#,
+        r#""columns": { "temperature_c": "Temp", "time_s": "t", "angle": "y" }"#,
+        r#""columns": { "temperature_c": "t", "time_s": "Temp" }"#,
+        r#""columns": { "temperature_c": "Temp", "time_s": "t", "V_u": "V" }"#,
     ] {
         let mut sentences: Vec<String> = Vec::new();
-        for table in &tables {
-            campaign("e.campaign.json", &format!(r#"{map}, "readings": "{table}""#));
+        for door in &doors {
+            campaign("e.campaign.json", &format!(r#"{map}, "readings": "{}""#, door.file));
             let (code, _, error) = run(at, &["fit", "e.campaign.json"]);
-            assert!(code == 1 && error.contains(table), "{table}: {error}");
-            sentences.push(error.lines().next().unwrap_or_default().to_string());
+            assert!(code == 1, "{}: {error}", door.file);
+            let sentence = error.lines().next().unwrap_or_default();
+            // what a title says of its unit is written as it stands there
+            sentences.push(sentence.split('\'').next().unwrap_or_default().to_string());
         }
         sentences.dedup();
         assert_eq!(sentences.len(), 1, "{sentences:?}");
@@ -230,4 +315,68 @@ fn units_of_titles() {
     // what stands in square brackets behind a name is its number
     let found = solved(r#""x": "gyro[0]""#, "a + p*x", &table("gyro[0]", &|x| x)).expect("an index");
     assert!((found[1] - 0.25).abs() < 1e-9, "{found:?}");
+}
+
+/// Small files as loggers and spreadsheets write them, each with the answer that its numbers have.
+#[test]
+fn files_by_their_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let solved = |sensor: &str, rest: &str| -> Vec<f64> {
+        let text = format!(r#"{{ "bench": {{ "id": "q", "chain": [], "sensors": {{ {sensor} }} }}, {rest} }}"#);
+        std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
+        let (_, out, error) = run(at, &["fit", "c.campaign.json", "--json", "-"]);
+        let report: serde_json::Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{error}"));
+        report["parameters"].as_array().expect("parameters").iter().map(|own| own["value"].as_f64().expect("a value")).collect()
+    };
+    let near = |found: &[f64], truth: &[f64]| found.len() == truth.len() && found.iter().zip(truth).all(|(a, b)| (a - b).abs() < 1e-10);
+    // hours, pascals and minutes beside millivolts; kelvin for degrees Celsius
+    let mut hours = String::from("t / h,Y (mV),T\n");
+    let mut pascals = String::from("p (Pa),t (min),Y (mV)\n");
+    let (mut kelvin, mut celsius) = (String::from("Temp (K),Y\n"), String::from("T,Y\n"));
+    for k in 0..10 {
+        let (t, k) = (f64::from(k), f64::from(k * k));
+        hours += &format!("{},{},{k}\n", t / 3600.0, 1000.0 * (1.0 + 0.001 * t + 0.02 * k));
+        pascals += &format!("{},{},{}\n", 1000.0 * k, t / 60.0, 1000.0 * (1.0 + 0.001 * t + 0.01 * k));
+        kelvin += &format!("{},{}\n", 273.15 + k, 1.0 + 0.01 * k);
+        celsius += &format!("{k},{}\n", 1.0 + 0.01 * k);
+    }
+    for (name, text) in [("t3.csv", hours), ("t2.csv", pascals), ("kelvin.csv", kelvin), ("t.csv", celsius)] {
+        std::fs::write(at.join(name), text).expect("a table");
+    }
+    let line = |model: &str| format!(r#""Y": {{ "unit": "V", "model": "{model}" }}"#);
+    let three = r#""estimate": { "a": {}, "p": {}, "q": {} }"#;
+    let minutes = format!(r#"{three}, "readings": "t3.csv", "columns": {{ "time_s": "t / h", "Y": "Y (mV)", "temperature_c": "T" }}"#);
+    let found = solved(&line("a + q*time_s + p*temperature_c"), &minutes);
+    assert!(near(&found, &[1.0, 0.02, 0.001]), "{found:?}");
+    let pressure = format!(r#"{three}, "readings": "t2.csv", "columns": {{ "pressure_kpa": "p (Pa)", "time_s": "t (min)", "Y": "Y (mV)" }}"#);
+    let found = solved(&line("a + p*pressure_kpa + q*time_s"), &pressure);
+    assert!(near(&found, &[1.0, 0.01, 0.001]), "{found:?}");
+    for (file, title) in [("kelvin.csv", "Temp (K)"), ("t.csv", "T")] {
+        let rest = format!(r#""estimate": {{ "a": {{}}, "p": {{}} }}, "readings": "{file}", "columns": {{ "temperature_c": "{title}" }}"#);
+        let found = solved(&line("a + p*temperature_c"), &rest);
+        assert!(near(&found, &[1.0, 0.01]), "{file}: {found:?}");
+    }
+    // a unit that nobody knows in a column that a line of scatter alone reads
+    std::fs::write(at.join("day.csv"), "x,Y,time_s (furlong)\n0,1,0\n1,2,1\n2,3.01,2\n3,4,3\n").expect("a table");
+    let scatter = r#""estimate": { "a": {}, "b": {} }, "readings": "day.csv", "scatter": [ { "of": "Y", "over": "time_s", "tau": 10, "u": 0.1 } ]"#;
+    let text = format!(r#"{{ "bench": {{ "id": "q", "chain": [], "sensors": {{ {} }} }}, {scatter} }}"#, line("a + b*x"));
+    std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
+    let (code, _, error) = run(at, &["fit", "c.campaign.json"]);
+    let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(code == 1 && error.contains("'furlong' is no unit that is known") && error.contains("known are"), "{error}");
+    // serials with quotes, through the fit of many devices
+    std::fs::write(at.join("quotes.csv"), "serial,x,y\n\"6\"\" rotor\",1,1\n\"6\"\" rotor\",2,2\nd,4,5\nd,5,7\n").expect("a table");
+    let text = r#"{ "bench": { "id": "b", "chain": [], "sensors": { "y": { "unit": "V", "model": "b0 + b1*x" } } },
+        "estimate": { "b0": {}, "b1": {} }, "readings": "quotes.csv" }"#;
+    std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
+    let (_, out, error) = run(at, &["fit", "c.campaign.json", "--by", "serial", "--to", "-"]);
+    let mut reader = csv::Reader::from_reader(out.as_bytes());
+    let slope = reader.headers().expect("titles").iter().position(|title| title == "b1").expect("b1");
+    let found: Vec<(String, f64)> = reader
+        .records()
+        .map(|row| row.map(|row| (row[0].to_string(), row[slope].parse().expect("a number"))).expect("a row"))
+        .collect();
+    assert!(found.len() == 2 && found[0].0 == "6\" rotor" && found[1].0 == "d", "{found:?} {error}");
+    assert!((found[0].1 - 1.0).abs() < 1e-12 && (found[1].1 - 2.0).abs() < 1e-12, "{found:?}");
 }

@@ -205,3 +205,30 @@ fn ferraris_session() {
         assert!((number(&line["sd"]) / sd - 1.0).abs() < 0.1, "{line}");
     }
 }
+
+/// The uncertainty of a norm follows the scale factors, which at the start may be any: it is that of the solution.
+#[test]
+fn a_norm_has_the_same_uncertainty_from_any_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/15-xsens-from-the-log");
+    std::fs::copy(example.join("xsens.csv.gz"), folder.path().join("xsens.csv.gz")).expect("a copy");
+    let text = std::fs::read_to_string(example.join("accelerometer.campaign.json")).expect("a campaign");
+    let campaign: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let found: Vec<Vec<(f64, f64)>> = [1.0, 0.7]
+        .map(|share| {
+            let mut own = campaign.clone();
+            for id in ["s_x", "s_y", "s_z"] {
+                let start = own["estimate"][id]["start"].as_f64().expect("a start");
+                own["estimate"][id]["start"] = (share * start).into();
+            }
+            let path = folder.path().join("c.campaign.json");
+            std::fs::write(&path, own.to_string()).expect("a campaign");
+            let campaign = tumble::Campaign::from_path(&path).expect("a campaign");
+            let fit = tumble::fit(&campaign, &Default::default()).expect("a fit");
+            fit.parameters.iter().map(|own| (own.value.expect("a value"), own.uncertainty.as_ref().expect("u").u)).collect()
+        })
+        .into();
+    for ((a, u), (b, v)) in found[0].iter().zip(&found[1]) {
+        assert!((a - b).abs() < 1e-6 * u && (u / v - 1.0).abs() < 1e-6, "{a} {u}, {b} {v}");
+    }
+}

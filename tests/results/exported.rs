@@ -225,7 +225,7 @@ fn bad_records_are_answered_with_their_place() {
     let (code, _, error) = answer("time_s,U\n0,1\n", &[]);
     assert!(code == Some(1) && error.contains("no column 'V'") && error.contains("'time_s', 'U'"), "{error}");
     let (code, _, error) = answer("time_s,V\n0,1\n1,x\n", &[]);
-    assert!(code == Some(1) && error.contains("'x' is no number") && error.contains("line 3"), "{error}");
+    assert!(code == Some(1) && error.contains("'V' is not a number") && error.contains("line 3"), "{error}");
     let (code, out, error) = answer("time_s,V\n0,\n1,-2.9\n", &["--u"]);
     assert!(code == Some(2) && error.contains("1 of 2 rows"), "{error}");
     assert!(out.starts_with("time_s,w_I,w_I_u\n0,,\n1,"), "{out}");

@@ -160,7 +160,7 @@ def csv_files():
     csv("csv-latin-1", "fine: a CSV in Latin-1", [], CSV.replace("\n90,", "\nS\u00fcd,").encode("latin-1"), exit=0)
     csv("csv-decimal-comma", "fine: decimal commas, cells parted by semicolons, blank rows below as a spreadsheet writes them", [],
         CSV.replace(",", ";").replace(".", ",") + ";;\n;;\n", exit=0)
-    csv("csv-both-marks", "numbers with a decimal comma and with a decimal point", ["csv-both-marks.csv", "decimal", "line 2"],
+    csv("csv-both-marks", "numbers with a decimal comma and with a decimal point", ["csv-both-marks.csv", "decimal", "line 4"],
         CSV.replace(",", ";").replace("-0.001911", "-0,001911"), 4)
     csv("csv-comma-among-commas", "a quoted number with a decimal comma where commas part the cells", ["decimal point"],
         CSV.replace("-0.001911", '"-0,001911"'), 4)
