@@ -185,7 +185,8 @@ impl Dialect {
         let (names, units, first) = match (above.as_slice(), titles.clone().rfind(is_full).or(titles.last())) {
             ([_, names, units, ..], _) if is_toa5 => {
                 // a time stamp and the record's number have no unit
-                let of = |unit: &String| if matches!(unit.as_str(), "TS" | "RN") { String::new() } else { unit.clone() };
+                let of =
+                    |unit: &String| if matches!(unit.as_str(), "TS" | "RN") { String::new() } else { unit.clone() };
                 (Some(names.clone()), Some(units.iter().map(of).collect()), first)
             }
             (_, Some(names)) => {

@@ -71,8 +71,8 @@ pub(super) struct Topic {
     pub kind: String,
     pub serial: Option<Serial>,
     /// Times of the heads and of the log, ns.
-    stamps: Vec<(i128, u64)>,
-    values: Vec<[f64; 6]>,
+    pub stamps: Vec<(i128, u64)>,
+    pub values: Vec<[f64; 6]>,
 }
 
 impl Topic {

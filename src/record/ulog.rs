@@ -104,6 +104,7 @@ fn layout(
             Some((kind, count)) => (kind, count.parse().map_err(|_| format!("the field '{field}'"))?),
             None => (kind, 1_usize),
         };
+        let is_padding = name.starts_with("_padding");
         for k in 0..count {
             if fields.len() > WIDEST || *at > usize::from(u16::MAX) {
                 return Err(format!("the format '{format}', which is too wide"));
@@ -113,7 +114,7 @@ fn layout(
                 layout(formats, kind, &format!("{name}."), at, fields, depth + 1)?;
                 continue;
             };
-            if kind != "char" && !name.starts_with("_padding") {
+            if kind != "char" && !is_padding {
                 fields.push((name, *at, number));
             }
             *at += size;

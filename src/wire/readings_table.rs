@@ -1,9 +1,9 @@
 //! Readings from a table of any format that a record may have, and from the rows of one device of a table of many.
 
-use super::{Named, ScatterFile};
 use super::columns::{Column, columns};
 use super::locate::{csv_place, table_place};
 use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, from_cells, too_many};
+use super::{Named, ScatterFile};
 use crate::batch::{Device, Layout, Use};
 use crate::bench::Bench;
 use crate::campaign::Readings;
@@ -16,7 +16,12 @@ use crate::units::Conversion;
 /// that looks like a number is one.
 ///
 /// Errors: those of the record; a joint, sensor or uncertainty that is not a number, with its line (of other formats the row, from 1) and column.
-pub(super) fn read(bench: &Bench, mut record: Record, map: &Named<String>, scatter: &[ScatterFile]) -> Result<Readings> {
+pub(super) fn read(
+    bench: &Bench,
+    mut record: Record,
+    map: &Named<String>,
+    scatter: &[ScatterFile],
+) -> Result<Readings> {
     let keys = columns(bench, record.columns(), map, &|key| ScatterFile::use_key(scatter, key), record.name())?;
     if keys.is_empty() {
         return Err(Malformed::new(Fault::Missing, "the table has no column").in_file(record.name()));

@@ -134,8 +134,10 @@ impl Schedule {
     ///
     /// The uncertainty of a norm is that of its model line, whose slopes are the scale factors: at the start these may be any.
     pub(super) fn moves(&mut self, reduced: &[ReducedReading], places: &[usize]) -> bool {
-        let names: Vec<&String> = reduced.iter().take(1).flat_map(|own| own.values.iter().map(|(name, ..)| name)).collect();
-        let stated = |own: &&crate::bench::Sensor| self.rows.iter().all(|row| matches!(row.get(&own.id), Some(Cell::Number(_))));
+        let names: Vec<&String> =
+            reduced.iter().take(1).flat_map(|own| own.values.iter().map(|(name, ..)| name)).collect();
+        let stated =
+            |own: &&crate::bench::Sensor| self.rows.iter().all(|row| matches!(row.get(&own.id), Some(Cell::Number(_))));
         if !self.bench.sensors.iter().filter(stated).any(|own| names.contains(&&own.id)) {
             return false;
         }
@@ -144,7 +146,9 @@ impl Schedule {
         let file = CampaignFile { readings: ReadingsRef::Inline(Vec::new()), ..self.file.clone() };
         let campaign = readings.and_then(|readings| file.with(self.bench.clone(), readings));
         // what is wrong with the campaign is said where it is asked for
-        let Ok(fit) = campaign.and_then(|campaign| fit::fit(&campaign, &fit::Settings::default())) else { return false };
+        let Ok(fit) = campaign.and_then(|campaign| fit::fit(&campaign, &fit::Settings::default())) else {
+            return false;
+        };
         if fit.convergence.as_ref().is_some_and(|own| !own.converged) {
             return false;
         }
@@ -262,8 +266,9 @@ impl CampaignFile {
         let file = CampaignFile { readings: ReadingsRef::Inline(positions), ..self.clone() };
         let mut schedule = Schedule::new(file, bench.clone(), path)?;
         let mut open = || folder.record(&samples.samples).map_err(|e| e.at_path("readings.samples"));
-        let (record, reduced) =
-            recipe.reduce_for(&mut open, Some(&mut schedule)).map_err(|e| if e.place().path.is_empty() { e.at_path(path) } else { e })?;
+        let (record, reduced) = recipe
+            .reduce_for(&mut open, Some(&mut schedule))
+            .map_err(|e| if e.place().path.is_empty() { e.at_path(path) } else { e })?;
         let from = samples.samples;
         if let Some(why) = reduced.nothing {
             return Err(Malformed::new(Fault::Value, format!("'{from}' gives no reading"))

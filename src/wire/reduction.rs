@@ -52,7 +52,9 @@ impl Recipe {
         loop {
             let mut record = open()?;
             let reduced = self.reduce(&mut record, schedule.as_deref())?;
-            if rounds.next().is_none() || !schedule.as_mut().is_some_and(|own| own.moves(&reduced.readings(), &reduced.places)) {
+            if rounds.next().is_none()
+                || !schedule.as_mut().is_some_and(|own| own.moves(&reduced.readings(), &reduced.places))
+            {
                 return Ok((record, reduced));
             }
         }

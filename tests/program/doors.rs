@@ -86,9 +86,14 @@ fn doors(at: &Path) -> Vec<Door> {
         format!("{head}{rows}").into_bytes()
     };
     let station = "\"TOA5\",\"CR1000\",\"CR1000\",\"1234\",\"CR1000.Std.31\",\"CPU:x.CR1\",\"5555\",\"Table1\"\n";
-    let toa5 = "\"serial\",\"x\",\"Temp\",\"t\",\"V\"\n\"\",\"\",\"K\",\"min\",\"mV\"\n\"\",\"\",\"Smp\",\"Smp\",\"Smp\"\n";
+    let toa5 =
+        "\"serial\",\"x\",\"Temp\",\"t\",\"V\"\n\"\",\"\",\"K\",\"min\",\"mV\"\n\"\",\"\",\"Smp\",\"Smp\",\"Smp\"\n";
     let blanks = with_head("serial,x,Temp(K),t(min),V[mV]\n");
-    let blanks = String::from_utf8(blanks).expect("UTF-8").replace("\"6\"\" rotor, left\"", "A1").replace('"', "").replace(',', "   ");
+    let blanks = String::from_utf8(blanks)
+        .expect("UTF-8")
+        .replace("\"6\"\" rotor, left\"", "A1")
+        .replace('"', "")
+        .replace(',', "   ");
     for (name, bytes) in [
         ("plain.csv", plain()),
         ("crlf.csv", text(',', '.', "", "\r\n")),
@@ -122,8 +127,24 @@ fn doors(at: &Path) -> Vec<Door> {
         },
     };
     [
-        "plain.csv", "crlf.csv", "german.csv", "tabs.txt", "bars.txt", "blanks.txt", "remarks.csv", "station.dat", "euroc.csv",
-        "units.csv", "px4.csv", "marked.csv", "wide.csv", "packed.csv.gz", "table.parquet", "table.xlsx", "table.ods", "table.h5",
+        "plain.csv",
+        "crlf.csv",
+        "german.csv",
+        "tabs.txt",
+        "bars.txt",
+        "blanks.txt",
+        "remarks.csv",
+        "station.dat",
+        "euroc.csv",
+        "units.csv",
+        "px4.csv",
+        "marked.csv",
+        "wide.csv",
+        "packed.csv.gz",
+        "table.parquet",
+        "table.xlsx",
+        "table.ods",
+        "table.h5",
     ]
     .map(door)
     .into()
@@ -197,7 +218,10 @@ fn every_table_through_every_door() {
         assert_eq!(code, 0, "{table}: {error}");
         check(&out, table);
         // another campaign's readings replaced
-        campaign("r.campaign.json", &format!(r#"{map}, "readings": "{}""#, if door.x == "x" { "plain.csv" } else { "px4.csv" }));
+        campaign(
+            "r.campaign.json",
+            &format!(r#"{map}, "readings": "{}""#, if door.x == "x" { "plain.csv" } else { "px4.csv" }),
+        );
         let (code, replaced, error) = run(at, &["fit", "r.campaign.json", "--readings", table, "--json", "-"]);
         assert_eq!(code, 0, "{table}: {error}");
         check(&replaced, table);
@@ -223,20 +247,20 @@ fn every_table_through_every_door() {
         check(&streamed, table);
         // means of segments by a column of labels, and Allan deviations: the same as of the first table
         let columns = format!("{},V", door.x);
-        let (code, reduced, error) = run(at, &["reduce", table, "--by", "serial", "--columns", &columns, "--rate", "1", "--json", "-"]);
+        let (code, reduced, error) =
+            run(at, &["reduce", table, "--by", "serial", "--columns", &columns, "--rate", "1", "--json", "-"]);
         assert_eq!(code, 0, "{table}: {error}");
         let (_, noise, error) = run(at, &["noise", table, "--columns", "V", "--rate", "1", "--json", "-"]);
         assert!(noise.starts_with('{'), "{table}: {error}");
         // a correction of every row, what is not corrected beside it
         let (_, applied, error) = run(at, &["apply", "gyro.json", table]);
         let mut reader = csv::Reader::from_reader(applied.as_bytes());
-        let cells: Vec<Vec<String>> = reader
-            .records()
-            .map(|row| row.expect("a row").iter().map(str::to_string).collect())
-            .collect();
+        let cells: Vec<Vec<String>> =
+            reader.records().map(|row| row.expect("a row").iter().map(str::to_string).collect()).collect();
         assert_eq!(cells.len(), 32, "{table}: {error}");
         let applied = cells.iter().map(|row| {
-            let cells = row.iter().map(|cell| cell.parse::<f64>().map_or(cell.as_str().into(), serde_json::Value::from));
+            let cells =
+                row.iter().map(|cell| cell.parse::<f64>().map_or(cell.as_str().into(), serde_json::Value::from));
             // serials that are numbers
             cells.enumerate().map(|(k, cell)| if k == 0 { row[0].as_str().into() } else { cell }).collect()
         });
@@ -327,9 +351,16 @@ fn files_by_their_names() {
         std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
         let (_, out, error) = run(at, &["fit", "c.campaign.json", "--json", "-"]);
         let report: serde_json::Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{error}"));
-        report["parameters"].as_array().expect("parameters").iter().map(|own| own["value"].as_f64().expect("a value")).collect()
+        report["parameters"]
+            .as_array()
+            .expect("parameters")
+            .iter()
+            .map(|own| own["value"].as_f64().expect("a value"))
+            .collect()
     };
-    let near = |found: &[f64], truth: &[f64]| found.len() == truth.len() && found.iter().zip(truth).all(|(a, b)| (a - b).abs() < 1e-10);
+    let near = |found: &[f64], truth: &[f64]| {
+        found.len() == truth.len() && found.iter().zip(truth).all(|(a, b)| (a - b).abs() < 1e-10)
+    };
     // hours, pascals and minutes beside millivolts; kelvin for degrees Celsius
     let mut hours = String::from("t / h,Y (mV),T\n");
     let mut pascals = String::from("p (Pa),t (min),Y (mV)\n");
@@ -346,27 +377,38 @@ fn files_by_their_names() {
     }
     let line = |model: &str| format!(r#""Y": {{ "unit": "V", "model": "{model}" }}"#);
     let three = r#""estimate": { "a": {}, "p": {}, "q": {} }"#;
-    let minutes = format!(r#"{three}, "readings": "t3.csv", "columns": {{ "time_s": "t / h", "Y": "Y (mV)", "temperature_c": "T" }}"#);
+    let minutes = format!(
+        r#"{three}, "readings": "t3.csv", "columns": {{ "time_s": "t / h", "Y": "Y (mV)", "temperature_c": "T" }}"#
+    );
     let found = solved(&line("a + q*time_s + p*temperature_c"), &minutes);
     assert!(near(&found, &[1.0, 0.02, 0.001]), "{found:?}");
-    let pressure = format!(r#"{three}, "readings": "t2.csv", "columns": {{ "pressure_kpa": "p (Pa)", "time_s": "t (min)", "Y": "Y (mV)" }}"#);
+    let pressure = format!(
+        r#"{three}, "readings": "t2.csv", "columns": {{ "pressure_kpa": "p (Pa)", "time_s": "t (min)", "Y": "Y (mV)" }}"#
+    );
     let found = solved(&line("a + p*pressure_kpa + q*time_s"), &pressure);
     assert!(near(&found, &[1.0, 0.01, 0.001]), "{found:?}");
     for (file, title) in [("kelvin.csv", "Temp (K)"), ("t.csv", "T")] {
-        let rest = format!(r#""estimate": {{ "a": {{}}, "p": {{}} }}, "readings": "{file}", "columns": {{ "temperature_c": "{title}" }}"#);
+        let rest = format!(
+            r#""estimate": {{ "a": {{}}, "p": {{}} }}, "readings": "{file}", "columns": {{ "temperature_c": "{title}" }}"#
+        );
         let found = solved(&line("a + p*temperature_c"), &rest);
         assert!(near(&found, &[1.0, 0.01]), "{file}: {found:?}");
     }
     // a unit that nobody knows in a column that a line of scatter alone reads
     std::fs::write(at.join("day.csv"), "x,Y,time_s (furlong)\n0,1,0\n1,2,1\n2,3.01,2\n3,4,3\n").expect("a table");
     let scatter = r#""estimate": { "a": {}, "b": {} }, "readings": "day.csv", "scatter": [ { "of": "Y", "over": "time_s", "tau": 10, "u": 0.1 } ]"#;
-    let text = format!(r#"{{ "bench": {{ "id": "q", "chain": [], "sensors": {{ {} }} }}, {scatter} }}"#, line("a + b*x"));
+    let text =
+        format!(r#"{{ "bench": {{ "id": "q", "chain": [], "sensors": {{ {} }} }}, {scatter} }}"#, line("a + b*x"));
     std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");
     let (code, _, error) = run(at, &["fit", "c.campaign.json"]);
     let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(code == 1 && error.contains("'furlong' is no unit that is known") && error.contains("known are"), "{error}");
+    assert!(
+        code == 1 && error.contains("'furlong' is no unit that is known") && error.contains("known are"),
+        "{error}"
+    );
     // serials with quotes, through the fit of many devices
-    std::fs::write(at.join("quotes.csv"), "serial,x,y\n\"6\"\" rotor\",1,1\n\"6\"\" rotor\",2,2\nd,4,5\nd,5,7\n").expect("a table");
+    std::fs::write(at.join("quotes.csv"), "serial,x,y\n\"6\"\" rotor\",1,1\n\"6\"\" rotor\",2,2\nd,4,5\nd,5,7\n")
+        .expect("a table");
     let text = r#"{ "bench": { "id": "b", "chain": [], "sensors": { "y": { "unit": "V", "model": "b0 + b1*x" } } },
         "estimate": { "b0": {}, "b1": {} }, "readings": "quotes.csv" }"#;
     std::fs::write(at.join("c.campaign.json"), text).expect("a campaign");

@@ -66,7 +66,10 @@ fn tables_are_named() {
         ("two-topics.mcap#/imu", &["no topic '/imu'", "'/imu/left'"]),
         ("no-imu.mcap", &["no topic of sensor_msgs/Imu", "/chatter (std_msgs/msg/String)"]),
         ("texts.mat", &["no variable or struct of numbers", "found: none"]),
-        ("px4.ulg#remark", &["no subscription 'remark'", "'sensor_combined_0' (40 rows: timestamp, gyro_rad[0]", "'remark_1'"]),
+        (
+            "px4.ulg#remark",
+            &["no subscription 'remark'", "'sensor_combined_0' (40 rows: timestamp, gyro_rad[0]", "'remark_1'"],
+        ),
         ("expected.json#x", &["no table by name"][..]),
     ] {
         let words: Vec<&str> = if name == "expected.json#x" { vec!["none by name", "'#x'"] } else { words.to_vec() };

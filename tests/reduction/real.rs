@@ -225,7 +225,10 @@ fn a_norm_has_the_same_uncertainty_from_any_start() {
             std::fs::write(&path, own.to_string()).expect("a campaign");
             let campaign = tumble::Campaign::from_path(&path).expect("a campaign");
             let fit = tumble::fit(&campaign, &Default::default()).expect("a fit");
-            fit.parameters.iter().map(|own| (own.value.expect("a value"), own.uncertainty.as_ref().expect("u").u)).collect()
+            fit.parameters
+                .iter()
+                .map(|own| (own.value.expect("a value"), own.uncertainty.as_ref().expect("u").u))
+                .collect()
         })
         .into();
     for ((a, u), (b, v)) in found[0].iter().zip(&found[1]) {
