@@ -20,8 +20,7 @@ ROWS = []
 for serial in ['6" rotor, left', "B"]:
     for k in range(16):
         x, celsius, seconds = 22.5 * k, 20 + 7 * k % 9, 30 * k * k
-        volts = 1 + 0.5 * x + 0.02 * celsius + 0.001 * seconds
-        ROWS.append([serial, x, celsius + 273.15, seconds / 60, 1000 * volts])
+        ROWS.append([serial, x, celsius + 273.15, seconds / 60, 1000 + 500 * x + 20 * celsius + seconds])
 
 book = openpyxl.Workbook()
 sheet = book.active
