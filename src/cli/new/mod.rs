@@ -94,7 +94,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
         Some(""),
         |text| Ok(text.to_string()),
     )?;
-    let record = if samples.is_empty() { Record::at_titled(table)? } else { Record::at(table)? };
+    let record = Record::at(table)?;
     session::reads(&file);
     let titles: Vec<record::Column> = record.columns().to_vec();
     drop(record);
