@@ -663,6 +663,10 @@ quantity-at = { $id } at { $value }
 azimuth-is-any = both components may be zero, so every direction is possible: the interval is the full circle, and u is that of a uniformly distributed angle
 azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, where it is not value - U to value + U
 
+# fit/scale_factor.rs
+largest-of-alike = the largest of { $of } deviations, { $alike } of which noise does not tell from the largest: k is that of the largest of { $alike }
+scatter-of-runs = the scatter of the slopes of { $runs } runs, the noise of their readings included
+
 # correction
 left-out-not-estimable = not estimable: { $names }
 its-line-does-not-bind = its equation does not depend on an input

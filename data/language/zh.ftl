@@ -568,6 +568,10 @@ quantity-at = { $value } 处的 { $id }
 azimuth-is-any = 两个分量都可能为零，任何方向均有可能：区间为整个圆周，u 取方位完全未知时的标准不确定度
 azimuth-interval = { $level } % 区间为 { $low } 至 { $high }{ $unit }：分量接近零，该区间不同于量值 - U 至量值 + U
 
+# fit/scale_factor.rs
+largest-of-alike = { $of } 个偏差中的最大值，其中 { $alike } 个在噪声范围内与最大值无法区分：k 取 { $alike } 个之最大值的包含因子
+scatter-of-runs = { $runs } 轮测试斜率的离散程度，包含读数噪声
+
 # correction
 left-out-not-estimable = 不可估计：{ $names }
 its-line-does-not-bind = 其模型不能代入数值

@@ -205,8 +205,29 @@ pub struct Sensor {
     pub axes: Vec<(String, Vector3<f64>)>,
     /// Full turn of a closed circle, in the sensor's unit: readings that differ by whole turns are the same. `None` for any other sensor.
     pub turn: Option<f64>,
+    /// The axis whose rate the sensor measures, by name: one of `axes`, or `x`, `y`, `z` of the last frame. Where readings step the rate about
+    /// it, fits report the errors of the scale factor.
+    pub input_axis: Option<String>,
     /// reading = this line.
     pub model: Expression,
+}
+
+impl Sensor {
+    /// The direction of an axis by name.
+    fn axis(&self, name: &str) -> Option<Vector3<f64>> {
+        let own = self.axes.iter().find(|(own, _)| own == name).map(|(_, direction)| *direction);
+        own.or(match name {
+            "x" => Some(Vector3::x()),
+            "y" => Some(Vector3::y()),
+            "z" => Some(Vector3::z()),
+            _ => None,
+        })
+    }
+
+    /// The direction of the input axis, in the last frame of the chain.
+    pub fn input(&self) -> Option<Vector3<f64>> {
+        self.axis(self.input_axis.as_deref()?)
+    }
 }
 
 /// Most joints of a chain: positions that tell unknowns apart are sought over all of them.
@@ -264,6 +285,12 @@ impl Bench {
             Unit::parse_any(&sensor.unit).map(|_| ()).or_else(|e| {
                 if sensor.unit.trim().is_empty() { Ok(()) } else { Err(e.at_path(format!("{path}.unit"))) }
             })?;
+            if let Some(axis) = sensor.input_axis.as_deref().filter(|axis| sensor.axis(axis).is_none()) {
+                return Err(Malformed::new(Fault::UnknownName, format!("the sensor '{}' has no axis '{axis}'", sensor.id))
+                    .expected("x, y, z or one of the sensor's \"axes\"")
+                    .found(format!("'{axis}'"))
+                    .at_path(format!("{path}.input_axis")));
+            }
             for (axis, direction) in &sensor.axes {
                 let path = format!("sensors.{}.axes.{axis}", sensor.id);
                 let norm = direction.norm();

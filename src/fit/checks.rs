@@ -170,7 +170,7 @@ pub(crate) fn cell_key(campaign: &Campaign, origin: &RowOrigin) -> Vec<u64> {
 }
 
 /// Columns that a sensor's line uses.
-fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
+pub(super) fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
     // rows are of sensors that the bench has
     let names = campaign.bench.sensors.get(sensor).map(|own| own.model.names()).unwrap_or_default();
     let columns = campaign.readings.columns.iter().enumerate();

@@ -49,6 +49,8 @@ pub struct VarianceSource {
     pub levels: usize,
     /// Where it stands among the estimated variances.
     component: Option<usize>,
+    /// The sensor, for the readings of one.
+    sensor: Option<usize>,
 }
 
 /// All sources, and how the unknowns follow each reading.
@@ -111,6 +113,7 @@ fn row_sources(campaign: &Campaign, design: &DesignMatrix, system: &System) -> V
             could_be: None,
             levels: rows.len(),
             component,
+            sensor: (s < sensors).then_some(s),
         };
         sources.push((source, rows));
     }
@@ -254,6 +257,7 @@ impl ScatterSources {
                 could_be: found.could_be.get(k).copied().flatten(),
                 levels: levels.at(k),
                 component,
+                sensor: None,
             });
         }
         let leans: Vec<(usize, Mat<f64>)> = found.leans.iter().flatten().cloned().collect();
@@ -294,6 +298,7 @@ impl ScatterSources {
                 could_be: None,
                 levels: own.levels,
                 component: own.component,
+                sensor: None,
             })
             .collect();
         let estimated = spread.nrows() > 0;
@@ -307,6 +312,30 @@ impl ScatterSources {
             determined,
             absorbed: Vec::new(),
         }
+    }
+
+    /// The same sources for one quantity that follows readings of one sensor: what their own noise, as stated or of unit variance, makes of it,
+    /// and deviations of unit variance of a line with its correlation time.
+    pub(super) fn of_one(&self, sensor: usize, of_rows: f64, of_line: &dyn Fn(usize, Option<f64>) -> f64) -> Self {
+        let mut own = ScatterSources {
+            sources: self.sources.clone(),
+            sensitivities: Mat::new(),
+            covariance: Mat::zeros(1, 1),
+            spread: self.spread.clone(),
+            correction: None,
+            leans: Vec::new(),
+            determined: self.determined,
+            absorbed: Vec::new(),
+        };
+        for source in &mut own.sources {
+            let form = match source.line {
+                Some(k) => of_line(k, source.tau.map(|(tau, _)| tau)),
+                None if source.sensor == Some(sensor) => of_rows,
+                None => 0.0,
+            };
+            source.share = Mat::from_fn(1, 1, |_, _| source.variance * form);
+        }
+        own
     }
 
     /// Is the variance of `along . x` known?

@@ -222,7 +222,7 @@ impl FitReport {
 pub struct DerivedReport {
     /// Name.
     pub id: String,
-    /// The line of algebra, as it was written (before it is brought to `unit`).
+    /// The line of algebra, as it was written (before it is brought to `unit`); for an error of a scale factor what it is, in words.
     pub line: String,
     /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
     pub unit: String,

@@ -9,7 +9,7 @@ use super::separation::not_estimable;
 use super::{ARCSEC, VERSION, finite, fit_checks, fit_constraints, record, scatter};
 use crate::campaign::{Campaign, Derived, Kind, Role};
 use crate::correction::Calibration;
-use crate::fit::{Fit, Sector, State, VarianceFrom};
+use crate::fit::{Fit, ScaleFactorError, ScaleFactorFrom, Sector, State, VarianceFrom};
 use crate::language::{Sentence, sentence};
 use crate::report::ReportKind;
 use crate::uncertainty::{Combined, Contribution};
@@ -49,6 +49,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
             .iter()
             .zip(&campaign.derived)
             .map(|(d, own)| derived(d, own, fit.settings.level))
+            .chain(fit.scale_factor_errors().iter().map(scale_factor_error))
             .collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
         correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
@@ -201,6 +202,28 @@ fn derived(result: &crate::fit::DerivedResult, own: &Derived, level: f64) -> Der
         note: azimuth_note(result, level),
         budget: budget(&result.budget),
         arcsec: result.is_angle.then(|| arcsec(result.value, uncertainty)),
+    }
+}
+
+fn scale_factor_error(own: &ScaleFactorError) -> DerivedReport {
+    let uncertainty = own.uncertainty;
+    DerivedReport {
+        id: own.id.clone(),
+        line: own.line.clone(),
+        unit: "ppm".into(),
+        value: Some(own.value),
+        u: uncertainty.map(|c| c.u),
+        dof: uncertainty.and_then(|c| finite(c.dof)),
+        k: uncertainty.map(|c| c.coverage_factor),
+        expanded: uncertainty.map(|c| c.expanded),
+        interval: None,
+        note: match own.from {
+            ScaleFactorFrom::Largest { alike, of } if alike > 1 => Some(sentence!("largest-of-alike", of, alike)),
+            ScaleFactorFrom::Runs(runs) => Some(sentence!("scatter-of-runs", runs)),
+            _ => None,
+        },
+        budget: budget(&own.budget),
+        arcsec: None,
     }
 }
 

@@ -150,6 +150,10 @@ pub struct SensorFile {
     /// turns are then the same reading.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn: Option<f64>,
+    /// The axis whose rate the sensor measures: one of `axes`, or `x`, `y`, `z`. Where readings step the rate of a joint about it, a fit reports
+    /// nonlinearity, asymmetry, hysteresis and repeatability of the scale factor, in ppm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub input_axis: Option<String>,
     /// The error model, one line of algebra, for example `V0 + kI*w_I + kII*w_I^2`.
     pub model: String,
 }
@@ -175,7 +179,7 @@ impl BenchFile {
                         .found(turn.to_string())
                         .at_path(format!("sensors.{id}.turn")));
                 }
-                Ok(Sensor { id, unit: sensor.unit, axes, turn: sensor.turn, model })
+                Ok(Sensor { id, unit: sensor.unit, axes, turn: sensor.turn, input_axis: sensor.input_axis, model })
             })
             .collect::<Result<_>>()?;
         let units = Units {

@@ -137,7 +137,8 @@ impl BenchBuilder {
 impl SensorBuilder {
     /// A sensor whose reading, in this unit, is this line of algebra.
     pub fn new(unit: impl Into<String>, model: impl Into<String>) -> Self {
-        let file = SensorFile { unit: unit.into(), axes: Named::default(), turn: None, model: model.into() };
+        let (unit, model) = (unit.into(), model.into());
+        let file = SensorFile { unit, axes: Named::default(), turn: None, input_axis: None, model };
         SensorBuilder { file }
     }
 
@@ -150,6 +151,12 @@ impl SensorBuilder {
     /// A named axis by its direction cosines in the last frame.
     pub fn direction(mut self, name: impl Into<String>, cosines: [f64; 3]) -> Self {
         self.file.axes.0.push((name.into(), DirectionFile::Cosines(cosines)));
+        self
+    }
+
+    /// The axis whose rate the sensor measures: where readings step it, a fit reports the errors of the scale factor.
+    pub fn input_axis(mut self, axis: impl Into<String>) -> Self {
+        self.file.input_axis = Some(axis.into());
         self
     }
 

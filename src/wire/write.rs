@@ -55,6 +55,7 @@ fn sensor_file(sensor: &Sensor) -> SensorFile {
         unit: sensor.unit.clone(),
         axes: Named(sensor.axes.iter().map(|(name, v)| (name.clone(), direction(v))).collect()),
         turn: sensor.turn,
+        input_axis: sensor.input_axis.clone(),
         model: sensor.model.to_string(),
     }
 }

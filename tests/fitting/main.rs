@@ -19,6 +19,7 @@ mod published_tables;
 mod rank_defect;
 mod remarks;
 mod robust;
+mod scale_factor;
 mod scatter;
 mod scatter_coverage;
 mod simulated;

@@ -36,4 +36,4 @@ def write(path, value):
     target = DATA / path
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(campaign_text(value), encoding="utf-8")
-    print("wrote", target.relative_to(DATA.parent.parent))
+    print("wrote", target.resolve().relative_to(DATA.parent.parent))
