@@ -467,6 +467,7 @@ all-values-of-lie-within-degrees-and = all values of { $name } lie within 6.3 de
 rates-outside-those-of-the-table = { $name } = { $rate } deg/s: the rates of this table are { $least } to { $most } deg/s; is it in rad/s or another unit?
 rates-would-be-round-as-radians = all values of { $name } lie within 6.3 deg/s and would be multiples of 5 deg/s if they were in rad/s: are they?
 tilt-is-no-small-rotation = { $id } = { $tilt } deg is not a small tilt: with { $factor } as known, the readings of { $sensor } appear too large by orders of magnitude; are they in { $unit }, or in a thousandth of it?
+factor-is-thousands-off-its-start = { $id } is { $ratio } times its start, and carries most of the readings: are the readings of { $sensor } in { $unit }?
 every-row-stands-there-several-times = every row occurs { $times } times with identical digits: if rows were entered more than once, u is too small by the square root of that number
 condition-the-readings-hardly-tell-some-parameters = condition { $condition }: some parameters are nearly confounded; check the units of the inputs and the correlations
 belongs-to-the-bench-and-stays-there = { $others } { $n ->

@@ -286,10 +286,13 @@ impl Bench {
                 if sensor.unit.trim().is_empty() { Ok(()) } else { Err(e.at_path(format!("{path}.unit"))) }
             })?;
             if let Some(axis) = sensor.input_axis.as_deref().filter(|axis| sensor.axis(axis).is_none()) {
-                return Err(Malformed::new(Fault::UnknownName, format!("the sensor '{}' has no axis '{axis}'", sensor.id))
-                    .expected("x, y, z or one of the sensor's \"axes\"")
-                    .found(format!("'{axis}'"))
-                    .at_path(format!("{path}.input_axis")));
+                return Err(Malformed::new(
+                    Fault::UnknownName,
+                    format!("the sensor '{}' has no axis '{axis}'", sensor.id),
+                )
+                .expected("x, y, z or one of the sensor's \"axes\"")
+                .found(format!("'{axis}'"))
+                .at_path(format!("{path}.input_axis")));
             }
             for (axis, direction) in &sensor.axes {
                 let path = format!("sensors.{}.axes.{axis}", sensor.id);

@@ -56,6 +56,19 @@ pub(super) fn refuse_meant(bench: &Bench, columns: &[String], name: &str) -> Res
     Err(Malformed::new(Fault::UnknownName, what).expected(expected).at_path("bench"))
 }
 
+impl Campaign {
+    /// The column that was meant by a sensor without a value: its name under another letter case, or its unit spelled out.
+    pub(crate) fn meant_for_a_sensor(&self) -> Option<(&str, &str)> {
+        self.bench.sensors.iter().find_map(|sensor| {
+            let unit = Unit::parse(&sensor.unit).ok();
+            let same = |column: &str| unit.as_ref().zip(Unit::parse(column).ok()).is_some_and(|(a, b)| a.is_same(&b));
+            let columns = self.readings.columns.iter().filter(|column| is_unused(&self.bench, column));
+            let mut columns = columns.filter(|column| looks_like(&sensor.id, column) || same(column));
+            Some((sensor.id.as_str(), columns.next()?.as_str()))
+        })
+    }
+}
+
 /// Does no model line read this column, nor a joint?
 fn is_unused(bench: &Bench, column: &str) -> bool {
     let of_joint = |joint: &str| column.strip_prefix(joint).is_some_and(|rest| rest.starts_with('_'));

@@ -1,7 +1,7 @@
 //! Two or more calibrations of one unit: what changed, by more than the uncertainties allow, and how fast.
 //!
 //! ```text
-//! d = b - a,   C_d = C_a + C_b - sum_k (c_a c_b' + c_b c_a') u_k^2        k: inputs that both calibrations share (their reference standards)
+//! d = b - a,   C_d = C_a + C_b - sum_kl (c_ak c_bl' + c_bl c_ak') u_k u_l r_kl        k, l: inputs that both calibrations share, r_kk = 1
 //! E_n = d / U(d),   U(d) = k u(d), k from the effective degrees of freedom           (ISO 13528:2022, 9.7; GUM F.1.2.3 for the shared part)
 //! all changes together: d' C_d^-1 d, chi-square or, where the scatter was estimated, F
 //! combined: x = (a/u_a^2 + b/u_b^2) / (1/u_a^2 + 1/u_b^2), Birge ratio sqrt(chi^2 / (n - 1))       (R. T. Birge, Phys. Rev. 40 (1932) 207)
@@ -24,6 +24,8 @@ pub struct Determination {
     pub quantities: Vec<Quantity>,
     /// Covariances of the quantities, in their order; NaN where not known.
     pub covariance: DMatrix<f64>,
+    /// Pairs of known inputs that are correlated, and their coefficients.
+    pub correlations: Vec<(String, String, f64)>,
 }
 
 /// A parameter or derived quantity of one calibration.
@@ -160,13 +162,12 @@ pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -
     let mut changes = Vec::with_capacity(pairs.len());
     for (i, j) in &pairs {
         let (Some(before), Some(after)) = (a.quantities.get(*i), b.quantities.get(*j)) else { continue };
-        let mut common = 0.0;
-        for (own, other) in shared_inputs(before, after).filter(|_| shared) {
-            common += own.c * other.c * own.u * own.u;
+        for (own, _) in shared_inputs(before, after).filter(|_| shared) {
             if !names.contains(&own.id) {
                 names.push(own.id.clone());
             }
         }
+        let common = if shared { common(before, after, a, b) } else { 0.0 };
         let difference = after.value - before.value;
         let days = a.day.zip(b.day).map(|(a, b)| b - a).filter(|days| *days != 0.0);
         changes.push(Change {
@@ -195,6 +196,22 @@ fn shared_inputs<'a>(a: &'a Quantity, b: &'a Quantity) -> impl Iterator<Item = (
             b.inputs.iter().find(|other| other.id == own.id && other.estimate == own.estimate && other.u == own.u)?;
         Some((own, other))
     })
+}
+
+/// Covariance of a quantity of one calibration and one of the other through the inputs that they share; a correlation counts where both state it.
+fn common(p: &Quantity, q: &Quantity, a: &Determination, b: &Determination) -> f64 {
+    let inputs: Vec<_> = shared_inputs(p, q).collect();
+    let same = |x: &(String, String, f64), y: &(String, String, f64)| {
+        x.2 == y.2 && ((x.0 == y.0 && x.1 == y.1) || (x.0 == y.1 && x.1 == y.0))
+    };
+    let alone: f64 = inputs.iter().map(|(s, t)| s.c * t.c * s.u * s.u).sum();
+    let pairs = a.correlations.iter().filter(|own| b.correlations.iter().any(|other| same(own, other)));
+    let of = |id: &str| inputs.iter().find(|(own, _)| own.id == id);
+    let both = pairs.filter_map(|(x, y, r)| {
+        let ((sx, tx), (sy, ty)) = (of(x)?, of(y)?);
+        Some(r * sx.u * sy.u * (sx.c * ty.c + sy.c * tx.c))
+    });
+    alone + both.sum::<f64>()
 }
 
 fn judge(a: &Quantity, b: &Quantity, common: f64, level: f64) -> Option<Judged> {
@@ -260,12 +277,11 @@ fn together(a: &Determination, b: &Determination, pairs: &[(usize, usize)], shar
     // a covariance that is not told: not comparable
     let mut c = DMatrix::from_fn(n, n, |x, y| covariance(x, y).unwrap_or(f64::NAN));
     if shared {
-        let cross = |p: &Quantity, q: &Quantity| shared_inputs(p, q).map(|(s, t)| s.c * t.c * s.u * s.u).sum::<f64>();
         for x in 0..n {
             for y in 0..n {
                 let ((ax, bx), (ay, by)) = (of(x)?, of(y)?);
                 if let Some(c) = c.get_mut((x, y)) {
-                    *c -= cross(ax, by) + cross(ay, bx);
+                    *c -= common(ax, by, a, b) + common(ay, bx, a, b);
                 }
             }
         }

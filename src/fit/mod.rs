@@ -437,6 +437,14 @@ pub(crate) fn askable(campaign: &Campaign) -> Result<()> {
         let sensors: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
         let what =
             if campaign.readings.rows.is_empty() { "there are no readings" } else { "no reading has a sensor value" };
+        if let Some((sensor, column)) = campaign.meant_for_a_sensor() {
+            return Err(Malformed::new(
+                Fault::Missing,
+                format!("{what}: is the column '{column}' meant for '{sensor}'?"),
+            )
+            .expected(format!("a column '{sensor}' (\"columns\": {{ \"{sensor}\": \"{column}\" }} names it)"))
+            .at_path("readings"));
+        }
         return Err(Malformed::new(Fault::Missing, what)
             .expected(format!("readings with a value for {}", sensors.join(" or ")))
             .found(match campaign.readings.columns.join(", ") {

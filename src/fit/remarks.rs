@@ -52,7 +52,7 @@ pub(super) fn remarks(fit: &Fit) -> Vec<Sentence> {
         })
         .collect();
     found.extend(rates(campaign));
-    found.extend(steep(fit));
+    found.extend(steep(fit).or_else(|| thousandfold(fit)));
     found.extend(repeated(campaign));
     if let Some(condition) = absurd {
         found.push(sentence!(
@@ -121,6 +121,37 @@ fn steep(fit: &Fit) -> Option<Sentence> {
             sensor = sensor.id.clone(),
             unit = sensor.unit.clone()
         )
+    })
+}
+
+/// A coefficient that carries most of the readings, nearer to a thousand times its stated start (or to a thousandth) than to the start itself.
+fn thousandfold(fit: &Fit) -> Option<Sentence> {
+    let campaign = &fit.campaign;
+    campaign.estimated().iter().zip(&fit.parameters).enumerate().find_map(|(k, (own, found))| {
+        let Role::Estimated { start: Some(start), .. } = own.role else { return None };
+        let (value, ratio) = (found.value?, (found.value? / start).abs());
+        let thousands = (ratio.log10() / 3.0).round();
+        if own.kind != Kind::Coefficient || !thousands.is_finite() || thousands == 0.0 {
+            return None;
+        }
+        let (mut carried, mut all, mut sensor) = (0.0, 0.0, None);
+        for (row, (origin, observed)) in fit.design.rows.iter().zip(&fit.system.observed).enumerate() {
+            let by = fit.design.jacobian[(row, k)];
+            if by != 0.0 {
+                let read = observed + fit.design.predicted.at(row);
+                sensor = sensor.or(campaign.bench.sensors.get(origin.sensor));
+                carried += (by * value).powi(2);
+                all += read * read;
+            }
+        }
+        let sensor = sensor.filter(|_| carried > 0.5 * all)?;
+        Some(sentence!(
+            "factor-is-thousands-off-its-start",
+            id = own.id.clone(),
+            ratio = format!("{ratio:.1e}"),
+            sensor = sensor.id.clone(),
+            unit = sensor.unit.clone()
+        ))
     })
 }
 

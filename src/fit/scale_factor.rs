@@ -28,7 +28,7 @@ use std::collections::{BTreeMap, HashMap};
 pub struct ScaleFactorError {
     /// `SENSOR_nonlinearity_COLUMN`, the column that of the rate.
     pub id: String,
-    /// What it is, as a line of text.
+    /// What it is, in the symbols of this module.
     pub line: String,
     /// Value, ppm.
     pub value: f64,
@@ -176,8 +176,11 @@ fn series(campaign: &Campaign, design: &DesignMatrix, s: usize, sensor: &Sensor)
         own.rows.push(row);
         own.points.push((rate * own.share.signum(), observed.value));
     }
-    let range = |own: &Series| own.share.abs() * own.points.iter().fold(0.0_f64, |most, (rate, _)| most.max(rate.abs()));
-    let about = all.into_iter().filter(|own| 2.0 * own.share * own.share > 1.0 && steps(&own.points, 0..own.points.len()).len() >= 3);
+    let range =
+        |own: &Series| own.share.abs() * own.points.iter().fold(0.0_f64, |most, (rate, _)| most.max(rate.abs()));
+    let about = all
+        .into_iter()
+        .filter(|own| 2.0 * own.share * own.share > 1.0 && steps(&own.points, 0..own.points.len()).len() >= 3);
     // of series that differ by rounding alone, the first
     about.reduce(|best, own| if range(&own) > range(&best) * (1.0 + 1e-9) { own } else { best })
 }
@@ -217,8 +220,15 @@ impl Of<'_> {
     }
 
     /// `max |deviation| / full scale`: the deviations, and how one follows the readings.
-    fn largest(&self, what: &str, line: &str, deviations: &[f64], by: impl Fn(usize) -> Vec<f64>) -> Option<ScaleFactorError> {
-        let largest = (0..deviations.len()).reduce(|a, b| if deviations.at(b).abs() > deviations.at(a).abs() { b } else { a })?;
+    fn largest(
+        &self,
+        what: &str,
+        line: &str,
+        deviations: &[f64],
+        by: impl Fn(usize) -> Vec<f64>,
+    ) -> Option<ScaleFactorError> {
+        let largest =
+            (0..deviations.len()).reduce(|a, b| if deviations.at(b).abs() > deviations.at(a).abs() { b } else { a })?;
         let (deviation, scale) = (deviations.at(largest), PPM / self.full_scale());
         let value = deviation.abs() * scale;
         let mut along = by(largest);
@@ -233,7 +243,8 @@ impl Of<'_> {
         let of = deviations.len();
         let mut found = self.result(what, line.into(), value, &along, ScaleFactorFrom::Largest { alike: 1, of });
         if let Some(combined) = &mut found.uncertainty {
-            let factor = |n: usize| quantiles::coverage_factor(self.fit.settings.level.powf(1.0 / n as f64), combined.dof);
+            let factor =
+                |n: usize| quantiles::coverage_factor(self.fit.settings.level.powf(1.0 / n as f64), combined.dof);
             let within = 2.0 * factor(of)? * combined.u;
             let alike = deviations.iter().filter(|own| own.abs() * scale >= value - within).count();
             combined.coverage_factor = factor(alike)?;
@@ -258,13 +269,14 @@ impl Of<'_> {
             }
             along
         };
-        self.largest("nonlinearity", "max |mean output - line| / full-scale output", &deviations, by)
+        self.largest("nonlinearity", "‖Y - a - b x‖∞ / (|b| ‖x‖∞)", &deviations, by)
     }
 
     fn asymmetry(&self) -> Option<ScaleFactorError> {
         let positive = |own: &&Step| own.rate > 0.0;
         let negative = |own: &&Step| own.rate < 0.0;
-        let (up, down) = (Line::through(self.steps.iter().filter(positive))?, Line::through(self.steps.iter().filter(negative))?);
+        let (up, down) =
+            (Line::through(self.steps.iter().filter(positive))?, Line::through(self.steps.iter().filter(negative))?);
         let sum = up.slope + down.slope;
         let share = 2.0 * (up.slope - down.slope) / sum;
         let mut along = vec![0.0; self.series.points.len()];
@@ -274,7 +286,7 @@ impl Of<'_> {
                 put(&mut along, *k, PPM * by / sum / step.of.len() as f64);
             }
         }
-        let line = "slope of positive less that of negative rates / their mean".to_string();
+        let line = "2 (b₊ - b₋) / (b₊ + b₋)".to_string();
         Some(self.result("asymmetry", line, PPM * share, &along, ScaleFactorFrom::Senses))
     }
 
@@ -295,7 +307,9 @@ impl Of<'_> {
         let both: Vec<[Vec<usize>; 2]> = (self.steps.iter().map(|step| [of(step, true), of(step, false)]))
             .filter(|[below, above]| !below.is_empty() && !above.is_empty())
             .collect();
-        let mean = |of: &[usize]| of.iter().filter_map(|k| self.series.points.get(*k)).map(|own| own.1).sum::<f64>() / of.len() as f64;
+        let mean = |of: &[usize]| {
+            of.iter().filter_map(|k| self.series.points.get(*k)).map(|own| own.1).sum::<f64>() / of.len() as f64
+        };
         let deviations: Vec<f64> = both.iter().map(|[below, above]| mean(below) - mean(above)).collect();
         let by = |largest: usize| {
             let mut along = vec![0.0; self.series.points.len()];
@@ -304,7 +318,7 @@ impl Of<'_> {
             }
             along
         };
-        self.largest("hysteresis", "max |mean output from below - from above| / full-scale output", &deviations, by)
+        self.largest("hysteresis", "‖Y↑ - Y↓‖∞ / (|b| ‖x‖∞)", &deviations, by)
     }
 
     /// Of normal slopes, `nu s^2/sigma^2` is chi-square: `u = s sqrt(1 - c4^2)`, and U is what holds sigma at the level.
@@ -329,7 +343,8 @@ impl Of<'_> {
         if rates.len() == self.steps.len() {
             runs.push(run);
         }
-        let slope = |run: &Vec<usize>| Some(Line::through(steps(&self.series.points, run.iter().copied()).iter())?.slope);
+        let slope =
+            |run: &Vec<usize>| Some(Line::through(steps(&self.series.points, run.iter().copied()).iter())?.slope);
         let slopes: Vec<f64> = runs.iter().filter_map(slope).collect();
         let (count, dof) = (slopes.len(), slopes.len() as f64 - 1.0);
         if count < 2 {
@@ -358,7 +373,7 @@ impl Of<'_> {
         };
         Some(ScaleFactorError {
             id: format!("{}_repeatability_{}", self.sensor.1, self.series.column),
-            line: "standard deviation of the slopes of runs / their mean".into(),
+            line: "s(b) / |b|".into(),
             value,
             uncertainty: Some(uncertainty),
             budget: vec![source],

@@ -154,7 +154,7 @@ pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determ
     };
     let n = quantities.len();
     let covariance = DMatrix::from_fn(n, n, |i, j| element(i, j).unwrap_or(f64::NAN));
-    Determination { name: name.into(), day, quantities, covariance }
+    Determination { name: name.into(), day, quantities, covariance, correlations: report.correlations.clone() }
 }
 
 /// The report of two calibrations.
@@ -507,6 +507,7 @@ mod tests {
                 inputs: Vec::new(),
             }],
             covariance: DMatrix::zeros(1, 1),
+            correlations: Vec::new(),
         });
         let trends = crate::compare::calibrations::trends(&determined, 0.95);
         let report =

@@ -222,7 +222,9 @@ impl FitReport {
 pub struct DerivedReport {
     /// Name.
     pub id: String,
-    /// The line of algebra, as it was written (before it is brought to `unit`); for an error of a scale factor what it is, in words.
+    /// The line of algebra, as it was written (before it is brought to `unit`); for an error of a
+    /// scale factor what it is: Y mean readings (`↑` from below, `↓` from above) at the rates x, a + b x their straight line (`₊`, `₋` of either
+    /// sense), `‖ ‖∞` the largest size, s the standard deviation over runs.
     pub line: String,
     /// Its unit, as asked for or as the line has it; empty where a parameter in it has none.
     pub unit: String,

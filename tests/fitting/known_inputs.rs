@@ -61,3 +61,30 @@ fn a_fixed_height_moves_the_net() {
         assert_within(uncertainty.u, uncertainty.type_a.hypot(0.003), 1e-15, &parameter.id);
     }
 }
+
+/// `u^2 = 9 + 4 + 2*0.5*3*2 = 19` through two inputs that both share, 16 of each one's own: what is shared leaves the difference with all of it.
+#[test]
+fn shared_inputs_that_are_correlated() {
+    use nalgebra::DMatrix;
+    use tumble::compare::calibrations::{Determination, InputShare, Quantity, changes};
+    let input = |id: &str, u: f64| InputShare { id: id.into(), estimate: 1.0, u, c: 1.0 };
+    let of = |value: f64, correlation: f64| Determination {
+        quantities: vec![Quantity {
+            id: "k".into(),
+            unit: "ppm".into(),
+            value,
+            u: Some(35f64.sqrt()),
+            dof: f64::INFINITY,
+            inputs: vec![input("kI", 3.0), input("V0", 2.0)],
+        }],
+        covariance: DMatrix::from_element(1, 1, 35.0),
+        correlations: vec![("kI".into(), "V0".into(), correlation)],
+        ..Determination::default()
+    };
+    let found = changes(&of(10.0, 0.5), &of(20.0, 0.5), 0.95, true);
+    assert!((found.changes[0].judged.expect("judged").u - 32f64.sqrt()).abs() < 1e-12);
+    assert!((found.together.expect("a test").statistic - 100.0 / 32.0).abs() < 1e-12);
+    // not the same inputs: their correlation is not shared
+    let other = changes(&of(10.0, 0.5), &of(20.0, 0.4), 0.95, true);
+    assert!((other.changes[0].judged.expect("judged").u - 44f64.sqrt()).abs() < 1e-12);
+}

@@ -39,6 +39,41 @@ fn other_units_and_rows_that_stand_twice_are_seen() {
     assert_eq!(remarks(&twice), "");
 }
 
+/// Readings in mV where the bench has V: an estimated scale factor is a thousand times its start.
+#[test]
+fn a_scale_factor_of_another_unit_is_seen() {
+    let at = |factor: f64| {
+        let one = |rate: f64| json!({ "gamma_deg_s": rate, "V": factor * (0.002 + 0.02004 * rate) });
+        let readings: Vec<Value> = [-100.0, -50.0, -20.0, 20.0, 50.0, 100.0].map(one).to_vec();
+        let k = json!({ "start": 0.02, "unit": "V/(deg/s)" });
+        remarks(
+            &json!({ "bench": "gyro-rate-steps", "estimate": { "V0": { "start": 1e-6 }, "K": k }, "readings": readings }),
+        )
+    };
+    // an offset far from its start carries nothing
+    assert_eq!(at(1.0), "");
+    // nearer to the start than to a thousand times it
+    assert_eq!(at(31.0), "");
+    for factor in [1e3, 1e-3, 32.0, -1e6] {
+        let found = at(factor);
+        assert!(found.contains("K is ") && found.contains("readings of V in V"), "{factor}: {found}");
+    }
+}
+
+/// A column that is called as the unit is: it is named, and not taken for a schedule.
+#[test]
+fn a_column_named_as_the_unit_is_named() {
+    let refused = |column: &str| {
+        let readings = [10.0, -10.0, 20.0].map(|rate| json!({ "gamma_deg_s": rate, column: 0.02 * rate }));
+        let campaign = json!({ "bench": "gyro-rate-steps", "estimate": { "K": {} }, "readings": readings });
+        tumble::fit(&parse(&campaign.to_string()), &Default::default()).expect_err("no value of V").to_string()
+    };
+    for column in ["Volt", "v", "volts"] {
+        assert!(refused(column).contains(&format!("is the column '{column}' meant for 'V'?")), "{}", refused(column));
+    }
+    assert!(!refused("pressure").contains("meant for"), "{}", refused("pressure"));
+}
+
 /// With the table's range no round number is needed.
 #[test]
 fn rates_outside_the_range_of_the_table_are_seen() {
@@ -84,7 +119,7 @@ fn examples_tables_and_hidden_campaigns_are_remarked_on_nowhere() {
         let Ok(fit) = tumble::fit(&campaign, &Default::default()) else { continue };
         looked_at += 1;
         let all: Vec<String> = fit.remarks().iter().map(ToString::to_string).collect();
-        let new = ["small tilt", "rad/s", "every row"];
+        let new = ["small tilt", "rad/s", "every row", "times its start"];
         assert!(!all.iter().any(|text| new.iter().any(|word| text.contains(word))), "{}: {all:?}", path.display());
     }
     assert!(looked_at > 30, "{looked_at}");

@@ -82,7 +82,8 @@ fn deviations_that_a_run_shares() {
 #[test]
 fn what_the_readings_do_not_show() {
     let one = |rate: f64, v: f64| json!({ "gamma_deg_s": rate, "V": v, "V_u": 1e-6 });
-    let ids = |readings| steps(readings, json!([])).scale_factor_errors().into_iter().map(|own| own.id).collect::<Vec<_>>();
+    let ids =
+        |readings| steps(readings, json!([])).scale_factor_errors().into_iter().map(|own| own.id).collect::<Vec<_>>();
     assert_eq!(ids(vec![one(10.0, 0.2), one(-10.0, -0.2), one(10.0, 0.2), one(-10.0, -0.2)]), Vec::<String>::new());
     assert_eq!(
         ids(vec![one(10.0, 0.2), one(20.0, 0.4), one(30.0, 0.61), one(40.0, 0.8)]),
@@ -115,7 +116,8 @@ fn coverage() {
             for k in 0..rates.len() {
                 let rate: f64 = if way % 2 == 0 { rates[k] } else { rates[rates.len() - 1 - k] };
                 let approach = if way % 2 == 0 { 0.5 } else { -0.5 } * loops * (1.0 - (rate / 200.0).powi(2));
-                let mut own = json!({ "gamma_deg_s": rate, "V": true_at(rate) + slope * rate + approach + noise * normal() });
+                let mut own =
+                    json!({ "gamma_deg_s": rate, "V": true_at(rate) + slope * rate + approach + noise * normal() });
                 if stated {
                     own["V_u"] = json!(noise);
                 }
@@ -152,12 +154,19 @@ fn coverage() {
     }
     for ((what, stated), (inside, of)) in held {
         let share = inside as f64 / of as f64;
-        println!("{what:<14} noise {:<9} {inside:>5} of {of:<5} {:.1} %", if stated { "stated" } else { "estimated" }, 100.0 * share);
+        println!(
+            "{what:<14} noise {:<9} {inside:>5} of {of:<5} {:.1} %",
+            if stated { "stated" } else { "estimated" },
+            100.0 * share
+        );
         // three standard deviations below the level
         let least = 0.95 - 3.0 * (0.95 * 0.05 / of as f64).sqrt();
         assert!(share > least, "{what}: {inside} of {of}");
         if matches!(what.as_str(), "asymmetry" | "repeatability") && stated {
-            assert!(share < 0.95 + 3.0 * (0.95 * 0.05 / of as f64).sqrt() + 0.5 / of as f64, "{what}: {inside} of {of}");
+            assert!(
+                share < 0.95 + 3.0 * (0.95 * 0.05 / of as f64).sqrt() + 0.5 / of as f64,
+                "{what}: {inside} of {of}"
+            );
         }
     }
 }
