@@ -1435,7 +1435,9 @@ class DerivedReport(Node):
     k: float | None
     """Coverage factor."""
     line: str
-    """The line of algebra, as it was written (before it is brought to `unit`)."""
+    """The line of algebra, as it was written (before it is brought to `unit`); for an error of a scale factor what it is: Y mean readings (`↑`
+    from below, `↓` from above) at the rates x, a + b x their straight line (`₊`, `₋` of either sense), `‖ ‖∞` the largest size, s the
+    standard deviation over runs."""
     note: str | None
     """What a person must know of it, in a sentence."""
     u: float | None

@@ -125,7 +125,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
         let column = find(columns, named.as_ref().map_or(&id, |(_, title)| title)).and_then(|k| columns.get(k));
         let unit = unit.or_else(|| column?.unit.clone()).unwrap_or_default();
         crate::algebra::Expression::parse(&model)?;
-        Ok((id, SensorFile { unit, axes: wire::Named::default(), turn: None, model }))
+        Ok((id, SensorFile { unit, axes: wire::Named::default(), turn: None, input_axis: None, model }))
     })?;
     if sensors.is_empty() {
         return Err(Malformed::new(Fault::Missing, "a bench has a sensor").expected("--model 'V [mV] = V0 + k*a_x'"));
