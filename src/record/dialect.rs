@@ -182,22 +182,23 @@ impl Dialect {
         let titles = above.iter().take(above.len() - usize::from(units.is_some())).filter(is_wide);
         // what has no number and empty cells is a row below the names
         let is_full = |line: &&Vec<String>| line.iter().all(|cell| !cell.is_empty());
-        let (names, units, first) = match (above.as_slice(), titles.clone().rfind(is_full).or(titles.last())) {
-            ([_, names, units, ..], _) if is_toa5 => {
-                // a time stamp and the record's number have no unit
-                let of =
-                    |unit: &String| if matches!(unit.as_str(), "TS" | "RN") { String::new() } else { unit.clone() };
-                (Some(names.clone()), Some(units.iter().map(of).collect()), first)
-            }
-            (_, Some(names)) => {
-                let place = above.iter().rposition(|line| line == names).map_or(first, |k| k + 1);
-                (Some(names.clone()), units.cloned(), if units.is_some() { first } else { place })
-            }
-            (_, None) => {
-                let before = filled.get(first).map_or(0, |(k, _)| *k);
-                (remark_titles(&all, before, delimiter, width), None, first)
-            }
-        };
+        let (names, units, first) =
+            match (above.as_slice(), titles.clone().rfind(is_full).or(titles.clone().next_back())) {
+                ([_, names, units, ..], _) if is_toa5 => {
+                    // a time stamp and the record's number have no unit
+                    let of =
+                        |unit: &String| if matches!(unit.as_str(), "TS" | "RN") { String::new() } else { unit.clone() };
+                    (Some(names.clone()), Some(units.iter().map(of).collect()), first)
+                }
+                (_, Some(names)) => {
+                    let place = above.iter().rposition(|line| line == names).map_or(first, |k| k + 1);
+                    (Some(names.clone()), units.cloned(), if units.is_some() { first } else { place })
+                }
+                (_, None) => {
+                    let before = filled.get(first).map_or(0, |(k, _)| *k);
+                    (remark_titles(&all, before, delimiter, width), None, first)
+                }
+            };
         // the line of the names, from 1
         let is_names = |line: &[u8]| names.as_ref().is_some_and(|names| texts(line) == *names);
         let titled = filled.iter().take(first).rfind(|(_, line)| is_names(line)).map_or(1, |(k, _)| k + 1);
