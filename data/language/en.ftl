@@ -665,8 +665,8 @@ azimuth-is-any = both components may be zero, so every direction is possible: th
 azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, where it is not value - U to value + U
 
 # fit/scale_factor.rs
-largest-of-alike = the largest of { $of } deviations, { $alike } of which noise does not tell from the largest: k is that of the largest of { $alike }
-scatter-of-runs = the scatter of the slopes of { $runs } runs, the noise of their readings included
+largest-of-alike = the largest of { $of } deviations; { $alike } of them may be the largest within their noise, and k is that of the maximum of { $alike }
+scatter-of-runs = standard deviation of the slopes of { $runs } runs, which includes the noise of their readings
 
 # correction
 left-out-not-estimable = not estimable: { $names }

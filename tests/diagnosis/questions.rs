@@ -263,7 +263,7 @@ fn a_wrong_known_value_is_named_and_compared_with_what_was_stated() {
             let said = match u {
                 0.0 => "stated as exact",
                 _ if error.abs() > 2.0 * u => "is wrong",
-                _ => "no mistake",
+                _ => "consistent",
             };
             assert!(text.contains(said), "u = {u}:\n{text}");
         }

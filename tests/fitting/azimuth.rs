@@ -117,7 +117,7 @@ fn near_zero_the_azimuth_is_any() {
     // whatever line they are broken in
     let told = |language| report::table::fit(&report, false, language).split_whitespace().collect::<String>();
     let (english, chinese) = (told(Language::English), told(Language::Chinese));
-    assert!(english.contains("theintervalisthewholecircle"), "{english}");
+    assert!(english.contains("theintervalisthefullcircle"), "{english}");
     assert!(chinese.contains("区间为整个圆周"), "{chinese}");
 }
 

@@ -28,7 +28,7 @@ fn read(text: &str) -> Result<Measured, Malformed> {
 #[test]
 fn bad_files_are_named_with_line_and_column() {
     let cases: [(&str, Fault, &str, &str, usize); 22] = [
-        ("", Fault::Missing, "'time_s' is missing", "", 1),
+        ("", Fault::Missing, "the table is empty", "", 0),
         ("position_east_m\n1\n", Fault::Missing, "'time_s' is missing", "", 1),
         ("time_s\n1\n", Fault::Missing, "no column holds", "", 1),
         ("time_s,position_east_m\n", Fault::Missing, "nothing was measured", "", 0),
