@@ -81,9 +81,9 @@ fn installation_errors_hide_what_no_position_separates_and_it_is_named() {
     assert_eq!(
         free,
         [
-            ("Egxy + mount_y", "mount_y hides in Egxy, Egzy, Eaxy and Eazy"),
-            ("Egxz - mount_z", "mount_z hides in Egxz, Egyz, Eaxz and Eayz"),
-            ("Egyx - mount_x", "mount_x hides in Egyx, Egzx, Eayx and Eazx"),
+            ("Egxy + mount_y", "mount_y is absorbed by Egxy, Egzy, Eaxy and Eazy"),
+            ("Egxz - mount_z", "mount_z is absorbed by Egxz, Egyz, Eaxz and Eayz"),
+            ("Egyx - mount_x", "mount_x is absorbed by Egyx, Egzx, Eayx and Eazx"),
             ("inner_zero - mount_y", ""),
         ]
     );
