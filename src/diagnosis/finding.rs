@@ -4,7 +4,6 @@ use super::criteria::Question;
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
 use super::pass::Seen;
-use super::posterior;
 use super::remainder::Remainder;
 use super::search::Found;
 use super::separate::Separation;
@@ -12,7 +11,7 @@ use super::sets::Rival;
 use super::settings::Settings;
 use super::support::Support;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Unexplained, Verdict};
-use super::{ambiguity, holdout, places, separate, steps, vetted};
+use super::{ambiguity, holdout, places, separate, steps};
 use crate::campaign::{Campaign, Kind};
 use crate::error::Result;
 use crate::fit::{self, Fit};
@@ -145,7 +144,7 @@ pub(super) fn conclude(
     repaired: Option<(Campaign, Fit)>,
     settings: &Settings,
 ) -> Result<Diagnosis> {
-    let Seen { candidates, evidence, weighted, design, plausibility_penalty, found } = seen;
+    let Seen { candidates, evidence, weighted, design, plausibility_penalty, found, probabilities } = seen;
     let ordered = match &found {
         Found::Set { set, .. } if repaired.is_some() => steps::order(&evidence, set),
         _ => Vec::new(),
@@ -157,7 +156,7 @@ pub(super) fn conclude(
         Some((_, after)) => gap(after, &weighted, &evidence, set),
         None => gap_before.clone(),
     };
-    let pattern_in_time = vetted::pattern(campaign, &design, &weighted, &gap_after.residuals, settings);
+    let pattern_in_time: Option<super::serial::Serial> = None;
     let verdict = match &found {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         Found::Nothing if pattern_in_time.is_none() => Verdict::NothingMissing,
@@ -242,6 +241,7 @@ pub(super) fn conclude(
             set,
             rivals: &rivals,
             complete: remainder.is_none(),
+            probabilities: &probabilities,
         };
         effects = own.findings(&question, &shares, repaired, after);
         if let Some(remainder) = &remainder {
@@ -376,6 +376,8 @@ struct Effects<'a> {
     rivals: &'a [Rival],
     /// Is the rest noise? Then the noise alone is what an effect is compared with.
     complete: bool,
+    /// Of each named candidate, that it or one of its aliases is there.
+    probabilities: &'a [(usize, f64)],
 }
 
 impl Effects<'_> {
@@ -399,12 +401,9 @@ impl Effects<'_> {
         let standing = evidence.standing(&others, *member).filter(|_| !self.complete);
         let (alone, dof_alone) = evidence.t(&without, *member);
         let (t, dof) = standing.map_or((alone, dof_alone), |own| (own.t, own.dof));
-        let posterior = posterior::of(evidence, &others, *member, self.complete, question);
         let own = evidence.cosines(*member);
         let at_place = || self.rivals.iter().zip(shares).filter(|(rival, _)| rival.place == place);
-        // probability of the class as far as its aliases are listed
-        let listed = |j: usize| at_place().any(|(rival, _)| rival.candidate == j);
-        let probability = vetted::with_aliases(&posterior, *member, listed);
+        let probability = self.probabilities.iter().find(|(j, _)| j == member).map_or(0.0, |(_, p)| *p);
         let all = 1.0 + at_place().map(|(_, share)| share).sum::<f64>();
         let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
             .filter_map(|(rival, share)| {

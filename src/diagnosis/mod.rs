@@ -45,7 +45,9 @@
 
 mod ambiguity;
 mod assumptions;
+mod augmented;
 mod averaged;
+mod bank;
 mod candidate;
 mod candidates;
 mod catalogue;
@@ -55,6 +57,8 @@ mod families;
 mod finding;
 mod foresee;
 mod holdout;
+#[doc(hidden)]
+pub mod lab;
 mod level;
 mod missed;
 mod noise;
@@ -69,6 +73,7 @@ mod prospective;
 mod remainder;
 mod remounting;
 mod repair;
+mod score;
 mod screen;
 mod search;
 mod separate;
@@ -255,17 +260,15 @@ fn given(campaign: &Campaign, catalogue: &[Effect], settings: &Settings) -> Resu
     let question = campaign;
     let campaign = &assumed.campaign;
     let before = fit_exactly(campaign)?;
-    let mut pass = pass::Pass::new(campaign, &assumed.asked, catalogue, *settings, before.design.point.clone())?;
-    let (seen, repaired) = passes::run(&mut pass, campaign, settings)?;
+    let asking = augmented::Question { campaign, asked: &assumed.asked, catalogue, settings };
+    let (seen, repaired) = augmented::run(asking, &before.design.point)?;
     let grouping = places::grouping(campaign, &seen.design, &seen.weighted);
-    let without_column = pass.without_column;
     let mut diagnosis = finding::conclude(campaign, before, seen, repaired, settings)?;
     if let Some(after) = &diagnosis.after {
         for finding in &mut diagnosis.effects {
             missed::missed(campaign, after, finding);
         }
     }
-    diagnosis.candidates.0 += without_column;
     diagnosis.grouping = grouping;
     diagnosis.constraints = assumed.held;
     let wrong = diagnosis.effects.iter().filter_map(|own| assumptions::constraint_of(&own.effect));

@@ -55,6 +55,8 @@ pub(super) struct Seen {
     /// Of each candidate, in noise variances.
     pub plausibility_penalty: Vec<f64>,
     pub found: Found,
+    /// Of each named candidate, that it or one of its aliases is there.
+    pub probabilities: Vec<(usize, f64)>,
 }
 
 impl<'a> Pass<'a> {
@@ -337,7 +339,7 @@ impl<'a> Pass<'a> {
             };
             search::search(&evidence, &question)
         };
-        Ok(Seen { candidates, evidence, weighted, design, plausibility_penalty, found })
+        Ok(Seen { candidates, evidence, weighted, design, plausibility_penalty, found, probabilities: Vec::new() })
     }
 }
 

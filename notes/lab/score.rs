@@ -1,0 +1,553 @@
+//! Posterior over (set of effects) x (kernel and size of a remainder).
+//!
+//! V = s^2 (I + t^2 K),  beta_j and t with density 1/(L |.|): all sizes are drawn alike.
+//! known:   ln p = -1/2 ln|V| - 1/2 q_S + sum_j [1/2 ln 2pi - ln(2 L |beta_j|)] - 1/2 ln|G_S|
+//! unknown: ln p = -1/2 ln|V| + ln Gamma((nu-k)/2) - (nu-k)/2 ln q_S + sum_j [1/2 ln pi - ln(2 L |beta_j|)] - 1/2 ln|G_S|
+
+use faer::{Mat, MatRef, Side};
+use std::collections::HashMap;
+
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Logarithm of the range of sizes: from a tenth of the noise to ten thousand times.
+    pub smallest: f64,
+    pub largest: f64,
+    /// Probability beforehand that something outside the catalogue is there.
+    pub outside: f64,
+    /// Odds beforehand of each kind of effect.
+    pub odds: f64,
+    pub named: f64,
+    pub suspected: f64,
+    /// Explanations whose probabilities differ by less than this factor stand in each other's place.
+    pub alias: f64,
+    pub most: usize,
+    pub least_rank: usize,
+    /// Share of what its inputs could make of it below which a term is as absurd as any.
+    pub vanishing: f64,
+}
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { smallest: 0.1, largest: 1e4, outside: 0.01, odds: 0.01, named: 0.95, suspected: 0.5, alias: 4.5, most: 6, least_rank: 4, vanishing: 0.02 }
+    }
+}
+impl Settings {
+    fn range(&self) -> f64 { (self.largest / self.smallest).ln() }
+}
+
+/// A kernel `F F'`, rows of the weighted system.
+pub struct Kernel { pub name: String, pub factor: Mat<f64> }
+
+pub struct Problem<'a> {
+    pub residual: &'a [f64],
+    pub basis: MatRef<'a, f64>,
+    pub columns: MatRef<'a, f64>,
+    /// ln odds of each candidate with what its size costs.
+    pub prior: &'a [f64],
+    pub known: bool,
+    pub kernels: &'a [Kernel],
+}
+
+struct Prepared { lambda: Vec<f64>, along_z: Vec<f64>, along_c: Mat<f64> }
+
+/// Sufficient statistics in the space that the model leaves.
+pub struct Score<'a> {
+    settings: Settings,
+    known: bool,
+    nu: f64,
+    zz: f64,
+    prior: Vec<f64>,
+    given: &'a [f64],
+    /// projected columns, unit norm
+    c: Mat<f64>,
+    pub visible: Vec<f64>,
+    pub names: Vec<String>,
+    /// Candidates with the same column, by the one that stands for them.
+    pub alike: Vec<Vec<u16>>,
+    norm: Vec<f64>,
+    b: Vec<f64>,
+    kernels: Vec<Prepared>,
+    gram: Vec<Option<Vec<f64>>>,
+    pub visited: HashMap<(u16, Vec<u16>), f64>,
+    best: f64,
+}
+
+#[derive(Clone)]
+struct State { set: Vec<u16>, g: Vec<Vec<f64>>, inverse: Vec<f64>, beta: Vec<f64>, q: f64, logdet: f64, value: f64 }
+
+fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
+    for _ in 0..2 {
+        let a = basis.transpose() * &*m;
+        *m -= basis * a;
+    }
+}
+
+pub fn ln_gamma(x: f64) -> f64 {
+    // Stirling with shift
+    let (mut x, mut s) = (x, 0.0);
+    while x < 8.0 { s -= x.ln(); x += 1.0; }
+    s + (x - 0.5) * x.ln() - x + 0.918_938_533_204_672_8 + 1.0 / (12.0 * x) - 1.0 / (360.0 * x.powi(3)) + 1.0 / (1260.0 * x.powi(5))
+}
+
+impl<'a> Score<'a> {
+    pub fn new(p: &Problem<'a>, settings: Settings) -> Self {
+        let (n, k) = (p.residual.len(), p.columns.ncols());
+        let mut c = p.columns.to_owned();
+        let before: Vec<f64> = (0..k).map(|j| c.col(j).norm_l2()).collect();
+        project(p.basis, &mut c);
+        let mut visible = vec![0.0; k];
+        for j in 0..k {
+            let own = c.col(j).norm_l2();
+            visible[j] = if before[j] > 0.0 { own / before[j] } else { 0.0 };
+            let scale = if own > 0.0 && visible[j] > 1e-6 { 1.0 / own } else { 0.0 };
+            if scale == 0.0 { visible[j] = 0.0; }
+            c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
+        }
+        let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
+        project(p.basis, &mut z);
+        let dotz = |col: faer::ColRef<'_, f64>| -> f64 { col.iter().zip(z.col(0).iter()).map(|(a, b)| a * b).sum() };
+        let zz = dotz(z.col(0));
+        let b: Vec<f64> = (0..k).map(|j| dotz(c.col(j))).collect();
+        let dot2 = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 { x.iter().zip(y.iter()).map(|(a, b)| a * b).sum() };
+        let mut kernels = vec![Prepared { lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
+        let (mut names, mut factors) = (vec!["none".to_string()], vec![]);
+        for kernel in p.kernels {
+            let mut f = kernel.factor.clone();
+            project(p.basis, &mut f);
+            let gram = f.transpose() * &f;
+            let Ok(eig) = gram.self_adjoint_eigen(Side::Lower) else { continue };
+            let s: Vec<f64> = eig.S().column_vector().iter().copied().collect();
+            let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
+            let wide = s.iter().filter(|l| **l > 0.05 * top).count();
+            if wide < settings.least_rank { continue; }
+            let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
+            let w = Mat::from_fn(s.len(), keep.len(), |i, j| eig.U()[(i, keep[j])] / s[keep[j]].sqrt());
+            let u = &f * w;
+            let along_z = (0..keep.len()).map(|j| dotz(u.col(j))).collect();
+            let along_c = u.transpose() * &c;
+            let trace = |f: &Mat<f64>, g: &Mat<f64>| -> f64 { (f.transpose() * g).squared_norm_l2() };
+            let own = trace(&f, &f);
+            if factors.iter().any(|(other, norm): &(Mat<f64>, f64)| trace(&f, other) > 0.95 * (own * norm).sqrt()) { continue; }
+            names.push(kernel.name.clone());
+            factors.push((f, own));
+            kernels.push(Prepared { lambda: keep.iter().map(|i| s[*i]).collect(), along_z, along_c });
+        }
+        let nu = (n - p.basis.ncols().min(n)) as f64;
+        let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
+        // one column for those that are the same: the first of the most probable stands for all
+        let b: Vec<f64> = b;
+        let mut order: Vec<usize> = (0..k).filter(|j| norm[*j] > 0.0).collect();
+        order.sort_by(|x, y| b[*x].abs().total_cmp(&b[*y].abs()));
+        let mut alike: Vec<Vec<u16>> = vec![vec![]; k];
+        let mut prior = p.prior.to_vec();
+        let mut taken = vec![false; k];
+        for (n, &j) in order.iter().enumerate() {
+            if taken[j] { continue; }
+            let mut group = vec![j];
+            for &i in order[n + 1..].iter() {
+                if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() { break; }
+                if !taken[i] && dot2(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 { group.push(i); }
+            }
+            group.sort_by(|x, y| p.prior[*y].total_cmp(&p.prior[*x]).then(x.cmp(y)));
+            let first = group[0];
+            let top = p.prior[first];
+            prior[first] = top + group.iter().map(|i| (p.prior[*i] - top).exp()).sum::<f64>().ln();
+            for i in &group { taken[*i] = true; if *i != first { norm[*i] = 0.0; } }
+            alike[first] = group.iter().map(|i| *i as u16).collect();
+        }
+        Score { settings, known: p.known, nu, zz, prior, given: p.prior, alike, c, visible, names, norm, b, kernels, gram: vec![None; k], visited: HashMap::new(), best: f64::NEG_INFINITY }
+    }
+
+    fn gram0(&mut self, m: usize) -> Vec<f64> {
+        if self.gram[m].is_none() {
+            let col = self.c.transpose() * self.c.col(m);
+            self.gram[m] = Some(col.iter().copied().collect());
+        }
+        self.gram[m].clone().unwrap_or_default()
+    }
+
+    fn shrink(&self, kernel: usize, t: f64) -> Vec<f64> {
+        self.kernels[kernel].lambda.iter().map(|l| t * t * l / (1.0 + t * t * l)).collect()
+    }
+
+    /// c_j' V^-1 c_m for all j.
+    fn column(&mut self, kernel: usize, shrink: &[f64], m: usize) -> Vec<f64> {
+        let mut g = self.gram0(m);
+        let own = &self.kernels[kernel];
+        if shrink.is_empty() { return g; }
+        let w: Vec<f64> = shrink.iter().enumerate().map(|(i, d)| d * own.along_c[(i, m)]).collect();
+        for (j, g) in g.iter_mut().enumerate() {
+            let col = own.along_c.col_as_slice(j);
+            *g -= col.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>();
+        }
+        g
+    }
+
+    fn at(&self, kernel: usize, shrink: &[f64], t: f64) -> (Vec<f64>, Vec<f64>, f64, f64) {
+        let own = &self.kernels[kernel];
+        let w: Vec<f64> = shrink.iter().zip(&own.along_z).map(|(d, z)| d * z).collect();
+        let mut b = self.b.clone();
+        let mut d = self.norm.clone();
+        for j in 0..b.len() {
+            let col = own.along_c.col_as_slice(j);
+            if !shrink.is_empty() && self.norm[j] > 0.0 {
+                for ((a, w), s) in col.iter().zip(&w).zip(shrink) {
+                    b[j] -= a * w;
+                    d[j] -= a * a * s;
+                }
+            }
+        }
+        let q = self.zz - w.iter().zip(&own.along_z).map(|(a, b)| a * b).sum::<f64>();
+        let logdet = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        (b, d, q, logdet)
+    }
+
+    /// ln p(y | S, K, t) but for what all share.
+    fn evidence(&self, k: usize, q: f64, logdet_v: f64, logdet_g: f64, sizes: f64) -> f64 {
+        let l = 2.0 * self.settings.range();
+        let kf = k as f64;
+        let each = -kf * l.ln() - sizes - 0.5 * logdet_g - 0.5 * logdet_v;
+        if self.known {
+            each - 0.5 * q + kf * 0.5 * std::f64::consts::TAU.ln()
+        } else {
+            let nu = self.nu - kf;
+            if nu < 1.0 { return f64::NEG_INFINITY; }
+            let q = q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
+            each + ln_gamma(0.5 * nu) - 0.5 * nu * q.ln() + kf * 0.5 * std::f64::consts::PI.ln()
+        }
+    }
+
+    fn sigma2(&self, q: f64, k: usize) -> f64 {
+        if self.known { 1.0 } else { q / (self.nu - k as f64).max(1.0) }
+    }
+
+    fn state(&mut self, kernel: usize, shrink: &[f64], base: &(Vec<f64>, Vec<f64>, f64, f64), set: &[u16]) -> Option<State> {
+        let mut state = State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: base.2, logdet: 0.0, value: 0.0 };
+        for m in set {
+            let j = *m as usize;
+            let (h, d, bb) = step(&state, base, j)?;
+            extend(&mut state, h, d, bb, *m);
+            let col = self.column(kernel, shrink, j);
+            state.g.push(col);
+        }
+        let s2 = self.sigma2(state.q, set.len());
+        let k = set.len();
+        let sizes: f64 = (0..k).map(|i| 0.5 * (state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i]).ln()).sum();
+        let prior: f64 = set.iter().map(|j| self.prior[*j as usize]).sum();
+        state.value = self.evidence(k, state.q, base.3, state.logdet, sizes) + prior;
+        Some(state)
+    }
+
+    /// value of S + j for all j
+    fn additions(&self, state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), least: f64) -> Vec<f64> {
+        let k = state.set.len();
+        let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
+        let prior: f64 = state.set.iter().map(|j| self.prior[*j as usize]).sum();
+        (0..self.b.len()).map(|j| {
+            if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() { return f64::NEG_INFINITY; }
+            let Some((h, d, bb)) = step(state, base, j) else { return f64::NEG_INFINITY };
+            let q = state.q - bb * bb / d;
+            // sizes and volume cost: what a column takes off bounds what it gains
+            let gain = if self.known { 0.5 * (state.q - q) } else { 0.5 * (self.nu - k as f64) * (own_q / q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE)).ln() };
+            if state.value + gain + self.prior[j] + 2.0 < least { return f64::NEG_INFINITY; }
+            let s2 = self.sigma2(q, k + 1);
+            let bj = bb / d;
+            let mut sizes = 0.5 * (bj * bj + s2 / d).ln();
+            for i in 0..k {
+                let bi = state.beta[i] - h[i] * bj;
+                let u = state.inverse[i * k + i] + h[i] * h[i] / d;
+                sizes += 0.5 * (bi * bi + s2 * u).ln();
+            }
+            self.evidence(k + 1, q, base.3, state.logdet + d.ln(), sizes) + prior + self.prior[j]
+        }).collect()
+    }
+
+    fn grid(&self) -> Vec<f64> {
+        let n = (2.0 * self.settings.range() / 2f64.ln()).ceil() as usize;
+        (0..=n).map(|k| self.settings.smallest * 2f64.powf(0.5 * k as f64)).collect()
+    }
+
+    /// ln of the integral over t, and the best t.
+    fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
+        if kernel == 0 {
+            let base = self.at(0, &[], 0.0);
+            return Some((self.state(0, &[], &base, set)?.value, 0.0));
+        }
+        let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0.0, vec![]);
+        for t in self.grid() {
+            let shrink = self.shrink(kernel, t);
+            // only what the set needs
+            let value = self.quick(kernel, &shrink, t, set)?;
+            if value > best { (best, at) = (value, t); }
+            values.push(value);
+        }
+        let width = 0.5 * 2f64.ln() / self.settings.range();
+        let sum: f64 = values.iter().map(|v| (v - best).exp()).sum();
+        Some((best + (sum * width).ln(), at))
+    }
+
+    fn quick(&mut self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<f64> {
+        for m in set { self.gram0(*m as usize); }
+        let own = &self.kernels[kernel];
+        let k = set.len();
+        let inner = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 { shrink.iter().enumerate().map(|(i, s)| s * a(i) * b(i)).sum() };
+        let logdet_v: f64 = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        let z = |i: usize| own.along_z[i];
+        let mut q = self.zz - inner(&z, &z);
+        let mut g = vec![0.0; k * k];
+        let mut b = vec![0.0; k];
+        for (x, m) in set.iter().enumerate() {
+            let c = |i: usize| own.along_c[(i, *m as usize)];
+            b[x] = self.b[*m as usize] - inner(&c, &z);
+            for (y, o) in set.iter().enumerate() {
+                let e = |i: usize| own.along_c[(i, *o as usize)];
+                g[x * k + y] = self.gram[*m as usize].as_ref()?[*o as usize] - inner(&c, &e);
+            }
+        }
+        let (inverse, logdet) = invert(&g, k)?;
+        let beta: Vec<f64> = (0..k).map(|i| (0..k).map(|j| inverse[i * k + j] * b[j]).sum()).collect();
+        q -= beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
+        let s2 = self.sigma2(q, k);
+        let sizes: f64 = (0..k).map(|i| 0.5 * (beta[i] * beta[i] + s2 * inverse[i * k + i]).ln()).sum();
+        let prior: f64 = set.iter().map(|j| self.prior[*j as usize]).sum();
+        Some(self.evidence(k, q, logdet_v, logdet, sizes) + prior)
+    }
+
+    fn kernel_prior(&self, kernel: usize) -> f64 {
+        let n = self.kernels.len() - 1;
+        if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside / n as f64).ln() }
+    }
+
+    fn record(&mut self, kernel: usize, set: &[u16], value: f64) {
+        let value = value + self.kernel_prior(kernel);
+        if !value.is_finite() || value < self.best - 25.0 { return; }
+        self.best = self.best.max(value);
+        let mut key = set.to_vec();
+        key.sort_unstable();
+        let slot = self.visited.entry((kernel as u16, key)).or_insert(f64::NEG_INFINITY);
+        *slot = slot.max(value);
+    }
+
+    fn record_all(&mut self, kernel: usize, set: &[u16], values: &[f64], shift: f64) {
+        let least = self.best - 25.0 - self.kernel_prior(kernel) - shift;
+        let mut key = set.to_vec();
+        for (j, value) in values.iter().enumerate() {
+            if *value > least {
+                key.push(j as u16);
+                self.record(kernel, &key, value + shift);
+                key.pop();
+            }
+        }
+    }
+
+    /// Forward, exchange, backward from a set until nothing is better.
+    fn climb(&mut self, kernel: usize, start: Vec<u16>) -> Vec<u16> {
+        let mut set = start;
+        let mut tried = 0;
+        let Some((mut integral, mut t)) = self.integral(kernel, &set) else { return set };
+        self.record(kernel, &set, integral);
+        loop {
+            tried += 1;
+            if tried > 16 { return set; }
+            let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
+            let base = self.at(kernel, &shrink, t);
+            let Some(state) = self.state(kernel, &shrink, &base, &set) else { return set };
+            let shift = integral - state.value;
+            let mut options: Vec<(f64, Vec<u16>)> = vec![];
+            let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
+                let top = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+                if let Some((j, v)) = top.filter(|(_, v)| **v > f64::NEG_INFINITY) {
+                    let mut next = of.to_vec();
+                    next.push(j as u16);
+                    options.push((*v, next));
+                }
+            };
+            if set.len() < self.settings.most {
+                let values = self.additions(&state, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+                self.record_all(kernel, &set, &values, shift);
+                consider(&mut options, &values, &set);
+            }
+            for place in 0..set.len() {
+                let mut less = set.clone();
+                let _gone = less.remove(place);
+                let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
+                self.record(kernel, &less, own.value + shift);
+                let values = self.additions(&own, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+                self.record_all(kernel, &less, &values, shift);
+                consider(&mut options, &values, &less);
+                options.push((own.value, less));
+            }
+            options.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let mut moved = false;
+            for (value, next) in options.into_iter().take(3) {
+                if value + shift < integral - 3.0 { break; }
+                let mut key = next.clone();
+                key.sort_unstable();
+                if { let mut own = set.clone(); own.sort_unstable(); own == key } { continue; }
+                let Some((there, at)) = self.integral(kernel, &next) else { continue };
+                self.record(kernel, &next, there);
+                if there > integral + 1e-6 {
+                    (integral, t, set, moved) = (there, at, next, true);
+                    break;
+                }
+            }
+            if !moved { return set; }
+        }
+    }
+
+    /// Pairs that show only together.
+    fn pairs(&mut self, kernel: usize, set: &[u16]) -> Option<Vec<u16>> {
+        let k = self.b.len();
+        if k * k * self.c.nrows() > 200_000_000 || set.len() + 2 > self.settings.most { return None; }
+        let (integral, t) = self.integral(kernel, set)?;
+        let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
+        let base = self.at(kernel, &shrink, t);
+        let own = self.state(kernel, &shrink, &base, set)?;
+        let shift = integral - own.value;
+        let (mut best, mut found) = (integral - shift, None);
+        for j in 0..k {
+            if self.norm[j] == 0.0 || set.contains(&(j as u16)) { continue; }
+            let mut with = set.to_vec();
+            with.push(j as u16);
+            let Some(state) = self.state(kernel, &shrink, &base, &with) else { continue };
+            let values = self.additions(&state, &base, best.max(self.best - 12.0 - self.kernel_prior(kernel) - shift));
+            self.record_all(kernel, &with, &values, shift);
+            for (i, v) in values.iter().enumerate() {
+                if *v > best {
+                    best = *v;
+                    let mut next = with.clone();
+                    next.push(i as u16);
+                    found = Some(next);
+                }
+            }
+        }
+        found
+    }
+
+    pub fn search(&mut self, starts: &[Vec<u16>]) {
+        let mut white = self.climb(0, vec![]);
+        if let Some(pair) = self.pairs(0, &[]) {
+            let other = self.climb(0, pair);
+            if self.value(0, &other) > self.value(0, &white) { white = other; }
+        }
+        let mut ranked = vec![];
+        for kernel in 0..self.kernels.len() {
+            let mut own = vec![];
+            for start in [vec![], white.clone()].into_iter().chain(starts.iter().cloned()) {
+                let found = self.climb(kernel, start);
+                own.push((self.value(kernel, &found), found));
+            }
+            own.sort_by(|a, b| b.0.total_cmp(&a.0));
+            if let Some((value, set)) = own.into_iter().next() { ranked.push((value, kernel, set)); }
+        }
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let Some((top, _, _)) = ranked.first().cloned() else { return };
+        for (value, kernel, set) in ranked.into_iter().take(3) {
+            if value < top - 8.0 { break; }
+            if let Some(pair) = self.pairs(kernel, &set) { self.climb(kernel, pair); }
+        }
+        // what the best sets are under every kernel
+        let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v, s)).collect();
+        sets.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (_, set) in sets.into_iter().take(12) {
+            for kernel in 0..self.kernels.len() {
+                if let Some((v, _)) = self.integral(kernel, &set) { self.record(kernel, &set, v); }
+            }
+        }
+    }
+
+    fn value(&mut self, kernel: usize, set: &[u16]) -> f64 {
+        self.integral(kernel, set).map_or(f64::NEG_INFINITY, |(v, _)| v) + self.kernel_prior(kernel)
+    }
+
+    /// ln of the sum over kernels for each set visited.
+    pub fn marginal(&self) -> HashMap<Vec<u16>, f64> {
+        let mut sums: HashMap<Vec<u16>, f64> = HashMap::new();
+        for ((_, set), value) in &self.visited {
+            *sums.entry(set.clone()).or_insert(0.0) += (value - self.best).exp();
+        }
+        sums.into_iter().map(|(s, v)| (s, v.ln())).collect()
+    }
+
+    pub fn posterior(&self) -> Posterior {
+        let total: f64 = self.visited.values().map(|v| (v - self.best).exp()).sum();
+        let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v.exp() / total, s)).collect();
+        sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+        let mut kernels = vec![0.0; self.kernels.len()];
+        for ((k, _), v) in &self.visited { kernels[*k as usize] += (v - self.best).exp() / total; }
+        let mut classes = vec![];
+        if let Some((top, set)) = sets.first().cloned() {
+            let prior = |s: &[u16]| s.iter().map(|j| self.prior[*j as usize]).sum::<f64>();
+            let like = |p: f64, s: &[u16]| p.max(1e-300).ln() - prior(s);
+            for place in 0..set.len() {
+                let mut less = set.clone();
+                let member = less.remove(place);
+                let mut class = vec![(member, top)];
+                for (p, other) in &sets {
+                    if other.len() != set.len() || like(*p, other) < like(top, &set) - self.settings.alias { continue; }
+                    let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
+                    if let [j] = extra[..] && j != member { class.push((j, *p)); }
+                }
+                let probability = sets.iter().filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j))).map(|(p, _)| p).sum();
+                let given = |j: u16, p: f64| self.alike[j as usize].iter().map(move |i| (*i as usize, p * (self.given[*i as usize] - self.prior[j as usize]).exp()));
+                let mut all: Vec<(usize, f64)> = class.iter().flat_map(|(j, p)| given(*j, *p)).filter(|(j, _)| *j != member as usize).collect();
+                all.sort_by(|a, b| b.1.total_cmp(&a.1));
+                classes.push(Class { member: member as usize, aliases: all, probability });
+            }
+        }
+        let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
+        let outside = kernels.iter().skip(1).sum();
+        Posterior { sets, kernels, classes, nothing, outside, best: self.best }
+    }
+
+    /// ln of the sum over kernels of one set.
+    pub fn of(&mut self, set: &[u16]) -> f64 {
+        let values: Vec<f64> = (0..self.kernels.len()).map(|k| self.value(k, set)).collect();
+        let top = values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+        top + values.iter().map(|v| (v - top).exp()).sum::<f64>().ln()
+    }
+}
+
+#[derive(Debug, Clone)]
+pub struct Class { pub member: usize, pub aliases: Vec<(usize, f64)>, pub probability: f64 }
+#[derive(Debug, Clone)]
+pub struct Posterior { pub sets: Vec<(f64, Vec<u16>)>, pub kernels: Vec<f64>, pub classes: Vec<Class>, pub nothing: f64, pub outside: f64, pub best: f64 }
+
+fn step(state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), j: usize) -> Option<(Vec<f64>, f64, f64)> {
+    let k = state.set.len();
+    let g: Vec<f64> = state.g.iter().map(|col| col[j]).collect();
+    let h: Vec<f64> = (0..k).map(|i| (0..k).map(|l| state.inverse[i * k + l] * g[l]).sum()).collect();
+    let d = base.1[j] - g.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
+    let bb = base.0[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
+    (d > 1e-4 * base.1[j] && d > 1e-12).then_some((h, d, bb))
+}
+
+fn extend(state: &mut State, h: Vec<f64>, d: f64, bb: f64, m: u16) {
+    let k = state.set.len();
+    let bj = bb / d;
+    let mut inverse = vec![0.0; (k + 1) * (k + 1)];
+    for i in 0..k {
+        for l in 0..k { inverse[i * (k + 1) + l] = state.inverse[i * k + l] + h[i] * h[l] / d; }
+        inverse[i * (k + 1) + k] = -h[i] / d;
+        inverse[k * (k + 1) + i] = -h[i] / d;
+        state.beta[i] -= h[i] * bj;
+    }
+    inverse[k * (k + 1) + k] = 1.0 / d;
+    state.inverse = inverse;
+    state.beta.push(bj);
+    state.q -= bb * bj;
+    state.logdet += d.ln();
+    state.set.push(m);
+}
+
+fn invert(g: &[f64], k: usize) -> Option<(Vec<f64>, f64)> {
+    if k == 0 { return Some((vec![], 0.0)); }
+    let m = Mat::from_fn(k, k, |i, j| g[i * k + j]);
+    let llt = m.llt(Side::Lower).ok()?;
+    let l = llt.L();
+    let logdet = (0..k).map(|i| 2.0 * l[(i, i)].ln()).sum();
+    use faer::linalg::solvers::Solve;
+    let inv = llt.solve(Mat::<f64>::identity(k, k));
+    let mut out = vec![0.0; k * k];
+    for i in 0..k { for j in 0..k { out[i * k + j] = inv[(i, j)]; } }
+    Some((out, logdet))
+}

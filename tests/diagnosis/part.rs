@@ -1,0 +1,13 @@
+//! Hidden effects found and named, or not.
+
+mod campaigns;
+#[path = "../draws/mod.rs"]
+mod draws;
+mod hidden;
+mod questions;
+mod scatter;
+mod schedules;
+mod serial;
+mod steps;
+#[path = "../support/mod.rs"]
+mod support;
