@@ -5,17 +5,16 @@
 //! with a tilt or a known value that could stand in a member's place are tried too: they put the inputs elsewhere. Of all that were fitted the
 //! most probable one, each by its own columns, is kept.
 
+use super::ambiguity::{Explanation, Rival};
 use super::bank::bank;
 use super::candidates::{Kept, build};
 use super::evidence::Evidence;
 use super::noise::{self, Finished, NoiseFrom, Weighted};
-use super::pass::{Outcome, Seen};
+use super::pool::Pool;
 use super::remainder::Remainders;
 use super::repair::repaired;
 use super::score::{Class, Posterior, Priors, Problem, Score};
 use super::screen::{Chosen, Screen};
-use super::search::Found;
-use super::sets::Rival;
 use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
 use crate::design::{self, DesignMatrix, Model};
@@ -23,17 +22,69 @@ use crate::error::Result;
 use crate::estimate::Variances;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
+use crate::vocabulary::vocabulary;
 use std::collections::HashMap;
 use std::rc::Rc;
 
 /// Sets that the others are followed from, and exact fits from each: they bound the work.
 const FOLLOWED: usize = 6;
 const FITS: usize = 5;
+/// Factor by which the gap of the model as given may differ from point to point: beyond it an exact fit went astray.
+const STRAIGHT: f64 = 2.0;
 /// Odds against the best from which a set with another tilt is tried.
 const TRIED: f64 = 1e-7;
 
+/// Probabilities of members of a class that differ by a smaller share are equal.
+const EQUAL: f64 = 1e-6;
+
 /// Regressors and sensors of a set.
 type Names = Vec<(String, Option<usize>)>;
+
+vocabulary! {
+    /// What the posterior says of a campaign.
+    State {
+        /// Nothing is missing.
+        Nothing = "nothing",
+        /// One effect at least is named.
+        Named = "named",
+        /// No effect is probable enough for a name, and one at least is suspected.
+        Suspected = "suspected",
+        /// Something is missing, and no effect is probable.
+        Outside = "outside",
+    }
+}
+
+/// What the readings say of one model at one point.
+pub(super) struct Seen {
+    pub candidates: Vec<Candidate>,
+    pub evidence: Evidence,
+    pub weighted: Weighted,
+    pub design: DesignMatrix,
+    /// Effects, each with the probability that it or one of its aliases is there.
+    pub named: Vec<(usize, f64)>,
+    pub suspected: Vec<(usize, f64)>,
+    /// What could stand in the place of a named one.
+    pub rivals: Vec<Rival>,
+    /// What is probable in all.
+    pub explanations: Vec<Explanation>,
+    pub state: State,
+    /// Probability that anything is missing beyond the effects named.
+    pub further: f64,
+    /// Probability of a remainder that no effect is.
+    pub outside: f64,
+}
+
+/// What was seen, and the repaired campaign with its exact fit if effects were named.
+pub(super) type Outcome = (Seen, Option<(Campaign, Fit)>);
+
+/// Columns at one point.
+struct Seeing {
+    design: DesignMatrix,
+    weighted: Weighted,
+    candidates: Vec<Candidate>,
+    /// Members of long families that have none.
+    without_column: usize,
+}
 
 /// A campaign whose effects are looked for.
 pub(super) struct Question<'a> {
@@ -49,6 +100,7 @@ struct View {
     design: DesignMatrix,
     weighted: Weighted,
     candidates: Vec<Candidate>,
+    without_column: usize,
     posterior: Posterior,
     /// Candidates with one column, by the one that stands for them.
     alike: Vec<Vec<u16>>,
@@ -97,21 +149,21 @@ fn moves(candidate: &Candidate) -> bool {
     matches!(candidate.kind, Regressor::Tilt(_) | Regressor::Known(_))
 }
 
-/// Members of a family that stands for readings, positions, times or time constants share the odds of one effect.
-fn odds(candidates: &[Candidate], priors: &Priors, settings: &Settings) -> Vec<f64> {
+/// ln odds of each candidate. Members of a family that stands for readings, positions, times or time constants share the odds of one effect.
+pub(super) fn odds<'a>(candidates: impl Iterator<Item = &'a Candidate> + Clone, priors: &Priors) -> Vec<f64> {
     let shared = |c: &Candidate| ["{reading}", "{position}", "{break}", "{tau}", "{other}"].iter().any(|own| c.family.contains(own));
     let mut members: HashMap<(&str, Option<usize>), f64> = HashMap::new();
-    for candidate in candidates.iter().filter(|c| shared(c)) {
+    for candidate in candidates.clone().filter(|c| shared(c)) {
         *members.entry((candidate.family.as_str(), candidate.sensor)).or_default() += 1.0;
     }
     let own = |c: &Candidate| {
+        // what is not shared is one
         let share = members.get(&(c.family.as_str(), c.sensor)).filter(|_| shared(c)).copied().unwrap_or(1.0);
-        // among equals the first rank, and what was only asserted
-        let asserted = if assumptions::is_assumption(c) { settings.asserted } else { 0.0 };
-        let plain = 0.5 * (asserted - settings.rank_penalty * f64::from(c.rank));
-        priors.odds.ln() - share.ln() + c.size.clamp(priors.vanishing, 1.0).ln() + plain
+        // of equals the first rank, and before it what was only asserted
+        let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
+        priors.odds.ln() - share.ln() + c.size.clamp(priors.vanishing, 1.0).ln() - priors.rank * rank
     };
-    candidates.iter().map(own).collect()
+    candidates.map(own).collect()
 }
 
 /// The rows of the augmented model: its derivatives to the tilts go through the effects too. The gap stays that of the model as given.
@@ -143,8 +195,15 @@ struct Search<'a> {
     kept: Kept,
 }
 
-impl Search<'_> {
-    fn view(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>, names: &Names) -> Result<View> {
+impl<'a> Search<'a> {
+    fn new(question: Question<'a>) -> Result<Self> {
+        let model = Model::new(question.campaign)?;
+        let chosen = screen::chosen(question.campaign);
+        let priors = Priors::at(question.settings.significance);
+        Ok(Search { question, model, priors, chosen, kept: Kept::new() })
+    }
+
+    fn see(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>) -> Result<Seeing> {
         let Question { campaign, asked, catalogue, settings } = self.question;
         let mut design = design::assemble(campaign, &self.model, point)?;
         let mut finished = None;
@@ -157,21 +216,30 @@ impl Search<'_> {
                 true => None,
                 false => fit::scattered(&fit.campaign, &fit.design).ok().map(|found| Variances::from(&found)),
             };
-            finished = Some(Finished { scales: fit.estimate.group_scale.clone(), variances, with: names.clone() });
+            finished = Some(Finished { scales: fit.estimate.group_scale.clone(), variances });
         }
         let weighted = noise::weigh(campaign, &design, finished.as_ref())?;
         let given: Vec<&Vec<f64>> = fit.iter().flat_map(|(_, effects)| effects.iter().map(|c| &c.column)).collect();
-        for given in [&[][..], &given] {
+        let mut without_column = 0;
+        for given in [&given, &[][..]] {
             let scan = Screen::new(campaign, &design, &weighted, &self.chosen, given);
             self.chosen.add(scan.strongest(&self.chosen).into_iter().map(|(member, _)| member));
+            without_column = scan.without_column(&self.chosen);
         }
         self.chosen.add(screen::exchanged(campaign, &design, &weighted, settings));
         let rows = weighted.weight.len();
         let mut candidates = build(campaign, catalogue, &self.model, &design, rows, &self.chosen, &mut self.kept)?;
         candidates.extend(assumptions::candidates(campaign, asked, &design)?);
         candidates.truncate(usize::from(u16::MAX));
+        Ok(Seeing { design, weighted, candidates, without_column })
+    }
+
+    fn view(&mut self, point: &[f64], fit: Option<(&Fit, &[&Candidate])>, names: &Names) -> Result<View> {
+        let Question { campaign, settings, .. } = self.question;
+        let Seeing { design, weighted, mut candidates, without_column } = self.see(point, fit)?;
+        let rows = weighted.weight.len();
         let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
-        let odds = odds(&candidates, &self.priors, settings);
+        let odds = odds(candidates.iter(), &self.priors);
         let kernels = bank(campaign, &design, &weighted);
         let problem = Problem {
             residual: &weighted.residual,
@@ -181,14 +249,35 @@ impl Search<'_> {
             known: weighted.from == NoiseFrom::Stated,
             kernels: &kernels,
         };
+        if let Some(to) = std::env::var_os("TUMBLE_DUMP") {
+            use std::fmt::Write;
+            let mut t = String::new();
+            let mat = |t: &mut String, m: faer::MatRef<'_, f64>| {
+                let _ = writeln!(t, "{} {}", m.nrows(), m.ncols());
+                for j in 0..m.ncols() { for i in 0..m.nrows() { let _ = write!(t, "{:e} ", m[(i, j)]); } }
+                let _ = writeln!(t);
+            };
+            let _ = writeln!(t, "{}", u8::from(problem.known));
+            mat(&mut t, faer::Mat::from_fn(rows, 1, |i, _| problem.residual[i]).as_ref());
+            mat(&mut t, problem.basis);
+            mat(&mut t, problem.columns);
+            mat(&mut t, faer::Mat::from_fn(odds.len(), 1, |i, _| odds[i]).as_ref());
+            let _ = writeln!(t, "{}", candidates.iter().map(|c| c.regressor.clone()).collect::<Vec<_>>().join(" "));
+            let _ = writeln!(t, "{}", kernels.len());
+            for k in &kernels { let _ = writeln!(t, "{}", k.name); mat(&mut t, k.factor.as_ref()); }
+            let n = (0..).find(|n| !std::path::Path::new(&to).join(format!("{n}.txt")).exists()).unwrap_or(0);
+            let _ = std::fs::write(std::path::Path::new(&to).join(format!("{n}.txt")), t);
+        }
         let mut score = Score::new(&problem, self.priors);
         let set = standing(&candidates, &score.alike, names);
         score.search(&set.iter().filter(|own| !own.is_empty()).cloned().collect::<Vec<_>>());
         // the evidence of a noise that is not known has the unit of the weights
         let dof = (rows - weighted.estimate.factor.thin_q().ncols().min(rows)) as f64;
-        let unit = match problem.known {
-            true => 0.0,
-            false => dof * weighted.weight.iter().map(|w| w.ln()).sum::<f64>() / rows.max(1) as f64,
+        let unit = match &weighted.floor {
+            // variances that the set itself made are compared by the restricted likelihood
+            Some(floor) => -0.5 * (floor.whitening().log_determinant() + weighted.estimate.factor.log_determinant()),
+            None if problem.known => 0.0,
+            None => dof * weighted.weight.iter().map(|w| w.ln()).sum::<f64>() / rows.max(1) as f64,
         };
         let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + unit;
         let (posterior, alike) = (score.posterior(), std::mem::take(&mut score.alike));
@@ -196,19 +285,36 @@ impl Search<'_> {
             candidate.visible = *visible;
             candidate.vanishing |= *visible < settings.absorbed;
         }
+        if std::env::var_os("TUMBLE_TRACE").is_some() {
+            let name = |set: &[u16]| set.iter().map(|j| candidates[*j as usize].regressor.clone()).collect::<Vec<_>>().join("+");
+            eprintln!("view {names:?} value {value:.2} nothing {:.3} outside {:.3} known {}", posterior.nothing, posterior.outside, problem.known);
+            for (p, set) in posterior.sets.iter().take(8) {
+                let own: Vec<String> = score.visited.iter().filter(|((_, s), _)| s == set).map(|((k, _), v)| (v, if *k == 0 { "none".to_string() } else { score.names[*k as usize - 1].clone() })).collect::<Vec<_>>().into_iter().filter(|(v, _)| **v > score.best - 9.0).map(|(v, n)| format!("{n} {:.1}", v - score.best)).collect();
+                eprintln!("   {p:.4} {} | {}", name(set), own.join(", "));
+            }
+            for c in &posterior.classes { eprintln!("   class {:.4} {:?}", c.probability, c.members.iter().take(5).map(|(j, p)| format!("{} {p:.1e}", candidates[*j].regressor)).collect::<Vec<_>>()); }
+        }
         drop(score);
-        Ok(View { design, weighted, candidates, posterior, alike, odds, value })
+        Ok(View { design, weighted, candidates, without_column, posterior, alike, odds, value })
     }
 
     /// The exact fit with some effects, begun from a point, and where it puts all parameters of the campaign.
-    fn exact(&self, effects: &[&Candidate], from: &[f64]) -> Result<(Campaign, Fit, Vec<f64>)> {
+    fn exact(&self, at: &View, effects: &[&Candidate], from: &[f64]) -> Result<(Campaign, Fit, Vec<f64>)> {
         let campaign = self.question.campaign;
         let repaired = repaired(campaign, effects)?;
         let mut beside = repaired.clone();
-        for (parameter, value) in campaign.parameters.iter().zip(from) {
-            let own = repaired.parameter_index(&parameter.id).and_then(|k| beside.parameters.get_mut(k));
+        let sizes = at.weighted.sizes_with(&at.design, campaign.unknowns(), effects.iter().map(|c| &c.column));
+        let linear = effects.iter().zip(sizes.unwrap_or_default()).filter(|(c, _)| !assumptions::is_assumption(c));
+        let linear = linear.map(|(c, size)| {
+            let before = campaign.parameter_index(&c.coefficient).and_then(|k| campaign.parameters.get(k));
+            // what the campaign does not have was zero in it
+            (c.coefficient.as_str(), size + before.map_or(0.0, |p| p.reference()))
+        });
+        let places = campaign.parameters.iter().zip(from).map(|(p, value)| (p.id.as_str(), *value));
+        for (id, value) in places.chain(linear) {
+            let own = repaired.parameter_index(id).and_then(|k| beside.parameters.get_mut(k));
             if let Some(Role::Estimated { start, .. }) = own.map(|p| &mut p.role) {
-                *start = Some(*value);
+                *start = Some(value);
             }
         }
         let mut fit = fit_exactly(&beside)?;
@@ -227,9 +333,7 @@ impl Search<'_> {
 
 /// The effects of a campaign that stands fitted at a point.
 pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
-    let model = Model::new(question.campaign)?;
-    let chosen = screen::chosen(question.campaign);
-    let mut search = Search { question, model, priors: Priors::default(), chosen, kept: Kept::new() };
+    let mut search = Search::new(question)?;
     let first = Rc::new(search.view(home, None, &Names::new())?);
     let mut best: (f64, Names, Vec<f64>, Rc<View>) = (f64::NEG_INFINITY, Names::new(), home.to_vec(), first.clone());
     let mut tried: Vec<Names> = Vec::new();
@@ -245,8 +349,13 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
                 let next = if effects.is_empty() {
                     (home.to_vec(), search.view(home, None, &wanted)?)
                 } else {
-                    let Ok((_, fit, point)) = search.exact(&effects, &here) else { break };
+                    let Ok((_, fit, point)) = search.exact(&at, &effects, &here) else { break };
                     let view = search.view(&point, Some((&fit, &effects)), &wanted)?;
+                    let gap = first.weighted.squares(&view.weighted.estimate.residuals) / first.weighted.rss;
+                    // what the model as given misses is the same from every point from which it is seen straight
+                    if !(gap > 1.0 / STRAIGHT && gap < STRAIGHT) {
+                        break;
+                    }
                     (point, view)
                 };
                 let view = Rc::new(next.1);
@@ -272,6 +381,11 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
 /// The most probable set, and those in which a tilt or a known value stands in a member's place.
 fn hypotheses(view: &View) -> Vec<Names> {
     let mut wanted: Vec<Names> = view.posterior.sets.iter().take(1).map(|(_, set)| view.names(set)).collect();
+    // what is estimated to scatter hides effects until they are in the model
+    if view.weighted.floor.is_some() && view.weighted.from == NoiseFrom::Residuals {
+        let best = |size: usize| view.posterior.sets.iter().find(|(_, set)| set.len() == size);
+        wanted.extend([1, 2].into_iter().filter_map(best).map(|(_, set)| view.names(set)));
+    }
     let mut seen: Vec<u16> = Vec::new();
     for (probability, set) in &view.posterior.sets {
         if wanted.len() >= FOLLOWED || *probability < TRIED {
@@ -292,67 +406,112 @@ fn hypotheses(view: &View) -> Vec<Names> {
     wanted
 }
 
+/// Explanations that count where the parameters are told, and their least probability.
+const EXPLANATIONS: (usize, f64) = (64, 1e-3);
+
 /// What is named, what could stand in its place, and the model with it.
 fn outcome(search: &Search<'_>, (_, stood, point, view): (f64, Names, Vec<f64>, Rc<View>)) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = &view.posterior;
-    // of all that could stand in a place the most probable by itself; among equals the one that was fitted
+    // of all that could stand in a place the most probable by itself; of equals the one of which the model leaves most, then the first of the catalogue
     let front = |class: &Class| {
-        let fitted = |j: usize| view.candidates.get(j).is_some_and(|c| stood.contains(&(c.regressor.clone(), c.sensor)));
-        let all = class.aliases.iter().copied().chain([(class.member, class.own)]);
-        let best = all.max_by(|a, b| {
-            let weight = |(j, p): &(usize, f64)| if fitted(*j) { p * (1.0 + 1e-6) } else { *p };
-            weight(a).total_cmp(&weight(b))
-        });
-        best.map_or(class.member, |(j, _)| j)
+        let left = |j: usize| view.candidates.get(j).map_or(0.0, |c| c.visible);
+        let first = |best: (usize, f64), own: (usize, f64)| match own.1 / best.1 - 1.0 {
+            more if more > EQUAL => own,
+            more if more > -EQUAL && left(own.0) > left(best.0) * (1.0 + EQUAL) => own,
+            _ => best,
+        };
+        let mut members = class.members.clone();
+        members.sort_by_key(|(j, _)| *j);
+        members.into_iter().reduce(first).map(|(j, _)| j)
     };
-    let named: Vec<(usize, &Class)> = posterior
-        .classes
-        .iter()
-        .filter(|class| class.probability >= settings.probability)
-        .map(|class| (front(class), class))
-        .collect();
-    let nearest: Vec<usize> =
-        posterior.classes.iter().filter(|class| class.probability < settings.probability).map(front).collect();
+    let mut named: Vec<(usize, &Class)> = Vec::new();
+    let mut suspected: Vec<(usize, &Class)> = Vec::new();
+    for class in &posterior.classes {
+        let Some(own) = front(class) else { continue };
+        match class.probability {
+            p if p >= settings.probability => named.push((own, class)),
+            p if p >= settings.suspected => suspected.push((own, class)),
+            _ => {}
+        }
+    }
     let odds = |j: usize| view.odds.get(j).copied().unwrap_or(f64::NEG_INFINITY);
     let mut rivals: Vec<Rival> = Vec::new();
     for (place, (member, class)) in named.iter().enumerate() {
-        let all = class.aliases.iter().copied().chain([(class.member, class.own)]);
-        let own = all.clone().find(|(j, _)| j == member).map_or(class.own, |(_, p)| p);
-        for (candidate, p) in all.filter(|(j, _)| j != member) {
+        // the member itself is one of its class
+        let own = class.members.iter().find(|(j, _)| j == member).map_or(1.0, |(_, p)| *p);
+        for (candidate, p) in class.members.iter().copied().filter(|(j, _)| j != member) {
             let excess = -2.0 * ((p / own).ln() - odds(candidate) + odds(*member));
-            rivals.push(Rival { place, candidate, instead: Vec::new(), with: Vec::new(), excess });
+            rivals.push(Rival { place, candidate, share: p / own, excess });
         }
     }
     rivals.sort_by(|a, b| a.place.cmp(&b.place).then(a.excess.total_cmp(&b.excess)));
-    let set: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
-    let found = if set.is_empty() {
-        match posterior.nothing >= 0.5 {
-            true => Found::Nothing,
-            false => Found::Unexplained { nearest, approximate: Vec::new() },
-        }
-    } else {
-        let complete = posterior.outside < 0.5 && nearest.is_empty();
-        Found::Set { set: set.clone(), rivals, complete, nearest, approximate: Vec::new() }
-    };
-    let effects: Vec<&Candidate> = set.iter().filter_map(|j| view.candidates.get(*j)).collect();
+    let effects: Vec<&Candidate> = named.iter().filter_map(|(j, _)| view.candidates.get(*j)).collect();
     let repair = match effects.is_empty() {
         true => None,
-        false => search.exact(&effects, &point).ok().map(|(repaired, fit, _)| (repaired, fit)),
+        false => search.exact(&view, &effects, &point).ok().map(|(repaired, fit, _)| (repaired, fit)),
     };
-    let probabilities = named.iter().map(|(j, class)| (*j, class.probability)).collect();
+    let state = match (repair.is_some(), suspected.is_empty()) {
+        (true, _) => State::Named,
+        _ if posterior.nothing >= settings.suspected => State::Nothing,
+        (_, false) => State::Suspected,
+        _ => State::Outside,
+    };
+    let shares = |j: &u16| {
+        let prior = |own: &u16| (usize::from(*own), odds(usize::from(*own)).exp());
+        // columns of which next to nothing is left tell nothing of the parameters
+        let seen = |own: &&u16| view.candidates.get(usize::from(**own)).is_some_and(|c| c.visible >= settings.absorbed);
+        view.alike.get(usize::from(*j)).into_iter().flatten().filter(seen).map(prior).collect::<Vec<_>>()
+    };
+    let likely = posterior.sets.iter().take(EXPLANATIONS.0).filter(|(p, _)| *p >= EXPLANATIONS.1);
+    let explanations = likely
+        .filter(|_| state != State::Nothing)
+        .map(|(probability, set)| Explanation { probability: *probability, members: set.iter().map(shares).collect() })
+        .collect();
     let columns: Vec<&Vec<f64>> = view.candidates.iter().map(|c| &c.column).collect();
     let remainders = Remainders::new(search.question.campaign, &view.design, &view.weighted);
-    let evidence = Evidence::new(&view.weighted, &columns, remainders);
-    let plausibility_penalty = view.odds.iter().map(|own| -2.0 * own).collect();
+    let mut evidence = Evidence::new(&view.weighted, &columns, remainders);
+    evidence.tests += view.without_column;
+    evidence.found_with(&stood.iter().filter_map(|own| view.index(own)).collect::<Vec<_>>());
+    // what is there beyond the effects named
+    let further = 1.0 - posterior.alone.iter().take(named.len() + 1).sum::<f64>();
+    let probable = |own: &[(usize, &Class)]| own.iter().map(|(j, class)| (*j, class.probability)).collect();
     let seen = Seen {
         candidates: view.candidates.clone(),
         evidence,
         weighted: view.weighted.clone(),
         design: view.design.clone(),
-        plausibility_penalty,
-        found,
-        probabilities,
+        named: probable(&named),
+        suspected: probable(&suspected),
+        rivals,
+        explanations,
+        state,
+        further: further.clamp(0.0, 1.0),
+        outside: posterior.outside,
     };
     Ok((seen, repair))
+}
+
+/// Every candidate for this campaign at its fitted model, with the standard uncertainty that its coefficient would have in it.
+///
+/// What a schedule can see: an effect of less than five of these hides in the noise. Infinite where the model absorbs it.
+/// Errors: as [`super::diagnose`].
+pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Candidate, f64)>> {
+    let assumed = assumptions::hold(campaign)?;
+    let fit = fit_exactly(&assumed.campaign)?;
+    let settings = Settings::default();
+    let question = Question { campaign: &assumed.campaign, asked: &assumed.asked, catalogue, settings: &settings };
+    let point: Vec<f64> = fit.point.iter().take(fit.design.point.len()).copied().collect();
+    let Seeing { weighted, mut candidates, .. } = Search::new(question)?.see(&point, None)?;
+    let columns = weighted.columns(candidates.iter().map(|c| &c.column).collect::<Vec<_>>().into_iter());
+    let visible = Pool::new(columns, weighted.estimate.factor.thin_q(), &weighted.residual);
+    for (candidate, visible) in candidates.iter_mut().zip(visible.visible()) {
+        candidate.visible = *visible;
+        candidate.vanishing |= *visible < settings.absorbed;
+    }
+    let with_u = |candidate: Candidate| {
+        let u = 1.0 / (weighted.norm(&candidate.column) * candidate.visible);
+        (candidate, u)
+    };
+    Ok(candidates.into_iter().map(with_u).collect())
 }

@@ -9,33 +9,48 @@
 #![allow(clippy::indexing_slicing, reason = "a dense kernel: lengths are those of the columns that `Score::new` is given")]
 
 use faer::{Mat, MatRef, Side};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+/// Odds of each kind of effect, and of a remainder, where anything is missing.
+const FURTHER: f64 = 0.05;
+/// Most sets whose neighbours are looked at after the search.
+const SPREAD: usize = 100;
+
+/// What is believed before the readings are seen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Priors {
-    /// Logarithm of the range of sizes: from a tenth of the noise to ten thousand times.
+    /// Sizes, in noise standard deviations, between which each is as probable as any other of its logarithm: of effects and of remainders.
     pub smallest: f64,
     pub largest: f64,
-    /// Probability beforehand that something outside the catalogue is there.
+    /// Probability that something outside the catalogue is there.
     pub outside: f64,
-    /// Odds beforehand of each kind of effect.
+    /// Odds of each kind of effect where anything is missing.
     pub odds: f64,
-    pub named: f64,
-    pub suspected: f64,
-    /// Explanations whose probabilities differ by less than this factor stand in each other's place.
+    /// The same against nothing: a campaign is as its model says, or it is not, and then what is missing need not be one thing.
+    pub first: f64,
+    /// What one rank of the catalogue takes off the logarithm of the odds.
+    pub rank: f64,
+    /// Logarithm of the odds by which explanations may differ that stand in each other's place.
     pub alias: f64,
+    /// Most effects of a set.
     pub most: usize,
+    /// Fewest directions of a remainder: of fewer it is an effect in all but name.
     pub least_rank: usize,
     /// Share of what its inputs could make of it below which a term is as absurd as any.
     pub vanishing: f64,
 }
-impl Default for Priors {
-    fn default() -> Self {
-        Priors { smallest: 0.1, largest: 1e4, outside: 0.01, odds: 0.01, named: 0.95, suspected: 0.5, alias: 4.5, most: 6, least_rank: 4, vanishing: 0.02 }
-    }
-}
 impl Priors {
-    fn range(&self) -> f64 { (self.largest / self.smallest).ln() }
+    /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
+    pub fn at(significance: f64) -> Self {
+        Priors { smallest: 0.1, largest: 1e4, outside: FURTHER, odds: FURTHER, first: significance, rank: 0.2, alias: 4.5, most: 6, least_rank: 4, vanishing: 0.02 }
+    }
+    pub fn range(&self) -> f64 { (self.largest / self.smallest).ln() }
+
+    /// `|t|` of an effect alone, against noise that is known, from which it is there with this probability: `t^2 / 2 - ln t = c`.
+    pub fn threshold(&self, ln_odds: f64, probability: f64) -> f64 {
+        let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln() - 0.5 * std::f64::consts::TAU.ln() - ln_odds;
+        (0..20).fold(5.0_f64, |t, _| (2.0 * (c + t.max(1.0).ln())).max(1.0).sqrt())
+    }
 }
 
 /// A kernel `F F'`, rows of the weighted system.
@@ -71,8 +86,12 @@ pub(super) struct Score<'a> {
     b: Vec<f64>,
     kernels: Vec<Prepared>,
     gram: Vec<Option<Vec<f64>>>,
-    pub visited: HashMap<(u16, Vec<u16>), f64>,
-    best: f64,
+    pub visited: BTreeMap<(u16, Vec<u16>), f64>,
+    /// Of these the ones whose integral over t was made, without the prior of the kernel, and their best t.
+    integrated: BTreeMap<(u16, Vec<u16>), (f64, f64)>,
+    /// Sets whose neighbours were looked at.
+    expanded: BTreeSet<(u16, Vec<u16>)>,
+    pub best: f64,
 }
 
 #[derive(Clone)]
@@ -113,7 +132,7 @@ impl<'a> Score<'a> {
         let b: Vec<f64> = (0..k).map(|j| dotz(c.col(j))).collect();
         let dot2 = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 { x.iter().zip(y.iter()).map(|(a, b)| a * b).sum() };
         let mut kernels = vec![Prepared { lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
-        let (mut names, mut factors) = (vec!["none".to_string()], vec![]);
+        let (mut factors, mut names) = (vec![], vec![]);
         for kernel in p.kernels {
             let mut f = kernel.factor.clone();
             project(p.basis, &mut f);
@@ -137,8 +156,8 @@ impl<'a> Score<'a> {
                 inner > 0.97 * own * other.norm_l2()
             };
             if factors.iter().any(same) { continue; }
-            names.push(kernel.name.clone());
             factors.push(does);
+            names.push(kernel.name.clone());
             kernels.push(Prepared { lambda: keep.iter().map(|i| s[*i]).collect(), along_z, along_c });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
@@ -164,7 +183,7 @@ impl<'a> Score<'a> {
             for i in &group { taken[*i] = true; if *i != first { norm[*i] = 0.0; } }
             alike[first] = group.iter().map(|i| *i as u16).collect();
         }
-        Score { settings, known: p.known, nu, zz, prior, given: p.prior, alike, c, visible, names, norm, b, kernels, gram: vec![None; k], visited: HashMap::new(), best: f64::NEG_INFINITY }
+        Score { settings, known: p.known, nu, zz, prior, given: p.prior, alike, c, visible, names, norm, b, kernels, gram: vec![None; k], visited: BTreeMap::new(), integrated: BTreeMap::new(), expanded: BTreeSet::new(), best: f64::NEG_INFINITY }
     }
 
     fn gram0(&mut self, m: usize) -> Vec<f64> {
@@ -276,8 +295,22 @@ impl<'a> Score<'a> {
         (0..=n).map(|k| self.settings.smallest * 2f64.powf(0.5 * k as f64)).collect()
     }
 
-    /// ln of the integral over t, and the best t.
+    /// ln of the integral over t, and the best t; what was only approximated beside another t gives way to it.
     fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
+        let mut key = (kernel as u16, set.to_vec());
+        key.1.sort_unstable();
+        if let Some(known) = self.integrated.get(&key) { return Some(*known); }
+        let found = self.integrate(kernel, set)?;
+        if found.0.is_finite() {
+            let value = found.0 + self.prior_of(kernel, set);
+            self.best = self.best.max(value);
+            let _approximate = self.visited.insert(key.clone(), value);
+            let _first = self.integrated.insert(key, found);
+        }
+        Some(found)
+    }
+
+    fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
         if kernel == 0 {
             let base = self.at(0, &[], 0.0);
             return Some((self.state(0, &[], &base, set)?.value, 0.0));
@@ -327,13 +360,20 @@ impl<'a> Score<'a> {
         if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside / n as f64).ln() }
     }
 
+    /// ln prior of a remainder, and of nothing at all.
+    fn prior_of(&self, kernel: usize, set: &[u16]) -> f64 {
+        let nothing = if kernel == 0 && set.is_empty() { (self.settings.odds / self.settings.first).ln() } else { 0.0 };
+        self.kernel_prior(kernel) + nothing
+    }
+
     fn record(&mut self, kernel: usize, set: &[u16], value: f64) {
-        let value = value + self.kernel_prior(kernel);
+        let value = value + self.prior_of(kernel, set);
         if !value.is_finite() || value < self.best - 25.0 { return; }
         self.best = self.best.max(value);
-        let mut key = set.to_vec();
-        key.sort_unstable();
-        let slot = self.visited.entry((kernel as u16, key)).or_insert(f64::NEG_INFINITY);
+        let mut key = (kernel as u16, set.to_vec());
+        key.1.sort_unstable();
+        if self.integrated.contains_key(&key) { return; }
+        let slot = self.visited.entry(key).or_insert(f64::NEG_INFINITY);
         *slot = slot.max(value);
     }
 
@@ -349,58 +389,68 @@ impl<'a> Score<'a> {
         }
     }
 
-    /// Forward, exchange, backward from a set until nothing is better.
+    /// What one addition, exchange or omission makes of a set, each with its value at the best t of the set; all of it is recorded.
+    fn neighbours(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, Vec<(f64, Vec<u16>)>)> {
+        let (integral, t) = self.integral(kernel, set)?;
+        let mut key = (kernel as u16, set.to_vec());
+        key.1.sort_unstable();
+        let _again = self.expanded.insert(key);
+        let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
+        let base = self.at(kernel, &shrink, t);
+        let state = self.state(kernel, &shrink, &base, set)?;
+        let shift = integral - state.value;
+        let mut options: Vec<(f64, Vec<u16>)> = vec![];
+        let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
+            let top = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+            if let Some((j, v)) = top.filter(|(_, v)| **v > f64::NEG_INFINITY) {
+                let mut next = of.to_vec();
+                next.push(j as u16);
+                options.push((*v + shift, next));
+            }
+        };
+        if set.len() < self.settings.most {
+            let values = self.additions(&state, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+            self.record_all(kernel, set, &values, shift);
+            consider(&mut options, &values, set);
+        }
+        for place in 0..set.len() {
+            let mut less = set.to_vec();
+            let _gone = less.remove(place);
+            let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
+            self.record(kernel, &less, own.value + shift);
+            let values = self.additions(&own, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
+            self.record_all(kernel, &less, &values, shift);
+            consider(&mut options, &values, &less);
+            options.push((own.value + shift, less));
+        }
+        options.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Some((integral, options))
+    }
+
+    /// From a set to its best neighbour until none is better.
     fn climb(&mut self, kernel: usize, start: Vec<u16>) -> Vec<u16> {
         let mut set = start;
-        let mut tried = 0;
-        let Some((mut integral, mut t)) = self.integral(kernel, &set) else { return set };
-        self.record(kernel, &set, integral);
-        loop {
-            tried += 1;
-            if tried > 16 { return set; }
-            let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
-            let base = self.at(kernel, &shrink, t);
-            let Some(state) = self.state(kernel, &shrink, &base, &set) else { return set };
-            let shift = integral - state.value;
-            let mut options: Vec<(f64, Vec<u16>)> = vec![];
-            let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
-                let top = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-                if let Some((j, v)) = top.filter(|(_, v)| **v > f64::NEG_INFINITY) {
-                    let mut next = of.to_vec();
-                    next.push(j as u16);
-                    options.push((*v, next));
-                }
-            };
-            if set.len() < self.settings.most {
-                let values = self.additions(&state, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
-                self.record_all(kernel, &set, &values, shift);
-                consider(&mut options, &values, &set);
-            }
-            for place in 0..set.len() {
-                let mut less = set.clone();
-                let _gone = less.remove(place);
-                let Some(own) = self.state(kernel, &shrink, &base, &less) else { continue };
-                self.record(kernel, &less, own.value + shift);
-                let values = self.additions(&own, &base, self.best - 25.0 - self.kernel_prior(kernel) - shift);
-                self.record_all(kernel, &less, &values, shift);
-                consider(&mut options, &values, &less);
-                options.push((own.value, less));
-            }
-            options.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let mut moved = false;
-            for (value, next) in options.into_iter().take(3) {
-                if value + shift < integral - 3.0 { break; }
-                let mut key = next.clone();
-                key.sort_unstable();
-                if { let mut own = set.clone(); own.sort_unstable(); own == key } { continue; }
-                let Some((there, at)) = self.integral(kernel, &next) else { continue };
-                self.record(kernel, &next, there);
-                if there > integral + 1e-6 {
-                    (integral, t, set, moved) = (there, at, next, true);
-                    break;
-                }
-            }
-            if !moved { return set; }
+        for _ in 0..16 {
+            let Some((integral, options)) = self.neighbours(kernel, &set) else { return set };
+            let better = options.into_iter().take(3).take_while(|(value, _)| *value >= integral - 3.0);
+            let better = better.map(|(_, next)| next).find(|next| {
+                let same = next.len() == set.len() && next.iter().all(|j| set.contains(j));
+                !same && self.integral(kernel, next).is_some_and(|(there, _)| there > integral + 1e-6)
+            });
+            let Some(next) = better else { return set };
+            set = next;
+        }
+        set
+    }
+
+    /// The neighbours of every set that is nearly as probable as the best: what could stand in several places at once.
+    fn spread(&mut self) {
+        for _ in 0..SPREAD {
+            let near = |value: f64| value > self.best - self.settings.alias;
+            let next = self.visited.iter().filter(|(key, value)| near(**value) && !self.expanded.contains(*key));
+            let Some((kernel, set)) = next.max_by(|a, b| a.1.total_cmp(b.1)).map(|(key, _)| key.clone()) else { return };
+            let _kept = self.expanded.insert((kernel, set.clone()));
+            let _recorded = self.neighbours(usize::from(kernel), &set);
         }
     }
 
@@ -455,23 +505,26 @@ impl<'a> Score<'a> {
             if value < top - 8.0 { break; }
             if let Some(pair) = self.pairs(kernel, &set) { self.climb(kernel, pair); }
         }
-        // what the best sets are under every kernel
-        let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v, s)).collect();
-        sets.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, set) in sets.into_iter().take(12) {
-            for kernel in 0..self.kernels.len() {
-                if let Some((v, _)) = self.integral(kernel, &set) { self.record(kernel, &set, v); }
+        self.spread();
+        // what the best sets are under every kernel, until no approximate value is among the best
+        for _ in 0..4 {
+            let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v, s)).collect();
+            sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+            let before = self.integrated.len();
+            for (_, set) in sets.into_iter().take(12) {
+                for kernel in 0..self.kernels.len() { let _kept = self.integral(kernel, &set); }
             }
+            if self.integrated.len() == before { break; }
         }
     }
 
     fn value(&mut self, kernel: usize, set: &[u16]) -> f64 {
-        self.integral(kernel, set).map_or(f64::NEG_INFINITY, |(v, _)| v) + self.kernel_prior(kernel)
+        self.integral(kernel, set).map_or(f64::NEG_INFINITY, |(v, _)| v) + self.prior_of(kernel, set)
     }
 
     /// ln of the sum over kernels for each set visited.
-    pub fn marginal(&self) -> HashMap<Vec<u16>, f64> {
-        let mut sums: HashMap<Vec<u16>, f64> = HashMap::new();
+    pub fn marginal(&self) -> BTreeMap<Vec<u16>, f64> {
+        let mut sums: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
         for ((_, set), value) in &self.visited {
             *sums.entry(set.clone()).or_insert(0.0) += (value - self.best).exp();
         }
@@ -499,15 +552,18 @@ impl<'a> Score<'a> {
                 }
                 let probability = sets.iter().filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j))).map(|(p, _)| p).sum();
                 let given = |j: u16, p: f64| self.alike[j as usize].iter().map(move |i| (*i as usize, p * (self.given[*i as usize] - self.prior[j as usize]).exp()));
-                let mut all: Vec<(usize, f64)> = class.iter().flat_map(|(j, p)| given(*j, *p)).filter(|(j, _)| *j != member as usize).collect();
-                all.sort_by(|a, b| b.1.total_cmp(&a.1));
-                let own = top * (self.given[member as usize] - self.prior[member as usize]).exp();
-                classes.push(Class { member: member as usize, own, aliases: all, probability });
+                let mut members: Vec<(usize, f64)> = class.iter().flat_map(|(j, p)| given(*j, *p)).collect();
+                members.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+                classes.push(Class { members, probability });
             }
         }
         let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
+        let mut alone = vec![0.0; self.settings.most + 1];
+        for ((_, set), v) in self.visited.iter().filter(|((k, _), _)| *k == 0) {
+            if let Some(own) = alone.get_mut(set.len()) { *own += (v - self.best).exp() / total; }
+        }
         let outside = kernels.iter().skip(1).sum();
-        Posterior { sets, kernels, classes, nothing, outside, best: self.best }
+        Posterior { sets, classes, nothing, outside, alone }
     }
 
     /// ln of the sum over kernels of one set.
@@ -518,10 +574,28 @@ impl<'a> Score<'a> {
     }
 }
 
+/// What could stand in one place of the most probable set.
 #[derive(Debug, Clone)]
-pub(super) struct Class { pub member: usize, pub own: f64, pub aliases: Vec<(usize, f64)>, pub probability: f64 }
+pub(super) struct Class {
+    /// Each with the probability of the set that has it there.
+    pub members: Vec<(usize, f64)>,
+    /// That any of them is there.
+    pub probability: f64,
+}
+
+/// What is probable once the readings are seen.
 #[derive(Debug, Clone)]
-pub(super) struct Posterior { pub sets: Vec<(f64, Vec<u16>)>, pub kernels: Vec<f64>, pub classes: Vec<Class>, pub nothing: f64, pub outside: f64, pub best: f64 }
+pub(super) struct Posterior {
+    /// Sets, whatever the remainder, the most probable first.
+    pub sets: Vec<(f64, Vec<u16>)>,
+    pub classes: Vec<Class>,
+    /// No effect and no remainder.
+    pub nothing: f64,
+    /// A remainder, whatever the effects.
+    pub outside: f64,
+    /// So many effects and no remainder.
+    pub alone: Vec<f64>,
+}
 
 fn step(state: &State, base: &(Vec<f64>, Vec<f64>, f64, f64), j: usize) -> Option<(Vec<f64>, f64, f64)> {
     let k = state.set.len();
