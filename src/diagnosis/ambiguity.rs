@@ -67,8 +67,11 @@ impl<'a> Shifts<'a> {
     fn of(&mut self, members: &[Vec<(usize, f64)>]) -> Option<(Vec<f64>, Vec<f64>)> {
         let first: Vec<usize> = members.iter().map(|own| own.first().map(|(j, _)| *j)).collect::<Option<_>>()?;
         let cosine = |a: usize, b: usize| self.evidence.cosines(a).at(b);
-        let gram = |i: usize, k: usize| if i == k { 1.0 } else { first.get(i).zip(first.get(k)).map_or(f64::NAN, |(a, b)| cosine(*a, *b)) };
-        let scores = first.iter().map(|j| self.evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
+        let gram = |i: usize, k: usize| {
+            if i == k { 1.0 } else { first.get(i).zip(first.get(k)).map_or(f64::NAN, |(a, b)| cosine(*a, *b)) }
+        };
+        let scores =
+            first.iter().map(|j| self.evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
         // directions of which less than a thousandth is their own are one
         let sizes = Triangle::of(first.len(), gram, |_| 1e-6)?.solve(&scores);
         let (mut mean, mut variance) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
@@ -99,7 +102,8 @@ impl<'a> Shifts<'a> {
         for place in 0..set.len() {
             let mut widest = vec![0.0_f64; self.unknowns];
             // what only small tilts leave would need an absurd coefficient
-            let plain = |own: &&Rival| own.place == place && self.candidates.get(own.candidate).is_some_and(|c| !c.vanishing);
+            let plain =
+                |own: &&Rival| own.place == place && self.candidates.get(own.candidate).is_some_and(|c| !c.vanishing);
             let plain: Vec<usize> = rivals.iter().filter(plain).map(|own| own.candidate).collect();
             for candidate in plain {
                 let mut other = set.to_vec();

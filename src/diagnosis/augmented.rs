@@ -23,6 +23,7 @@ use crate::estimate::Variances;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::vocabulary::vocabulary;
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -34,7 +35,9 @@ const STRAIGHT: f64 = 2.0;
 /// Odds against the best from which a set with another tilt is tried.
 const TRIED: f64 = 1e-7;
 
-/// Probabilities of members of a class that differ by a smaller share are equal.
+/// Members of a class are as probable as the best but for this factor: their own odds decide which one stands for them.
+const NEAR: f64 = 3.0;
+/// Odds and probabilities of members of a class that differ by a smaller share are equal.
 const EQUAL: f64 = 1e-6;
 
 /// Regressors and sensors of a set.
@@ -151,7 +154,9 @@ fn moves(candidate: &Candidate) -> bool {
 
 /// ln odds of each candidate. Members of a family that stands for readings, positions, times or time constants share the odds of one effect.
 pub(super) fn odds<'a>(candidates: impl Iterator<Item = &'a Candidate> + Clone, priors: &Priors) -> Vec<f64> {
-    let shared = |c: &Candidate| ["{reading}", "{position}", "{break}", "{tau}", "{other}"].iter().any(|own| c.family.contains(own));
+    let shared = |c: &Candidate| {
+        ["{reading}", "{position}", "{break}", "{tau}", "{other}"].iter().any(|own| c.family.contains(own))
+    };
     let mut members: HashMap<(&str, Option<usize>), f64> = HashMap::new();
     for candidate in candidates.clone().filter(|c| shared(c)) {
         *members.entry((candidate.family.as_str(), candidate.sensor)).or_default() += 1.0;
@@ -208,7 +213,8 @@ impl<'a> Search<'a> {
         let mut design = design::assemble(campaign, &self.model, point)?;
         let mut finished = None;
         if let Some((fit, effects)) = fit {
-            let same = (fit.design.jacobian.nrows(), fit.design.predicted.len()) == (design.jacobian.nrows(), design.predicted.len());
+            let same = (fit.design.jacobian.nrows(), fit.design.predicted.len())
+                == (design.jacobian.nrows(), design.predicted.len());
             if same && !effects.iter().any(|c| assumptions::is_assumption(c)) {
                 augment(campaign, &mut design, fit, effects);
             }
@@ -254,7 +260,11 @@ impl<'a> Search<'a> {
             let mut t = String::new();
             let mat = |t: &mut String, m: faer::MatRef<'_, f64>| {
                 let _ = writeln!(t, "{} {}", m.nrows(), m.ncols());
-                for j in 0..m.ncols() { for i in 0..m.nrows() { let _ = write!(t, "{:e} ", m[(i, j)]); } }
+                for j in 0..m.ncols() {
+                    for i in 0..m.nrows() {
+                        let _ = write!(t, "{:e} ", m[(i, j)]);
+                    }
+                }
                 let _ = writeln!(t);
             };
             let _ = writeln!(t, "{}", u8::from(problem.known));
@@ -264,7 +274,10 @@ impl<'a> Search<'a> {
             mat(&mut t, faer::Mat::from_fn(odds.len(), 1, |i, _| odds[i]).as_ref());
             let _ = writeln!(t, "{}", candidates.iter().map(|c| c.regressor.clone()).collect::<Vec<_>>().join(" "));
             let _ = writeln!(t, "{}", kernels.len());
-            for k in &kernels { let _ = writeln!(t, "{}", k.name); mat(&mut t, k.factor.as_ref()); }
+            for k in &kernels {
+                let _ = writeln!(t, "{}", k.name);
+                mat(&mut t, k.factor.as_ref());
+            }
             let n = (0..).find(|n| !std::path::Path::new(&to).join(format!("{n}.txt")).exists()).unwrap_or(0);
             let _ = std::fs::write(std::path::Path::new(&to).join(format!("{n}.txt")), t);
         }
@@ -286,13 +299,39 @@ impl<'a> Search<'a> {
             candidate.vanishing |= *visible < settings.absorbed;
         }
         if std::env::var_os("TUMBLE_TRACE").is_some() {
-            let name = |set: &[u16]| set.iter().map(|j| candidates[*j as usize].regressor.clone()).collect::<Vec<_>>().join("+");
-            eprintln!("view {names:?} value {value:.2} nothing {:.3} outside {:.3} known {}", posterior.nothing, posterior.outside, problem.known);
+            let name = |set: &[u16]| {
+                set.iter().map(|j| candidates[*j as usize].regressor.clone()).collect::<Vec<_>>().join("+")
+            };
+            eprintln!(
+                "view {names:?} value {value:.2} nothing {:.3} outside {:.3} known {}",
+                posterior.nothing, posterior.outside, problem.known
+            );
             for (p, set) in posterior.sets.iter().take(8) {
-                let own: Vec<String> = score.visited.iter().filter(|((_, s), _)| s == set).map(|((k, _), v)| (v, if *k == 0 { "none".to_string() } else { score.names[*k as usize - 1].clone() })).collect::<Vec<_>>().into_iter().filter(|(v, _)| **v > score.best - 9.0).map(|(v, n)| format!("{n} {:.1}", v - score.best)).collect();
+                let own: Vec<String> = score
+                    .visited
+                    .iter()
+                    .filter(|((_, s), _)| s == set)
+                    .map(|((k, _), v)| {
+                        (v, if *k == 0 { "none".to_string() } else { score.names[*k as usize - 1].clone() })
+                    })
+                    .collect::<Vec<_>>()
+                    .into_iter()
+                    .filter(|(v, _)| **v > score.best - 9.0)
+                    .map(|(v, n)| format!("{n} {:.1}", v - score.best))
+                    .collect();
                 eprintln!("   {p:.4} {} | {}", name(set), own.join(", "));
             }
-            for c in &posterior.classes { eprintln!("   class {:.4} {:?}", c.probability, c.members.iter().take(5).map(|(j, p)| format!("{} {p:.1e}", candidates[*j].regressor)).collect::<Vec<_>>()); }
+            for c in &posterior.classes {
+                eprintln!(
+                    "   class {:.4} {:?}",
+                    c.probability,
+                    c.members
+                        .iter()
+                        .take(5)
+                        .map(|(j, p)| format!("{} {p:.1e}", candidates[*j].regressor))
+                        .collect::<Vec<_>>()
+                );
+            }
         }
         drop(score);
         Ok(View { design, weighted, candidates, without_column, posterior, alike, odds, value })
@@ -413,17 +452,17 @@ const EXPLANATIONS: (usize, f64) = (64, 1e-3);
 fn outcome(search: &Search<'_>, (_, stood, point, view): (f64, Names, Vec<f64>, Rc<View>)) -> Result<Outcome> {
     let settings = search.question.settings;
     let posterior = &view.posterior;
-    // of all that could stand in a place the most probable by itself; of equals the one of which the model leaves most, then the first of the catalogue
+    // of all that are nearly as probable in a place as any the one with the best odds by itself; of equals the more probable, then by name
+    let odds = |j: usize| view.odds.get(j).copied().unwrap_or(f64::NEG_INFINITY);
     let front = |class: &Class| {
-        let left = |j: usize| view.candidates.get(j).map_or(0.0, |c| c.visible);
-        let first = |best: (usize, f64), own: (usize, f64)| match own.1 / best.1 - 1.0 {
-            more if more > EQUAL => own,
-            more if more > -EQUAL && left(own.0) > left(best.0) * (1.0 + EQUAL) => own,
-            _ => best,
-        };
-        let mut members = class.members.clone();
-        members.sort_by_key(|(j, _)| *j);
-        members.into_iter().reduce(first).map(|(j, _)| j)
+        let name = |j: usize| view.candidates.get(j).map_or("", |c| c.regressor.as_str());
+        let most = class.members.iter().fold(0.0_f64, |most, (_, p)| most.max(*p));
+        let order = |a: f64, b: f64| if (a - b).abs() <= EQUAL { Ordering::Equal } else { a.total_cmp(&b) };
+        let near = class.members.iter().filter(|(_, p)| *p * NEAR >= most);
+        let best = near.max_by(|(a, p), (b, q)| {
+            order(odds(*a), odds(*b)).then(order(p / most, q / most)).then_with(|| name(*b).cmp(name(*a)))
+        });
+        best.map(|(j, _)| *j)
     };
     let mut named: Vec<(usize, &Class)> = Vec::new();
     let mut suspected: Vec<(usize, &Class)> = Vec::new();
@@ -435,7 +474,6 @@ fn outcome(search: &Search<'_>, (_, stood, point, view): (f64, Names, Vec<f64>, 
             _ => {}
         }
     }
-    let odds = |j: usize| view.odds.get(j).copied().unwrap_or(f64::NEG_INFINITY);
     let mut rivals: Vec<Rival> = Vec::new();
     for (place, (member, class)) in named.iter().enumerate() {
         // the member itself is one of its class

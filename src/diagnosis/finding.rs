@@ -1,12 +1,12 @@
 //! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
 
+use super::ambiguity::{Rival, Shifts};
+use super::augmented::{Seen, State};
 use super::evidence::Evidence;
 use super::noise::{NoiseFrom, Weighted};
 use super::remainder::Remainder;
 use super::separate::Separation;
 use super::settings::Settings;
-use super::ambiguity::{Rival, Shifts};
-use super::augmented::{Seen, State};
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
 use super::{holdout, places, separate, steps};
 use crate::campaign::{Campaign, Kind};
@@ -141,8 +141,19 @@ pub(super) fn conclude(
     repaired: Option<(Campaign, Fit)>,
     settings: &Settings,
 ) -> Result<Diagnosis> {
-    let Seen { candidates, evidence, weighted, design, named, suspected, rivals, explanations, state, further, outside } =
-        seen;
+    let Seen {
+        candidates,
+        evidence,
+        weighted,
+        design,
+        named,
+        suspected,
+        rivals,
+        explanations,
+        state,
+        further,
+        outside,
+    } = seen;
     let own: Vec<usize> = named.iter().map(|(j, _)| *j).collect();
     let ordered = if repaired.is_some() { steps::order(&evidence, &own) } else { Vec::new() };
     let set: &[usize] = &ordered;
@@ -260,7 +271,10 @@ pub(super) fn conclude(
         row_sd: scale,
         grouping: None,
         constraints: Vec::new(),
-        suspected: suspected.iter().filter_map(|(j, p)| Some(Suspect { effect: candidates.get(*j)?.clone(), probability: *p })).collect(),
+        suspected: suspected
+            .iter()
+            .filter_map(|(j, p)| Some(Suspect { effect: candidates.get(*j)?.clone(), probability: *p }))
+            .collect(),
         state: (verdict != Verdict::NotDiagnosable).then_some(state),
         repaired: None,
         averaged: None,
@@ -361,12 +375,7 @@ impl Effects<'_> {
         (0..self.set.len()).filter_map(|place| self.finding(place, repaired, after)).collect()
     }
 
-    fn finding(
-        &self,
-        place: usize,
-        repaired: &Campaign,
-        after: &Fit,
-    ) -> Option<Finding> {
+    fn finding(&self, place: usize, repaired: &Campaign, after: &Fit) -> Option<Finding> {
         let evidence = self.evidence;
         let member = self.set.get(place)?;
         let effect = self.candidates.get(*member)?;

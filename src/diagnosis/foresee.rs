@@ -14,8 +14,8 @@
 
 use super::catalogue::Effect;
 use super::pool::Pool;
-use super::score::Priors;
 use super::prospective::effects;
+use super::score::Priors;
 use super::{Candidate, Settings, augmented};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, Kind, coefficient_unit};

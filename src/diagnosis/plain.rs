@@ -48,7 +48,12 @@ impl Plain {
 
     fn question<'a>(&'a self, settings: &'a Settings) -> Question<'a> {
         // what is doubtful is a course of time that fits better: it stands in the way of what is plain
-        Question { settings, plausibility_penalty: &self.plausibility_penalty, doubtful_yields: false, is_pattern: &|_| false }
+        Question {
+            settings,
+            plausibility_penalty: &self.plausibility_penalty,
+            doubtful_yields: false,
+            is_pattern: &|_| false,
+        }
     }
 
     /// The effects that stand one after another, each beyond doubt against the noise and what is still unexplained; `is_pattern` says which sets can

@@ -6,15 +6,23 @@
 //! unknown: ln p = -1/2 ln|V| + ln Gamma((nu-k)/2) - (nu-k)/2 ln q_S + sum_j [1/2 ln pi - ln(2 L |beta_j|)] - 1/2 ln|G_S|
 //! ```
 
-#![allow(clippy::indexing_slicing, reason = "a dense kernel: lengths are those of the columns that `Score::new` is given")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a dense kernel: lengths are those of the columns that `Score::new` is given"
+)]
 
 use faer::{Mat, MatRef, Side};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Odds of each kind of effect, and of a remainder, where anything is missing.
-const FURTHER: f64 = 0.05;
+/// Odds of each kind of effect where anything is missing.
+const FURTHER: f64 = 0.03;
+/// Probability of something outside the catalogue where anything is missing: as much as not.
+const OUTSIDE: f64 = 0.5;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
+
+/// Most sets whose members are told as classes.
+const TOLD: usize = 8;
 
 /// What is believed before the readings are seen.
 #[derive(Clone, Copy, Debug)]
@@ -42,19 +50,37 @@ pub(super) struct Priors {
 impl Priors {
     /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
     pub fn at(significance: f64) -> Self {
-        Priors { smallest: 0.1, largest: 1e4, outside: FURTHER, odds: FURTHER, first: significance, rank: 0.2, alias: 4.5, most: 6, least_rank: 4, vanishing: 0.02 }
+        Priors {
+            smallest: 0.1,
+            largest: 1e4,
+            outside: OUTSIDE,
+            odds: FURTHER,
+            first: significance,
+            rank: 0.2,
+            alias: 4.5,
+            most: 6,
+            least_rank: 5,
+            vanishing: 0.02,
+        }
     }
-    pub fn range(&self) -> f64 { (self.largest / self.smallest).ln() }
+    pub fn range(&self) -> f64 {
+        (self.largest / self.smallest).ln()
+    }
 
     /// `|t|` of an effect alone, against noise that is known, from which it is there with this probability: `t^2 / 2 - ln t = c`.
     pub fn threshold(&self, ln_odds: f64, probability: f64) -> f64 {
-        let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln() - 0.5 * std::f64::consts::TAU.ln() - ln_odds;
+        let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln()
+            - 0.5 * std::f64::consts::TAU.ln()
+            - ln_odds;
         (0..20).fold(5.0_f64, |t, _| (2.0 * (c + t.max(1.0).ln())).max(1.0).sqrt())
     }
 }
 
 /// A kernel `F F'`, rows of the weighted system.
-pub(super) struct Kernel { pub name: String, pub factor: Mat<f64> }
+pub(super) struct Kernel {
+    pub name: String,
+    pub factor: Mat<f64>,
+}
 
 pub(super) struct Problem<'a> {
     pub residual: &'a [f64],
@@ -66,7 +92,11 @@ pub(super) struct Problem<'a> {
     pub kernels: &'a [Kernel],
 }
 
-struct Prepared { lambda: Vec<f64>, along_z: Vec<f64>, along_c: Mat<f64> }
+struct Prepared {
+    lambda: Vec<f64>,
+    along_z: Vec<f64>,
+    along_c: Mat<f64>,
+}
 
 /// Sufficient statistics in the space that the model leaves.
 pub(super) struct Score<'a> {
@@ -95,7 +125,15 @@ pub(super) struct Score<'a> {
 }
 
 #[derive(Clone)]
-struct State { set: Vec<u16>, g: Vec<Vec<f64>>, inverse: Vec<f64>, beta: Vec<f64>, q: f64, logdet: f64, value: f64 }
+struct State {
+    set: Vec<u16>,
+    g: Vec<Vec<f64>>,
+    inverse: Vec<f64>,
+    beta: Vec<f64>,
+    q: f64,
+    logdet: f64,
+    value: f64,
+}
 
 fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
     for _ in 0..2 {
@@ -107,8 +145,12 @@ fn project(basis: MatRef<'_, f64>, m: &mut Mat<f64>) {
 pub(super) fn ln_gamma(x: f64) -> f64 {
     // Stirling with shift
     let (mut x, mut s) = (x, 0.0);
-    while x < 8.0 { s -= x.ln(); x += 1.0; }
-    s + (x - 0.5) * x.ln() - x + 0.918_938_533_204_672_8 + 1.0 / (12.0 * x) - 1.0 / (360.0 * x.powi(3)) + 1.0 / (1260.0 * x.powi(5))
+    while x < 8.0 {
+        s -= x.ln();
+        x += 1.0;
+    }
+    s + (x - 0.5) * x.ln() - x + 0.918_938_533_204_672_8 + 1.0 / (12.0 * x) - 1.0 / (360.0 * x.powi(3))
+        + 1.0 / (1260.0 * x.powi(5))
 }
 
 impl<'a> Score<'a> {
@@ -122,7 +164,9 @@ impl<'a> Score<'a> {
             let own = c.col(j).norm_l2();
             visible[j] = if before[j] > 0.0 { own / before[j] } else { 0.0 };
             let scale = if own > 0.0 && visible[j] > 1e-6 { 1.0 / own } else { 0.0 };
-            if scale == 0.0 { visible[j] = 0.0; }
+            if scale == 0.0 {
+                visible[j] = 0.0;
+            }
             c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
         }
         let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
@@ -130,7 +174,9 @@ impl<'a> Score<'a> {
         let dotz = |col: faer::ColRef<'_, f64>| -> f64 { col.iter().zip(z.col(0).iter()).map(|(a, b)| a * b).sum() };
         let zz = dotz(z.col(0));
         let b: Vec<f64> = (0..k).map(|j| dotz(c.col(j))).collect();
-        let dot2 = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 { x.iter().zip(y.iter()).map(|(a, b)| a * b).sum() };
+        let dot2 = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 {
+            x.iter().zip(y.iter()).map(|(a, b)| a * b).sum()
+        };
         let mut kernels = vec![Prepared { lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
         let (mut factors, mut names) = (vec![], vec![]);
         for kernel in p.kernels {
@@ -141,7 +187,9 @@ impl<'a> Score<'a> {
             let s: Vec<f64> = eig.S().column_vector().iter().copied().collect();
             let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
             let wide = s.iter().filter(|l| **l > 0.05 * top).count();
-            if wide < settings.least_rank { continue; }
+            if wide < settings.least_rank {
+                continue;
+            }
             let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
             let w = Mat::from_fn(s.len(), keep.len(), |i, j| eig.U()[(i, keep[j])] / s[keep[j]].sqrt());
             let u = &f * w;
@@ -152,10 +200,13 @@ impl<'a> Score<'a> {
             let does = &f * (f.transpose() * trial);
             let own = does.norm_l2();
             let same = |other: &Mat<f64>| {
-                let inner: f64 = (0..8).map(|v| does.col(v).iter().zip(other.col(v).iter()).map(|(a, b)| a * b).sum::<f64>()).sum();
+                let inner: f64 =
+                    (0..8).map(|v| does.col(v).iter().zip(other.col(v).iter()).map(|(a, b)| a * b).sum::<f64>()).sum();
                 inner > 0.97 * own * other.norm_l2()
             };
-            if factors.iter().any(same) { continue; }
+            if factors.iter().any(same) {
+                continue;
+            }
             factors.push(does);
             names.push(kernel.name.clone());
             kernels.push(Prepared { lambda: keep.iter().map(|i| s[*i]).collect(), along_z, along_c });
@@ -170,20 +221,50 @@ impl<'a> Score<'a> {
         let mut prior = p.prior.to_vec();
         let mut taken = vec![false; k];
         for (n, &j) in order.iter().enumerate() {
-            if taken[j] { continue; }
+            if taken[j] {
+                continue;
+            }
             let mut group = vec![j];
             for &i in order[n + 1..].iter() {
-                if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() { break; }
-                if !taken[i] && dot2(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 { group.push(i); }
+                if b[i].abs() - b[j].abs() > 1e-7 * zz.sqrt() {
+                    break;
+                }
+                if !taken[i] && dot2(c.col(i), c.col(j)).abs() > 1.0 - 1e-9 {
+                    group.push(i);
+                }
             }
             group.sort_by(|x, y| p.prior[*y].total_cmp(&p.prior[*x]).then(x.cmp(y)));
             let first = group[0];
             let top = p.prior[first];
             prior[first] = top + group.iter().map(|i| (p.prior[*i] - top).exp()).sum::<f64>().ln();
-            for i in &group { taken[*i] = true; if *i != first { norm[*i] = 0.0; } }
+            for i in &group {
+                taken[*i] = true;
+                if *i != first {
+                    norm[*i] = 0.0;
+                }
+            }
             alike[first] = group.iter().map(|i| *i as u16).collect();
         }
-        Score { settings, known: p.known, nu, zz, prior, given: p.prior, alike, c, visible, names, norm, b, kernels, gram: vec![None; k], visited: BTreeMap::new(), integrated: BTreeMap::new(), expanded: BTreeSet::new(), best: f64::NEG_INFINITY }
+        Score {
+            settings,
+            known: p.known,
+            nu,
+            zz,
+            prior,
+            given: p.prior,
+            alike,
+            c,
+            visible,
+            names,
+            norm,
+            b,
+            kernels,
+            gram: vec![None; k],
+            visited: BTreeMap::new(),
+            integrated: BTreeMap::new(),
+            expanded: BTreeSet::new(),
+            best: f64::NEG_INFINITY,
+        }
     }
 
     fn gram0(&mut self, m: usize) -> Vec<f64> {
@@ -202,7 +283,9 @@ impl<'a> Score<'a> {
     fn column(&mut self, kernel: usize, shrink: &[f64], m: usize) -> Vec<f64> {
         let mut g = self.gram0(m);
         let own = &self.kernels[kernel];
-        if shrink.is_empty() { return g; }
+        if shrink.is_empty() {
+            return g;
+        }
         let w: Vec<f64> = shrink.iter().enumerate().map(|(i, d)| d * own.along_c[(i, m)]).collect();
         for (j, g) in g.iter_mut().enumerate() {
             let col = own.along_c.col_as_slice(j);
@@ -239,7 +322,9 @@ impl<'a> Score<'a> {
             each - 0.5 * q + kf * 0.5 * std::f64::consts::TAU.ln()
         } else {
             let nu = self.nu - kf;
-            if nu < 1.0 { return f64::NEG_INFINITY; }
+            if nu < 1.0 {
+                return f64::NEG_INFINITY;
+            }
             let q = q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
             each + ln_gamma(0.5 * nu) - 0.5 * nu * q.ln() + kf * 0.5 * std::f64::consts::PI.ln()
         }
@@ -249,8 +334,15 @@ impl<'a> Score<'a> {
         if self.known { 1.0 } else { q / (self.nu - k as f64).max(1.0) }
     }
 
-    fn state(&mut self, kernel: usize, shrink: &[f64], base: &(Vec<f64>, Vec<f64>, f64, f64), set: &[u16]) -> Option<State> {
-        let mut state = State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: base.2, logdet: 0.0, value: 0.0 };
+    fn state(
+        &mut self,
+        kernel: usize,
+        shrink: &[f64],
+        base: &(Vec<f64>, Vec<f64>, f64, f64),
+        set: &[u16],
+    ) -> Option<State> {
+        let mut state =
+            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: base.2, logdet: 0.0, value: 0.0 };
         for m in set {
             let j = *m as usize;
             let (h, d, bb) = step(&state, base, j)?;
@@ -260,7 +352,8 @@ impl<'a> Score<'a> {
         }
         let s2 = self.sigma2(state.q, set.len());
         let k = set.len();
-        let sizes: f64 = (0..k).map(|i| 0.5 * (state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i]).ln()).sum();
+        let sizes: f64 =
+            (0..k).map(|i| 0.5 * (state.beta[i] * state.beta[i] + s2 * state.inverse[i * k + i]).ln()).sum();
         let prior: f64 = set.iter().map(|j| self.prior[*j as usize]).sum();
         state.value = self.evidence(k, state.q, base.3, state.logdet, sizes) + prior;
         Some(state)
@@ -271,23 +364,33 @@ impl<'a> Score<'a> {
         let k = state.set.len();
         let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
         let prior: f64 = state.set.iter().map(|j| self.prior[*j as usize]).sum();
-        (0..self.b.len()).map(|j| {
-            if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() { return f64::NEG_INFINITY; }
-            let Some((h, d, bb)) = step(state, base, j) else { return f64::NEG_INFINITY };
-            let q = state.q - bb * bb / d;
-            // sizes and volume cost: what a column takes off bounds what it gains
-            let gain = if self.known { 0.5 * (state.q - q) } else { 0.5 * (self.nu - k as f64) * (own_q / q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE)).ln() };
-            if state.value + gain + self.prior[j] + 2.0 < least { return f64::NEG_INFINITY; }
-            let s2 = self.sigma2(q, k + 1);
-            let bj = bb / d;
-            let mut sizes = 0.5 * (bj * bj + s2 / d).ln();
-            for i in 0..k {
-                let bi = state.beta[i] - h[i] * bj;
-                let u = state.inverse[i * k + i] + h[i] * h[i] / d;
-                sizes += 0.5 * (bi * bi + s2 * u).ln();
-            }
-            self.evidence(k + 1, q, base.3, state.logdet + d.ln(), sizes) + prior + self.prior[j]
-        }).collect()
+        (0..self.b.len())
+            .map(|j| {
+                if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
+                    return f64::NEG_INFINITY;
+                }
+                let Some((h, d, bb)) = step(state, base, j) else { return f64::NEG_INFINITY };
+                let q = state.q - bb * bb / d;
+                // sizes and volume cost: what a column takes off bounds what it gains
+                let gain = if self.known {
+                    0.5 * (state.q - q)
+                } else {
+                    0.5 * (self.nu - k as f64) * (own_q / q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE)).ln()
+                };
+                if state.value + gain + self.prior[j] + 2.0 < least {
+                    return f64::NEG_INFINITY;
+                }
+                let s2 = self.sigma2(q, k + 1);
+                let bj = bb / d;
+                let mut sizes = 0.5 * (bj * bj + s2 / d).ln();
+                for i in 0..k {
+                    let bi = state.beta[i] - h[i] * bj;
+                    let u = state.inverse[i * k + i] + h[i] * h[i] / d;
+                    sizes += 0.5 * (bi * bi + s2 * u).ln();
+                }
+                self.evidence(k + 1, q, base.3, state.logdet + d.ln(), sizes) + prior + self.prior[j]
+            })
+            .collect()
     }
 
     fn grid(&self) -> Vec<f64> {
@@ -299,7 +402,9 @@ impl<'a> Score<'a> {
     fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
         let mut key = (kernel as u16, set.to_vec());
         key.1.sort_unstable();
-        if let Some(known) = self.integrated.get(&key) { return Some(*known); }
+        if let Some(known) = self.integrated.get(&key) {
+            return Some(*known);
+        }
         let found = self.integrate(kernel, set)?;
         if found.0.is_finite() {
             let value = found.0 + self.prior_of(kernel, set);
@@ -320,7 +425,9 @@ impl<'a> Score<'a> {
             let shrink = self.shrink(kernel, t);
             // only what the set needs
             let value = self.quick(kernel, &shrink, t, set)?;
-            if value > best { (best, at) = (value, t); }
+            if value > best {
+                (best, at) = (value, t);
+            }
             values.push(value);
         }
         let width = 0.5 * 2f64.ln() / self.settings.range();
@@ -329,10 +436,14 @@ impl<'a> Score<'a> {
     }
 
     fn quick(&mut self, kernel: usize, shrink: &[f64], t: f64, set: &[u16]) -> Option<f64> {
-        for m in set { self.gram0(*m as usize); }
+        for m in set {
+            self.gram0(*m as usize);
+        }
         let own = &self.kernels[kernel];
         let k = set.len();
-        let inner = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 { shrink.iter().enumerate().map(|(i, s)| s * a(i) * b(i)).sum() };
+        let inner = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 {
+            shrink.iter().enumerate().map(|(i, s)| s * a(i) * b(i)).sum()
+        };
         let logdet_v: f64 = own.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
         let z = |i: usize| own.along_z[i];
         let mut q = self.zz - inner(&z, &z);
@@ -368,11 +479,15 @@ impl<'a> Score<'a> {
 
     fn record(&mut self, kernel: usize, set: &[u16], value: f64) {
         let value = value + self.prior_of(kernel, set);
-        if !value.is_finite() || value < self.best - 25.0 { return; }
+        if !value.is_finite() || value < self.best - 25.0 {
+            return;
+        }
         self.best = self.best.max(value);
         let mut key = (kernel as u16, set.to_vec());
         key.1.sort_unstable();
-        if self.integrated.contains_key(&key) { return; }
+        if self.integrated.contains_key(&key) {
+            return;
+        }
         let slot = self.visited.entry(key).or_insert(f64::NEG_INFINITY);
         *slot = slot.max(value);
     }
@@ -448,7 +563,9 @@ impl<'a> Score<'a> {
         for _ in 0..SPREAD {
             let near = |value: f64| value > self.best - self.settings.alias;
             let next = self.visited.iter().filter(|(key, value)| near(**value) && !self.expanded.contains(*key));
-            let Some((kernel, set)) = next.max_by(|a, b| a.1.total_cmp(b.1)).map(|(key, _)| key.clone()) else { return };
+            let Some((kernel, set)) = next.max_by(|a, b| a.1.total_cmp(b.1)).map(|(key, _)| key.clone()) else {
+                return;
+            };
             let _kept = self.expanded.insert((kernel, set.clone()));
             let _recorded = self.neighbours(usize::from(kernel), &set);
         }
@@ -457,7 +574,9 @@ impl<'a> Score<'a> {
     /// Pairs that show only together.
     fn pairs(&mut self, kernel: usize, set: &[u16]) -> Option<Vec<u16>> {
         let k = self.b.len();
-        if k * k * self.c.nrows() > 200_000_000 || set.len() + 2 > self.settings.most { return None; }
+        if k * k * self.c.nrows() > 200_000_000 || set.len() + 2 > self.settings.most {
+            return None;
+        }
         let (integral, t) = self.integral(kernel, set)?;
         let shrink = if kernel == 0 { vec![] } else { self.shrink(kernel, t) };
         let base = self.at(kernel, &shrink, t);
@@ -465,7 +584,9 @@ impl<'a> Score<'a> {
         let shift = integral - own.value;
         let (mut best, mut found) = (integral - shift, None);
         for j in 0..k {
-            if self.norm[j] == 0.0 || set.contains(&(j as u16)) { continue; }
+            if self.norm[j] == 0.0 || set.contains(&(j as u16)) {
+                continue;
+            }
             let mut with = set.to_vec();
             with.push(j as u16);
             let Some(state) = self.state(kernel, &shrink, &base, &with) else { continue };
@@ -487,7 +608,9 @@ impl<'a> Score<'a> {
         let mut white = self.climb(0, vec![]);
         if let Some(pair) = self.pairs(0, &[]) {
             let other = self.climb(0, pair);
-            if self.value(0, &other) > self.value(0, &white) { white = other; }
+            if self.value(0, &other) > self.value(0, &white) {
+                white = other;
+            }
         }
         let mut ranked = vec![];
         for kernel in 0..self.kernels.len() {
@@ -497,13 +620,19 @@ impl<'a> Score<'a> {
                 own.push((self.value(kernel, &found), found));
             }
             own.sort_by(|a, b| b.0.total_cmp(&a.0));
-            if let Some((value, set)) = own.into_iter().next() { ranked.push((value, kernel, set)); }
+            if let Some((value, set)) = own.into_iter().next() {
+                ranked.push((value, kernel, set));
+            }
         }
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let Some((top, _, _)) = ranked.first().cloned() else { return };
         for (value, kernel, set) in ranked.into_iter().take(3) {
-            if value < top - 8.0 { break; }
-            if let Some(pair) = self.pairs(kernel, &set) { self.climb(kernel, pair); }
+            if value < top - 8.0 {
+                break;
+            }
+            if let Some(pair) = self.pairs(kernel, &set) {
+                self.climb(kernel, pair);
+            }
         }
         self.spread();
         // what the best sets are under every kernel, until no approximate value is among the best
@@ -512,9 +641,13 @@ impl<'a> Score<'a> {
             sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
             let before = self.integrated.len();
             for (_, set) in sets.into_iter().take(12) {
-                for kernel in 0..self.kernels.len() { let _kept = self.integral(kernel, &set); }
+                for kernel in 0..self.kernels.len() {
+                    let _kept = self.integral(kernel, &set);
+                }
             }
-            if self.integrated.len() == before { break; }
+            if self.integrated.len() == before {
+                break;
+            }
         }
     }
 
@@ -536,23 +669,44 @@ impl<'a> Score<'a> {
         let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v.exp() / total, s)).collect();
         sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
         let mut kernels = vec![0.0; self.kernels.len()];
-        for ((k, _), v) in &self.visited { kernels[*k as usize] += (v - self.best).exp() / total; }
-        let mut classes = vec![];
-        if let Some((top, set)) = sets.first().cloned() {
-            let prior = |s: &[u16]| s.iter().map(|j| self.prior[*j as usize]).sum::<f64>();
-            let like = |p: f64, s: &[u16]| p.max(1e-300).ln() - prior(s);
+        for ((k, _), v) in &self.visited {
+            kernels[*k as usize] += (v - self.best).exp() / total;
+        }
+        let mut classes: Vec<Class> = vec![];
+        let prior = |s: &[u16]| s.iter().map(|j| self.prior[*j as usize]).sum::<f64>();
+        let like = |p: f64, s: &[u16]| p.max(1e-300).ln() - prior(s);
+        // many that stand in each other's place share what one without them has: not only the best set tells what is probable
+        let least = sets.first().map_or(0.0, |(top, _)| top * (-self.settings.alias).exp());
+        for (top, set) in sets.iter().take(TOLD).take_while(|(p, _)| *p >= least) {
             for place in 0..set.len() {
                 let mut less = set.clone();
                 let member = less.remove(place);
-                let mut class = vec![(member, top)];
+                let mut class = vec![(member, *top)];
                 for (p, other) in &sets {
-                    if other.len() != set.len() || like(*p, other) < like(top, &set) - self.settings.alias { continue; }
+                    if other.len() != set.len() || like(*p, other) < like(*top, set) - self.settings.alias {
+                        continue;
+                    }
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
-                    if let [j] = extra[..] && j != member { class.push((j, *p)); }
+                    if let [j] = extra[..]
+                        && j != member
+                    {
+                        class.push((j, *p));
+                    }
                 }
-                let probability = sets.iter().filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j))).map(|(p, _)| p).sum();
-                let given = |j: u16, p: f64| self.alike[j as usize].iter().map(move |i| (*i as usize, p * (self.given[*i as usize] - self.prior[j as usize]).exp()));
+                let given = |j: u16, p: f64| {
+                    self.alike[j as usize]
+                        .iter()
+                        .map(move |i| (*i as usize, p * (self.given[*i as usize] - self.prior[j as usize]).exp()))
+                };
                 let mut members: Vec<(usize, f64)> = class.iter().flat_map(|(j, p)| given(*j, *p)).collect();
+                if classes.iter().any(|own| own.members.iter().any(|(j, _)| members.iter().any(|(i, _)| i == j))) {
+                    continue;
+                }
+                let probability = sets
+                    .iter()
+                    .filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j)))
+                    .map(|(p, _)| p)
+                    .sum();
                 members.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
                 classes.push(Class { members, probability });
             }
@@ -560,7 +714,9 @@ impl<'a> Score<'a> {
         let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
         let mut alone = vec![0.0; self.settings.most + 1];
         for ((_, set), v) in self.visited.iter().filter(|((k, _), _)| *k == 0) {
-            if let Some(own) = alone.get_mut(set.len()) { *own += (v - self.best).exp() / total; }
+            if let Some(own) = alone.get_mut(set.len()) {
+                *own += (v - self.best).exp() / total;
+            }
         }
         let outside = kernels.iter().skip(1).sum();
         Posterior { sets, classes, nothing, outside, alone }
@@ -611,7 +767,9 @@ fn extend(state: &mut State, h: Vec<f64>, d: f64, bb: f64, m: u16) {
     let bj = bb / d;
     let mut inverse = vec![0.0; (k + 1) * (k + 1)];
     for i in 0..k {
-        for l in 0..k { inverse[i * (k + 1) + l] = state.inverse[i * k + l] + h[i] * h[l] / d; }
+        for l in 0..k {
+            inverse[i * (k + 1) + l] = state.inverse[i * k + l] + h[i] * h[l] / d;
+        }
         inverse[i * (k + 1) + k] = -h[i] / d;
         inverse[k * (k + 1) + i] = -h[i] / d;
         state.beta[i] -= h[i] * bj;
@@ -625,7 +783,9 @@ fn extend(state: &mut State, h: Vec<f64>, d: f64, bb: f64, m: u16) {
 }
 
 fn invert(g: &[f64], k: usize) -> Option<(Vec<f64>, f64)> {
-    if k == 0 { return Some((vec![], 0.0)); }
+    if k == 0 {
+        return Some((vec![], 0.0));
+    }
     let m = Mat::from_fn(k, k, |i, j| g[i * k + j]);
     let llt = m.llt(Side::Lower).ok()?;
     let l = llt.L();
@@ -633,6 +793,10 @@ fn invert(g: &[f64], k: usize) -> Option<(Vec<f64>, f64)> {
     use faer::linalg::solvers::Solve;
     let inv = llt.solve(Mat::<f64>::identity(k, k));
     let mut out = vec![0.0; k * k];
-    for i in 0..k { for j in 0..k { out[i * k + j] = inv[(i, j)]; } }
+    for i in 0..k {
+        for j in 0..k {
+            out[i * k + j] = inv[(i, j)];
+        }
+    }
     Some((out, logdet))
 }

@@ -1,9 +1,9 @@
 //! The gap step by step: as given, after the first effect, after the second, with the model line growing.
 
+use super::augmented::State;
 use super::evidence::Evidence;
 use super::noise::Weighted;
 use super::settings::Settings;
-use super::augmented::State;
 use super::{Candidate, fit_exactly, repair};
 use crate::campaign::Campaign;
 use crate::elements::Parts;
@@ -62,9 +62,13 @@ impl Decided<'_> {
                 format!("{} is suspected: its probability is {}, and a name needs {level}", name(*j), short(*p))
             }
             _ if self.outside >= self.settings.suspected => {
-                format!("a pattern that no candidate is has probability {outside}, and no further candidate is probable beside it")
+                format!(
+                    "a pattern that no candidate is has probability {outside}, and no further candidate is probable beside it"
+                )
             }
-            (State::Outside, _) => format!("something is missing with probability {further}, and no candidate is probable"),
+            (State::Outside, _) => {
+                format!("something is missing with probability {further}, and no candidate is probable")
+            }
             _ => format!("nothing further: more is missing with probability {further}"),
         }
     }

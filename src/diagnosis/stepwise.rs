@@ -135,8 +135,7 @@ fn exchange(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> Vec<
 /// Does every member stand beside the others?
 fn all_stand(evidence: &Evidence, set: &[usize], question: &Question<'_>) -> bool {
     let complete = evidence.given(set).is_some_and(|given| leaves_noise(evidence, &given, question.settings));
-    if (question.is_pattern)(set)
-    {
+    if (question.is_pattern)(set) {
         return false;
     }
     (0..set.len()).all(|place| stands(evidence, set, place, complete, question))
