@@ -21,6 +21,8 @@ const OUTSIDE: f64 = 0.5;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
+/// Columns with a smaller cosine, beside the model and the other effects, are different explanations and never stand in each other's place.
+const ALIKE: f64 = 0.5;
 /// Most sets whose members are told as classes.
 const TOLD: usize = 8;
 
@@ -664,6 +666,23 @@ impl<'a> Score<'a> {
         sums.into_iter().map(|(s, v)| (s, v.ln())).collect()
     }
 
+    /// Cosine of two columns beside the model and some others, by size; zero where one of them was never in a set.
+    fn cosine(&self, others: &[u16], a: u16, b: u16) -> f64 {
+        let rows: Option<Vec<&Vec<f64>>> =
+            others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.as_ref()).collect();
+        let Some((own, beside)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
+        let k = others.len();
+        let gram: Vec<f64> =
+            beside.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
+        let Some((inverse, _)) = invert(&gram, k) else { return 0.0 };
+        let along = |x: u16, y: u16| -> f64 {
+            let pair = |i: usize, l: usize| beside[i][x as usize] * inverse[i * k + l] * beside[l][y as usize];
+            (0..k).flat_map(|i| (0..k).map(move |l| (i, l))).map(|(i, l)| pair(i, l)).sum()
+        };
+        let (left, right) = (1.0 - along(a, a), 1.0 - along(b, b));
+        if left > 1e-9 && right > 1e-9 { ((own[b as usize] - along(a, b)) / (left * right).sqrt()).abs() } else { 0.0 }
+    }
+
     pub fn posterior(&self) -> Posterior {
         let total: f64 = self.visited.values().map(|v| (v - self.best).exp()).sum();
         let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v.exp() / total, s)).collect();
@@ -689,6 +708,7 @@ impl<'a> Score<'a> {
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
                     if let [j] = extra[..]
                         && j != member
+                        && self.cosine(&less, member, j) >= ALIKE
                     {
                         class.push((j, *p));
                     }
