@@ -696,7 +696,7 @@ impl<'a> Score<'a> {
         let like = |p: f64, s: &[u16]| p.max(1e-300).ln() - prior(s);
         // many that stand in each other's place share what one without them has: not only the best set tells what is probable
         let least = sets.first().map_or(0.0, |(top, _)| top * (-self.settings.alias).exp());
-        for (top, set) in sets.iter().take(TOLD).take_while(|(p, _)| *p >= least) {
+        for (order, (top, set)) in sets.iter().take(TOLD).take_while(|(p, _)| *p >= least).enumerate() {
             for place in 0..set.len() {
                 let mut less = set.clone();
                 let member = less.remove(place);
@@ -719,7 +719,9 @@ impl<'a> Score<'a> {
                         .map(move |i| (*i as usize, p * (self.given[*i as usize] - self.prior[j as usize]).exp()))
                 };
                 let mut members: Vec<(usize, f64)> = class.iter().flat_map(|(j, p)| given(*j, *p)).collect();
-                if classes.iter().any(|own| own.members.iter().any(|(j, _)| members.iter().any(|(i, _)| i == j))) {
+                // of further sets only what is in no class yet; members of the best set are different effects
+                let told = |own: &Class| own.members.iter().any(|(j, _)| members.iter().any(|(i, _)| i == j));
+                if order > 0 && classes.iter().any(told) {
                     continue;
                 }
                 let probability = sets
