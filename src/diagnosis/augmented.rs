@@ -166,9 +166,12 @@ pub(super) fn odds<'a>(candidates: impl Iterator<Item = &'a Candidate> + Clone, 
         let share = members.get(&(c.family.as_str(), c.sensor)).filter(|_| shared(c)).copied().unwrap_or(1.0);
         // of equals the first rank, and before it what was only asserted
         let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
-        priors.odds.ln() - share.ln() + c.size.clamp(priors.vanishing, 1.0).ln() - priors.rank * rank
+        c.size.clamp(priors.vanishing, 1.0).ln() - share.ln() - priors.rank * rank
     };
-    candidates.map(own).collect()
+    let plain: Vec<f64> = candidates.map(own).collect();
+    let all: f64 = plain.iter().map(|own| own.exp()).sum();
+    // so many are expected in all where anything is missing
+    plain.into_iter().map(|own| own + (priors.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
 }
 
 /// The rows of the augmented model: its derivatives to the tilts go through the effects too. The gap stays that of the model as given.

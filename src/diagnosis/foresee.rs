@@ -186,7 +186,9 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         normal_survival(priors.threshold(ln_odds, settings.probability)).map_or(1.0, |p| 2.0 * p)
     };
     let odds = augmented::odds(prospects.iter().map(|own| &own.effect), &priors);
-    let rule = rule(tests.max(groups.len()).max(1), alone(priors.odds.ln()), estimate.dof);
+    // the plainest of all
+    let usual = alone(odds.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    let rule = rule(tests.max(groups.len()).max(1), usual, estimate.dof);
     for (prospect, odds) in prospects.iter_mut().zip(odds) {
         let Some(u) = prospect.u else { continue };
         let minimal = noncentrality(alone(odds)) * u;

@@ -14,8 +14,10 @@
 use faer::{Mat, MatRef, Side};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Odds of each kind of effect where anything is missing.
-const FURTHER: f64 = 0.03;
+/// Effects that are expected where anything is missing.
+const EXPECTED: f64 = 0.65;
+/// Odds of any effect against nothing, for each hundredth of significance a third.
+const FIRST: f64 = 30.0;
 /// Probability of something outside the catalogue where anything is missing: as much as not.
 const OUTSIDE: f64 = 0.5;
 /// Most sets whose neighbours are looked at after the search.
@@ -34,8 +36,8 @@ pub(super) struct Priors {
     pub largest: f64,
     /// Probability that something outside the catalogue is there.
     pub outside: f64,
-    /// Odds of each kind of effect where anything is missing.
-    pub odds: f64,
+    /// Effects that are expected where anything is missing: the odds of all kinds together.
+    pub expected: f64,
     /// The same against nothing: a campaign is as its model says, or it is not, and then what is missing need not be one thing.
     pub first: f64,
     /// What one rank of the catalogue takes off the logarithm of the odds.
@@ -56,8 +58,8 @@ impl Priors {
             smallest: 0.1,
             largest: 1e4,
             outside: OUTSIDE,
-            odds: FURTHER,
-            first: significance,
+            expected: EXPECTED,
+            first: FIRST * significance,
             rank: 0.2,
             alias: 4.5,
             most: 6,
@@ -69,10 +71,15 @@ impl Priors {
         (self.largest / self.smallest).ln()
     }
 
+    /// ln of what nothing has over the odds of what is missing.
+    pub fn nothing(&self) -> f64 {
+        (self.expected / self.first).ln()
+    }
+
     /// `|t|` of an effect alone, against noise that is known, from which it is there with this probability: `t^2 / 2 - ln t = c`.
     pub fn threshold(&self, ln_odds: f64, probability: f64) -> f64 {
-        let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln()
-            - 0.5 * std::f64::consts::TAU.ln()
+        let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln() - 0.5 * std::f64::consts::TAU.ln()
+            + self.nothing()
             - ln_odds;
         (0..20).fold(5.0_f64, |t, _| (2.0 * (c + t.max(1.0).ln())).max(1.0).sqrt())
     }
@@ -475,8 +482,8 @@ impl<'a> Score<'a> {
 
     /// ln prior of a remainder, and of nothing at all.
     fn prior_of(&self, kernel: usize, set: &[u16]) -> f64 {
-        let nothing = if kernel == 0 && set.is_empty() { (self.settings.odds / self.settings.first).ln() } else { 0.0 };
-        self.kernel_prior(kernel) + nothing
+        let nothing = kernel == 0 && set.is_empty();
+        self.kernel_prior(kernel) + if nothing { self.settings.nothing() } else { 0.0 }
     }
 
     fn record(&mut self, kernel: usize, set: &[u16], value: f64) {
@@ -672,8 +679,7 @@ impl<'a> Score<'a> {
             others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.as_ref()).collect();
         let Some((own, beside)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
         let k = others.len();
-        let gram: Vec<f64> =
-            beside.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
+        let gram: Vec<f64> = beside.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
         let Some((inverse, _)) = invert(&gram, k) else { return 0.0 };
         let along = |x: u16, y: u16| -> f64 {
             let pair = |i: usize, l: usize| beside[i][x as usize] * inverse[i * k + l] * beside[l][y as usize];
