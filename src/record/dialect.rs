@@ -23,6 +23,8 @@ pub struct Dialect {
     /// Bytes and lines before the first row of values.
     pub(super) skip: usize,
     pub(super) lines: u64,
+    /// The line of the names, from 1.
+    pub(super) titled: usize,
 }
 
 /// Is a line a remark?
@@ -220,7 +222,15 @@ impl Dialect {
                 .expected("each column once")
                 .at_line(titled, 1));
         }
-        Ok(Dialect { delimiter, mark, columns, named, skip: after(head, lines_before), lines: lines_before as u64 })
+        Ok(Dialect {
+            delimiter,
+            mark,
+            columns,
+            named,
+            skip: after(head, lines_before),
+            lines: lines_before as u64,
+            titled,
+        })
     }
 }
 

@@ -291,6 +291,14 @@ impl Record {
         }
     }
 
+    /// The line of the titles, from 1.
+    pub(crate) fn title_line(&self) -> usize {
+        match self {
+            Record::Delimited(table) => table.dialect().titled,
+            _ => 1,
+        }
+    }
+
     /// The place of a column by its name or whole title.
     ///
     /// Errors: `UnknownName`, with the columns found.

@@ -29,7 +29,7 @@ enum Column {
 /// missing in some rows, a value measured twice at one time, a time outside the mission, an unknown motion, several scenarios without `all`; with line and column.
 pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
     let mut table = Record::of_text(&source.name, source.text.as_str())?;
-    let columns = columns(table.columns(), &source.name)?;
+    let columns = columns(table.columns(), &source.name, table.title_line())?;
     let headers: Vec<String> = table.columns().iter().map(|own| own.title.clone()).collect();
     let kind = |own: &Column| if matches!(own, Column::Motion | Column::Scenario) { As::Label } else { As::Mixed };
     table.select(&columns.iter().enumerate().map(|(k, own)| (k, kind(own))).collect::<Vec<_>>());
@@ -127,9 +127,9 @@ struct Row {
 }
 
 /// What each column is.
-fn columns(headers: &[record::Column], file: &str) -> Result<Vec<Column>> {
+fn columns(headers: &[record::Column], file: &str, line: usize) -> Result<Vec<Column>> {
     let mut columns: Vec<Column> = Vec::new();
-    let at = |error: Malformed| error.at_line(1, 1).in_file(file);
+    let at = |error: Malformed| error.at_line(line, 1).in_file(file);
     for name in headers.iter().map(|own| own.title.as_str()) {
         let plain = name.strip_suffix("_u").unwrap_or(name);
         let channel = CHANNEL_NAMES.iter().position(|own| *own == plain);
