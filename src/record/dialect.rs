@@ -220,6 +220,7 @@ impl Dialect {
         if let Some(twice) = columns.iter().find(|own| !own.title.is_empty() && !seen.insert(own.title.as_str())) {
             return Err(Malformed::new(Fault::NameClash, format!("the column '{}' stands twice", twice.title))
                 .expected("each column once")
+                .at_path(twice.title.as_str())
                 .at_line(titled, 1));
         }
         Ok(Dialect {

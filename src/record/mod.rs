@@ -292,6 +292,7 @@ impl Record {
     }
 
     /// The line of the titles, from 1.
+    #[cfg(feature = "navigate")]
     pub(crate) fn title_line(&self) -> usize {
         match self {
             Record::Delimited(table) => table.dialect().titled,
