@@ -126,13 +126,22 @@ impl Evidence {
         }
     }
 
-    /// The best pair, where what scatters is estimated and hides each of two effects behind the other: the probability of anything as strong
-    /// by chance, among all pairs.
+    /// The best pair: each of two effects may hide the other. The probability of anything as strong by chance, among all pairs; chi-square
+    /// or F of two degrees of freedom, with Sidak's inequality.
     pub fn hidden_pair(&self, pairs: &[(f64, Vec<usize>)]) -> Option<f64> {
-        let strata = self.strata.as_ref()?;
         let given = self.given(&pairs.first()?.1)?;
+        let squares: f64 = given.steps.iter().map(|(_, own)| own).sum();
+        let p = match (&self.strata, self.from) {
+            (Some(strata), _) => strata.pair(&given)?,
+            (None, NoiseFrom::Stated) => chi_square_survival(squares, 2.0)?,
+            (None, from) => {
+                let pure = given.pure.as_ref().map(|(_, dof, _)| *dof).filter(|_| from == NoiseFrom::Replicates);
+                let dof = pure.filter(|dof| *dof > 0).unwrap_or(given.dof);
+                fisher_f_survival(0.5 * squares / self.variance(&given), 2.0, dof as f64)?
+            }
+        };
         let tests = 0.5 * (self.tests * self.tests) as f64;
-        Some(-f64::exp_m1(tests * f64::ln_1p(-strata.pair(&given)?.clamp(0.0, 1.0))))
+        Some(-f64::exp_m1(tests * f64::ln_1p(-p.clamp(0.0, 1.0))))
     }
 
     /// Are variances of what scatters estimated?

@@ -58,8 +58,9 @@ pub(super) fn found(
         }
         return Ok(first);
     }
-    // at the model as given, beside an offset of every setting: what no pattern of the settings explains
-    let ranking = ranked_beside_settings(campaign, &sources, &first.before.design)?;
+    // with the effects in the model, beside an offset of every setting: what neither they nor any pattern of the settings explain
+    let model = first.after.as_ref().unwrap_or(&first.before);
+    let ranking = ranked_beside_settings(&model.campaign, &self::sources(&model.campaign), &model.design)?;
     let Some((gain, best, _)) = ranking.first() else { return Ok(first) };
     let p = p(*gain, sources.len());
     if !(p <= settings.names()) {
@@ -75,6 +76,12 @@ pub(super) fn found(
         return Ok(first);
     }
     let after = second.after.clone().unwrap_or_else(|| second.before.clone());
+    // what has no size once the effects are in the model is no finding
+    let first_line = after.campaign.scatter.len().saturating_sub(source.lines.len());
+    let has_size = |own: &crate::fit::VarianceSource| own.line.is_some_and(|k| k >= first_line) && own.variance > 0.0;
+    if !after.noise.sources.iter().any(has_size) {
+        return Ok(first);
+    }
     let aliases: Vec<&(f64, String, String)> =
         ranking.iter().skip(1).filter(|(other, ..)| gain - other < settings.scatters_apart).collect();
     let finding = of(campaign, &after, source, *gain, p, &aliases, &first.before);

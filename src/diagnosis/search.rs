@@ -28,9 +28,10 @@ pub(super) fn search(evidence: &Evidence, question: &Question<'_>) -> Found {
     let Some(nothing) = evidence.given(&[]) else { return Found::Nothing };
     let strongest = evidence.strongest(&nothing);
     let global = evidence.global(&nothing);
+    // two effects are as much less likely by chance than one as any further one
     let hidden_pair = || {
-        let pairs = if evidence.has_strata() { sets::pairs(evidence, settings.indistinguishable) } else { Vec::new() };
-        evidence.hidden_pair(&pairs).is_some_and(|p| p <= settings.names())
+        let pairs = sets::pairs(evidence, settings.indistinguishable);
+        evidence.hidden_pair(&pairs).is_some_and(|p| p <= settings.further * settings.names())
     };
     let significant = strongest.is_some_and(|s| s.p <= settings.names()) || hidden_pair();
     if !significant && global.is_none_or(|p| p > settings.whole()) {

@@ -281,3 +281,32 @@ fn a_norm_is_not_explained_by_offsets_of_its_size() {
     assert!(sizes.iter().all(|size| size.abs() < 0.1), "{:?} {sizes:?}", found.verdict);
     assert_eq!(found.verdict, tumble::diagnosis::Verdict::Unexplained);
 }
+
+/// Campaigns of a simulator that is not this program, in which 0.2.0 named a scatter of 0 V, cosines of two joints, or nothing at F = 787.
+#[test]
+fn effects_that_once_were_missed_are_named() {
+    let cases: [(&str, &[&str]); 4] = [
+        ("imu-Gx-a_z", &["a_z"]),
+        ("scatter-false-drift", &["time_s"]),
+        ("scatter-zero", &["w_I^2"]),
+        ("nothing-missing-two", &["a_P^3", "time_s"]),
+    ];
+    let catalogue = tumble::wire::built_in_effects().unwrap();
+    for (file, hidden) in cases {
+        let campaign =
+            tumble::Campaign::from_path(root(&format!("tests/data/hidden/once/{file}.campaign.json"))).unwrap();
+        let found = tumble::diagnose(&campaign, &catalogue, &Default::default()).unwrap();
+        let names: Vec<&str> = found.effects.iter().map(|own| own.effect.regressor.as_str()).collect();
+        assert_eq!(
+            (found.verdict, names.len()),
+            (tumble::diagnosis::Verdict::EffectsFound, hidden.len()),
+            "{file}: {names:?}"
+        );
+        for own in hidden {
+            let is = |finding: &tumble::diagnosis::Finding| {
+                finding.effect.regressor == *own || finding.aliases.iter().any(|alias| alias.regressor == *own)
+            };
+            assert!(found.effects.iter().any(is), "{file}: {own} is not in {names:?}");
+        }
+    }
+}
