@@ -102,7 +102,11 @@ impl Effect {
                     .collect();
             }
         };
-        let axes: Vec<String> = sensor.axes.iter().map(|(axis, _)| axis.clone()).collect();
+        let mut axes: Vec<String> = sensor.axes.iter().map(|(axis, _)| axis.clone()).collect();
+        if axes.is_empty() {
+            // those of the last frame
+            axes = ["x", "y", "z"].map(str::to_string).to_vec();
+        }
         each("{i}", axes.clone());
         each("{j}", axes.clone());
         // equal steps of n angles carry harmonics up to n / 2; those above are the same columns again

@@ -58,8 +58,9 @@ pub(super) fn found(
         }
         return Ok(first);
     }
-    // at the model as given, beside an offset of every setting: what no pattern of the settings explains
-    let ranking = ranked_beside_settings(campaign, &sources, &first.before.design)?;
+    // with the effects in the model, beside an offset of every setting: what neither they nor any pattern of the settings explain
+    let model = first.after.as_ref().unwrap_or(&first.before);
+    let ranking = ranked_beside_settings(&model.campaign, &self::sources(&model.campaign), &model.design)?;
     let Some((gain, best, _)) = ranking.first() else { return Ok(first) };
     let p = p(*gain, sources.len());
     if !(p <= settings.names()) {
