@@ -1,6 +1,6 @@
 cp /work/wt/score/src/diagnosis/score.rs score.rs.new
 python3 - <<'P'
-s=open('score.rs.new').read().replace('pub(super)','pub')
+s=open('score.rs.new').read().replace('pub','pub')
 open('score.rs','w').write(s)
 P
 F=$(ls -t /work/wt/score/target/fast/deps/libfaer-*.rlib | head -1)

@@ -51,20 +51,23 @@ pub(super) struct Priors {
     /// Share of what its inputs could make of it below which a term is as absurd as any.
     pub vanishing: f64,
 }
+fn knob(name: &str, value: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(value)
+}
 impl Priors {
     /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
     pub fn at(significance: f64) -> Self {
         Priors {
-            smallest: 0.1,
-            largest: 1e4,
-            outside: OUTSIDE,
-            expected: EXPECTED,
-            first: FIRST * significance,
-            rank: 0.2,
-            alias: 4.5,
+            smallest: knob("K_SMALLEST", 0.1),
+            largest: knob("K_LARGEST", 1e4),
+            outside: knob("K_OUTSIDE", OUTSIDE),
+            expected: knob("K_EXPECTED", EXPECTED),
+            first: knob("K_FIRST", FIRST) * significance,
+            rank: knob("K_RANKP", 0.2),
+            alias: knob("K_ALIAS", 4.5),
             most: 6,
-            least_rank: 5,
-            vanishing: 0.02,
+            least_rank: knob("K_RANK", 5.0) as usize,
+            vanishing: knob("K_VANISH", 0.02),
         }
     }
     pub fn range(&self) -> f64 {
@@ -714,7 +717,7 @@ impl<'a> Score<'a> {
                     let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
                     if let [j] = extra[..]
                         && j != member
-                        && self.cosine(&less, member, j) >= ALIKE
+                        && self.cosine(&less, member, j) >= knob("K_ALIKE", ALIKE)
                     {
                         class.push((j, *p));
                     }
@@ -748,6 +751,18 @@ impl<'a> Score<'a> {
         }
         let outside = kernels.iter().skip(1).sum();
         Posterior { sets, classes, nothing, outside, alone }
+    }
+
+    /// A set has this in all, on the scale of `of`: what its own exact fit says takes the place of what the columns here say of it.
+    pub fn overrule(&mut self, set: &[u16], value: f64) {
+        let shift = value - self.of(set);
+        let own = |key: &(u16, Vec<u16>)| key.1 == set;
+        if shift.is_finite() {
+            self.visited.iter_mut().filter(|(key, _)| own(key)).for_each(|(_, old)| *old += shift);
+        } else {
+            self.visited.retain(|key, _| !own(key));
+        }
+        self.best = self.visited.values().fold(f64::NEG_INFINITY, |best, own| best.max(*own));
     }
 
     /// ln of the sum over kernels of one set.
