@@ -5,9 +5,9 @@
 )]
 
 use super::condense::Condensed;
-use super::memory;
 use super::problem::Problem;
 use super::reml::{Ended, FULL, Limits};
+use super::time::{self, Along};
 use super::{LineState, ScatterLine, Scattered, Stepped, Whitening, cost};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
@@ -25,10 +25,19 @@ pub fn adjust_scattered(
     least: &[f64],
     settings: &Settings,
 ) -> Result<Scattered> {
-    let timed = memory::with_times(system, lines, elimination, least, settings, &[])?;
+    let timed = time::with_times(system, lines, elimination, least, settings, (&[], &[]))?;
     let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;
-    let ended = problem.solve_all(&timed.start, FULL)?;
-    let mut found = conclude(problem, ended, &timed)?;
+    let along = match &timed.along {
+        Some(along) => problem.ended_along(along, &timed.start)?,
+        None => None,
+    };
+    let mut found = match along {
+        Some(ended) => conclude(problem, ended, &timed, timed.along.as_ref())?,
+        None => {
+            let ended = problem.solve_all(&timed.start, FULL)?;
+            conclude(problem, ended, &timed, None)?
+        }
+    };
     for (k, tau, u) in timed.found {
         found.tau[k] = Some((tau, u));
     }
@@ -46,12 +55,15 @@ pub fn step_scattered(
     settings: &Settings,
 ) -> Result<Stepped> {
     let (start, times) = before.map_or((&[][..], &[][..]), |step| (&step.theta, &step.times));
-    let timed = memory::with_times(system, lines, None, least, settings, times)?;
-    let start = if start.is_empty() { &timed.start[..] } else { start };
+    let timed = time::with_times(system, lines, None, least, settings, (start, times))?;
+    let start = &timed.start[..];
     let mut problem = Problem::new(system, &timed.lines, None, least, settings)?;
     let (theta, whitening, found) = match Condensed::new(&problem) {
         None => {
-            let (theta, whitening) = problem.walk(start)?;
+            let (theta, whitening) = match timed.along {
+                Some(_) => (start.to_vec(), problem.whitening(start)),
+                None => problem.walk(start)?,
+            };
             let found = solve(&problem.white(&whitening), &ScaleHints::default(), settings)?;
             (theta, whitening, found)
         }
@@ -82,7 +94,13 @@ impl Problem<'_> {
     }
 }
 
-fn conclude(mut problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -> Result<Scattered> {
+/// `along` is the likelihood along time, where the variances are those at its top.
+fn conclude(
+    mut problem: Problem<'_>,
+    ended: Ended,
+    timed: &time::Timed<'_>,
+    along: Option<&Along>,
+) -> Result<Scattered> {
     let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, iterations, converged } = ended;
     let absorbed = problem.absorbed(&kept)?;
     for (state, _) in problem.state.iter_mut().zip(&absorbed).filter(|(_, own)| own.is_some()) {
@@ -100,24 +118,19 @@ fn conclude(mut problem: Problem<'_>, ended: Ended, timed: &memory::Timed<'_>) -
         {
             continue;
         }
-        let variance = problem.variances(&theta)[*k];
-        let start = problem.pattern.first[*k];
-        let turn = |white: &[f64]| {
-            let back = point.whitening.carry_back(white);
-            point.whitening.whiten(&memory::lean(&problem.lines[*k], &problem.pattern, start, variance, &back))
-        };
-        let q = &point.estimate.factor.q;
-        let mut white = Mat::zeros(q.nrows(), q.ncols());
-        for a in 0..q.ncols() {
-            white.col_as_slice_mut(a).copy_from_slice(&turn(q.col_as_slice(a)));
-        }
-        inference.add(q, white, &turn(&point.estimate.residuals));
+        problem.lean(&point, &mut inference, *k, &theta);
         leaning[*k] = Some(inference.gamma.len() - 1);
         free.push(inference.gamma.len() - 1);
     }
     let directions = point.estimate.factor.whitened_directions();
-    let spread = cost::spread(&inference.s, &free);
-    let correction = cost::correction(&directions, &spread, |g, h| inference.crossing(g, h));
+    let (spread, correction) = match along {
+        Some(along) => along.costs(inference.s.nrows(), &leaning),
+        None => {
+            let spread = cost::spread(&inference.s, &free);
+            let correction = cost::correction(&directions, &spread, |g, h| inference.crossing(g, h));
+            (spread, correction)
+        }
+    };
     let rank = inference.basis.ncols();
     let mut sensitivities = product_by_rows(directions.as_ref(), inference.basis.as_ref());
     for (i, sd) in point.whitening.sd().iter().enumerate() {

@@ -26,13 +26,16 @@
 //! | `reml.rs` | the steps to the variances |
 //! | `left_out.rs` | rows that others stand for |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
-//! | `memory.rs` | the search for correlation times |
+//! | `chain.rs` | a filter along time, with derivatives by the noise |
+//! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
+//! | `time.rs` | noise that is correlated in time |
 //! | `absorbed.rs` | variances that no residual shows, though unknowns follow them |
 //! | `conclude.rs` | the adjustment with what was found |
 //! | `cost.rs` | spread of the variances, Kenward and Roger's correction |
 
 mod absorbed;
 mod by_row;
+mod chain;
 mod conclude;
 mod condense;
 mod cost;
@@ -40,10 +43,11 @@ mod elimination;
 mod floor;
 mod inference;
 mod left_out;
-mod memory;
 mod pattern;
 mod problem;
 mod reml;
+mod restricted;
+mod time;
 
 pub use absorbed::Absorbed;
 pub use conclude::{adjust_scattered, step_scattered};

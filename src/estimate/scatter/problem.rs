@@ -113,7 +113,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    fn adjust(&self, system: &System) -> Result<Estimate> {
+    pub(super) fn adjust(&self, system: &System) -> Result<Estimate> {
         match self.elimination {
             Some(elimination) => adjust_on(system, elimination, self.settings),
             None => adjust(system, self.settings),

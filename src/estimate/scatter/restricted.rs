@@ -1,0 +1,359 @@
+//! The restricted likelihood of parts of the rows, and Newton's way to its top.
+//!
+//! ```text
+//! D = sum_p (rows_p ln w_p + log|V1_p|) + log|M_AA| + y' P y,          M = sum_p C' V1_p^-1 C / w_p,   C = [A y]
+//! D_k  = (log|V|)_k + tr F_k + r' M_k r,                               F_k = L^-1 M_k L^-T,  M_AA = L L',  r = [-x; 1]
+//! D_kh = (log|V|)_kh + tr F_kh - tr F_k F_h + r' M_kh r - 2 v_k' v_h,  v_k = L^-1 (M_k r)_A
+//! Phi_k = -L^-T F_k L^-1,   Phi_kh = L^-T (F_k F_h + F_h F_k - F_kh) L^-1,        Phi the covariance of the unknowns
+//! ```
+//!
+//! Parameters are logarithms of variances and of correlation times; `M_k`, `M_kh` are derivatives of the sums that the parts bring (`chain.rs`). H. D. Patterson,
+//! R. Thompson 1971; derivatives of the profiled criterion in these forms: D. Bates, M. Maechler, B. Bolker, S. Walker, J. Stat. Software 67 (2015), 1; D. M. Bates,
+//! MixedModels.jl. Kenward and Roger's addition to `Phi` is `-sum W_kh (Phi_kh - Phi R_kh Phi/2)` in variances themselves (`cost.rs` has the other form).
+#![allow(
+    clippy::indexing_slicing,
+    reason = "slots hold numbers of parameters, for each of which there is a logarithm, a range and a derivative; parts are as many as the model has"
+)]
+
+use super::chain::{Part, TimeNoise};
+use crate::error::{Fault, Malformed, Result};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, Scale, Side};
+
+/// A parameter of the noise: stated, or which of the free ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Slot {
+    /// As stated.
+    Stated(f64),
+    /// The number of the free parameter whose exponential it is.
+    Free(usize),
+}
+
+impl Slot {
+    /// Its value.
+    pub fn at(self, logarithms: &[f64]) -> f64 {
+        match self {
+            Slot::Stated(value) => value,
+            Slot::Free(k) => logarithms[k].exp(),
+        }
+    }
+
+    fn free(self) -> Option<usize> {
+        if let Slot::Free(k) = self { Some(k) } else { None }
+    }
+}
+
+/// The noise of one part.
+#[derive(Debug, Clone, Copy)]
+pub struct PartNoise {
+    /// Variance factor of the white noise.
+    pub white: Slot,
+    /// Variance of the deviation; none where nothing is correlated.
+    pub deviation: Option<(Slot, Slot)>,
+}
+
+impl PartNoise {
+    /// In numbers.
+    pub fn at(&self, logarithms: &[f64]) -> TimeNoise {
+        let (deviation, tau) = self.deviation.map_or((0.0, 1.0), |(q, tau)| (q.at(logarithms), tau.at(logarithms)));
+        TimeNoise { white: self.white.at(logarithms), deviation, tau }
+    }
+}
+
+/// The parts, and what is free of their noise.
+#[derive(Debug, Clone)]
+pub struct NoiseModel {
+    /// Noise of each part.
+    pub parts: Vec<PartNoise>,
+    /// Least and largest logarithm of each free parameter.
+    pub range: Vec<(f64, f64)>,
+    /// Which of the columns are unknowns' (observations stand last).
+    pub columns: usize,
+}
+
+/// The likelihood at some noise, with its derivatives by the logarithms of what is free.
+#[derive(Debug, Clone)]
+pub struct Restricted {
+    /// `-2 log L`, without constants.
+    pub deviance: f64,
+    /// Its gradient.
+    pub gradient: Vec<f64>,
+    /// Its second derivatives.
+    pub bend: Mat<f64>,
+    /// The solution, in the columns that the parts have.
+    pub solution: Vec<f64>,
+    /// `y' P y`.
+    pub squares: f64,
+    /// Covariance of the unknowns.
+    pub covariance: Mat<f64>,
+    /// Its first derivatives.
+    pub slopes: Vec<Mat<f64>>,
+    /// Its second derivatives, `k` before `h <= k`.
+    pub bends: Vec<Vec<Mat<f64>>>,
+}
+
+/// Where Newton's steps ended.
+#[derive(Debug, Clone)]
+pub struct Top {
+    /// Logarithms of what is free.
+    pub at: Vec<f64>,
+    /// The likelihood there.
+    pub found: Restricted,
+    /// Parameters that stand at the end of their range.
+    pub at_end: Vec<bool>,
+    /// Steps.
+    pub iterations: usize,
+    /// Did they settle?
+    pub converged: bool,
+}
+
+/// Most steps.
+const STEPS: usize = 60;
+/// Change of every logarithm at which the steps end.
+const SETTLED: f64 = 1e-10;
+/// Changes that no longer get smaller, and are below this, are the rounding of the sums.
+const ROUNDING: f64 = 1e-7;
+/// Longest step of a logarithm.
+const LONGEST: f64 = 2.0;
+
+impl NoiseModel {
+    /// The likelihood at these logarithms from the parts there, with derivatives where the parts have theirs; `None` where the unknowns' columns are
+    /// not independent in them.
+    pub fn likelihood(&self, logarithms: &[f64], parts: &[Part]) -> Option<Restricted> {
+        let (n, free) = (self.columns, self.range.len());
+        let mut whole: Mat<f64> = Mat::zeros(n + 1, n + 1);
+        let mut deviance = 0.0;
+        for (own, part) in self.parts.iter().zip(parts) {
+            let white = own.white.at(logarithms);
+            whole += &part.gram[0] * Scale(1.0 / white);
+            deviance += part.rows * white.ln() + part.log_determinant[0];
+        }
+        let cholesky = whole.as_ref().subrows(0, n).subcols(0, n).llt(Side::Lower).ok()?;
+        let lower = cholesky.L().to_owned();
+        let solution = cholesky.solve(whole.as_ref().subrows(0, n).subcols(n, 1));
+        let squares = whole[(n, n)] - (0..n).map(|j| whole[(j, n)] * solution[(j, 0)]).sum::<f64>();
+        let mut inverse = Mat::<f64>::identity(n, n);
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower.as_ref(), inverse.as_mut(), faer::Par::Seq);
+        deviance += 2.0 * (0..n).map(|j| lower[(j, j)].ln()).sum::<f64>() + squares;
+        let covariance = inverse.transpose() * &inverse;
+        let solution: Vec<f64> = (0..n).map(|j| solution[(j, 0)]).collect();
+        let mut found = Restricted {
+            deviance,
+            gradient: vec![0.0; free],
+            bend: Mat::zeros(free, free),
+            solution,
+            squares,
+            covariance,
+            slopes: Vec::new(),
+            bends: Vec::new(),
+        };
+        let mut first = vec![Mat::<f64>::zeros(n + 1, n + 1); free];
+        let mut second: Vec<Vec<Mat<f64>>> = (0..free).map(|k| vec![Mat::zeros(n + 1, n + 1); k + 1]).collect();
+        for (own, part) in self.parts.iter().zip(parts) {
+            own.derivatives(part, own.white.at(logarithms), &mut first, &mut second, &mut found);
+        }
+        // L^-1 M_k r and L^-1 M_k L^-T
+        let turned = |m: MatRef<'_, f64>| &inverse * m.subrows(0, n).subcols(0, n) * inverse.transpose();
+        let rest = |m: &Mat<f64>, i: usize| m[(i, n)] - (0..n).map(|j| m[(i, j)] * found.solution[j]).sum::<f64>();
+        let along = |m: &Mat<f64>| {
+            let own: Vec<f64> = (0..n).map(|i| rest(m, i)).collect();
+            let square = rest(m, n) - own.iter().zip(&found.solution).map(|(v, x)| v * x).sum::<f64>();
+            (own, square)
+        };
+        let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>();
+        let mut forms = Vec::with_capacity(free);
+        let mut shifts: Vec<Vec<f64>> = Vec::with_capacity(free);
+        for (k, m) in first.iter().enumerate() {
+            let (own, square) = along(m);
+            let form = turned(m.as_ref());
+            found.gradient[k] += trace(&form) + square;
+            shifts.push((0..n).map(|i| (0..=i).map(|j| inverse[(i, j)] * own[j]).sum()).collect());
+            forms.push(form);
+        }
+        let back = |m: &Mat<f64>| inverse.transpose() * m * &inverse;
+        for (k, row) in second.iter().enumerate() {
+            let mut bends = Vec::with_capacity(k + 1);
+            for (h, m) in row.iter().enumerate() {
+                let form = turned(m.as_ref());
+                let product = &forms[k] * &forms[h];
+                let (_, square) = along(m);
+                let shared: f64 = shifts[k].iter().zip(&shifts[h]).map(|(a, b)| a * b).sum();
+                let own = trace(&form) - trace(&product) + square - 2.0 * shared;
+                found.bend[(k, h)] += own;
+                if h < k {
+                    found.bend[(h, k)] = found.bend[(k, h)];
+                }
+                bends.push(back(&(&product + product.transpose() - form)));
+            }
+            found.bends.push(bends);
+        }
+        found.slopes = forms.iter().map(|form| back(form) * Scale(-1.0)).collect();
+        Some(found)
+    }
+
+    /// Newton's steps from a start to the top of the likelihood; `gather` brings the parts at some noise.
+    ///
+    /// Errors: those of `gather`; a start that is no covariance.
+    pub fn top(
+        &self,
+        start: &[f64],
+        gather: &mut dyn FnMut(&[TimeNoise]) -> Result<Vec<Part>>,
+    ) -> Result<Top> {
+        let mut at = start.to_vec();
+        self.range.iter().zip(&mut at).for_each(|((low, high), x)| *x = x.clamp(*low, *high));
+        let mut look = |at: &[f64]| -> Result<Option<Restricted>> {
+            crate::stop::poll();
+            let noises: Vec<TimeNoise> = self.parts.iter().map(|own| own.at(at)).collect();
+            Ok(self.likelihood(at, &gather(&noises)?))
+        };
+        let nothing = || Malformed::new(Fault::Value, "the variances of what scatters are no covariance");
+        let mut found = look(&at)?.ok_or_else(nothing)?;
+        let (mut iterations, mut converged, mut before) = (0, false, f64::INFINITY);
+        while iterations < STEPS {
+            iterations += 1;
+            let outwards = |k: usize| {
+                let (low, high) = self.range[k];
+                (at[k] <= low && found.gradient[k] >= 0.0) || (at[k] >= high && found.gradient[k] <= 0.0)
+            };
+            let open: Vec<usize> = (0..at.len()).filter(|k| !outwards(*k)).collect();
+            let step = newton(&found.gradient, &found.bend, &open);
+            let largest = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            if largest <= SETTLED || (largest < ROUNDING && largest > 0.5 * before) {
+                converged = true;
+                break;
+            }
+            before = largest;
+            let mut share = (LONGEST / largest).min(1.0);
+            let (next, there) = loop {
+                let mut trial = at.clone();
+                for (k, x) in open.iter().zip(&step) {
+                    trial[*k] = (trial[*k] + share * x).clamp(self.range[*k].0, self.range[*k].1);
+                }
+                let there = look(&trial)?;
+                let room = 1e-10 * (1.0 + found.deviance.abs());
+                match there {
+                    Some(there) if there.deviance <= found.deviance + room => break (trial, there),
+                    _ if share * largest < 1e-6 => return Ok(self.ended(at, found, iterations, true)),
+                    _ => share *= 0.3,
+                }
+            };
+            (at, found) = (next, there);
+        }
+        Ok(self.ended(at, found, iterations, converged))
+    }
+
+    fn ended(&self, at: Vec<f64>, found: Restricted, iterations: usize, converged: bool) -> Top {
+        let at_end = at.iter().zip(&self.range).map(|(x, (low, high))| x <= low || x >= high).collect();
+        Top { at, found, at_end, iterations, converged }
+    }
+}
+
+impl Restricted {
+    /// Covariance of the estimated parameters `among` all that are free, of logarithms, zero for the others; and what estimating them adds to the covariance of
+    /// the unknowns.
+    ///
+    /// Kenward and Roger's `2 sum W_kh Phi (Q_kh - P_k Phi P_h - R_kh/4) Phi`, `R_kh = A' V^-1 V_kh V^-1 A`, is `sum W_kh (Phi R_kh Phi / 2 - Phi_kh)`: from the second
+    /// derivatives of `Phi` by the variances themselves, in which `V` is linear, and by the correlation time itself, in which its slow part is.
+    pub fn costs(&self, model: &NoiseModel, among: &[usize]) -> (Mat<f64>, Mat<f64>) {
+        let spread = super::cost::spread(&self.bend, among);
+        let n = self.covariance.nrows();
+        let mut correction = Mat::zeros(n, n);
+        for k in among {
+            for h in among {
+                let (a, b) = (*k.max(h), *k.min(h));
+                let mut own = &self.bends[a][b] * Scale(-1.0);
+                if k == h {
+                    own += &self.slopes[*k];
+                }
+                let pair = |part: &PartNoise| {
+                    let (size, time) = part.deviation?;
+                    let (size, time) = (size.free()?, time.free()?);
+                    (size.max(time) == a && size.min(time) == b).then_some(time)
+                };
+                if let Some(time) = model.parts.iter().find_map(pair) {
+                    own += &self.slopes[time] * Scale(0.5);
+                }
+                correction += own * Scale(spread[(*k, *h)]);
+            }
+        }
+        (spread, correction)
+    }
+}
+
+/// Newton's step on some parameters, downhill also where the likelihood is not bent as at its top.
+pub(super) fn newton(gradient: &[f64], bend: &Mat<f64>, open: &[usize]) -> Vec<f64> {
+    let size: Vec<f64> = open.iter().map(|k| bend[(*k, *k)].abs().max(f64::MIN_POSITIVE).sqrt()).collect();
+    let part = Mat::from_fn(open.len(), open.len(), |a, b| bend[(open[a], open[b])] / (size[a] * size[b]));
+    let Ok(eigen) = part.self_adjoint_eigen(Side::Lower) else { return vec![0.0; open.len()] };
+    let (values, vectors) = (eigen.S().column_vector().to_owned(), eigen.U());
+    let mut step = vec![0.0; open.len()];
+    for e in 0..open.len() {
+        let along: f64 = (0..open.len()).map(|a| vectors[(a, e)] * gradient[open[a]] / size[a]).sum();
+        let by = along / values[e].abs().max(1e-6);
+        (0..open.len()).for_each(|a| step[a] -= by * vectors[(a, e)]);
+    }
+    step.iter().zip(&size).map(|(x, size)| x / size).collect()
+}
+
+impl PartNoise {
+    /// Adds the derivatives of `M` and of `log|V|` by the logarithms of this part's parameters.
+    fn derivatives(
+        &self,
+        part: &Part,
+        white: f64,
+        first: &mut [Mat<f64>],
+        second: &mut [Vec<Mat<f64>>],
+        found: &mut Restricted,
+    ) {
+        // by ln w, ln q, ln tau from those by ln w at a fixed ratio, rho and phi: d/dlnw = d/ds - d/drho
+        const FIRST: [[f64; 4]; 3] = [[-1.0, -1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        const SECOND: [([usize; 2], [f64; 6]); 6] = [
+            ([0, 0], [1.0, 2.0, 0.0, 1.0, 0.0, 0.0]),
+            ([0, 1], [0.0, -1.0, 0.0, -1.0, 0.0, 0.0]),
+            ([0, 2], [0.0, 0.0, -1.0, 0.0, -1.0, 0.0]),
+            ([1, 1], [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+            ([1, 2], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+            ([2, 2], [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+        ];
+        let slots = [
+            self.white.free(),
+            self.deviation.and_then(|(q, _)| q.free()),
+            self.deviation.and_then(|(_, tau)| tau.free()),
+        ];
+        let sum = |to: &mut Mat<f64>, weights: &[f64]| {
+            for (gram, by) in part.gram.iter().zip(weights).filter(|(_, by)| **by != 0.0) {
+                *to += gram * Scale(by / white);
+            }
+        };
+        // the logarithm of the determinant has no product with ln w
+        let logarithm = |weights: &[f64]| -> f64 {
+            part.log_determinant.iter().zip(weights).skip(1).map(|(l, by)| l * by).sum()
+        };
+        for (slot, weights) in slots.iter().zip(&FIRST) {
+            if let Some(k) = slot {
+                sum(&mut first[*k], weights);
+                found.gradient[*k] += logarithm(weights);
+            }
+        }
+        if let Some(k) = slots[0] {
+            found.gradient[k] += part.rows;
+        }
+        let determinant = |[a, b]: [usize; 2]| -> f64 {
+            let l = &part.log_determinant;
+            match [a, b] {
+                [0, 0] | [1, 1] => l[3],
+                [0, 1] => -l[3],
+                [0, 2] => -l[4],
+                [1, 2] => l[4],
+                _ => l[5],
+            }
+        };
+        for ([a, b], weights) in SECOND {
+            if let (Some(k), Some(h)) = (slots[a], slots[b]) {
+                let (k, h) = (k.max(h), k.min(h));
+                sum(&mut second[k][h], &weights);
+                found.bend[(k, h)] += determinant([a, b]);
+            }
+        }
+    }
+}

@@ -1,0 +1,615 @@
+//! What is estimated of noise that is correlated in time: variances and correlation times together.
+//!
+//! Where deviations with a memory are all that scatters beside the rows' own noise, one filter along time makes rows independent (`chain.rs`) and Newton's steps
+//! lead to the top of the likelihood (`restricted.rs`). Where they meet other deviations in the same rows, variances are found at given correlation times
+//! (`reml.rs`), and Newton's steps of the profiled likelihood lead to those:
+//!
+//! ```text
+//! D_k = tr(V^-1 V_k) - tr(G' V_k G) - v' V_k v,     D_kh = S_kh - S_kt S_tt^-1 S_th,      S of k, h: correlation times, t: variances
+//! ```
+#![allow(
+    clippy::indexing_slicing,
+    reason = "`open` holds numbers of lines, with one range and value each; rows and levels are those of the system and the lines, which `System::check` and `ScatterLine::levels` have seen"
+)]
+
+use super::chain::{Chain, Part, TimeNoise};
+use super::inference::Inference;
+use super::problem::{Point, Problem, UNSEEN};
+use super::reml::{Ended, FULL, Limits};
+use super::restricted::{NoiseModel, PartNoise, Slot, Top};
+use super::{LineState, Pattern, ScatterLine, Whitening};
+use crate::elements::Elements;
+use crate::error::Result;
+use crate::estimate::{Elimination, Settings, System};
+use faer::Mat;
+use std::borrow::Cow;
+
+/// Lines with every correlation time set.
+pub(super) struct Timed<'a> {
+    pub lines: Cow<'a, [ScatterLine]>,
+    /// Line, correlation time and its standard uncertainty, of those that were estimated.
+    pub found: Vec<(usize, f64, Option<f64>)>,
+    /// The variances found on the way; empty where nothing was searched.
+    pub start: Vec<f64>,
+    /// Where one filter along time was enough: the top of the likelihood.
+    pub along: Option<Along>,
+}
+
+/// The likelihood along time, at its top.
+pub(super) struct Along {
+    pub model: NoiseModel,
+    pub top: Top,
+    /// How the unknowns follow the columns that the parts have.
+    pub directions: Mat<f64>,
+    /// For each free parameter, the component or the line whose correlation time it is.
+    pub meaning: Vec<Meaning>,
+}
+
+/// What a free parameter is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Meaning {
+    Component(usize),
+    Time(usize),
+}
+
+/// Steps of the search need no more digits than the deviance has.
+const SEARCH: Limits = Limits { steps: FULL.steps, settled: 1e-8 };
+/// Points of a first look at a correlation time.
+const LOOK: usize = 7;
+/// Variances of the deviation in those of the white noise at which a search may begin.
+const RATIOS: [f64; 3] = [0.1, 2.0, 40.0];
+/// Most steps to correlation times beside other deviations, their longest, and the change at which they end.
+const STEPS: usize = 30;
+const LONGEST: f64 = 1.5;
+const SETTLED: f64 = 1e-8;
+/// Share of the plain estimate of a variance below which nothing is looked for.
+const LEAST: f64 = 1e-12;
+/// How far above the plain estimate a variance may be, in logarithms.
+const FURTHEST: f64 = 60.0;
+
+/// Set the correlation times of lines that have none, and find the variances where one filter along time is enough. `start` and `known` are variances and
+/// correlation times from a step nearby; empty where there is none.
+pub(super) fn with_times<'a>(
+    system: &System,
+    lines: &'a [ScatterLine],
+    elimination: Option<&Elimination>,
+    least: &[f64],
+    settings: &Settings,
+    (start, known): (&[f64], &[f64]),
+) -> Result<Timed<'a>> {
+    let open: Vec<usize> =
+        (0..lines.len()).filter(|k| lines[*k].memory.as_ref().is_some_and(|m| m.tau.is_none())).collect();
+    let plain = || Timed { lines: Cow::Borrowed(lines), found: Vec::new(), start: start.to_vec(), along: None };
+    if lines.iter().all(|line| line.memory.is_none()) {
+        return Ok(plain());
+    }
+    let mut own = lines.to_vec();
+    let problem = Problem::new(system, lines, elimination, least, settings)?;
+    if problem.members.count + open.len() == 0 {
+        return Ok(plain());
+    }
+    if let Some(chains) = Chains::of(&problem)? {
+        let along = chains.top(&problem, start, known)?;
+        let time = |k: usize| along.meaning.iter().position(|own| *own == Meaning::Time(k));
+        let spread = super::cost::spread(&along.top.found.bend, &along.inside());
+        let mut found = Vec::with_capacity(open.len());
+        for k in &open {
+            let Some(at) = time(*k) else { continue };
+            let tau = along.top.at[at].exp();
+            set(&mut own, *k, tau);
+            let u = Some(tau * spread[(at, at)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
+            found.push((*k, tau, u));
+        }
+        let mut theta = vec![1.0; problem.members.count];
+        for (meaning, x) in along.meaning.iter().zip(&along.top.at) {
+            if let Meaning::Component(c) = meaning {
+                theta[*c] = x.exp();
+            }
+        }
+        return Ok(Timed { lines: Cow::Owned(own), found, start: theta, along: Some(along) });
+    }
+    let mut at = known.to_vec();
+    let mut start = start.to_vec();
+    let mut spread = vec![None; open.len()];
+    if at.len() != open.len() {
+        let search = Beside { system, elimination, least, settings, open: &open };
+        (at, start, spread) = search.run(&mut own)?;
+    }
+    open.iter().zip(&at).for_each(|(k, tau)| set(&mut own, *k, *tau));
+    let found = open.iter().zip(at).zip(spread).map(|((k, tau), u)| (*k, tau, u)).collect();
+    Ok(Timed { lines: Cow::Owned(own), found, start, along: None })
+}
+
+fn set(lines: &mut [ScatterLine], line: usize, tau: f64) {
+    if let Some(memory) = lines.get_mut(line).and_then(|line| line.memory.as_mut()) {
+        memory.tau = Some(tau);
+    }
+}
+
+/// Logarithms of the shortest and longest correlation time that a line's times could show.
+fn range(line: &ScatterLine) -> (f64, f64) {
+    let mut times = line.memory.as_ref().map_or(Vec::new(), |memory| memory.time.clone());
+    times.sort_by(f64::total_cmp);
+    let whole = times.last().zip(times.first()).map_or(1.0, |(b, a)| b - a);
+    let mut gaps: Vec<f64> = times.windows(2).map(|p| p[1] - p[0]).filter(|g| *g > 0.0).collect();
+    gaps.sort_by(f64::total_cmp);
+    // all at one time: any correlation time will do
+    time_range(gaps.get(gaps.len() / 2).copied().unwrap_or(1.0), whole)
+}
+
+/// The same from the middling step between times and their whole length.
+pub(super) fn time_range(step: f64, whole: f64) -> (f64, f64) {
+    ((step / 5.0).ln(), (whole.max(step) * 2.0).ln())
+}
+
+/// `from` to `to`, so many, evenly.
+fn spaced((from, to): (f64, f64), count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| from + (to - from) * k as f64 / (count.max(2) - 1) as f64)
+}
+
+/// Rows of one line and one group, or of one group without a line, in the order of time.
+struct Series {
+    /// The last column is what was observed.
+    rows: Mat<f64>,
+    time: Vec<f64>,
+    sd: Vec<f64>,
+    /// Where runs begin.
+    begins: Vec<usize>,
+    /// `log` of the square of what the rows were divided by.
+    logarithm: f64,
+}
+
+impl Series {
+    fn part(&self, noise: TimeNoise, derivatives: bool) -> Result<Part> {
+        let mut chain = Chain::new(self.rows.ncols(), noise, derivatives);
+        let ends = self.begins.iter().skip(1).copied().chain([self.sd.len()]);
+        for (from, to) in self.begins.iter().zip(ends) {
+            chain.begin();
+            chain.push(self.rows.subrows(*from, to - from), &self.time[*from..to], &self.sd[*from..to])?;
+        }
+        let mut part = chain.part();
+        part.log_determinant[0] += self.logarithm;
+        Ok(part)
+    }
+}
+
+/// All rows as series, and what is free of their noise.
+struct Chains {
+    series: Vec<Series>,
+    model: NoiseModel,
+    meaning: Vec<Meaning>,
+    directions: Mat<f64>,
+    /// Variance factor of each series' white noise as if nothing else scattered, and variance of its relative noise.
+    plain: Vec<(f64, f64)>,
+}
+
+impl Chains {
+    /// `None` where other deviations are felt, where rows of different variance follow each other in a chain, or where nothing is left to tell of noise.
+    fn of(problem: &Problem<'_>) -> Result<Option<Self>> {
+        let Problem { system, lines, .. } = problem;
+        let m = system.observed.len();
+        let mut own: Vec<Option<(usize, usize, f64)>> = vec![None; m];
+        let mut group_of_run = std::collections::HashMap::new();
+        for (k, line) in lines.iter().enumerate() {
+            for felt in line.felt.iter().filter(|felt| felt.by != 0.0 && felt.row < m) {
+                let Some(memory) = &line.memory else { return Ok(None) };
+                let run = memory.run.get(felt.level).copied().unwrap_or(0); // one run where none are told apart
+                let group = problem.members.rows[felt.row];
+                if own[felt.row].replace((k, felt.level, felt.by)).is_some()
+                    || *group_of_run.entry((k, run)).or_insert(group) != group
+                {
+                    return Ok(None);
+                }
+            }
+        }
+        let plain = problem.adjust(system)?;
+        let weight = &plain.factor.weight;
+        let (q, n) = (&plain.factor.q, plain.factor.rank());
+        let mut parts: std::collections::BTreeMap<(Option<usize>, Option<usize>), Vec<(usize, f64, usize)>> =
+            std::collections::BTreeMap::new();
+        for (row, own) in own.iter().enumerate() {
+            let line = own.map(|(k, ..)| k);
+            let (run, time) = own.and_then(|(k, level, _)| {
+                let memory = lines[k].memory.as_ref()?;
+                Some((memory.run.get(level).copied().unwrap_or(0), memory.time.at(level))) // likewise
+            }).unwrap_or_default();
+            parts.entry((line, problem.members.rows[row])).or_default().push((run, time, row));
+        }
+        let count = problem.members.count;
+        let mut chains = Chains {
+            series: Vec::with_capacity(parts.len()),
+            model: NoiseModel { parts: Vec::with_capacity(parts.len()), range: vec![(0.0, 0.0); count], columns: n },
+            meaning: (0..count).map(Meaning::Component).collect(),
+            directions: plain.factor.whitened_directions(),
+            plain: Vec::with_capacity(parts.len()),
+        };
+        let mut times = vec![None; lines.len()];
+        for ((line, group), mut rows) in parts {
+            rows.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+            let by = |row: usize| own[row].map_or(1.0, |(.., by)| by);
+            let value = |i: usize, j: usize| {
+                let row = rows[i].2;
+                (if j < n { q[(row, j)] / weight[row] } else { plain.residuals[row] }) / by(row)
+            };
+            let sd: Vec<f64> = rows.iter().map(|(.., row)| system.u[*row] / by(*row).abs()).collect();
+            let begins = (0..rows.len()).filter(|i| *i == 0 || line.is_some() && rows[*i].0 != rows[i - 1].0).collect();
+            chains.series.push(Series {
+                rows: Mat::from_fn(rows.len(), n + 1, value),
+                time: rows.iter().map(|own| own.1).collect(),
+                begins,
+                logarithm: 2.0 * rows.iter().map(|(.., row)| by(*row).abs().ln()).sum::<f64>(),
+                sd,
+            });
+            let sd = &chains.series[chains.series.len() - 1].sd;
+            let natural = rows.len() as f64 / sd.iter().map(|sd| 1.0 / (sd * sd)).sum::<f64>();
+            let factor = match group {
+                Some(g) => plain.scale_or_one(g).powi(2).max(problem.floor[g]),
+                None => 1.0,
+            };
+            if !(factor > 0.0 && natural > 0.0 && (factor * natural).is_finite()) {
+                return Ok(None);
+            }
+            if let Some(g) = group {
+                let least = (LEAST * factor).max(problem.floor[g]);
+                chains.model.range[g] = (least.ln(), factor.ln() + FURTHEST);
+            }
+            let deviation = line.and_then(|k| {
+                let memory = lines[k].memory.as_ref()?;
+                let size = match (lines[k].variance, problem.component[k]) {
+                    (None, Some(c)) => {
+                        let unit = (factor * natural).ln();
+                        chains.model.range[c] = (unit + UNSEEN.ln(), unit + FURTHEST);
+                        Slot::Free(c)
+                    }
+                    (variance, _) => Slot::Stated(variance.unwrap_or(0.0)), // neither stated nor a component: not felt
+                };
+                let time = match memory.tau {
+                    Some(tau) => Slot::Stated(tau),
+                    None => Slot::Free(*times[k].get_or_insert_with(|| {
+                        chains.model.range.push(range(&lines[k]));
+                        chains.meaning.push(Meaning::Time(k));
+                        chains.meaning.len() - 1
+                    })),
+                };
+                Some((size, time))
+            });
+            chains.model.parts.push(PartNoise { white: group.map_or(Slot::Stated(1.0), Slot::Free), deviation });
+            chains.plain.push((factor, natural));
+        }
+        Ok(Some(chains))
+    }
+
+    fn gather(&self, noises: &[TimeNoise], derivatives: bool) -> Result<Vec<Part>> {
+        self.series.iter().zip(noises).map(|(series, noise)| series.part(*noise, derivatives)).collect()
+    }
+
+    /// The top of the likelihood, from variances and correlation times nearby if there are some.
+    fn top(self, problem: &Problem<'_>, start: &[f64], known: &[f64]) -> Result<Along> {
+        let count = problem.members.count;
+        let nearby = start.len() == count && count + known.len() == self.meaning.len() && start.iter().all(|t| *t > 0.0);
+        let begin = if nearby {
+            start.iter().chain(known).map(|x| x.ln()).collect()
+        } else {
+            let mut look = |s: usize, noise: TimeNoise| self.series[s].part(noise, false);
+            self.model.begin(&self.plain, &mut look)?
+        };
+        let mut gather = |noises: &[TimeNoise]| self.gather(noises, true);
+        let top = self.model.top(&begin, &mut gather)?;
+        Ok(Along { model: self.model, top, directions: self.directions, meaning: self.meaning })
+    }
+}
+
+impl NoiseModel {
+    /// Where the steps begin: for each part the best of a few noises, the others white. `plain` are each part's variance factor as if nothing were correlated, and the
+    /// variance of its relative noise; `look` brings a part at some noise.
+    pub(super) fn begin(
+        &self,
+        plain: &[(f64, f64)],
+        look: &mut dyn FnMut(usize, TimeNoise) -> Result<Part>,
+    ) -> Result<Vec<f64>> {
+        let mut noises = Vec::with_capacity(plain.len());
+        let mut parts = Vec::with_capacity(plain.len());
+        for (s, (factor, _)) in plain.iter().enumerate() {
+            let noise = TimeNoise { white: *factor, deviation: 0.0, tau: 1.0 };
+            noises.push(noise);
+            parts.push(look(s, noise)?);
+        }
+        let mut at = vec![0.0; self.range.len()];
+        for s in 0..plain.len() {
+            let own = self.parts[s];
+            let mut best: Option<(f64, TimeNoise, Part)> = None;
+            for noise in own.starts(plain[s], &self.range) {
+                noises[s] = noise;
+                parts[s] = look(s, noise)?;
+                self.parts.iter().zip(&noises).for_each(|(own, noise)| own.set(*noise, &mut at));
+                // a part that is not looked for yet is white
+                let white: Vec<PartNoise> = self.parts.iter().zip(&noises).map(|(_, noise)| PartNoise::known(*noise)).collect();
+                let here = NoiseModel { parts: white, range: Vec::new(), columns: self.columns };
+                let Some(found) = here.likelihood(&[], &parts) else { continue };
+                if best.as_ref().is_none_or(|(least, ..)| found.deviance < *least) {
+                    best = Some((found.deviance, noise, parts[s].clone()));
+                }
+            }
+            if let Some((_, noise, part)) = best {
+                (noises[s], parts[s]) = (noise, part);
+            }
+        }
+        self.parts.iter().zip(&noises).for_each(|(own, noise)| own.set(*noise, &mut at));
+        Ok(at)
+    }
+}
+
+impl PartNoise {
+    /// Noises at which a search may begin.
+    fn starts(&self, (factor, natural): (f64, f64), range: &[(f64, f64)]) -> Vec<TimeNoise> {
+        let Some((size, time)) = self.deviation else {
+            return vec![TimeNoise { white: self.white.at(&[factor.ln()]), deviation: 0.0, tau: 1.0 }];
+        };
+        let times: Vec<f64> = match time {
+            Slot::Stated(tau) => vec![tau],
+            Slot::Free(k) => spaced(range[k], LOOK).map(f64::exp).collect(),
+        };
+        let sizes: Vec<(f64, f64)> = match (self.white, size) {
+            (Slot::Free(_), Slot::Free(_)) => {
+                RATIOS.map(|r| (factor / (1.0 + r), factor * natural * r / (1.0 + r))).to_vec()
+            }
+            (Slot::Stated(white), Slot::Free(_)) => RATIOS.map(|r| (white, white * natural * r)).to_vec(),
+            (Slot::Free(_), Slot::Stated(q)) => RATIOS.map(|r| (factor / (1.0 + r), q)).to_vec(),
+            (Slot::Stated(white), Slot::Stated(q)) => vec![(white, q)],
+        };
+        let with = |tau: f64| sizes.iter().map(move |(white, deviation)| TimeNoise { white: *white, deviation: *deviation, tau });
+        times.into_iter().flat_map(with).collect()
+    }
+
+    /// The logarithms of what is free.
+    fn set(&self, noise: TimeNoise, at: &mut [f64]) {
+        let mut put = |slot: Slot, value: f64| {
+            if let Slot::Free(k) = slot {
+                at[k] = value.max(f64::MIN_POSITIVE).ln();
+            }
+        };
+        put(self.white, noise.white);
+        if let Some((size, time)) = self.deviation {
+            put(size, noise.deviation);
+            put(time, noise.tau);
+        }
+    }
+
+    fn known(noise: TimeNoise) -> Self {
+        let deviation = (noise.deviation > 0.0).then_some((Slot::Stated(noise.deviation), Slot::Stated(noise.tau)));
+        PartNoise { white: Slot::Stated(noise.white), deviation }
+    }
+}
+
+impl Along {
+    /// Parameters whose information is told: those inside their ranges.
+    pub fn inside(&self) -> Vec<usize> {
+        (0..self.meaning.len()).filter(|k| !self.top.at_end[*k]).collect()
+    }
+}
+
+impl Along {
+    /// Covariance of the estimated variances, relative, `count` of them: components, then correlation times as `leaning` numbers them; and what estimating
+    /// them adds to the covariance of the unknowns.
+    pub fn costs(&self, count: usize, leaning: &[Option<usize>]) -> (Mat<f64>, Mat<f64>) {
+        let place = |k: usize| match self.meaning[k] {
+            Meaning::Component(c) => Some(c),
+            Meaning::Time(line) => leaning[line],
+        };
+        let among: Vec<usize> = self.inside().into_iter().filter(|k| place(*k).is_some()).collect();
+        let (own, correction) = self.top.found.costs(&self.model, &among);
+        let mut spread = Mat::zeros(count, count);
+        for (k, a) in among.iter().filter_map(|k| Some((k, place(*k)?))) {
+            for (h, b) in among.iter().filter_map(|h| Some((h, place(*h)?))) {
+                spread[(a, b)] = own[(*k, *h)];
+            }
+        }
+        (spread, &self.directions * correction * self.directions.transpose())
+    }
+}
+
+impl Problem<'_> {
+    /// The adjustment with variances that were found along time; `None` where the rows do not tell some of them apart.
+    pub(super) fn ended_along(&mut self, along: &Along, theta: &[f64]) -> Result<Option<Ended>> {
+        let point = self.at_or_fail(theta)?;
+        let inference = self.inference(&point);
+        let mut at_floor = vec![false; self.members.count];
+        for (meaning, end) in along.meaning.iter().zip(&along.top.at_end) {
+            if let Meaning::Component(c) = meaning {
+                at_floor[*c] = *end;
+            }
+        }
+        let separated = self.separated(&inference);
+        if (0..self.members.count).any(|c| !at_floor[c] && !separated.contains(&c)) {
+            return Ok(None);
+        }
+        let could_be = |c: usize| {
+            let spread = (2.0 / inference.s[(c, c)]).sqrt();
+            Some((theta[c] * spread).sqrt()).filter(|sd| at_floor[c] && c >= self.groups && sd.is_finite())
+        };
+        let could_be = (0..self.members.count).map(could_be).collect();
+        for (component, state) in self.component.iter().zip(&mut self.state) {
+            if component.is_some_and(|c| at_floor[c]) {
+                *state = LineState::AtZero;
+            }
+        }
+        Ok(Some(Ended {
+            theta: theta.to_vec(),
+            point,
+            inference,
+            kept: (0..self.members.count).collect(),
+            at_floor,
+            restricted: None,
+            could_be,
+            iterations: along.top.iterations,
+            converged: along.top.converged,
+        }))
+    }
+}
+
+/// The search for correlation times beside other deviations.
+struct Beside<'a> {
+    system: &'a System,
+    elimination: Option<&'a Elimination>,
+    least: &'a [f64],
+    settings: &'a Settings,
+    open: &'a [usize],
+}
+
+/// Slope and bend of the profiled deviance by the logarithms of correlation times.
+struct Profile {
+    deviance: f64,
+    slope: Vec<f64>,
+    bend: Mat<f64>,
+    theta: Vec<f64>,
+}
+
+impl Beside<'_> {
+    fn run(&self, lines: &mut [ScatterLine]) -> Result<(Vec<f64>, Vec<f64>, Vec<Option<f64>>)> {
+        let ranges: Vec<(f64, f64)> = self.open.iter().map(|k| range(&lines[*k])).collect();
+        let mut at: Vec<f64> = ranges.iter().map(|(low, high)| 0.5 * (low + high)).collect();
+        let mut here = self.profile(lines, &at, &[])?;
+        for j in 0..at.len() {
+            for x in spaced(ranges[j], LOOK) {
+                let mut trial = at.clone();
+                trial[j] = x;
+                let there = self.profile(lines, &trial, &here.theta)?;
+                if there.deviance < here.deviance {
+                    (at, here) = (trial, there);
+                }
+            }
+        }
+        for _ in 0..STEPS {
+            let outwards = |j: &usize| {
+                (at[*j] <= ranges[*j].0 && here.slope[*j] >= 0.0) || (at[*j] >= ranges[*j].1 && here.slope[*j] <= 0.0)
+            };
+            let free: Vec<usize> = (0..at.len()).filter(|j| !outwards(j)).collect();
+            let step = super::restricted::newton(&here.slope, &here.bend, &free);
+            let largest = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            if largest <= SETTLED {
+                break;
+            }
+            let mut share = (LONGEST / largest).min(1.0);
+            let (trial, there) = loop {
+                let mut trial = at.clone();
+                for (j, x) in free.iter().zip(&step) {
+                    trial[*j] = (trial[*j] + share * x).clamp(ranges[*j].0, ranges[*j].1);
+                }
+                let there = self.profile(lines, &trial, &here.theta)?;
+                let settled = share * largest <= SETTLED;
+                if settled || there.deviance <= here.deviance + 1e-10 * (1.0 + here.deviance.abs()) {
+                    break (trial, there);
+                }
+                share *= 0.3;
+            };
+            (at, here) = (trial, there);
+        }
+        let inside: Vec<usize> = (0..at.len()).filter(|j| at[*j] > ranges[*j].0 && at[*j] < ranges[*j].1).collect();
+        let spread = super::cost::spread(&here.bend, &inside);
+        let u = |j: usize| Some(at[j].exp() * spread[(j, j)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
+        Ok((at.iter().map(|x| x.exp()).collect(), here.theta, (0..at.len()).map(u).collect()))
+    }
+
+    fn profile(&self, lines: &mut [ScatterLine], at: &[f64], start: &[f64]) -> Result<Profile> {
+        self.open.iter().zip(at).for_each(|(k, x)| set(lines, *k, x.exp()));
+        let mut problem = Problem::new(self.system, lines, self.elimination, self.least, self.settings)?;
+        let ended = problem.search(start, SEARCH)?;
+        // a start at zero would stay there
+        let usable = ended.converged && !ended.at_floor.contains(&true) && ended.theta.iter().all(|t| *t > 0.0);
+        let theta = if usable { ended.theta.clone() } else { Vec::new() };
+        let point = problem.at_or_fail(&ended.theta)?;
+        let mut inference = problem.inference(&point);
+        let known = inference.s.nrows();
+        let slope = self.open.iter().map(|k| problem.lean(&point, &mut inference, *k, &ended.theta)).collect();
+        let kept: Vec<usize> = ended.kept.iter().copied().filter(|c| !ended.at_floor[*c]).collect();
+        // what is left of the information when the variances follow
+        let spread = super::cost::spread(&inference.s, &kept);
+        let s = &inference.s;
+        let bend = Mat::from_fn(at.len(), at.len(), |a, b| {
+            let (a, b) = (known + a, known + b);
+            let through = |g: &usize| kept.iter().map(|h| s[(a, *g)] * 0.5 * spread[(*g, *h)] * s[(*h, b)]).sum::<f64>();
+            s[(a, b)] - kept.iter().map(through).sum::<f64>()
+        });
+        Ok(Profile { deviance: ended.point.deviance, slope, bend, theta })
+    }
+}
+
+impl Problem<'_> {
+    /// Adds the logarithm of a line's correlation time to what the components contribute; the slope of the deviance by it.
+    pub(super) fn lean(&self, point: &Point, inference: &mut Inference, line: usize, theta: &[f64]) -> f64 {
+        let variance = self.variances(theta)[line];
+        let start = self.pattern.first[line];
+        let whitening = &point.whitening;
+        let turn = |white: &[f64]| {
+            let back = whitening.carry_back(white);
+            whitening.whiten(&lean(&self.lines[line], &self.pattern, start, variance, &back))
+        };
+        let q = &point.estimate.factor.q;
+        let mut white = Mat::zeros(q.nrows(), q.ncols());
+        for a in 0..q.ncols() {
+            white.col_as_slice_mut(a).copy_from_slice(&turn(q.col_as_slice(a)));
+        }
+        let residuals = &point.estimate.residuals;
+        let moved = turn(residuals);
+        let square = crate::linear::dot(residuals, &moved);
+        inference.add(q, white, &moved);
+        let own = &inference.gamma[inference.gamma.len() - 1];
+        let trace = (0..own.nrows()).map(|i| own[(i, i)]).sum::<f64>();
+        self.log_determinant_slope(line, whitening.sd(), theta) - trace - square
+    }
+
+    /// `tr(V^-1 V_k)` for the logarithm of a correlation time: central differences of the logarithm of the determinant, of fourth order.
+    fn log_determinant_slope(&self, line: usize, sd: &[f64], theta: &[f64]) -> f64 {
+        const STEP: f64 = 1e-2;
+        let variances = self.variances(theta);
+        let mut lines = self.lines.to_vec();
+        // the line has a correlation time: it is one of those that were set
+        let tau = lines[line].memory.as_ref().and_then(|memory| memory.tau).unwrap_or(1.0);
+        let mut at = |x: f64| {
+            set(&mut lines, line, tau * (x * STEP).exp());
+            Whitening::new(&self.pattern, sd, &lines, &variances).log_determinant()
+        };
+        (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * STEP)
+    }
+}
+
+/// `tau dV/dtau y` of a line whose deviations begin at `start`: central differences of the correlations, in two passes along each chain.
+fn lean(line: &ScatterLine, pattern: &Pattern, start: usize, variance: f64, values: &[f64]) -> Vec<f64> {
+    const STEP: f64 = 1e-4;
+    let mut out = vec![0.0; values.len()];
+    let Some(memory) = &line.memory else { return out };
+    let Some(tau) = memory.tau else { return out };
+    let levels = line.levels();
+    let mut felt = vec![0.0; levels];
+    line.felt.iter().filter(|f| f.row < values.len()).for_each(|f| felt[f.level] += f.by * values[f.row]);
+    let at = |l: usize| memory.time.at(l);
+    let before = |l: usize| pattern.before[start + l].map(|d| d - start);
+    let mut order: Vec<usize> = (0..levels).collect();
+    // one run where none are told apart
+    let run = |l: usize| memory.run.get(l).copied().unwrap_or(0);
+    order.sort_by(|a, b| run(*a).cmp(&run(*b)).then(at(*a).total_cmp(&at(*b))));
+    let correlated = |tau: f64| -> Vec<f64> {
+        let mut sum = felt.clone();
+        let left = |l: usize| before(l).map(|b| (b, (-(at(l) - at(b)).abs() / tau).exp()));
+        let (mut forward, mut backward) = (felt.clone(), felt.clone());
+        for l in &order {
+            if let Some((b, rho)) = left(*l) {
+                let came = rho * forward[b];
+                forward[*l] += came;
+                sum[*l] += came;
+            }
+        }
+        for l in order.iter().rev() {
+            if let Some((b, rho)) = left(*l) {
+                let came = rho * backward[*l];
+                backward[b] += came;
+                sum[b] += came;
+            }
+        }
+        sum
+    };
+    let (more, less) = (correlated(tau * STEP.exp()), correlated(tau * (-STEP).exp()));
+    let slope: Vec<f64> = more.iter().zip(&less).map(|(a, b)| variance * (a - b) / (2.0 * STEP)).collect();
+    line.felt.iter().filter(|f| f.row < values.len()).for_each(|f| out[f.row] += f.by * slope[f.level]);
+    out
+}
