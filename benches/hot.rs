@@ -64,7 +64,8 @@ fn exact_fleet() {
     let file: wire::CampaignFile = serde_json::from_str(text).expect("a campaign");
     let bench = file.own_bench(&mut |name| panic!("{name} is built in")).expect("a bench");
     let source = Source { name: "table 1".into(), text: text.into() };
-    let campaign = wire::read_campaign(&source, &mut |name| panic!("{name} is built in")).expect("a published campaign");
+    let campaign =
+        wire::read_campaign(&source, &mut |name| panic!("{name} is built in")).expect("a published campaign");
     let wire::ReadingsRef::Inline(readings) = file.readings.clone() else { return };
     let mut rows: Vec<wire::ReadingFile> = Vec::new();
     for k in 0..1000 {
@@ -80,8 +81,7 @@ fn exact_fleet() {
         }
     }
     let (layout, devices) = wire::inline_devices(&bench, rows, "serial", |_| false).expect("devices");
-    let question =
-        |device: &Device| Ok(campaign.with_readings(wire::device_readings(&bench, &layout, device)?));
+    let question = |device: &Device| Ok(campaign.with_readings(wire::device_readings(&bench, &layout, device)?));
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let mut work = || drop(Fleet::new(&question, fit::Settings::default(), 7).fit(black_box(&devices), &layout));
     one.install(|| show("1000 devices of Table 1's model", &mut work));

@@ -1,8 +1,8 @@
 //! A device's row from its solution: values, uncertainties, limits, verdict and remarks.
 
-use super::{Device, Row};
 use super::inputs::Input;
 use super::row::{Remarks, Solved, Verdict};
+use super::{Device, Row};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Limited};
 use crate::elements::{Elements, Parts};

@@ -126,8 +126,7 @@ impl Device {
             let bits = |list: &[f64], other: &[f64]| {
                 list.len() == other.len() && list.iter().zip(other).all(|(a, b)| bits(*a) == bits(*b))
             };
-            bits(self.value(a, sensors), self.value(b, sensors))
-                && bits(self.input(a, inputs), self.input(b, inputs))
+            bits(self.value(a, sensors), self.value(b, sensors)) && bits(self.input(a, inputs), self.input(b, inputs))
         };
         // without a second row like the first nothing else is looked at
         if !(1..self.rows).any(|other| same(0, other)) {

@@ -177,7 +177,8 @@ impl<'a> Fleet<'a> {
             }
             let shape = Shape::of(device, layout);
             let key = (form, if way.is_exact { shape.hash_in_order() } else { 0 });
-            let first = open.get(&key).and_then(|block| blocks.get(*block)?.1.first()).and_then(|(k, _)| devices.get(*k));
+            let first =
+                open.get(&key).and_then(|block| blocks.get(*block)?.1.first()).and_then(|(k, _)| devices.get(*k));
             if way.is_exact && first.is_some_and(|first| !shape.is_alike(&Shape::of(first, layout))) {
                 continue;
             }

@@ -63,7 +63,14 @@ impl Exact {
     }
 
     /// Rows and predictions at a point of each device; `columns` gets derivatives by the unknowns, `m` of them for each.
-    fn at(&self, point: &[Lane], (m, n): (usize, usize), columns: &mut [Lane], predicted: &mut [Lane], work: &mut Workspace) {
+    fn at(
+        &self,
+        point: &[Lane],
+        (m, n): (usize, usize),
+        columns: &mut [Lane],
+        predicted: &mut [Lane],
+        work: &mut Workspace,
+    ) {
         let mut four = vec![[0.0; HALF]; point.len()];
         for half in 0..LANES / HALF {
             let lanes = half * HALF..(half + 1) * HALF;

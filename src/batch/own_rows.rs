@@ -156,7 +156,8 @@ impl Own {
         let cell = |key: &str| inputs.iter().position(|own| *own == key);
         let n = campaign.unknowns();
         let has_joints = bench.joints().next().is_some();
-        let is_by_position = is_exact || has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
+        let is_by_position =
+            is_exact || has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
         let line = |sensor: usize| {
             let u = cell(&format!("{}_u", bench.sensors.get(sensor)?.id));
             if is_by_position {
@@ -177,7 +178,18 @@ impl Own {
         let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let (width, samples) = (inputs.len(), cell("n"));
         let sensors = layout.sensors().collect();
-        Some(Own { settings: *settings, derived, reference, lines, sensors, width, samples, is_by_position, is_exact, campaign })
+        Some(Own {
+            settings: *settings,
+            derived,
+            reference,
+            lines,
+            sensors,
+            width,
+            samples,
+            is_by_position,
+            is_exact,
+            campaign,
+        })
     }
 
     /// Cells of inputs in a row.

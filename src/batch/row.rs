@@ -173,9 +173,8 @@ impl Row {
         });
         let limits: Vec<(&str, Conformity)> = limits.collect();
         let found = || fit.checks.snooping.iter().flat_map(|found| &found.suspects);
-        let suspects: Vec<usize> = found()
-            .filter_map(|suspect| fit.design.rows.get(suspect.row).map(|origin| origin.reading + 1))
-            .collect();
+        let suspects: Vec<usize> =
+            found().filter_map(|suspect| fit.design.rows.get(suspect.row).map(|origin| origin.reading + 1)).collect();
         let mut remarks = Remarks::default();
         if let Some(test) = fit.global_test.filter(|test| test.rejected) {
             remarks.global_test(test.p);

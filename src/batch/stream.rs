@@ -398,7 +398,8 @@ impl Gathering<'_> {
                 if labels.len() <= number {
                     labels.resize(number + 1, None);
                 }
-                let own = labels.get_mut(number).map(|own| own.get_or_insert_with(|| label(record, number).into()).clone());
+                let own =
+                    labels.get_mut(number).map(|own| own.get_or_insert_with(|| label(record, number).into()).clone());
                 own.iter().for_each(|own| device.push_position(own));
             }
             if let Some(lot) = places.lot.map(column).filter(|_| device.rows == 0) {
@@ -423,7 +424,8 @@ impl Gathering<'_> {
     fn say_blanks(&mut self, record: &Record, by: &[f64]) {
         for number in record.blanks_differ() {
             let own = label(record, number + 1);
-            if !self.blanks_differ.iter().any(|other| other == own) && by.iter().any(|cell| place(*cell) == number + 1) {
+            if !self.blanks_differ.iter().any(|other| other == own) && by.iter().any(|cell| place(*cell) == number + 1)
+            {
                 self.blanks_differ.push(own.to_string());
             }
         }

@@ -296,13 +296,8 @@ impl DeviceTable<'_> {
             wire::table_layout(&template.bench, record, by, &self.question.file.columns, |key| self.wants(key))
         };
         let by = self.by.as_deref().map(|by| self.question.title(by));
-        let tables = Tables {
-            files: &self.names,
-            open: &open,
-            by: by.as_deref(),
-            lot: self.lot.as_deref(),
-            layout: &layout,
-        };
+        let tables =
+            Tables { files: &self.names, open: &open, by: by.as_deref(), lot: self.lot.as_deref(), layout: &layout };
         let read = batch::stream(&tables, sink, &mut |again| {
             if let Restart::CameBack { label, row } = again {
                 super::note(&format!(

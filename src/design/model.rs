@@ -84,7 +84,14 @@ impl WithSimd for Lanes<'_> {
                     (std::array::from_fn(|l| stop(l).0), std::array::from_fn(|l| stop(l).1))
                 };
                 let parameter = |k: usize| [point.at(k); 4];
-                model.gather_lanes(campaign, row, smoothness, (&sweep, sweep.stops.chunks(4).map(four)), parameter, work);
+                model.gather_lanes(
+                    campaign,
+                    row,
+                    smoothness,
+                    (&sweep, sweep.stops.chunks(4).map(four)),
+                    parameter,
+                    work,
+                );
             }
             Points::Four(points) => {
                 let alone = [(0.0, 1.0)];

@@ -27,7 +27,8 @@ impl Channel {
         unknowns: usize,
         at: impl Fn(usize, usize) -> f64,
     ) -> Option<Channel> {
-        let rows: Vec<usize> = rows.iter().enumerate().filter(|(_, own)| own.sensor == sensor).map(|(i, _)| i).collect();
+        let rows: Vec<usize> =
+            rows.iter().enumerate().filter(|(_, own)| own.sensor == sensor).map(|(i, _)| i).collect();
         changes(&rows, unknowns, at).then_some(Channel { sensor, rows })
     }
 

@@ -9,7 +9,7 @@ use crate::bench::Bench;
 use crate::campaign::Readings;
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{self, As, Block, Record, RAGGED, Said, UNREADABLE};
+use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE};
 use crate::units::Conversion;
 
 /// The readings of a table; `map` has the titles of columns with names of their own, `scatter` says what is read beside the model lines. Empty cells are absent values, `position` is a text, every other cell

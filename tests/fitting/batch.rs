@@ -356,8 +356,12 @@ fn devices_that_share_positions() {
 fn rows_of_models_that_are_not_linear_are_those_of_single_fits() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/campaigns/li2012-table1.campaign.json");
     let base: Value = serde_json::from_str(&std::fs::read_to_string(path).expect("a file")).expect("JSON");
-    let readings: Vec<Map<String, Value>> =
-        base["readings"].as_array().expect("a list").iter().map(|row| row.as_object().expect("an object").clone()).collect();
+    let readings: Vec<Map<String, Value>> = base["readings"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|row| row.as_object().expect("an object").clone())
+        .collect();
     let mut draws = Draws(0x5851_f42d_4c95_7f2d_u128 << 1 | 1);
     let (mut seen, mut worst, mut misfits, mut suspected) = (0, 0.0_f64, 0, 0);
     for case in 0..60 {
@@ -412,11 +416,16 @@ fn rows_of_models_that_are_not_linear_are_those_of_single_fits() {
             }
             let tests = |row: &Row| [row.chi_square_p, row.lack_of_fit_p, row.runs_p, row.normality_p];
             for (own, other) in tests(row).into_iter().zip(tests(&single)) {
-                assert!((own - other).abs() <= 1e-7 || (own.is_nan() && other.is_nan()), "case {case}: {row:?} {single:?}");
+                assert!(
+                    (own - other).abs() <= 1e-7 || (own.is_nan() && other.is_nan()),
+                    "case {case}: {row:?} {single:?}"
+                );
             }
         }
     }
-    println!("60 campaigns, {seen} devices, {misfits} tested for lack of fit, {suspected} with suspects; the worst off by {worst:.1e} u");
+    println!(
+        "60 campaigns, {seen} devices, {misfits} tested for lack of fit, {suspected} with suspects; the worst off by {worst:.1e} u"
+    );
     assert!(seen > 300 && misfits > 100 && suspected > 20, "{seen} {misfits} {suspected}");
 }
 

@@ -372,12 +372,17 @@ fn a_row_that_is_wrong_is_its_devices_fault() {
             assert_eq!(own[serial][cell], cleaned[serial][cell], "{serial} {cell}");
         }
     }
-    for (serial, row, word) in
-        [("D1", &rows[1][3], "too few or too many cells"), ("D2", &rows[2][5], "too few or too many cells"), ("D3", &rows[3][0], "no number")]
-    {
+    for (serial, row, word) in [
+        ("D1", &rows[1][3], "too few or too many cells"),
+        ("D2", &rows[2][5], "too few or too many cells"),
+        ("D3", &rows[3][0], "no number"),
+    ] {
         let why = &own[serial]["why"];
         assert_eq!(own[serial]["verdict"], "malformed", "{why}");
-        assert!(why.contains(&format!("line {} of ", line(row))) && why.contains("r.csv") && why.contains(word), "{why}");
+        assert!(
+            why.contains(&format!("line {} of ", line(row))) && why.contains("r.csv") && why.contains(word),
+            "{why}"
+        );
     }
     assert!(own["D4"]["why"].contains("every row stands there 2 times"), "{}", own["D4"]["why"]);
     let nobody = &own[""];
@@ -468,7 +473,8 @@ fn chance_and_the_worst() {
         rows.extend(own);
     }
     let folder = line_campaign(&format!("{HEAD}{}\n", rows.join("\n")));
-    let found = run(folder.path(), &["fit", "c.campaign.json", "--json", "s.json", "--to", "d.csv", "--html", "s.html"]);
+    let found =
+        run(folder.path(), &["fit", "c.campaign.json", "--json", "s.json", "--to", "d.csv", "--html", "s.html"]);
     assert_eq!(found.code, 2, "{}", found.stderr);
     let own = table(&std::fs::read_to_string(folder.path().join("d.csv")).expect("a file"));
     let report: Value =
@@ -506,7 +512,10 @@ fn the_order_of_the_table_does_not_matter() {
     let expected = table(&run(sorted.path(), &["fit", "c.campaign.json"]).stdout);
     assert_eq!(expected.len(), devices);
     let turns: Vec<String> = (0..10).flat_map(|i| of.iter().filter_map(move |own| own.get(i).cloned())).collect();
-    let sittings = [of.iter().flat_map(|own| own[..4].to_vec()).collect::<Vec<_>>(), of.iter().flat_map(|own| own[4..].to_vec()).collect()];
+    let sittings = [
+        of.iter().flat_map(|own| own[..4].to_vec()).collect::<Vec<_>>(),
+        of.iter().flat_map(|own| own[4..].to_vec()).collect(),
+    ];
     for (what, files) in [("turns", vec![turns]), ("sittings", vec![sittings.concat()]), ("files", sittings.to_vec())] {
         let folder = line_campaign("");
         let names: Vec<String> = (0..files.len()).map(|k| format!("f{k}.csv")).collect();
